@@ -20,12 +20,12 @@ import feedback
 
 DOCS = ROOT / "docs/internals/performance.md"
 HANDLER = re.compile(r"__vector_\d+|__vectors")
-COPY = re.compile(r"\.(constprop|lto_priv|part).*")  # of a function: what gcc calls it
+COPY = re.compile(r"\.(constprop|lto_priv|part).*")  # suffix that gcc gives to a copy of a function
 MARGIN = 100 * MHZ  # CDS_REPLY_MARGIN_US
 
 
 class Program:
-    """A program of the bench, run as the bench does."""
+    """A program of the benchmark, run as bench.py does."""
 
     def __init__(self, elf, *options, **more):
         self.elf, self.options, self.more = elf, options, more
@@ -41,7 +41,7 @@ class Program:
         return "handlers" if HANDLER.fullmatch(name) else COPY.sub("", name)
 
     def cycles(self, start, end):
-        """{function: cycles} of what runs from cycle `start` to before `end`."""
+        """{function: cycles} from cycle `start` to before `end`."""
         with tempfile.TemporaryDirectory() as folder:
             times = pathlib.Path(folder) / "times"
             Run(self.elf, *self.options, "--steps", f"{start}-{end}", keep=times, **self.more)
@@ -67,7 +67,7 @@ def reads():
                                enumerate(run.spans(WHOLE)[DELAYS:2 * DELAYS], 1))  # of 2 bytes
     first, last = next(sent[:2] for sent in run.sent if sent[0] >= begun)
     heard = last + RETURN_DELAY * n + 8 * BYTE
-    yield "`read_overhead_2`: typed call to first start bit", program.cycles(begun, first)
+    yield "`read_overhead_2`: call to first start bit", program.cycles(begun, first)
     yield ("`read_overhead_2`: end of the last stop bit of the reply to outcome known",
            program.cycles(heard, begun + took))
     took, _, begun = max(run.spans(CALL), key=without_handlers)
@@ -78,7 +78,7 @@ def syncs():
     program = Program("benchmark/sync", "--stamp", "B", "--seconds", "2", servos="1-18", eeprom=[18])
     begun = program.run.spans(CALL)[-1][2]
     first = next(sent[0] for sent in program.run.sent if sent[0] >= begun)
-    yield "`sync18`: typed call to first start bit", program.cycles(begun, first)
+    yield "`sync18`: call to first start bit", program.cycles(begun, first)
 
 
 def longest_gap(sent):
@@ -99,7 +99,7 @@ def absents():
     program = Program("benchmark/absent", "--stamp", "B", "--seconds", "2")
     took, _, begun = program.run.spans(WHOLE)[0]
     due = begun + 16 * BYTE + RETURN_DELAY + MARGIN
-    yield ("`absent_us`: behind what bytes, return delay and margin take",
+    yield ("`absent_us`: beyond the bytes, return delay and margin",
            program.cycles(due, begun + took))
 
 
@@ -140,7 +140,7 @@ def tables():
 
 
 def sizes(elf, whole):
-    """As make size-map prints them; of the larger one only the folders."""
+    """The tables of make size-map; for the larger program only the folders."""
     text = subprocess.run(["scripts/size-map.py", elf], stdout=subprocess.PIPE, text=True, check=True,
                           cwd=ROOT).stdout
     return "\n".join(line for line in text.splitlines()
@@ -148,18 +148,20 @@ def sizes(elf, whole):
 
 
 def account():
+    """The cycles by function, and the flash by file."""
     rows = "\n".join(tables())
-    return (f"| from, to | cycles | of them |\n|---|---|---|\n{rows}\n\n```\n"
-            f"{sizes('build/atmega644p/benchmark/min.elf', True)}\n```\n\n```\n"
+    return (f"| from, to | cycles | of them |\n|---|---|---|\n{rows}",
+            f"```\n{sizes('build/atmega644p/benchmark/min.elf', True)}\n```\n\n```\n"
             f"{sizes('build/atmega128/controller.elf', False)}\n```")
 
 
 def main(arguments):
-    text = account()
+    cycles, flash = account()
     if arguments == ["--docs"]:
-        DOCS.write_text(blocks.renewed(DOCS.read_text(), "make bench-account", text))
+        text = blocks.renewed(DOCS.read_text(), "make bench-account", cycles)
+        DOCS.write_text(blocks.renewed(text, "make size-map", flash))
     else:
-        print(text)
+        print(f"{cycles}\n\n{flash}")
     return 0
 
 

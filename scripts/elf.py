@@ -6,15 +6,15 @@ usage: elf.py FILE ...   (archives and objects, of which every function is the l
                           programs, of which those named cds_... but cds_blocking_... and the
                           interrupt vectors are)
 
-Read from avr-objdump: the graph of calls and jumps between functions. Of all code on any path:
-  forbidden    no malloc or its like, no floating point, no cds_blocking_...; no division on the hot
+Reads the calls and jumps between functions from avr-objdump. Rules, for all code on any path:
+  forbidden    no malloc, free or alloca, no floating point, no cds_blocking_...; no division on the hot
                path (HOT and the vectors)
   recursion    the graph has no cycle. POINTERS lists the functions of the library that are called
                through a pointer, and the callers of each; an indirect call of another function is a
-               breach. What a program's own on_end does is not seen
-  blocking     no sleep, and no cli but that of a stack frame; no loop of up to 8 instructions that
-               only looks (at a register, at memory) or only counts; no loop around a look at the
-               clock or a poll. A loop that keeps what it saw, to look until two looks agree, passes
+               breach. The callbacks of a program, for example on_end, are not checked
+  blocking     no sleep, and no cli except in a stack frame; no loop of up to 8 instructions that only
+               tests a register or memory, or only counts; no loop that reads the clock or polls.
+               Allowed: a loop that reads a value until two reads agree
 """
 import functools
 import re
@@ -43,7 +43,7 @@ POINTERS = {
     r"group_read\.o: (?:next|take)": r"read_pipeline\.o: \w+",
     r"\w+\.o: (?:send|ended|send_packet|packet_ended)": r"steps\.o: cds_steps_poll",
 }
-# In a linked program; what waits by its name is the program's own choice.
+# Functions to check in a linked program. A program may choose to call cds_blocking_....
 OURS = re.compile(r"cds_(?!blocking_)|__vector_")
 
 CALLS_POINTERS = re.compile("|".join(POINTERS.values()) + r"|bus\.o: cds_bus_poll")
@@ -60,7 +60,7 @@ RELOCATION = re.compile(r"\s*[0-9a-f]+: R_AVR_(\w+)\t([^+\s]+)(?:\+0x([0-9a-f]+)
 
 BRANCH = re.compile(r"(?:br\w+|rjmp|jmp)$")
 CALL = re.compile(r"r?call$")
-# What a loop may consist of that waits: looking, and what decides on it; or counting.
+# A loop that waits consists of these instructions only: tests and branches, or counting.
 LOOKING = re.compile(r"(?:in|lds?|ldd|ldi|andi?|or|cp\w*|tst|bst|sbi[cs]|sbr[cs]|br\w+|rjmp|jmp|nop|wdr)$")
 COUNTING = re.compile(r"(?:dec|inc|subi|sbci|sbiw|adiw|br\w+|rjmp|jmp|nop|wdr)$")
 WAIT_LENGTH = 8
@@ -80,8 +80,8 @@ class Function:
     def __init__(self, unit, section, name, at):
         self.unit, self.section, self.name, self.at = unit, section, name, at
         self.code = []
-        self.calls = set() # Functions, or names of what is not in the file
-        self.taken = False # its address is
+        self.calls = set() # Functions, or names if they are not in the file
+        self.taken = False # its address is used
         self.indirect = False
         self.is_ours = True
 
@@ -141,7 +141,7 @@ class Program:
                     self.references.append((unit, name, last.target[1]))
 
     def read_tables(self):
-        """Addresses of functions that stand in data."""
+        """Notes the functions whose addresses are in data."""
         unit, data = "", False
         for line in subprocess.check_output(["avr-objdump", "-r", self.path], text=True).splitlines():
             if "file format" in line:
@@ -162,7 +162,7 @@ class Program:
         return (function, offset) if function else (name, offset)
 
     def link(self, function):
-        """Fills in the calls, and makes of each target within the function its address."""
+        """Fills in the calls. Sets goes_to of each jump within the function."""
         for it in function.code:
             if it.name in ("icall", "eicall", "ijmp", "eijmp"): # a jump: the last call of a function
                 function.indirect = True
@@ -205,7 +205,7 @@ class Program:
 
     @functools.cache
     def reaches(self, function, what):
-        """The path of names to one that matches, or None."""
+        """A path of calls to a function whose name matches `what`, as text, or None."""
         seen, paths = {function}, [(function, (function.name,))]
         while paths:
             at, path = paths.pop()
@@ -240,7 +240,7 @@ def successors(code):
 
 
 def reach(begin, edges, end=None):
-    """All that is reached from `begin`, itself included; nothing is looked for behind `end`."""
+    """All indices that are reached from `begin`, with `begin`. Does not follow the edges of `end`."""
     seen, left = {begin}, [begin]
     while left:
         at = left.pop()
@@ -269,13 +269,13 @@ def loops(function):
 
 
 def waits(function):
-    """What the loops of this function wait for."""
+    """Yields a text for each loop that waits."""
     for first, body in loops(function):
         moving = any("+" in i.operands.split(", ")[-1][1:] or "-" in i.operands.split(", ")[-1][:1]
                      for i in body if i.name == "ld")
         if len(body) <= WAIT_LENGTH and not moving:
             if all(LOOKING.match(i.name) for i in body):
-                yield f"a loop at 0x{first:x} only looks, and waits for another to change it"
+                yield f"a loop at 0x{first:x} only tests, and waits for a change from outside"
             elif all(COUNTING.match(i.name) for i in body):
                 yield f"a loop at 0x{first:x} only counts"
         for i in body:
@@ -284,8 +284,8 @@ def waits(function):
 
 
 def is_moment(ahead):
-    """Interrupts are off for a moment only: a few instructions on, straight ahead, SREG is as it was,
-    or a handler is over."""
+    """True if interrupts are off for a few instructions only: SREG is restored, or the handler ends,
+    within MOMENT instructions and without a branch."""
     for it in ahead[:MOMENT]:
         if it.name == "reti" or it.name == "out" and it.operands.startswith("0x3f"):
             return True

@@ -1,14 +1,20 @@
 #!/usr/bin/env python3
-"""Runs every row of build/host/faults on every board it applies to, some at a time; a line each.
+"""Runs every row of build/host/faults on every board it applies to, --jobs at a time. Prints a line for
+each row.
 
 usage: faults.py [--part N/M] [--seed N] [--jobs N] [--out FILE] [--docs] [ROW...]
 
 --docs: renews the table in docs/internals/faults.md from FILE; runs nothing.
---part 1/20: the first of 20 parts into which --seed divides the injections. Writes FILE (build/faults.tsv): fault, what,
-injections and failures, and of the injections: `undetected`, a value was taken that no servo gave;
-`misunderstood`, a servo carried out a damaged packet; both were foreseen, each one, or they are
-failures. `lost`: good exchanges lost while a servo waited for the rest of a damaged packet.
-`late_us`: the latest that a call ended behind its deadline. Exit status 1 if anything failed.
+--part 1/20: runs the first of 20 parts into which --seed divides the injections.
+
+Writes FILE (build/faults.tsv), a row for each fault:
+  injections, failures
+  undetected     injections in which the library took a value that no servo sent
+  misunderstood  injections in which a servo carried out a damaged packet
+  lost           good transactions lost while a servo waited for the rest of a damaged packet
+  late_us        latest end of a call after its deadline
+`undetected` and `misunderstood` that the test did not predict or allow count as failures. Exit status 1
+if there are failures.
 """
 import argparse
 import collections
@@ -26,7 +32,7 @@ TOOL = "build/host/faults"
 BOARDS = ["atmega128", "arduino-uno", "arbotix"]
 COLUMNS = "fault what injections failures undetected misunderstood lost late_us".split()
 ELF = {"F14": "build/{}/controller.elf"}
-OTHERS = "build/{}/firmware/exchanges.elf"
+OTHERS = "build/{}/firmware/transactions.elf"
 
 
 class Row:
@@ -34,7 +40,7 @@ class Row:
         self.name, self.what = name, what
         self.boards = boards.split() or BOARDS
         self.figures = [0, 0, 0, 0, 0, 0.0]
-        self.failures = []  # as told
+        self.failures = []  # texts
         self.open = len(self.boards)
         self.seconds = 0.0
         self.progress = {}
@@ -51,7 +57,7 @@ def rows(names):
 
 
 class Display:
-    """A line for each row that is over, and on a terminal one below for those that run."""
+    """Prints a line for each finished row. On a terminal the last line shows the rows that run."""
 
     def __init__(self):
         self.lock, self.running = threading.Lock(), collections.OrderedDict()

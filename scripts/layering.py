@@ -60,6 +60,15 @@ ALLOWED = [
     (["src/avr/*.[ch]"],
      re.compile(r"^(cds55xx/(port|link|ring)\.h|board(_check)?\.h|(usart|clock|timer|handlers)\.h)$"),
      "src/avr meets the core in port.h, link.h and ring.h only"),
+    (["examples/*.c"], re.compile(r"^cds55xx(/\w+|_avr)\.h$"), "an example includes public headers only"),
+    (["src/controller/**/*.[ch]"],
+     re.compile(r"^(cds55xx/\w+\.h|cds55xx_avr\.h|compiler\.h|flash\.h|(avr|console|host|robot)/[\w/]+\.h)$"
+                r"|^(board|usart)\.h$"),
+     "of the core the controller includes public headers, compiler.h and flash.h only"),
+    (["src/controller/%s/**/*.[ch]" % folder for folder in ("console", "host", "profiles", "robot")]
+     + ["src/controller/*.[ch]"],
+     re.compile(r"^(?!(board|usart)\.h$)"),
+     "only src/controller/avr includes board.h and usart.h"),
     (["sim/**/*.[ch]"],
      re.compile(r"^(?!cds55xx|src/|.*/include/).*$"),
      "the simulator includes nothing of include/ or src/"),

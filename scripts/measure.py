@@ -1,5 +1,5 @@
-"""The measurements of bench.py: programs run in the simulator, and what is made of what it tells.
-Each of JOBS returns rows, {name: value}."""
+"""The measurements of bench.py: runs programs in the simulator and computes figures from the files
+that it writes. Each function of JOBS returns rows of the benchmark, {name: value}."""
 import fractions
 import functools
 import itertools
@@ -21,11 +21,11 @@ from size import sizes
 
 MHZ = 16  # cycles in a microsecond
 BYTE = 160  # cycles, at 1 Mbps
-RETURN_DELAY = 32  # cycles, a unit of register 0x05; the factory's is 1
+RETURN_DELAY = 32  # cycles in a unit of register 0x05; factory value: 1
 SYNC_WRITE = 0x83
 DEVICE, HOST_BAUD, REG_RETURN_DELAY = 253, 0x04, 0x05
-STOP = 0x18  # Ctrl-X to the console, which would stop the robot, and rightly
-ANSWERED_US = 620  # 8 bytes one way, then 56 back, and what the controller needs
+STOP = 0x18  # Ctrl-X: it would stop the robot
+ANSWERED_US = 620  # time of 8 bytes to the controller, its processing and 56 bytes back
 WHOLE, CALL, POLL, SLOW, BUILD, NOTHING = 0, 1, 2, 3, 4, 7  # test/benchmark/benchmark.h
 EEPROM_SIZE = {"atmega128": 4096, "arduino-mega": 4096, "arbotix": 2048}
 # Vectors of the bus: RX, UDRE, TX of USART1.
@@ -35,18 +35,25 @@ HANDLERS = ("isr_rx_max", "isr_udre_max", "isr_txc_max")
 
 
 class Wrong(Exception):
-    """A run did not do what it is measured at."""
+    """A run did not do what its figures assume, so they are not valid."""
 
 
 class Figures(dict):
     def __missing__(self, name):
-        raise Wrong(f"it does not say {name}")
+        raise Wrong(f"the program does not print {name}")
 
 
 class Run:
-    """One run of a program. .figure: what it says; .sent: (first start bit, end of last stop bit,
-    bytes, idle cycles, turnaround) of each packet of ours; .off: longest with interrupts off;
-    .cycles, .in_handlers: of the run; .longest: of each vector."""
+    """One run of a program.
+
+    figure       {name: number} that the program prints
+    sent         (start of the first start bit, end of the last stop bit, bytes, idle cycles, turnaround)
+                 of each packet of the controller
+    off          longest time with interrupts off, in cycles
+    cycles       of the whole run
+    in_handlers  cycles of the run in interrupt handlers
+    longest      {vector: cycles of its longest handler}
+    """
 
     programs = {}  # --program
 
@@ -100,8 +107,8 @@ class Run:
         self.steps = steps
 
     def spans(self, pin):
-        """(cycles, of them in handlers, when it began) of each time the pin was high, without the
-        cycles of the marks: what is marked begins behind the first and ends before the second."""
+        """(cycles, cycles in handlers, start) of each time the pin was high. The cycles of the two
+        instructions that change the pin do not count."""
         nothing = self.steps[NOTHING]
         mark = nothing[1][0] - nothing[0][0]
         steps = self.steps.get(pin, [])
@@ -110,7 +117,7 @@ class Run:
                 for up, down in zip(steps[::2], steps[1::2])]
 
     def net(self, pin):
-        """The longest, without handlers."""
+        """The longest time that the pin was high, in cycles without handlers."""
         return max(cycles - handlers for cycles, handlers, _ in self.spans(pin))
 
     def packets(self):
@@ -119,29 +126,29 @@ class Run:
                 yield match[2], bytes.fromhex(match[3])
 
     def wire(self):
-        """(first start bit, is ours, bytes) of each packet on bus 0."""
+        """(start of the first start bit, sent by the controller, bytes) of each packet on bus 0."""
         for match in map(PACKET.match, self.transcript.splitlines()):
             if match:
                 yield int(match[1]), match[2] == "->in", bytes.fromhex(match[3])
 
     def broken(self, *rules):
-        """How often these were."""
+        """How often these rules of the wire were broken."""
         return sum(int(times) for name, times in
                    re.findall(r"^(?:BROKEN|WARNING): *([\w-]+), (\d+) times", self.output, re.M)
                    if name in rules)
 
     def handlers(self, suffix=""):
-        """Of the bus, as rows."""
+        """Rows: the longest time of each handler of the bus."""
         return {name + suffix: self.longest.get(vector, 0)
                 for name, vector in zip(HANDLERS, VECTORS[self.board])}
 
     def everywhere(self):
-        """What every run of the board counts for."""
+        """Rows that every run on this board contributes to: the handlers, and interrupts off."""
         return {**self.handlers(), "irq_off_max": self.off}
 
 
 def worst(rows):
-    """Of several measurements of the same."""
+    """Merges rows of several runs: the highest value of each row."""
     merged = {}
     for row in rows:
         for name, value in row.items():
@@ -151,12 +158,12 @@ def worst(rows):
 
 # ---- jobs: each returns rows ------------------------------------------------------------------------
 
-READ_SIZES = (1, 2, 8, 50)  # bytes, of test/benchmark/read.c
+READ_SIZES = (1, 2, 8, 50)  # bytes; as in test/benchmark/read.c
 DELAYS = 16  # return delays 2, 4, ... 32 us, each once
 
 
 def overhead(size, spans):
-    """The worst of 16 READs of so many bytes: what is not bytes or return delay."""
+    """Of 16 READs of `size` bytes, the most cycles besides bytes on the wire and return delay."""
     return max(cycles - (8 + 6 + size) * BYTE - RETURN_DELAY * n
                for n, (cycles, _, _) in enumerate(spans, 1))
 
@@ -191,7 +198,7 @@ def noisy():
 
 
 def sync(servos):
-    """(build, typed call to last stop bit), the run; the worst."""
+    """(longest build, longest time from the call to the last stop bit, run)"""
     run = Run("benchmark/sync", "--stamp", "B", "--seconds", "2", servos=f"1-{servos}", eeprom=[servos])
     run.check(run.figure["good"] == 4, "not all were sent")
     size = 8 + 5 * servos
@@ -210,7 +217,7 @@ def sync18():
 
 
 def group(servos):
-    """Cycles of feedback of all, and the run."""
+    """(cycles to read the feedback of all servos, run)"""
     run = Run("benchmark/group", "--stamp", "B", "--seconds", "2", servos=f"1-{servos}", eeprom=[servos])
     run.check(run.figure["good"] == 2, "not all were read")
     return max(cycles for cycles, _, _ in run.spans(WHOLE)), run
@@ -247,8 +254,9 @@ def polls():
 
 
 def host_traffic(seconds):
-    """Lines of the PC's program. For half the time it asks for 50 bytes again and again, as fast as
-    they can come: the way back is full. Then it talks without a gap, the same and random bytes."""
+    """Yields the script of the host. In the first half of the time it requests 50 bytes of the device
+    again and again, as fast as the replies can come: the way to the host is full. In the second half it
+    also sends random bytes, without a gap."""
     dice = random.Random(7)
     ask = packet(DEVICE, READ, [0, 50])
     left_us = half_us = 500000 * seconds
@@ -262,7 +270,7 @@ def host_traffic(seconds):
 
 
 def keep_return_delay(folder, n):
-    """Has servos 1 to 18 keep this return delay, without the controller: it refuses 0."""
+    """Sets the return delay of servos 1 to 18 without the controller, which refuses 0."""
     script = folder / "delay.script"
     script.write_text("@send " + packet(BROADCAST, WRITE, [REG_RETURN_DELAY, n]).hex(" ")
                       + f"\n@expect servo 1-18 RETURN_DELAY {n}\n")
@@ -271,7 +279,8 @@ def keep_return_delay(folder, n):
 
 
 def flooded(n, seconds, elf="firmware/flood", board="atmega128"):
-    """A firmware, here that with a cycle of 18 servos, and so much traffic of its host at 1 Mbps."""
+    """Runs a firmware while its host sends for `seconds` at 1 Mbps. firmware/flood runs a cycle of 18
+    servos; `n`: value of their register 0x05."""
     lines = ["wait 10000", "say " + packet(1, PING, []).hex(" "), "hear 6",
              "say " + packet(DEVICE, WRITE, [HOST_BAUD, 1]).hex(" "), "hear 6", "wait 6000",
              "baud 1000000", "wait 10000", *host_traffic(seconds), "wait 1000"]
@@ -284,7 +293,7 @@ def flooded(n, seconds, elf="firmware/flood", board="atmega128"):
 
 @functools.lru_cache
 def run_loaded():
-    """The return delay that is needed, and the run at it."""
+    """(smallest return delay at which no rule is broken, run at that return delay)"""
     for n in range(16):
         run = flooded(n, 1)
         if run.status == 0:
@@ -297,11 +306,11 @@ def run_loaded():
     return n, run
 
 
-LOADED = threading.Lock()  # one job measures it, the others wait for that
+LOADED = threading.Lock()  # one job runs run_loaded(), the others wait for its result
 
 
-# Commands of every kind, with pauses in which the firmware sleeps. A return delay of 20 us bears the
-# handlers of the host link beside those of the bus.
+# Commands of every kind, with pauses in which the firmware sleeps. With a return delay of 20 us the
+# handlers of the host link may delay the release of the driver.
 COMMANDS = """write 254 RETURN_DELAY 10
 scan
 settings link_loss_ms 5000
@@ -333,8 +342,8 @@ EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.c"))
 
 
 def shipped(name, *boards):
-    """The longest time with interrupts off in each firmware and example that is shipped. Of a
-    firmware: commands, pauses, and two seconds of a host that never stops."""
+    """Row `name`: the longest time with interrupts off in the firmware and the examples of these boards.
+    A firmware runs commands and pauses, then two seconds with a host that never stops."""
     longest = 0
     for board in boards:
         if board == "arduino-uno":  # no host link: its firmware is an example
@@ -360,17 +369,17 @@ def shipped(name, *boards):
 
 LOOPS, CALLS, FRAMES, WRITES_EEPROM = range(4)
 NOTHING_SENT, ZERO = 255, 128
-# What test/benchmark/turnaround.c constructs, by the instruction behind cli: the stack pointer moves (a
-# prologue or an epilogue), or EEMPE is set. No packet is on its way in start-up and exit, nor where the
-# firmware is about to sleep: busy() is true while the bus has a request. Main switches the watchdog
-# on (wdr) before its loop submits anything.
+# test/benchmark/turnaround.c constructs two kinds of cli section, known by the instruction after cli:
+# the stack pointer moves (prologue or epilogue of a function), or EEMPE is set. Other cli sections do
+# not count, because no packet is sent there: start-up, exit, the section before sleep (busy() is true
+# while the bus has a request), and wdr (main switches the watchdog on before its loop).
 CLI_STACK, CLI_EEPROM = r"out\s+0x3e,", r"sbi\s+0x1c, 2"
 CLI_IDLE = {"_exit", "avr_reset_cause_keep"}
-SLEEP_WITHIN = 60  # instructions behind cli
+SLEEP_WITHIN = 60  # instructions after cli
 
 
 def check_cli(elf):
-    """Every cli of the firmware is one that the construction knows."""
+    """Checks that turnaround.c constructs every cli section of the firmware."""
     text = subprocess.run(["avr-objdump", "-d", "--no-show-raw-insn", ROOT / elf], text=True,
                           stdout=subprocess.PIPE, check=True).stdout.splitlines()
     name = ""
@@ -386,7 +395,7 @@ def check_cli(elf):
 
 
 def turnarounds(activity, real, phases, overflows, sends, writes):
-    """[(cycles, moments)] of every combination of these ranges."""
+    """[(cycles of the turnaround, moments)] of every combination of these ranges, longest first."""
     ranges = (phases, overflows, sends, writes)
     options = [activity, real]
     for one in ranges:
@@ -405,7 +414,8 @@ def about(moment, reach, step=1, low=0, high=255):
 
 
 def turnaround_of(activity):
-    """The worst of one activity: a coarse sweep, then about the worst of it until it grows no more."""
+    """(longest turnaround, run) of one activity: a coarse sweep, then finer ones around the longest
+    turnaround until it grows no more."""
     none = range(NOTHING_SENT, NOTHING_SENT + 1)
     writes = activity == WRITES_EEPROM
     if writes:
@@ -458,11 +468,11 @@ def cycle(servos, seconds, n):
 
 
 def shares(run, name, seconds):
-    """Rows of a cycle that has run for so long."""
+    """Rows of a cycle that has run for `seconds`."""
     run.check(run.figure["periods"] + run.figure["missed"] == 250 * seconds, "not all periods")
     time = seconds * MHZ * 1000000
     packets = list(run.wire())
-    begun = next(at for at, _, raw in packets if raw[4] == SYNC_WRITE)  # what came before prepares
+    begun = next(at for at, _, raw in packets if raw[4] == SYNC_WRITE)  # the packets before it prepare the servos
     wire = BYTE * sum(len(raw) for at, _, raw in packets if at >= begun)
     calls = int(re.search(r"^mark: .* (\d+) in all$", run.output, re.M)[1])
     return {**run.everywhere(), f"{name}_missed": run.figure["missed"],
@@ -525,13 +535,13 @@ def safe_cycle50(seconds=60):
 
 TORQUE_OFF = packet(BROADCAST, WRITE, [0x18, 0])
 SAFE_MARGIN = 100 * MHZ  # CDS_REPLY_MARGIN_US
-FAILED = 100 * MHZ  # behind the deadline, a call may still find the transaction, or a line to be quiet
+FAILED = 100 * MHZ  # after the deadline the bus may still have the transaction, or wait for a quiet line
 DAMAGED_ID = 60  # test/benchmark/safe_torque_off.c
 
 
 def ends(wire):
-    """(first start bit, end, it failed) of each transaction of ours but torque off. One that gets no
-    good reply ends at its deadline."""
+    """(start of the first start bit, end, failed) of each transaction except torque off. A transaction
+    without a good reply ends at its deadline."""
     for i, (begun, ours, raw) in enumerate(wire):
         if not ours or raw == TORQUE_OFF:
             continue
@@ -579,7 +589,7 @@ def bulk():
 
 
 def lost(run, counters):
-    """Bytes and replies."""
+    """Number of lost bytes and replies."""
     return counters["timeouts"] + counters["corrupt"] + run.broken("overrun", "reply-lost")
 
 
@@ -609,9 +619,9 @@ def size():
 
 
 def handlers(board, suffix=""):
-    """All paths: in good exchanges, and in what a babbler and noise make of the line."""
+    """All paths of the handlers: in good transactions, and with a babbling servo and noise."""
     clean = Run("benchmark/handlers", "--seconds", "2", board=board, servos="1-50", eeprom=[0])
-    clean.check(clean.figure["good"] == 100, "not all exchanges were good")
+    clean.check(clean.figure["good"] == 100, "not all transactions were good")
     bad = Run("benchmark/handlers", "--seconds", "2", "--rules", "warn", "--seed", "1", "--fault",
               "babble random", "--fault", "noise 100000", board=board, eeprom=[1])
     for name in ["framing_errors", "overruns", "ring_overflows"]:
@@ -650,7 +660,7 @@ JOBS = {
 
 # ---- how the cost grows -----------------------------------------------------------------------------
 
-PERIOD = 4000 * MHZ  # of the cycle
+PERIOD = 4000 * MHZ  # cycles in a period of cycle.h
 
 
 def scaling_read(servos):
@@ -663,8 +673,8 @@ def scaling_sync(servos):
 
 
 def scaling_cycle(servos, seconds=2):
-    """The time in which all servos' feedback is renewed, while goals go out at 250 Hz. The floor:
-    READ behind READ in what the goals leave of a period."""
+    """(time to read the feedback of all servos while goals are sent at 250 Hz, its floor). Floor: READs
+    without a gap in the part of each period that the goals leave."""
     run = cycle(servos, seconds, 1)
     run.check(run.figure["missed"] == 0, "missed")
     asked = next(raw for _, raw in run.packets() if raw[4] == 2 and len(raw) == 8)

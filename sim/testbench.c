@@ -121,8 +121,8 @@ static void pc_program_ended(void *context, uint64_t now, const char *wrong)
 {
     struct testbench *bench = context;
     if (wrong) {
-        rules_break(&bench->rules, RULE_EXPECTATION, now, "%s:%u: %s", bench->options->pc,
-                    bench->pc_program.line[bench->pc_program.next - 1].number, wrong);
+        rules_record_breach(&bench->rules, RULE_EXPECTATION, now, "%s:%u: %s", bench->options->pc,
+                            bench->pc_program.line[bench->pc_program.next - 1].number, wrong);
     }
     testbench_stop(bench);
 }
@@ -207,7 +207,7 @@ static void init_rules(struct testbench_bus *bus)
     }
     rules_init_bus(&bus->rules, &bus->bench->rules, bus->where);
     bus->rules.context = bus;
-    bus->rules.on_break = rule_broken;
+    bus->rules.on_breach = rule_broken;
 }
 
 /* Returns false, with one line on stderr, if the chip lacks what the board uses. */

@@ -32,7 +32,7 @@ static bool run_controller(struct testbench *bench)
     bench->end = bench->machine.avr->cycle;
     bench->cpu_done = end == MACHINE_DONE;
     if (end == MACHINE_CRASHED) {
-        rules_break(&bench->rules, RULE_CRASH, bench->end, "%s", bench->machine.crash);
+        rules_record_breach(&bench->rules, RULE_CRASH, bench->end, "%s", bench->machine.crash);
     }
     return end != MACHINE_CRASHED;
 }
@@ -74,8 +74,9 @@ bool testbench_run(struct testbench *bench)
         crashed = !run_controller(bench);
     }
     if (options->script && !bench->script.done && !crashed) {
-        rules_break(&bench->rules, RULE_SCRIPT_UNFINISHED, bench->end, "%s:%u%s", options->script,
-                    script_line_number(&bench->script), why_unfinished(bench));
+        rules_record_breach(&bench->rules, RULE_SCRIPT_UNFINISHED, bench->end, "%s:%u%s",
+                            options->script, script_line_number(&bench->script),
+                            why_unfinished(bench));
     }
     live_view_end(&bench->live_view, bench->end);
     if (!options->bus) {

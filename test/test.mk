@@ -1,9 +1,9 @@
 # Every test: faults, unit tests on the host and on the simulated AVR, whole runs.
 
-# Without sanitizers: a whole run is some hundred thousand exchanges.
+# Without sanitizers: a whole run has some hundred thousand transactions.
 FAULTS_BOARDS := atmega128 arduino-uno arbotix
 FAULTS_SRC := $(wildcard test/faults/*.c)
-FAULTS_NEEDS := build/host/faults $(FAULTS_BOARDS:%=build/%/firmware/exchanges.elf) \
+FAULTS_NEEDS := build/host/faults $(FAULTS_BOARDS:%=build/%/firmware/transactions.elf) \
 	build/atmega128/controller.elf build/arbotix/controller.elf
 
 build/host/faults-obj/%.o: test/faults/%.c build/host/flags | tools
@@ -33,11 +33,11 @@ faults-docs: faults
 
 UNITY_FLAGS := -I$(UNITY)/src -DUNITY_INCLUDE_CONFIG_H -Itest/support
 
-# Unity is not ours: no warnings of ours for it. deps has fetched it.
+# Unity comes from its authors, so this project's warnings are off for it. The target deps fetches it.
 $(UNITY)/src/unity.c $(UNITY)/auto/generate_test_runner.rb: | deps ;
 
 # A suite is test/<part>/<folder>/test_X.c. It becomes build/host/test/test_X, and on the simulated
-# AVR build/avr-test/test_X.elf. Two suites need two names.
+# AVR build/avr-test/test_X.elf. The name of each suite must be unique: all programs go into one folder.
 CORE_TEST_SRC := $(wildcard test/core/*/test_*.c)
 CONTROLLER_TEST_SRC := $(wildcard test/controller/*/test_*.c)
 UNIT_TEST_SRC := $(CORE_TEST_SRC) $(CONTROLLER_TEST_SRC)
@@ -72,8 +72,9 @@ build/host/test/obj/unity.o: $(UNITY)/src/unity.c build/host/test/flags
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(HOST_TEST_FLAGS) -w $(DEPFILES) -c $< -o $@
 
-# What the suites of the core and of the controller are linked with, as an archive: a suite links only
-# what it uses. CORE_ONLY=1: only the suites of the core, linked without the controller.
+# An archive of the core and the controller for their suites: a suite links only what it uses.
+# CORE_ONLY=1 leaves the controller out of the archive, and its suites out of host-tests: coverage and
+# mutation, which test src/core, build less.
 TESTED_SRC := $(CORE_SRC) test/support/port_fake.c
 ifneq ($(CORE_ONLY),1)
 TESTED_SRC += $(filter-out src/controller/main.c,$(CONTROLLER_SRC)) test/support/eeprom_fake.c
@@ -132,7 +133,7 @@ $(AVR_TEST)/$(basename $(notdir $(1))).elf: $(AVR_TEST)/obj/$(1:%.c=%.o) $(AVR_T
 endef
 $(foreach s,$(UNIT_TEST_SRC),$(eval $(call avr_test_rule,$(s))))
 
-# Small firmwares for tests of the simulator: plain register code, nothing of ours linked.
+# Small firmwares for tests of the simulator: plain register code without the library.
 FIRMWARE_MCU := atmega128
 build/firmware/three_buses.elf: FIRMWARE_MCU := atmega2560
 build/firmware/%.elf: test/firmware/registers/%.c build/atmega128/flags | tools
@@ -148,11 +149,13 @@ UNIT_TESTS := $(call host_program,$(UNIT_TEST_SRC)) \
 SIM_TESTS := $(SIM_TEST_SRC:%.c=build/host/%)
 RUN_TESTS := $(wildcard test/runs/test_*.py)
 
-CONSOLE_ELFS := $(patsubst %,build/%/controller.elf,arbotix arduino-mega atmega128 cm510)
-# Each run says on a line `# needs: FILE ...` what must be built for it.
+# Boards with a host link. test/runs/boards.py has the same list for the runs.
+HOST_BOARDS := $(foreach b,$(BOARDS),$(if $($(b)_PROFILE),$(b)))
+CONSOLE_ELFS := $(HOST_BOARDS:%=build/%/controller.elf)
+# Each run names in a line `# needs: FILE ...` the files that must be built for it.
 run_needs = $(if $(1),build/host/cds55xx-sim $(eval NEEDED := $(shell sed -n 's/^# needs: //p' $(1)))$(NEEDED))
 
-# T=word: only the suites whose name has that word in it.
+# T=word: only the suites whose name contains the word.
 T ?=
 ALL_TESTS := $(UNIT_TESTS) $(SIM_TESTS) $(RUN_TESTS)
 TESTS := $(if $(T),$(foreach t,$(ALL_TESTS),$(if $(findstring $(T),$(basename $(notdir $(t)))),$(t))),$(ALL_TESTS))
@@ -168,9 +171,9 @@ test: $$(test_programs)
 	@$(if $(TESTS),,echo "no test has '$(T)' in its name"; false)
 	@$(run_tests) --times build/test-times.tsv $(TESTS)
 
-# Of these `make test` runs a part.
-LONG_TESTS := $(wildcard $(patsubst %,test/runs/test_%.py,engine faults_all fuzz identity inhibit keeper robot))
-## test-long: the random and exhaustive runs in full length, of which `make test` runs a part
+# make test runs each of these suites too, with fewer random inputs.
+LONG_TESTS := $(wildcard $(patsubst %,test/runs/test_%.py,engine example_robot failsafe faults_all fuzz identity inhibit permit_random))
+## test-long: the random and exhaustive runs in full length; make test runs them with fewer inputs
 .PHONY: test-long
 test-long: $$(call run_needs,$$(LONG_TESTS))
 	@TEST_LONG=1 $(run_tests) --times build/test-long-times.tsv $(LONG_TESTS)
@@ -181,7 +184,7 @@ BUILD_TESTS := $(wildcard test/build/test_*.py)
 test-build: $$(call run_needs,$$(BUILD_TESTS))
 	@$(run_tests) $(BUILD_TESTS)
 
-# The programs on this machine that run src/core. The scripts build them with flags of their own.
+# The programs on this machine that run src/core. Coverage and mutation build them with other flags.
 HOST_TESTS := $(call host_program,$(CORE_TEST_SRC) $(CORE_RANDOM_SRC) \
 	$(if $(filter 1,$(CORE_ONLY)),,$(CONTROLLER_TEST_SRC) $(CONTROLLER_RANDOM_SRC)))
 .PHONY: host-tests list-host-tests
@@ -207,12 +210,13 @@ mutation: | deps
 cycle: build/host/cds55xx-sim build/atmega128/firmware/cycle50.elf
 	@test/runs/cycle.py 60
 
-## fuzz: random bytes, damaged lines and packets for the host link; random input while inhibited; random transactions
+## fuzz: random bytes, damaged lines and packets for the host link; random input while inhibited; random transactions; random packets at the permit
 .PHONY: fuzz
 fuzz: $(RANDOM_TESTS)
 	@build/host/test/fuzz 10000000 1000000
 	@build/host/test/inhibit_random 1000000
 	@build/host/test/engine_random 10000000
+	@build/host/test/door_random 1000000
 
 ## session: a first session with the console of an atmega128, as it stands on the terminal
 .PHONY: session

@@ -19,9 +19,9 @@ static void check_release(struct bus_circuit *circuit, uint64_t now)
 {
     const struct uart_tx *tx = &circuit->usart.tx;
     if (tx->busy && tx->bit > 0 && now < uart_tx_end(tx)) {
-        rules_break(circuit->rules, RULE_EARLY_RELEASE, now,
-                    "byte %02X was cut %" PRIu64 " cycles before the end of its stop bit",
-                    sent_byte(circuit), uart_tx_end(tx) - now);
+        rules_record_breach(circuit->rules, RULE_EARLY_RELEASE, now,
+                            "byte %02X was cut %" PRIu64 " cycles before the end of its stop bit",
+                            sent_byte(circuit), uart_tx_end(tx) - now);
     }
 }
 
@@ -30,9 +30,10 @@ static void check_listening(struct bus_circuit *circuit, uint64_t now)
 {
     bool listening = circuit->rx_enable && usart_is_listening(&circuit->usart);
     if (circuit->listening && !listening && now < circuit->servo_until) {
-        rules_break(circuit->rules, RULE_REPLY_LOST, now,
-                    "the receiver was shut %" PRIu64 " cycles before a servo's byte had ended",
-                    circuit->servo_until - now);
+        rules_record_breach(circuit->rules, RULE_REPLY_LOST, now,
+                            "the receiver was shut %" PRIu64
+                            " cycles before a servo's byte had ended",
+                            circuit->servo_until - now);
     }
     circuit->listening = listening;
 }
@@ -45,7 +46,8 @@ static void check_floating(struct bus_circuit *circuit, uint64_t now)
     circuit->txd_driven = circuit->txd_driven || circuit->txd.enabled;
     bool rxd = !adapter && !circuit->rx_enable && pin_state(&circuit->pin_rxd) == PIN_FLOATS;
     if (rxd && !circuit->rxd_floats) {
-        rules_break(circuit->rules, RULE_FLOATING_RXD, now, "RX enable off, no pull-up on RXD");
+        rules_record_breach(circuit->rules, RULE_FLOATING_RXD, now,
+                            "RX enable off, no pull-up on RXD");
     }
     circuit->rxd_floats = rxd;
     bool txd_matters =
@@ -53,8 +55,8 @@ static void check_floating(struct bus_circuit *circuit, uint64_t now)
     bool txd =
         txd_matters && circuit->txd.enabled == 0 && pin_state(&circuit->pin_txd) == PIN_FLOATS;
     if (txd && !circuit->txd_floats) {
-        rules_break(circuit->rules, RULE_FLOATING_TXD, now, "%sTXEN off, TXD an open input",
-                    adapter ? "" : "TX enable on, ");
+        rules_record_breach(circuit->rules, RULE_FLOATING_TXD, now, "%sTXEN off, TXD an open input",
+                            adapter ? "" : "TX enable on, ");
     }
     circuit->txd_floats = txd;
 }
@@ -65,7 +67,7 @@ static void check_output(struct bus_circuit *circuit, uint64_t now, bool port_dr
 {
     bool output = circuit->wiring == BOARD_TIED && port_drives;
     if (output && !circuit->txd_output) {
-        rules_break(circuit->rules, RULE_TXD_OUTPUT, now, "TXEN off, TXD an output");
+        rules_record_breach(circuit->rules, RULE_TXD_OUTPUT, now, "TXEN off, TXD an output");
     }
     circuit->txd_output = output;
 }
@@ -88,12 +90,13 @@ static void sig_driver(void *context, uint64_t now, struct driver *driver)
     bool collision = servos > 1;
     if (two && !circuit->two_drivers) {
         bool late = driver == &circuit->to_sig;
-        rules_break(circuit->rules, RULE_TWO_DRIVERS, now, "%s began while %s",
-                    late ? "the controller" : "a servo",
-                    late ? "a servo talked" : driving(circuit));
+        rules_record_breach(circuit->rules, RULE_TWO_DRIVERS, now, "%s began while %s",
+                            late ? "the controller" : "a servo",
+                            late ? "a servo talked" : driving(circuit));
     }
     if (collision && !circuit->collision) {
-        rules_break(circuit->rules, RULE_COLLISION, now, "a servo began while another one talked");
+        rules_record_breach(circuit->rules, RULE_COLLISION, now,
+                            "a servo began while another one talked");
     }
     circuit->two_drivers = two;
     circuit->collision = collision;
@@ -103,18 +106,18 @@ void bus_circuit_servo_byte(struct bus_circuit *circuit, uint64_t now, uint64_t 
 {
     circuit->servo_until = end;
     if (!circuit->listening) {
-        rules_break(circuit->rules, RULE_REPLY_LOST, now, "a servo's byte began while %s",
-                    circuit->rx_enable     ? "RXEN was off"
-                    : has_adapter(circuit) ? driving(circuit)
-                                           : "the RX enable was off");
+        rules_record_breach(circuit->rules, RULE_REPLY_LOST, now, "a servo's byte began while %s",
+                            circuit->rx_enable     ? "RXEN was off"
+                            : has_adapter(circuit) ? driving(circuit)
+                                                   : "the RX enable was off");
     }
 }
 
 static void byte_begins(struct bus_circuit *circuit, uint64_t now)
 {
     if (!circuit->tx_enable && !has_adapter(circuit)) {
-        rules_break(circuit->rules, RULE_DRIVER_OFF, now, "byte %02X never reached the wire",
-                    sent_byte(circuit));
+        rules_record_breach(circuit->rules, RULE_DRIVER_OFF, now,
+                            "byte %02X never reached the wire", sent_byte(circuit));
     } else if (circuit->on_byte) {
         circuit->on_byte(circuit->context, now);
     }
@@ -129,22 +132,22 @@ static void check_usart_event(void *context, enum usart_event event, uint64_t no
         check_floating(circuit, now);
         break;
     case USART_BAD_FORMAT:
-        rules_break(circuit->rules, RULE_FRAME_FORMAT, now, "UCSRC does not say 8N1");
+        rules_record_breach(circuit->rules, RULE_FRAME_FORMAT, now, "UCSRC does not say 8N1");
         byte_begins(circuit, now);
         break;
     case USART_FRAME: byte_begins(circuit, now); break;
     case USART_WRITE_LOST:
-        rules_break(circuit->rules, RULE_LOST_WRITE, now, "the byte was ignored");
+        rules_record_breach(circuit->rules, RULE_LOST_WRITE, now, "the byte was ignored");
         break;
     case USART_WRITE_OFF:
-        rules_break(circuit->rules, RULE_TRANSMITTER_OFF, now, "the byte was ignored");
+        rules_record_breach(circuit->rules, RULE_TRANSMITTER_OFF, now, "the byte was ignored");
         break;
     case USART_OVERRUN:
-        rules_break(circuit->rules, RULE_OVERRUN, now,
-                    "DOR: two bytes unread, a third overwritten");
+        rules_record_breach(circuit->rules, RULE_OVERRUN, now,
+                            "DOR: two bytes unread, a third overwritten");
         break;
     case USART_BYTE_IGNORED:
-        rules_break(circuit->rules, RULE_REPLY_LOST, now, "a byte came while RXEN was off");
+        rules_record_breach(circuit->rules, RULE_REPLY_LOST, now, "a byte came while RXEN was off");
         break;
     }
 }
@@ -176,8 +179,8 @@ static void adapter_turn(struct bus_circuit *circuit, uint64_t now, bool drives)
 static void adapter_frame(struct bus_circuit *circuit, uint64_t now)
 {
     uint64_t hold = (uint64_t)circuit->machine->avr->frequency * BUS_CIRCUIT_HOLD_us / 1000000;
-    uint32_t bit_256 = usart_bit_256(&circuit->usart);
-    circuit->frame_end = now + uart_half_bits(bit_256, 2 * UART_FRAME_BITS);
+    uint32_t bit_time_256 = usart_bit_time_256(&circuit->usart);
+    circuit->frame_end = now + uart_cycles_of_half_bits(bit_time_256, 2 * UART_FRAME_BITS);
     schedule_at(circuit->machine->schedule, &circuit->release, circuit->frame_end + hold);
     if (!circuit->tx_enable) {
         adapter_turn(circuit, now, true);
@@ -259,7 +262,7 @@ static void apply_pins(struct bus_circuit *circuit, uint64_t now)
     circuit->tx_enable = tx;
     circuit->rx_enable = rx;
     if (circuit->wiring == BOARD_TWO_ENABLES && tx && rx && !were_both) {
-        rules_break(circuit->rules, RULE_BOTH_ENABLES, now, "the controller hears itself");
+        rules_record_breach(circuit->rules, RULE_BOTH_ENABLES, now, "the controller hears itself");
     }
     check_output(circuit, now, port_drives);
     driver_set(&circuit->to_sig, now, tx, circuit->txd.level);

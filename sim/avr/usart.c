@@ -48,7 +48,7 @@ static uint64_t write_time(const struct usart *usart)
     return usart->avr->cycle + USART_WRITE_CYCLES;
 }
 
-uint32_t usart_bit_256(const struct usart *usart)
+uint32_t usart_bit_time_256(const struct usart *usart)
 {
     const avr_uart_t *r = usart->registers;
     const uint8_t *data = usart->avr->data;
@@ -59,7 +59,7 @@ uint32_t usart_bit_256(const struct usart *usart)
 
 uint32_t usart_get_bit_time(void *context)
 {
-    return usart_bit_256(context);
+    return usart_bit_time_256(context);
 }
 
 bool usart_is_transmitting(const struct usart *usart)
@@ -114,7 +114,7 @@ static void vector_entered(struct avr_irq_t *irq, uint32_t value, void *param)
 
 static void start_frame(struct usart *usart, uint64_t start, uint8_t byte)
 {
-    uart_tx_send(&usart->tx, start, usart_bit_256(usart), byte);
+    uart_tx_send(&usart->tx, start, usart_bit_time_256(usart), byte);
 }
 
 static void frame_started(void *context, uint64_t now)
@@ -321,7 +321,7 @@ bool usart_init(struct usart *usart, avr_t *avr, unsigned number, bool exact,
     driver_init(&usart->txd, txd);
     uart_tx_init(&usart->tx, schedule, &usart->txd, usart);
     uart_rx_init(&usart->rx, schedule, rxd, usart);
-    usart->rx.get_bit_256 = usart_get_bit_time;
+    usart->rx.get_bit_time_256 = usart_get_bit_time;
     if (exact) {
         usart_init_exact(usart);
     } else {

@@ -86,7 +86,7 @@ bool usart_is_listening(const struct usart *usart);
 bool usart_rxen(const struct usart *usart);
 
 /* Returns the bit time in 1/256 cycle, from the present UBRR and U2X. */
-uint32_t usart_bit_256(const struct usart *usart);
+uint32_t usart_bit_time_256(const struct usart *usart);
 
 /* For both versions: enables the driver of TXD by TXEN. */
 void usart_update_txd(struct usart *usart, uint64_t now);

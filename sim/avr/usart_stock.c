@@ -8,7 +8,7 @@ static void send_next(struct usart *usart, uint64_t start)
     uint8_t byte = usart->queue[0];
     usart->queued--;
     memmove(usart->queue, usart->queue + 1, usart->queued);
-    uart_tx_send(&usart->tx, start, usart_bit_256(usart), byte);
+    uart_tx_send(&usart->tx, start, usart_bit_time_256(usart), byte);
 }
 
 static void frame_started(void *context, uint64_t now)

@@ -16,7 +16,7 @@ static void send_next(struct adapter *adapter, uint64_t now)
     const struct adapter_byte *next = &adapter->queue[adapter->head];
     adapter->head = (adapter->head + 1) % ADAPTER_SIZE;
     adapter->waiting--;
-    uart_tx_send(&adapter->tx, now, next->bit_256, next->byte);
+    uart_tx_send(&adapter->tx, now, next->bit_time_256, next->byte);
 }
 
 static void byte_begins(void *context, uint64_t now)
@@ -52,10 +52,10 @@ static void byte_received(void *context, uint64_t now, const struct uart_frame *
     }
 }
 
-static uint32_t get_bit_256(void *context)
+static uint32_t get_bit_time_256(void *context)
 {
     const struct adapter *adapter = context;
-    return adapter->bit_256;
+    return adapter->bit_time_256;
 }
 
 void adapter_init(struct adapter *adapter, struct schedule *schedule, struct net *to,
@@ -75,7 +75,7 @@ void adapter_init(struct adapter *adapter, struct schedule *schedule, struct net
     adapter->listener = (struct listener){.context = adapter, .on_level = level_changed};
     net_listen(from, &adapter->listener);
     uart_rx_init(&adapter->rx, schedule, &adapter->rxd, adapter);
-    adapter->rx.get_bit_256 = get_bit_256;
+    adapter->rx.get_bit_time_256 = get_bit_time_256;
     adapter->rx.on_byte = byte_received;
     uart_rx_enable(&adapter->rx, true);
 }
@@ -86,7 +86,7 @@ void adapter_baud(struct adapter *adapter, uint32_t baud)
         return;
     }
     adapter->baud = baud;
-    adapter->bit_256 = uart_bit_256(adapter->clock_Hz, baud < BAUD_MAX ? baud : BAUD_MAX);
+    adapter->bit_time_256 = uart_bit_time_256(adapter->clock_Hz, baud < BAUD_MAX ? baud : BAUD_MAX);
 }
 
 size_t adapter_space(const struct adapter *adapter)
@@ -98,7 +98,7 @@ void adapter_send(struct adapter *adapter, uint64_t now, const uint8_t *bytes, s
 {
     for (size_t i = 0; i < size && adapter->waiting < ADAPTER_SIZE; i++) {
         size_t end = (adapter->head + adapter->waiting++) % ADAPTER_SIZE;
-        adapter->queue[end] = (struct adapter_byte){adapter->bit_256, bytes[i]};
+        adapter->queue[end] = (struct adapter_byte){adapter->bit_time_256, bytes[i]};
     }
     if (!adapter->waiting || adapter->tx.busy) {
         return;
@@ -114,7 +114,7 @@ uint64_t adapter_end(const struct adapter *adapter)
     uint64_t end = uart_tx_end(&adapter->tx);
     for (size_t i = 0; i < adapter->waiting; i++) {
         const struct adapter_byte *byte = &adapter->queue[(adapter->head + i) % ADAPTER_SIZE];
-        end += uart_half_bits(byte->bit_256, UART_FRAME_BITS * 2);
+        end += uart_cycles_of_half_bits(byte->bit_time_256, UART_FRAME_BITS * 2);
     }
     return end;
 }

@@ -17,7 +17,7 @@
 #define ADAPTER_SIZE 4096 // bytes that wait to be sent
 
 struct adapter_byte {
-    uint32_t bit_256;
+    uint32_t bit_time_256;
     uint8_t byte;
 };
 
@@ -31,7 +31,7 @@ struct adapter {
     struct driver to_rxd;
     struct listener listener;
     struct uart_rx rx;
-    uint32_t baud, bit_256;
+    uint32_t baud, bit_time_256;
     struct adapter_byte queue[ADAPTER_SIZE]; // a ring
     size_t head, waiting;
     uint32_t framing_errors;

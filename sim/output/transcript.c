@@ -102,12 +102,12 @@ static void driver_changed(void *context, uint64_t now, struct driver *driver)
 }
 
 /* Finds the sender of a start bit and its bit time. */
-static uint32_t get_bit_256(void *context)
+static uint32_t get_bit_time_256(void *context)
 {
     struct transcript *t = context;
     t->byte_from_controller = t->controller && t->controller->enabled && !t->controller->level;
     const struct driver *tx = t->byte_from_controller ? t->controller_tx : t->servo;
-    return tx && tx->bit_256 ? tx->bit_256 : t->rx.bit_256;
+    return tx && tx->bit_time_256 ? tx->bit_time_256 : t->rx.bit_time_256;
 }
 
 static void byte_received(void *context, uint64_t now, const struct uart_frame *frame)
@@ -143,8 +143,8 @@ void transcript_init(struct transcript *transcript, struct schedule *schedule, s
     transcript->listener = (struct listener){.context = transcript, .on_driver = driver_changed};
     net_listen(net, &transcript->listener);
     uart_rx_init(&transcript->rx, schedule, net, transcript);
-    transcript->rx.bit_256 = 16 * 256;
-    transcript->rx.get_bit_256 = get_bit_256;
+    transcript->rx.bit_time_256 = 16 * 256;
+    transcript->rx.get_bit_time_256 = get_bit_time_256;
     transcript->rx.on_byte = byte_received;
     uart_rx_enable(&transcript->rx, true);
     event_init(&transcript->idle, fell_idle, transcript);

@@ -111,8 +111,8 @@ static bool parse_ids(struct fault_order *order, const char *text)
 
 static bool parse_direction(struct fault_order *order, const char *text)
 {
-    order->out = strcmp(text, "out") == 0;
-    return order->out || strcmp(text, "in") == 0;
+    order->from_servo = strcmp(text, "out") == 0;
+    return order->from_servo || strcmp(text, "in") == 0;
 }
 
 static bool parse_word(struct fault_order *order, enum word word, const char *text)
@@ -120,8 +120,8 @@ static bool parse_word(struct fault_order *order, enum word word, const char *te
     switch (word) {
     case NONE: return false;
     case DIRECTION: return parse_direction(order, text);
-    case IN: return parse_direction(order, text) && !order->out;
-    case OUT: return parse_direction(order, text) && order->out;
+    case IN: return parse_direction(order, text) && !order->from_servo;
+    case OUT: return parse_direction(order, text) && order->from_servo;
     case PACKET: return parse_packet(order, text);
     case IDS: return parse_ids(order, text);
     case CHOICE: return parse_choice(order, text);

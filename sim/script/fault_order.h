@@ -49,7 +49,7 @@ enum fault_quirk {
 
 struct fault_order {
     enum fault_verb verb;
-    bool out;        // packets from servos; false: from the controller
+    bool from_servo; // `out`: packets from servos; `in`: packets from the controller
     bool every;      // every packet
     uint32_t packet; // 1: the next packet
     unsigned choice; // index of one of the verb's words, a value of the enums above

@@ -19,7 +19,7 @@ static uint32_t random_number(struct faults *faults)
     return faults->random;
 }
 
-/* --- faults of a byte --- */
+/* --- faults that act when a byte begins --- */
 
 static void flip_bits(struct faults *faults, const struct fault_order *order, uint64_t now,
                       const struct uart_tx *tx)
@@ -41,7 +41,22 @@ static void lose_byte(struct faults *faults, const struct fault_order *order, ui
     fault_notify(faults, now, until, order->verb);
 }
 
-/* --- faults of a reply --- */
+/* Servos lose power when the byte begins. */
+static void unplug(struct faults *faults, const struct fault_order *order, uint64_t now,
+                   const struct uart_tx *tx)
+{
+    (void)tx;
+    uint64_t time = cycles(faults, order->number[1] * 1000ull);
+    for (unsigned i = 0; i < faults->servos->count; i++) {
+        struct servo_node *node = &faults->servos->node[i];
+        if (order->ids[node->servo.registers[TABLE_ID]]) {
+            servo_node_brown_out(node, now, time);
+            fault_notify(faults, now, now + time, order->verb);
+        }
+    }
+}
+
+/* --- faults that change a reply before it is sent --- */
 
 static void set_byte(struct servo_reply *reply, unsigned at, uint8_t value)
 {
@@ -92,7 +107,7 @@ static bool delay_reply(const struct fault_order *order, struct servo_node *node
     return true;
 }
 
-/* --- faults of a servo --- */
+/* --- faults that act on a servo at once --- */
 
 static uint64_t brown_out(struct faults *faults, const struct fault_order *order, uint64_t now,
                           struct servo_node *node)
@@ -100,21 +115,6 @@ static uint64_t brown_out(struct faults *faults, const struct fault_order *order
     uint64_t time = cycles(faults, order->number[0] * 1000ull);
     servo_node_brown_out(node, now, time);
     return now + time;
-}
-
-/* Runs when a byte of the controller begins. */
-static void unplug(struct faults *faults, const struct fault_order *order, uint64_t now,
-                   const struct uart_tx *tx)
-{
-    (void)tx;
-    uint64_t time = cycles(faults, order->number[1] * 1000ull);
-    for (unsigned i = 0; i < faults->servos->count; i++) {
-        struct servo_node *node = &faults->servos->node[i];
-        if (order->ids[node->servo.registers[TABLE_ID]]) {
-            servo_node_brown_out(node, now, time);
-            fault_notify(faults, now, now + time, order->verb);
-        }
-    }
 }
 
 /* Among servos that share an ID, each one replies later than the one before. */
@@ -159,7 +159,7 @@ static void set_stuck(struct faults *faults, uint64_t now, enum net_override stu
 {
     schedule_cancel(faults->schedule, &faults->unstick);
     faults->stuck = stuck;
-    fault_disturb(faults, now);
+    fault_exempt_senders(faults, now);
     schedule_at(faults->schedule, &faults->edge, now);
 }
 
@@ -193,7 +193,7 @@ static void plan_flip(struct faults *faults, uint64_t now)
 static void flip(void *context, uint64_t now)
 {
     struct faults *faults = context;
-    uint64_t until = now + uart_half_bits(faults->bit_256, 2);
+    uint64_t until = now + uart_cycles_of_half_bits(faults->bit_time_256, 2);
     fault_override(faults, now, (struct fault_pulse){now, until, NET_INVERTED});
     fault_notify(faults, now, until, FAULT_NOISE);
     plan_flip(faults, now);
@@ -219,8 +219,8 @@ static void babble_on(void *context, uint64_t now)
     if (faults->babbling == FAULT_BABBLE_RANDOM) {
         byte = (uint8_t)(random_number(faults) >> 8);
     }
-    uart_tx_send(&faults->babble, now, faults->bit_256, byte);
-    fault_disturb(faults, uart_tx_end(&faults->babble));
+    uart_tx_send(&faults->babble, now, faults->bit_time_256, byte);
+    fault_exempt_senders(faults, uart_tx_end(&faults->babble));
 }
 
 static void babble(struct faults *faults, const struct fault_order *order, uint64_t now)

@@ -1,8 +1,8 @@
 /* What each fault does (fault_verbs.c), and what faults.c does for it. Only these two files use it.
  *
- * To add a fault: its words in fault_order.c, its function and its row here, its row in
- * docs/faults.md.
- */
+ * To add a fault: a value in fault_order.h, its words in fault_order.c, a function and a row of
+ * fault_verbs in fault_verbs.c, and a row in docs/faults.md. State of a fault that lasts is a field
+ * of struct faults, or of struct servo_node if each servo has its own. */
 #ifndef SIM_FAULT_VERBS_H
 #define SIM_FAULT_VERBS_H
 
@@ -24,9 +24,9 @@ extern const struct fault_verb_ops fault_verbs[FAULT_VERBS];
 /* Prepares the faults that last: stuck, noise, babble. */
 void fault_verbs_init(struct faults *faults);
 
-/* Until `until` the level of the wire is not that of its drivers. A servo that sends or is about to
- * send is exempt from the rules. */
-void fault_disturb(struct faults *faults, uint64_t until);
+/* A fault acts until `until`. Servos that send or are about to send are exempt from the rules, and
+ * so are replies to the controller's present packet. */
+void fault_exempt_senders(struct faults *faults, uint64_t until);
 
 /* Overrides the level of the wire from pulse.from to pulse.until. */
 void fault_override(struct faults *faults, uint64_t now, struct fault_pulse pulse);

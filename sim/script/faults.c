@@ -12,10 +12,10 @@ enum { HEADER = 0xFF };
 
 /* --- exemption from the rules --- */
 
-void fault_disturb(struct faults *faults, uint64_t until)
+void fault_exempt_senders(struct faults *faults, uint64_t until)
 {
-    faults->disturbed = true;
-    faults->disturbed_until = until > faults->disturbed_until ? until : faults->disturbed_until;
+    faults->exempts_replies = true;
+    faults->exempts_until = until > faults->exempts_until ? until : faults->exempts_until;
     for (unsigned i = 0; i < faults->servos->count; i++) {
         struct servo_node *node = &faults->servos->node[i];
         if (node->driver.enabled || event_armed(&node->reply_delay)) {
@@ -27,7 +27,7 @@ void fault_disturb(struct faults *faults, uint64_t until)
 void faults_controller_reset(struct faults *faults, uint64_t now)
 {
     faults->resets++;
-    fault_disturb(faults, now);
+    fault_exempt_senders(faults, now);
 }
 
 void fault_notify(struct faults *faults, uint64_t now, uint64_t until, enum fault_verb verb)
@@ -82,7 +82,7 @@ void fault_override(struct faults *faults, uint64_t now, struct fault_pulse puls
         faults->pulse[faults->pulses++] = pulse;
         schedule_at(faults->schedule, &faults->edge, now);
     }
-    fault_disturb(faults, pulse.until);
+    fault_exempt_senders(faults, pulse.until);
 }
 
 /* --- orders --- */
@@ -94,7 +94,8 @@ static const char *add_pending(struct faults *faults, const struct fault_order *
     }
     struct pending_fault *pending = &faults->pending[faults->pending_count++];
     *pending = (struct pending_fault){.order = *order};
-    pending->order.packet += order->out ? faults->replies : faults->packet_in.packets;
+    pending->order.packet +=
+        order->from_servo ? faults->replies : faults->controller_packet.packets;
     return 0;
 }
 
@@ -143,19 +144,19 @@ const char *faults_check(const char *text)
 
 /* --- who begins which byte of which packet --- */
 
-static bool is_for(const struct fault_order *order, bool out, uint32_t packet)
+static bool is_for(const struct fault_order *order, bool from_servo, uint32_t packet)
 {
-    return order->out == out && (order->every || order->packet == packet);
+    return order->from_servo == from_servo && (order->every || order->packet == packet);
 }
 
 /* Drops orders for packets before `packet`. */
-static void drop_orders(struct faults *faults, bool out, uint32_t packet)
+static void drop_orders(struct faults *faults, bool from_servo, uint32_t packet)
 {
     unsigned kept = 0;
     for (unsigned i = 0; i < faults->pending_count; i++) {
         struct pending_fault *pending = &faults->pending[i];
         const struct fault_order *order = &pending->order;
-        if (order->out == out && !order->every && order->packet < packet) {
+        if (order->from_servo == from_servo && !order->every && order->packet < packet) {
             faults->unused += !pending->acted;
         } else {
             faults->pending[kept++] = *pending;
@@ -164,12 +165,12 @@ static void drop_orders(struct faults *faults, bool out, uint32_t packet)
     faults->pending_count = kept;
 }
 
-static void act_on_byte(struct faults *faults, uint64_t now, bool out, uint32_t packet,
+static void act_on_byte(struct faults *faults, uint64_t now, bool from_servo, uint32_t packet,
                         unsigned byte, const struct uart_tx *tx)
 {
     for (unsigned i = 0; i < faults->pending_count; i++) {
         struct pending_fault *pending = &faults->pending[i];
-        if (fault_verbs[pending->order.verb].byte && is_for(&pending->order, out, packet) &&
+        if (fault_verbs[pending->order.verb].byte && is_for(&pending->order, from_servo, packet) &&
             pending->order.number[0] == byte) {
             pending->acted = true;
             fault_verbs[pending->order.verb].byte(faults, &pending->order, now, tx);
@@ -194,11 +195,12 @@ static uint32_t oldest_reply(const struct faults *faults)
 static void reply_due(void *fault_context, struct servo_node *node)
 {
     struct faults *faults = fault_context;
-    const struct controller_packet *packet_in = &faults->packet_in;
+    const struct controller_packet *controller_packet = &faults->controller_packet;
     node->reply = ++faults->replies;
     drop_orders(faults, true, oldest_reply(faults));
-    bool exempt = (faults->acts || faults->resets) &&
-                  (faults->disturbed || node->has_partial_packet || !packet_in->complete);
+    bool exempt =
+        (faults->acts || faults->resets) &&
+        (faults->exempts_replies || node->has_partial_packet || !controller_packet->complete);
     for (unsigned i = 0; i < faults->pending_count; i++) {
         struct pending_fault *pending = &faults->pending[i];
         if (fault_verbs[pending->order.verb].reply && is_for(&pending->order, true, node->reply)) {
@@ -219,12 +221,13 @@ static void servo_byte(void *fault_context, uint64_t now, const struct servo_nod
 
 static void begin_packet(struct faults *faults, uint64_t now)
 {
-    faults->packet_in = (struct controller_packet){.packets = faults->packet_in.packets + 1};
-    drop_orders(faults, false, faults->packet_in.packets);
-    uint64_t frame = uart_half_bits(faults->bit_256, 2 * UART_FRAME_BITS);
-    faults->disturbed =
+    faults->controller_packet =
+        (struct controller_packet){.packets = faults->controller_packet.packets + 1};
+    drop_orders(faults, false, faults->controller_packet.packets);
+    uint64_t frame = uart_cycles_of_half_bits(faults->bit_time_256, 2 * UART_FRAME_BITS);
+    faults->exempts_replies =
         faults->babbling != FAULT_BABBLE_OFF || faults->stuck != NET_AS_DRIVEN ||
-        now < faults->disturbed_until + frame; // a frame with wrong bits may still continue
+        now < faults->exempts_until + frame; // a frame with wrong bits may still continue
     for (unsigned i = 0; i < faults->servos->count; i++) {
         struct servo_node *node = &faults->servos->node[i];
         node->has_partial_packet = node->servo.codec.size > node->servo.codec.first;
@@ -232,30 +235,31 @@ static void begin_packet(struct faults *faults, uint64_t now)
 }
 
 /* Any number of header bytes is one header (R27). LENGTH counts the bytes after it. */
-static void follow_packet(struct controller_packet *packet_in, uint8_t byte)
+static void follow_packet(struct controller_packet *controller_packet, uint8_t byte)
 {
-    if (!packet_in->id && byte != HEADER && packet_in->byte >= 2) {
-        packet_in->id = packet_in->byte;
+    if (!controller_packet->id && byte != HEADER && controller_packet->byte >= 2) {
+        controller_packet->id = controller_packet->byte;
     }
-    if (packet_in->id && packet_in->byte == packet_in->id + 1) {
-        packet_in->size = packet_in->byte + 1 + byte;
+    if (controller_packet->id && controller_packet->byte == controller_packet->id + 1) {
+        controller_packet->size = controller_packet->byte + 1 + byte;
     }
-    packet_in->complete = packet_in->byte + 1 == packet_in->size;
+    controller_packet->complete = controller_packet->byte + 1 == controller_packet->size;
 }
 
 void faults_controller_byte(struct faults *faults, uint64_t now, const struct uart_tx *tx)
 {
-    struct controller_packet *packet_in = &faults->packet_in;
-    uint64_t gap = uart_half_bits(tx->bit_256, 2 * GAP_BITS);
-    faults->bit_256 = tx->bit_256;
-    if (packet_in->complete || !packet_in->packets || now > packet_in->end + gap) {
+    struct controller_packet *controller_packet = &faults->controller_packet;
+    uint64_t gap = uart_cycles_of_half_bits(tx->bit_time_256, 2 * GAP_BITS);
+    faults->bit_time_256 = tx->bit_time_256;
+    if (controller_packet->complete || !controller_packet->packets ||
+        now > controller_packet->end + gap) {
         begin_packet(faults, now);
     } else {
-        packet_in->byte++;
+        controller_packet->byte++;
     }
-    packet_in->end = uart_tx_end(tx);
-    follow_packet(packet_in, (uint8_t)(tx->frame >> 1));
-    act_on_byte(faults, now, false, packet_in->packets, packet_in->byte, tx);
+    controller_packet->end = uart_tx_end(tx);
+    follow_packet(controller_packet, (uint8_t)(tx->frame >> 1));
+    act_on_byte(faults, now, false, controller_packet->packets, controller_packet->byte, tx);
 }
 
 /* --- set-up --- */
@@ -267,7 +271,7 @@ void faults_init(struct faults *faults, struct schedule *schedule, struct servos
     *faults = (struct faults){.schedule = schedule,
                               .servos = servos,
                               .sig = servos->net,
-                              .bit_256 = uart_bit_256(servos->clock_Hz, DEFAULT_bps),
+                              .bit_time_256 = uart_bit_time_256(servos->clock_Hz, DEFAULT_bps),
                               .random = mixed ? mixed : 1};
     servos->fault_context = faults;
     servos->fault_on_reply = reply_due;

@@ -47,11 +47,11 @@ struct faults {
     struct schedule *schedule;
     struct servos *servos;
     struct net *sig;
-    uint32_t bit_256; // bit time that the controller used last
+    uint32_t bit_time_256; // latest bit time of the controller, in 1/256 cycle
     uint32_t random;
     struct pending_fault pending[FAULTS_PENDING_MAX];
     unsigned pending_count;
-    struct controller_packet packet_in;
+    struct controller_packet controller_packet;
     uint32_t replies;
     struct fault_pulse pulse[FAULTS_PULSES_MAX];
     unsigned pulses;
@@ -66,8 +66,8 @@ struct faults {
     uint8_t babble_byte;
     struct driver echo; // drives RXD, together with the receive buffer
     struct listener on_sig;
-    bool disturbed; // a fault has acted since the controller's latest packet began
-    uint64_t disturbed_until;
+    bool exempts_replies;   // a fault has acted since the start of the controller's latest packet
+    uint64_t exempts_until; // end of the latest fault
     uint32_t orders, acts, unused;
     uint32_t resets; // of the controller; a reset exempts servos as a fault does
     void *context;

@@ -12,7 +12,7 @@ static uint64_t cycles(const struct servos *servos, uint64_t us)
 }
 
 /* The manual: 2 000 000 / (register + 1) bit/s. */
-static uint32_t bit_256(const struct servos *servos, uint8_t baud)
+static uint32_t bit_time_256(const struct servos *servos, uint8_t baud)
 {
     return (uint32_t)((uint64_t)servos->clock_Hz * 256 * (baud + 1u) / 2000000u);
 }
@@ -38,7 +38,7 @@ static struct servo_receiver *receiver_for(struct servos *servos, uint8_t baud)
         *receiver = (struct servo_receiver){.servos = servos, .baud = baud};
         uart_rx_init(&receiver->rx, servos->schedule, servos->net, receiver);
         receiver->rx.on_byte = byte_received;
-        receiver->rx.bit_256 = bit_256(servos, baud);
+        receiver->rx.bit_time_256 = bit_time_256(servos, baud);
         servos->receivers[baud] = receiver;
     }
     return servos->receivers[baud];
@@ -140,7 +140,7 @@ static void say_next(struct servo_node *node, uint64_t now)
 {
     const struct servo_reply *reply = &node->servo.reply;
     uint8_t byte = reply->bytes[node->bytes_sent++];
-    uart_tx_send(&node->tx, now, bit_256(node->servos, reply->baud), byte);
+    uart_tx_send(&node->tx, now, bit_time_256(node->servos, reply->baud), byte);
 }
 
 /* Sends the next byte of the reply, or ends the reply, or cuts the power as a fault orders. */

@@ -18,8 +18,8 @@ struct driver {
     struct net *net;
     bool enabled;
     bool level;
-    bool exempt;      // a fault causes what it does: the rules of the wire ignore it
-    uint32_t bit_256; // bit time of the sender behind it, in 1/256 cycle
+    bool exempt;           // a fault causes what it does: the rules of the wire ignore it
+    uint32_t bit_time_256; // bit time of the sender behind it, in 1/256 cycle
 };
 
 struct listener {

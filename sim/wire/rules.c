@@ -43,18 +43,18 @@ void rules_init(struct rules *rules, uint32_t clock_Hz, FILE *out)
     *rules = (struct rules){.clock_Hz = clock_Hz, .out = out};
 }
 
-void rules_init_bus(struct rules *rules, struct rules *total, const char *where)
+void rules_init_bus(struct rules *rules, struct rules *aggregate, const char *where)
 {
-    *rules = (struct rules){.total = total, .where = where};
+    *rules = (struct rules){.aggregate = aggregate, .where = where};
 }
 
-void rules_break(struct rules *rules, enum rule rule, uint64_t now, const char *format, ...)
+void rules_record_breach(struct rules *rules, enum rule rule, uint64_t now, const char *format, ...)
 {
     const char *where = rules->where ? rules->where : "";
-    if (rules->on_break) {
-        rules->on_break(rules->context, rule, now);
+    if (rules->on_breach) {
+        rules->on_breach(rules->context, rule, now);
     }
-    rules = rules->total ? rules->total : rules;
+    rules = rules->aggregate ? rules->aggregate : rules;
     rules->breaches[rule]++;
     if (!rules->out || rules->breaches[rule] > PRINTED_MAX) {
         return;

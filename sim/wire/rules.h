@@ -31,21 +31,21 @@ enum rule {
 struct rules {
     uint32_t breaches[RULE_COUNT];
     uint32_t clock_Hz;
-    FILE *out;           // prints the first breaches of each rule; 0: prints nothing
-    bool warn;           // a breach of a rule of the wire does not fail the run
-    struct rules *total; // counts and prints the breaches instead; 0: this one does
-    const char *where;   // printed before the message; 0: nothing
+    FILE *out;               // prints the first breaches of each rule; 0: prints nothing
+    bool warn;               // a breach of a rule of the wire does not fail the run
+    struct rules *aggregate; // of all buses: counts and prints the breaches; 0: this struct does
+    const char *where;       // printed before the message; 0: nothing
     void *context;
-    void (*on_break)(void *context, enum rule rule, uint64_t now); // may be 0
+    void (*on_breach)(void *context, enum rule rule, uint64_t now); // may be 0
 };
 
 void rules_init(struct rules *rules, uint32_t clock_Hz, FILE *out);
 
-/* Rules of one bus: `total` counts and prints its breaches, after the text `where`. */
-void rules_init_bus(struct rules *rules, struct rules *total, const char *where);
+/* Prepares the rules of one bus. `aggregate` counts and prints its breaches, after `where`. */
+void rules_init_bus(struct rules *rules, struct rules *aggregate, const char *where);
 
 /* Records a breach at `now` and prints the message, as printf() does. */
-void rules_break(struct rules *rules, enum rule rule, uint64_t now, const char *format, ...)
+void rules_record_breach(struct rules *rules, enum rule rule, uint64_t now, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
 uint32_t rules_broken(const struct rules *rules); // number of all breaches

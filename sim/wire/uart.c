@@ -1,18 +1,18 @@
 #include "wire/uart.h"
 
-uint32_t uart_bit_256(uint32_t clock_Hz, uint32_t baud)
+uint32_t uart_bit_time_256(uint32_t clock_Hz, uint32_t baud)
 {
     return (uint32_t)(((uint64_t)clock_Hz * 256 + baud / 2) / baud);
 }
 
-uint64_t uart_half_bits(uint32_t bit_256, unsigned half_bits)
+uint64_t uart_cycles_of_half_bits(uint32_t bit_time_256, unsigned half_bits)
 {
-    return ((uint64_t)bit_256 * half_bits + 256) / 512;
+    return ((uint64_t)bit_time_256 * half_bits + 256) / 512;
 }
 
 uint64_t uart_tx_bit_time(const struct uart_tx *tx, unsigned bit)
 {
-    return tx->start + uart_half_bits(tx->bit_256, bit * 2);
+    return tx->start + uart_cycles_of_half_bits(tx->bit_time_256, bit * 2);
 }
 
 /* One event for each change of level saves events: a byte of 0x00 needs 3, not 10. */
@@ -47,12 +47,12 @@ void uart_tx_init(struct uart_tx *tx, struct schedule *schedule, struct driver *
     event_init(&tx->event, uart_tx_run, tx);
 }
 
-void uart_tx_send(struct uart_tx *tx, uint64_t start, uint32_t bit_256, uint8_t byte)
+void uart_tx_send(struct uart_tx *tx, uint64_t start, uint32_t bit_time_256, uint8_t byte)
 {
     tx->busy = true;
     tx->start = start;
-    tx->bit_256 = bit_256;
-    tx->driver->bit_256 = bit_256;
+    tx->bit_time_256 = bit_time_256;
+    tx->driver->bit_time_256 = bit_time_256;
     tx->frame = (uint16_t)(0x200 | byte << 1);
     tx->bit = 0;
     schedule_at(tx->schedule, &tx->event, start);
@@ -72,7 +72,7 @@ void uart_tx_stop(struct uart_tx *tx, uint64_t now)
 
 static uint64_t sample_time(const struct uart_rx *rx, unsigned sample)
 {
-    return rx->start + uart_half_bits(rx->bit_256, sample * 2 + 1);
+    return rx->start + uart_cycles_of_half_bits(rx->bit_time_256, sample * 2 + 1);
 }
 
 /* Takes all samples before `time`. The net had rx->level since its latest change. */
@@ -86,8 +86,8 @@ static void catch_up(struct uart_rx *rx, uint64_t time)
 
 static void begin(struct uart_rx *rx, uint64_t time)
 {
-    if (rx->get_bit_256) {
-        rx->bit_256 = rx->get_bit_256(rx->context);
+    if (rx->get_bit_time_256) {
+        rx->bit_time_256 = rx->get_bit_time_256(rx->context);
     }
     rx->in_frame = true;
     rx->start = time;
@@ -136,7 +136,7 @@ static void uart_rx_run(void *context, uint64_t now)
         .byte = (uint8_t)(rx->bits >> 1),
         .framing_error = !(rx->bits & 0x200),
         .start = rx->start,
-        .end = rx->start + uart_half_bits(rx->bit_256, UART_FRAME_BITS * 2),
+        .end = rx->start + uart_cycles_of_half_bits(rx->bit_time_256, UART_FRAME_BITS * 2),
     };
     rx->on_byte(rx->context, now, &frame);
 }

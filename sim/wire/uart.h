@@ -17,10 +17,10 @@
 #define UART_FRAME_BITS 10 // start bit, 8 data bits, stop bit
 
 /* Returns the bit time in 1/256 cycle. */
-uint32_t uart_bit_256(uint32_t clock_Hz, uint32_t baud);
+uint32_t uart_bit_time_256(uint32_t clock_Hz, uint32_t baud);
 
 /* Returns the cycles in `half_bits` half bits, rounded. */
-uint64_t uart_half_bits(uint32_t bit_256, unsigned half_bits);
+uint64_t uart_cycles_of_half_bits(uint32_t bit_time_256, unsigned half_bits);
 
 struct uart_tx {
     struct schedule *schedule;
@@ -31,7 +31,7 @@ struct uart_tx {
                    uint64_t now); // the stop bit has ended; the next frame may begin at once
     struct event event;
     bool busy;
-    uint32_t bit_256;
+    uint32_t bit_time_256;
     uint64_t start;
     uint16_t frame; // bit 0 is the start bit, bit 9 the stop bit
     uint8_t bit;    // index of the next bit
@@ -40,7 +40,7 @@ struct uart_tx {
 void uart_tx_init(struct uart_tx *tx, struct schedule *schedule, struct driver *driver,
                   void *context);
 /* Sends one frame from `start` on. The transmitter must not be busy. */
-void uart_tx_send(struct uart_tx *tx, uint64_t start, uint32_t bit_256, uint8_t byte);
+void uart_tx_send(struct uart_tx *tx, uint64_t start, uint32_t bit_time_256, uint8_t byte);
 /* Returns the time at which a bit of the present frame begins: 0 (start bit) to 9 (stop bit). */
 uint64_t uart_tx_bit_time(const struct uart_tx *tx, unsigned bit);
 /* Returns the time at which the stop bit of the present frame ends. */
@@ -59,7 +59,8 @@ struct uart_rx {
     struct schedule *schedule;
     struct net *net;
     void *context;
-    uint32_t (*get_bit_256)(void *context);        // called at each start bit; 0: bit_256 applies
+    uint32_t (*get_bit_time_256)(
+        void *context); // called at each start bit; 0: bit_time_256 applies
     void (*on_start)(void *context, uint64_t now); // in the middle of a valid start bit; may be 0
     void (*on_byte)(void *context, uint64_t now,
                     const struct uart_frame *frame); // in the middle of the stop bit
@@ -71,7 +72,7 @@ struct uart_rx {
     uint64_t level_time;
     uint8_t samples; // number of samples taken
     uint16_t bits;
-    uint32_t bit_256;
+    uint32_t bit_time_256;
     uint64_t start;
 };
 

@@ -1,6 +1,6 @@
-/* READ from a servo that is not there: how long until that is known, and how long the longest call
- * of the library takes meanwhile; the same with rate and return delay that make all of it last
- * fifteen times as long. A call that waits takes longer then. */
+/* READ from an absent servo: the time until the outcome is known, and the longest call of the
+ * library meanwhile. The second run has a rate and a return delay that make the transaction fifteen
+ * times as long. A call that waits would take longer in that run. */
 #include "benchmark.h"
 
 #define ABSENT     99
@@ -15,7 +15,7 @@ BENCH_REQUEST(request, 2);
 static volatile uint8_t servo = ABSENT, address = CDS_REG_PRESENT_POSITION, length = 2;
 static uint8_t timeouts;
 
-/* Until nobody owes an answer any more, for which the next READ would wait. */
+/* Polls until no stale reply can come any more; the next READ would wait for it. */
 static void settle(void)
 {
     uint32_t from_us = cds_port_now_us();
@@ -35,7 +35,7 @@ BENCH_NOINLINE static void whole(uint8_t id, uint8_t from, uint8_t count)
         timeouts++;
 }
 
-/* Each call by itself; `pin` is a constant where this is inlined. */
+/* Marks each call by itself. Inlined, so that `pin` is a constant for sbi and cbi. */
 static inline __attribute__((always_inline)) void calls(uint8_t pin, uint8_t id, uint8_t from,
                                                         uint8_t count)
 {

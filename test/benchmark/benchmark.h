@@ -1,8 +1,8 @@
-/* What the programs of the bench share. Pins of port B, which no board of ours uses, are marks:
- * `cds55xx-sim --times FILE --stamp B` tells each step of them to the cycle. sbi and cbi use no
- * register, so the compiler does around them what it would do without; the two cycles of one are
- * taken off again, as MARK_NOTHING shows them. Arguments come from memory, or link-time
- * optimisation would build whole packets beforehand. */
+/* Shared by the programs of the benchmark. They mark code with pins of port B, which no board uses:
+ * `cds55xx-sim --times FILE --stamp B` records each change of a pin with its cycle. sbi and cbi use
+ * no register, so they do not change the code that the compiler makes around them. MARK_NOTHING
+ * measures the two cycles of a mark, which are subtracted. Arguments come from memory; otherwise
+ * link-time optimisation would build whole packets. */
 #ifndef BENCHMARK_H
 #define BENCHMARK_H
 
@@ -16,14 +16,14 @@
 
 #include "../firmware/library/say.h"
 
-/* Pin of a mark: scripts/bench.py knows them by these numbers. */
+/* Pins of the marks; scripts/measure.py uses the same numbers. */
 enum {
-    MARK_WHOLE = 0,   // from the typed call until the outcome is known
-    MARK_CALL = 1,    // a typed call
+    MARK_WHOLE = 0,   // from a call of servo.h or sync_write.h until the outcome is known
+    MARK_CALL = 1,    // a call of the library that submits a request
     MARK_POLL = 2,    // a call of cds_bus_poll()
-    MARK_SLOW = 3,    // any call of the library while all takes longer
-    MARK_BUILD = 4,   // goals into a packet
-    MARK_NOTHING = 7, // nothing
+    MARK_SLOW = 3,    // any call of the library in the run with slow transactions
+    MARK_BUILD = 4,   // building a packet from goals
+    MARK_NOTHING = 7, // no code: the cycles of a mark itself
 };
 
 #define MARK_PORT_ "I"(_SFR_IO_ADDR(PORTB))
@@ -40,7 +40,7 @@ static inline __attribute__((always_inline)) void unmark(uint8_t pin)
 
 #define BENCH_NOINLINE __attribute__((noinline, noclone))
 
-/* ---- What knows the library's API: a change of the API is a change of this part -------------- */
+/* ---- The only part that uses the API of the library ------------------------------------------ */
 
 /* A request `name` and the memory for its packet and for a reply of up to `parameters` bytes (1 to
  * CDS_REPLY_MAX). */
@@ -53,7 +53,7 @@ static inline __attribute__((always_inline)) void unmark(uint8_t pin)
     static uint8_t name##_bytes[CDS_SYNC_WRITE_SIZE(servos, length)];                              \
     static struct cds_request name = CDS_REQUEST_WITHOUT_DATA(name##_bytes)
 
-/* Clock, bus and one pair of marks around nothing. The bus has no queue. */
+/* Opens clock and bus, and makes one pair of marks around no code. The bus has no queue. */
 static inline void bench_open_bare(struct cds_bus *bus)
 {
     DDRB = 0xFF;
@@ -67,7 +67,7 @@ static inline void bench_open_bare(struct cds_bus *bus)
 
 __attribute__((unused)) static struct cds_queue bench_queue;
 
-/* From now on requests wait behind the one in flight. */
+/* Attaches a queue: requests wait behind the one in flight. */
 static inline void bench_attach_queue(struct cds_bus *bus)
 {
     cds_queue_attach(&bench_queue, bus);
@@ -94,31 +94,31 @@ static inline void bench_build_read(struct cds_request *request, uint8_t id, uin
     request->reply_parameters = length;
 }
 
-/* The packet of a request survives its reply. False: the reply's parameters take the packet's
- * place, and the packet is built again before each submit. */
+/* True: the packet of a request survives its reply. False: the parameters of the reply overwrite
+ * the packet, so it is built again before each submit. */
 #define BENCH_PACKET_SURVIVES true
 
-/* The receive handler stores `byte`: only while the line is quiet, as the handler may not run
+/* Stores `byte` as the receive handler does. Only while the line is quiet: the handler must not run
  * meanwhile. */
 static inline void bench_hear(struct cds_bus *bus, uint8_t byte)
 {
     cds_ring_put(&bus->link.rx, byte);
 }
 
-/* The last byte of a packet is not yet out. */
+/* True while the last byte of a packet is not yet sent. */
 static inline bool bench_is_sending(const struct cds_bus *bus)
 {
     return bus->link.state != CDS_LINK_LISTENING;
 }
 
-/* The last byte of a packet is with the USART, the byte before it begins. */
+/* True if the last byte of a packet is in the buffer of the USART, and the byte before it begins.
+ */
 static inline bool bench_is_draining(const struct cds_bus *bus)
 {
     return bus->link.state == CDS_LINK_DRAINING;
 }
 
-/* ---- The same for any API ----------------------------------------------------------------------
- */
+/* ---- The part that does not use the API of the library --------------------------------------- */
 
 static inline void bench_wait(struct cds_bus *bus)
 {
@@ -126,14 +126,14 @@ static inline void bench_wait(struct cds_bus *bus)
     }
 }
 
-/* Byte `index` of the EEPROM, where the bench says what to measure. */
+/* Returns byte `index` of the EEPROM, where measure.py writes what to measure. */
 static inline uint8_t bench_option(uint8_t index)
 {
     return eeprom_read_byte((const uint8_t *)0 + index);
 }
 
-/* Laps of the clock (32.768 ms each). In a new lap no handler of the clock runs for the whole of
- * it. */
+/* The clock overflows every 32.768 ms. After bench_new_lap() its handler does not run until the
+ * next overflow. */
 static inline uint8_t bench_lap(void)
 {
     return (uint8_t)(cds_port_now_us() >> 15);

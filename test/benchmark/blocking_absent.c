@@ -1,5 +1,5 @@
-/* absent.c on a library whose poll would wait until all is over, for the test that this is noticed.
- */
+/* absent.c with a poll that waits until the transaction is over. For a test that `absent_blocked`
+ * shows such a poll. */
 #include "benchmark.h"
 
 static bool wait_till_over(struct cds_bus *bus)

@@ -1,7 +1,6 @@
-/* Goals, position and speed, of 50 servos at 250 Hz in one SYNC WRITE, and READs of 8 bytes, servo
- * after servo, in what is left of each period: by the calls of sync_write.h and servo.h alone. For
- * as many seconds as the first byte of the EEPROM says; the second one is the return delay,
- * register 0x05.
+/* A cycle by sync_write.h and servo.h alone: at 250 Hz one SYNC WRITE of position and speed to 50
+ * servos. READs of 8 bytes, servo after servo, fill the rest of each period. EEPROM: byte 0 is the
+ * number of seconds, byte 1 the return delay (register 0x05).
  *
  * One packet is on the wire, and the next waits behind it in the bus's queue. The program looks at
  * the link to call the library only when something is there: polled without end, the bus would have
@@ -46,7 +45,7 @@ static int16_t read_ticks;                         // a READ takes
 static uint16_t begins;                            // a period, by the timer
 static uint32_t periods, missed, reads, failed;
 
-/* Goals of the next period into the packet that is not on the wire. */
+/* Puts the goals of the next period into the packet that is not on the wire. */
 static void build(void)
 {
     struct cds_request *to = &goals[front];
@@ -70,7 +69,7 @@ static struct cds_request *other(const struct cds_request *request)
     return request == &requests[0] ? &requests[1] : &requests[0];
 }
 
-/* One more READ, behind what is on the wire. */
+/* Submits one more READ, behind the request on the wire. */
 static void ask(void)
 {
     enum cds_result result;
@@ -84,13 +83,13 @@ static void ask(void)
     asked++;
 }
 
-/* Until a period begins, in ticks. */
+/* Returns the time until the next period, in ticks. */
 static int16_t left(void)
 {
     return (int16_t)(begins - TCNT1);
 }
 
-/* The goals are on their way, and behind them a READ. */
+/* Submits the goals, and a READ behind them. */
 static void begin_period(void)
 {
     enum cds_result result;
@@ -109,7 +108,7 @@ static void begin_period(void)
     ask();
 }
 
-/* What `request` has brought; the bus is at work on the next. */
+/* Takes the reply of `request`, while the bus works on the next request. */
 static void take(const struct cds_request *request)
 {
     memcpy(values, request->reply, BYTES);
@@ -121,7 +120,7 @@ static void take(const struct cds_request *request)
         values = feedback[0];
 }
 
-/* Until a packet has left, or `due` bytes of a reply have come; but not for long. */
+/* Waits until a packet has left or `due` bytes of a reply have arrived, for a limited time. */
 static void wait(uint8_t due)
 {
     uint8_t spins = 0;
@@ -139,8 +138,8 @@ static void poll(void)
     unmark(MARK_WHOLE);
 }
 
-/* The library is called when a packet has begun, when it has left and `bytes` of the reply have
- * come, and for each few more. */
+/* Polls only when the link has work: when a packet has begun, when it has left and `bytes` of the
+ * reply have arrived, and every few bytes after that. */
 static void see_through(const struct cds_request *request, uint8_t bytes)
 {
     uint8_t due = (uint8_t)(bus.link.rx.head + bytes);
@@ -153,7 +152,7 @@ static void see_through(const struct cds_request *request, uint8_t bytes)
     }
 }
 
-/* READs, one on the wire and one behind it, as long as they are over before the next period. */
+/* Submits READs, one on the wire and one behind it, while they end before the next period. */
 static void read_on(void)
 {
     int16_t time = left(); // the first has just begun

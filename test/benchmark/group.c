@@ -1,5 +1,5 @@
-/* Feedback of so many servos, as the first byte of the EEPROM says, 8 bytes each, by one group
- * read, at the factory return delay. Twice. */
+/* Reads the feedback of several servos, 8 bytes each, by group_read.h at the factory return delay.
+ * Twice. Byte 0 of the EEPROM is the number of servos. */
 #include <cds55xx/group_read.h>
 
 #include "benchmark.h"

@@ -1,7 +1,7 @@
-/* Every path of the handlers of a bus, by the first byte of the EEPROM. 0: good exchanges, packets
- * of all sizes, to a SYNC WRITE longer than 256 bytes, and replies of all. 1: the bench lets the
- * line babble, with noise, and the ring is filled and not emptied, bytes are damaged, and others
- * are lost while the receive interrupt is off for three byte times. */
+/* Runs every path of the handlers of a bus. Byte 0 of the EEPROM selects one of two runs. 0: good
+ * transactions with packets and replies of all sizes, up to a SYNC WRITE of more than 256 bytes.
+ * 1: the simulator makes a servo babble and adds noise. Bytes are damaged, the ring overflows, and
+ * bytes are lost while the receive interrupt is off for three byte times. */
 #include <cds55xx/sync_write.h>
 #include <util/delay.h>
 
@@ -21,7 +21,7 @@ static uint8_t packet[CDS_SYNC_WRITE_SIZE(SERVOS, 4)], reply[CDS_REPLY_MAX];
 static struct cds_request request = CDS_REQUEST(packet, reply);
 static uint8_t good;
 
-static void exchanges(void)
+static void transactions(void)
 {
     for (uint8_t length = 1; length <= CDS_REPLY_MAX; length++) {
         cds_servo_read(&bus, &request, 1, CDS_REG_RESERVED_00, length);
@@ -40,7 +40,7 @@ static void exchanges(void)
     }
 }
 
-/* Not with interrupts off: how long they are is measured too. */
+/* Turns off only the receive interrupt: the run also measures the time with interrupts off. */
 static void lose_bytes(void)
 {
     BUS_CONTROL &= (uint8_t)~BUS_RXCIE;
@@ -66,7 +66,7 @@ int main(void)
 
     bench_open(&bus);
     if (bench_option(0) == 0)
-        exchanges();
+        transactions();
     else
         babble();
     cds_bus_stats(&bus, &count);

@@ -1,6 +1,6 @@
-/* The five calls that size is compared by, and as little else as can be: init at 1 Mbps; PING; READ
- * of 2 bytes; WRITE of a goal; SYNC WRITE of 4 bytes to 18 servos, whose 90 bytes of goals stand in
- * the packet. What is written comes from what was read, so none of it is known beforehand. */
+/* The smallest program with the five calls by which drivers are compared: init at 1 Mbps; PING;
+ * READ of 2 bytes; WRITE of a goal; SYNC WRITE of 4 bytes to 18 servos. The packet holds its 90
+ * bytes of goals. The written values are read values, so that the compiler cannot build packets. */
 #include <cds55xx/sync_write.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>

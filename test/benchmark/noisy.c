@@ -1,7 +1,7 @@
-/* What submitting a READ costs while bytes wait in the ring that no servo was asked for: 1 to 64 of
- * them, of each kind that a search treats in its own way, on an idle bus and behind another READ.
- * The program stores the bytes as the receive handler does, while the line is quiet: so each case
- * is there. */
+/* Measures the submit of a READ while the ring holds 1 to 64 bytes that no servo was asked for.
+ * There is a case for each kind of byte that the search treats differently, on an idle bus and
+ * behind another READ. The program stores the bytes itself, as the receive handler does, while the
+ * line is quiet, so that each case occurs. */
 #include "benchmark.h"
 
 #define LONGEST 56 // bytes of a reply of 50 parameters
@@ -35,7 +35,7 @@ static uint8_t random_byte(void)
     return (uint8_t)(state >> 8);
 }
 
-/* Byte `at` of a good status packet of servo 9 with `parameters` parameters 1. */
+/* Returns byte `at` of a good status packet of servo 9 whose parameters are all 1. */
 static uint8_t status_byte(uint8_t at, uint8_t parameters)
 {
     if (at < 2)
@@ -73,7 +73,7 @@ BENCH_NOINLINE static void submit(struct cds_request *which, uint8_t id, uint8_t
     submits++;
 }
 
-/* Until the line counts as quiet again. */
+/* Polls until the bus takes the line as quiet. */
 static void settle(void)
 {
     uint32_t from_us = cds_port_now_us();

@@ -1,8 +1,8 @@
-/* Every call of cds_bus_poll() marked, in all that may happen in one: READs of all lengths, polled
- * at once and so late that the whole reply is there or the deadline is over; a queue, whose next
- * request begins in the poll that ends one; requests with priority; an on_end that submits again;
- * timeouts and retries; all of it counted. The same again and again while the bench damages
- * replies, puts noise on the line and bytes FF before and behind replies. */
+/* Marks every call of cds_bus_poll(). Cases: READs of all lengths, polled at once, or so late that
+ * the whole reply has arrived or the deadline is over; a queue, whose next request begins in the
+ * poll that ends a request; requests with priority; an on_end that submits again; timeouts and
+ * retries. measure.py runs the program again with damaged replies, noise, and bytes FF before and
+ * after replies. */
 #include <cds55xx/sync_write.h>
 
 #include "benchmark.h"
@@ -38,7 +38,7 @@ static bool poll(void)
     return busy;
 }
 
-/* Each poll `late_us` later than the poll before. */
+/* Polls until the requests have ended, every `late_us`. */
 static void run(uint16_t late_us)
 {
     uint32_t from_us;
@@ -50,7 +50,7 @@ static void run(uint16_t late_us)
     } while (poll());
 }
 
-/* on_end: the same READ once more, amid the poll. */
+/* on_end: submits the READ again, during the poll that ended it. */
 static void again(struct cds_request *request)
 {
     if (again_left == 0)
@@ -60,7 +60,7 @@ static void again(struct cds_request *request)
     cds_servo_read(&bus, request, 1, CDS_REG_RESERVED_00, again_length);
 }
 
-/* Every seventh length, from the first on. `repeat`: on_end submits that many more. */
+/* READs of `length` bytes, then of 7 more each. `repeat`: number of READs that on_end submits. */
 static void reads(uint16_t late_us, uint8_t length, uint8_t repeat)
 {
     for (; length <= CDS_REPLY_MAX; length = (uint8_t)(length + 7)) {
@@ -74,7 +74,7 @@ static void reads(uint16_t late_us, uint8_t length, uint8_t repeat)
     }
 }
 
-/* One READ alone, which its own on_end submits again: no other request waits. */
+/* One READ that on_end submits again, while no other request waits. */
 static void chain(uint16_t late_us, uint8_t length)
 {
     again_left = QUEUE;
@@ -84,7 +84,7 @@ static void chain(uint16_t late_us, uint8_t length)
     run(late_us);
 }
 
-/* Goals behind a READ, a PING of an absent servo behind them, and a READ that goes before both. */
+/* The queue: a READ, goals, a PING of an absent servo; then a READ with priority before both. */
 static void goals_behind_a_read(uint16_t late_us)
 {
     first.on_end = second.on_end = NULL;

@@ -1,6 +1,6 @@
-/* A READ of 2 bytes that was built before and is submitted again and again, at the return delays 2,
- * 4, ... 32 us: the fastest way to read a servo. Between two overflows of the clock: no other
- * handler runs. */
+/* A READ of 2 bytes whose packet is built once and submitted again and again, at the return delays
+ * 2, 4, ... 32 us: the fastest way to read a servo. It runs between two overflows of the clock, so
+ * that no other handler runs. */
 #include "benchmark.h"
 
 #define DELAYS 16

@@ -1,7 +1,7 @@
 /* READs of 1, 2, 8 and 50 bytes from servo 1, each at the return delays 2, 4, ... 32 us, on a bus
- * without a queue. Then what submitting a READ costs, on an idle bus and behind another READ. Last
- * PINGs, with the main loop at ever other phases when the last stop bit ends. Each part lies
- * between two overflows of the clock: no other handler runs. */
+ * without a queue. Then the submit of a READ, on an idle bus and behind another READ. Then PINGs
+ * whose last stop bits end at different phases of the main loop. Each part runs between two
+ * overflows of the clock, so that no other handler runs. */
 #include "benchmark.h"
 
 #define DELAYS 16
@@ -49,7 +49,7 @@ static void count_good(const struct cds_request *which)
         good++;
 }
 
-/* READs of `count` bytes at all return delays. */
+/* Reads `count` bytes at all return delays. */
 static void reads(uint8_t count)
 {
     uint8_t lap = bench_new_lap();

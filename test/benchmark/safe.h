@@ -1,5 +1,5 @@
-/* 50 servos with soft limits on a bus with queue and retries, as examples/robot.c has them: what
- * the programs of the safe_ rows share. All that knows the API of the safety layer stands here. */
+/* Shared by the programs of the safe_ rows: 50 servos with soft limits on a bus with queue and
+ * retries, as in examples/robot.c. Only this file uses the API of servos.h. */
 #ifndef SAFE_H
 #define SAFE_H
 
@@ -26,7 +26,7 @@ BENCH_REQUEST(request, CDS_REPLY_MAX);
 static struct cds_servos servos;
 static struct cds_servo_state states[SERVOS];
 
-/* The soft limits of all servos. */
+/* Sets the soft limits of all servos. */
 static inline void safe_set_limits(uint16_t lowest, uint16_t highest)
 {
     for (uint8_t i = 0; i < SERVOS; i++)
@@ -39,7 +39,8 @@ static inline void safe_release(void)
     cds_servos_release_all(&servos);
 }
 
-/* A goal and its speed to servo `id`, in one WRITE: with a speed limit a goal alone is refused. */
+/* Writes a goal and its speed to servo `id` in one WRITE. A goal alone would be refused, because
+ * the servo has a speed limit. */
 static inline enum cds_result safe_send_goal(uint8_t id)
 {
     static const uint8_t goal[] = {MIDDLE & 0xFF, MIDDLE >> 8, SPEED & 0xFF, SPEED >> 8};

@@ -1,7 +1,8 @@
-/* Every submit and every call of cds_bus_poll() marked, with 50 servos and their limits: a SYNC
- * WRITE of 50 goals on an idle bus; the same behind a READ, while all limits change, so that it
- * leaves or is refused; torque on to 50 servos by SYNC WRITE, which is learnt; what else reaches
- * all servos; READs and WRITEs of one. Polled at once, and late. */
+/* Marks every submit and every call of cds_bus_poll(), with 50 servos and their limits. Cases: a
+ * SYNC WRITE of 50 goals on an idle bus; a SYNC WRITE of 50 goals that waits behind a READ while
+ * all limits change, so that it leaves or is refused; torque on to 50 servos by SYNC WRITE, which
+ * servos.h learns; WRITE and ACTION by broadcast; READs and WRITEs of one servo. The program polls
+ * at once or late. */
 #include "safe.h"
 
 #define NARROW_LOWEST (MIDDLE + 1) // limits that refuse the goals
@@ -10,7 +11,7 @@
 BENCH_SYNC_WRITE(sync, SERVOS, 4);
 static uint16_t left, refused, others, wrong;
 
-/* A call that submits `what`; `result` is what the call returns. */
+/* Marks the call `what`, which submits a request, and stores its return value in `result`. */
 #define SUBMIT(result, what)                                                                       \
     do {                                                                                           \
         mark(MARK_CALL);                                                                           \
@@ -18,7 +19,7 @@ static uint16_t left, refused, others, wrong;
         unmark(MARK_CALL);                                                                         \
     } while (0)
 
-/* Polls each `late_us` later than the poll before, until no request waits. */
+/* Polls every `late_us` until no request waits. */
 static void run(uint16_t late_us)
 {
     uint32_t from_us;
@@ -62,7 +63,7 @@ BENCH_NOINLINE static void goals_at_once(uint16_t late_us)
     count(&sync, result, CDS_OK, &left);
 }
 
-/* `lowest`: of all servos, from when the goals wait. */
+/* `lowest`: the lower goal limit that all servos get while the goals wait. */
 BENCH_NOINLINE static void goals_that_wait(uint16_t late_us, uint16_t lowest)
 {
     enum cds_result result, of_read;
@@ -79,7 +80,7 @@ BENCH_NOINLINE static void goals_that_wait(uint16_t late_us, uint16_t lowest)
         count(&sync, result, CDS_OK, &left);
 }
 
-/* The limits change back while the check of the goals goes on. */
+/* The limits change back while the goals are being checked. */
 BENCH_NOINLINE static void goals_checked_again(uint16_t late_us)
 {
     enum cds_result result, of_read;

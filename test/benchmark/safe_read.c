@@ -1,5 +1,6 @@
-/* READs of 2 bytes at the return delays 2, 4, ... 32 us, as read.c has them, of servos 1, 2, ... in
- * turn. Between two overflows of the clock: no other handler runs. */
+/* READs of 2 bytes at the return delays 2, 4, ... 32 us, from servos 1, 2, ... 16 in turn, with 50
+ * servos and their limits. Each READ runs between two overflows of the clock, so that no other
+ * handler runs. */
 #include "safe.h"
 
 #define DELAYS 16

@@ -1,7 +1,7 @@
-/* Torque off for all, with the main loop only polling: on a quiet line; and at ever other moments
- * of a READ, of a SYNC WRITE of 50 goals, of torque on to 50 servos, of a READ behind which 50
- * goals wait, of a READ that gets no reply, and of one that gets a damaged reply: the bench gives
- * ID DAMAGED to two servos that answer at the same time. The mark rises at the call. */
+/* Torque off for all servos, while the main loop only polls. Cases: a quiet line, and many moments
+ * during each of: a READ; a SYNC WRITE of 50 goals; torque on to 50 servos; a READ behind which 50
+ * goals wait; a READ without a reply; a READ with a damaged reply, because two simulated servos
+ * have the ID DAMAGED and answer at the same time. The mark begins at the call. */
 #include "safe.h"
 
 #define ABSENT    99
@@ -16,7 +16,7 @@ BENCH_SYNC_WRITE(sync, SERVOS, 4);
 static struct cds_torque_off stop;
 static uint16_t stops, over;
 
-/* What is in flight when torque off is called. */
+/* The request in flight at the call of torque off. */
 enum in_flight { NOTHING, GOALS, TORQUE, READ, READ_BEFORE_GOALS, NO_REPLY, BAD_REPLY, KINDS };
 
 static void poll_for(uint16_t us)

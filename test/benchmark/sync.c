@@ -1,5 +1,5 @@
-/* SYNC WRITE of position and speed to so many servos, as the first byte of the EEPROM says: putting
- * the goals into the packet, and sending it. Four times. */
+/* Builds and sends a SYNC WRITE of position and speed, four times. Byte 0 of the EEPROM is the
+ * number of servos. */
 #include <cds55xx/sync_write.h>
 
 #include "benchmark.h"

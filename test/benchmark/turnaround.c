@@ -1,12 +1,12 @@
-/* A turnaround at its worst, constructed: at the end of a packet's last stop bit interrupts have
- * just been turned off, by the tail of a handler of the host link, by a prologue that moves the
- * stack pointer, or by a write to the EEPROM; behind that the overflow of the clock and a handler
- * of the host link go first, as their vectors stand before that of "transmit complete". The bench
- * floods the host link at 1 Mbps: a byte comes every 160 cycles. Each packet is an ACTION to all,
- * which no servo answers. The handlers are those of the firmware.
+/* Constructs the longest turnaround. At the end of a packet's last stop bit, interrupts have just
+ * been turned off: by the tail of a handler of the host link, by a prologue that moves the stack
+ * pointer, or by a write to the EEPROM. Then the overflow of the clock and a handler of the host
+ * link run, because their vectors come before that of "transmit complete". The simulated host sends
+ * at 1 Mbps without a gap: a byte every 160 cycles. Each packet is an ACTION by broadcast, which no
+ * servo answers. The handlers are those of the firmware.
  *
- * The options (bench_option()) say what the main program does and at which moments the four events
- * come; scripts/measure.py sweeps them, and then searches about the worst ones. */
+ * The options (bench_option()) select what the program does and the moments of the four events.
+ * scripts/measure.py sweeps them, then searches around the longest turnarounds. */
 #include "avr/eeprom_driver.c"
 #include "avr/serial.c"
 #include "timer.h"
@@ -16,11 +16,11 @@
 #define HOST_1M      1   // divisor of the host link
 #define HOST_BYTE    160 // cycles from one byte of the host to the next
 #define TICK         8   // cycles
-#define TICKS_LEFT   33  // about, from when the last byte waits to the end of the packet
-#define SENT         14  // bytes to the host, from before the packet to behind its end
+#define TICKS_LEFT   33  // about; from the last byte in the buffer to the end of the packet
+#define SENT         14  // bytes to the host, from before the packet until after its end
 #define NOTHING_SENT UINT8_MAX
-#define EEPROM_SPARE 0x200 // an address that the bench does not use
-#define ZERO         128   // in the options: an overflow 0 cycles from about the end of the packet
+#define EEPROM_SPARE 0x200 // an address that no option uses
+#define ZERO         128   // option value of an overflow at about the end of the packet
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
@@ -31,7 +31,7 @@ AVR_SERIAL(serial)
 
 BENCH_REQUEST(request, 2);
 
-/* What the main program does at the end of the packet. */
+/* What the program does when the packet ends. */
 enum activity { LOOPS, CALLS, FRAMES, WRITES_EEPROM };
 
 BENCH_NOINLINE static void call(void)
@@ -47,13 +47,13 @@ BENCH_NOINLINE static void frame(void)
     __asm__ volatile("" ::"r"(&bytes[0]) : "memory");
 }
 
-/* Behind its section the longest instruction, ret. */
+/* The cli section ends before ret, the longest instruction. */
 BENCH_NOINLINE static void write_eeprom(void)
 {
     avr_eeprom_write(EEPROM_SPARE, 0);
 }
 
-/* `cycles` and a constant more. */
+/* Waits `cycles` plus a constant. */
 BENCH_NOINLINE static void delay(uint8_t cycles)
 {
     if (cycles & 1)
@@ -65,7 +65,7 @@ BENCH_NOINLINE static void delay(uint8_t cycles)
                      : "+r"(cycles));
 }
 
-/* Bytes go to the host, one every 160 cycles, until the packet has ended. */
+/* Sends bytes to the host, one every 160 cycles, until the packet has ended. */
 static void send_to_host(void)
 {
     for (uint8_t i = 0; i < SENT; i++)
@@ -73,7 +73,7 @@ static void send_to_host(void)
     serial_send(&serial);
 }
 
-/* The moment when a byte of the host has been stored. */
+/* Waits until a byte of the host is stored. */
 static void wait_for_host(void)
 {
     uint8_t head = serial.rx.head;
@@ -109,11 +109,11 @@ static void stay_busy(enum activity activity, uint8_t step)
     }
 }
 
-/* The moments of one case; see above. */
+/* The moments of the four events. */
 struct moments {
-    uint8_t phase;   // of the packet among the bytes of the host, in cycles
-    int8_t overflow; // in cycles
-    uint8_t send;    // of the bytes to the host, in cycles; NOTHING_SENT
+    uint8_t phase;   // of the packet relative to the bytes of the host, in cycles
+    int8_t overflow; // of the clock, in cycles from about the end of the packet
+    uint8_t send;    // of the bytes to the host, in cycles, or NOTHING_SENT
     uint8_t write;   // to the EEPROM
 };
 
@@ -137,7 +137,7 @@ static void one_case(enum activity activity, const struct moments *at)
     bench_wait(&bus);
 }
 
-/* A moment from the options: the first one, the step to the next, and how many there are. */
+/* The moments of one event, from three options: the first one, the step, their number. */
 struct range {
     uint8_t from, step, count;
 };
@@ -177,7 +177,7 @@ int main(void)
                         serial.rx.tail = serial.rx.head;
                     one_case(activity, &at);
                 }
-    cli(); // nothing was said that say_end() could wait for
+    cli(); // nothing was printed, so say_end() must not wait for an interrupt
     sleep_enable();
     sleep_cpu();
 }

@@ -1,5 +1,5 @@
-/* READs of 20 bytes back to back at 2 Mbps, for as many seconds as the first byte of the EEPROM
- * says, at the return delay that the second one says (register 0x05). Says what was lost. */
+/* READs of 20 bytes back to back at 2 Mbps. EEPROM: byte 0 is the number of seconds, byte 1 the
+ * return delay (register 0x05). Prints the number of lost replies. */
 #include "benchmark.h"
 
 #define BAUD_2M 0

@@ -6,25 +6,26 @@
 
 #include "rows.h"
 
-#define TOLD_MAX 10            // failures of a row that are told in full
-#define START    (30 * RIG_US) // from the reading of the clock to the first start bit
-#define CLOCK    (5 * RIG_US)  // from the end of a byte to the clock that is read for it
-/* From the last look at the ring to the first start bit, with the handlers of two bytes amid it:
- * one that ends within this time before a packet, nobody saw. One that was seen ended SEEN before.
+#define FAILURES_PRINTED_MAX 10            // failures of a row that are printed
+#define START                (30 * RIG_US) // from the read of the clock to the first start bit
+#define CLOCK                (5 * RIG_US) // from the end of a byte to the read of the clock after it
+#define NOTICED              100u         // cycles until the handler of the last byte has run
+/* The library reads the ring, then sends; handlers of two bytes may run between. It cannot notice a
+ * byte that ends less than RACE before the packet. It notices one that ends SEEN before or earlier.
  */
-#define NOTICED        100u // cycles until the handler of the last byte has run
-#define RACE           (20 * RIG_US)
-#define RACE_TIED      (24 * RIG_US)
-#define SEEN           (25 * RIG_US)
-#define RING           64u
-#define PING_SIZE      6
-#define BABBLE_US      400  // how much longer a line never quiet holds up the program: on tied
-#define BABBLE_TIED_US 1000 // ... pins the handlers take most of the time there is
-#define TIED_MORE_US   3    // ... and by each byte more
-#define QUIET          (60 * RIG_US) // more than it takes a bus to see that it is
+#define RACE      (20 * RIG_US)
+#define RACE_TIED (24 * RIG_US)
+#define SEEN      (25 * RIG_US)
+#define RING      64u
+#define PING_SIZE 6
+/* Time by which the handlers delay the program. */
+#define BABBLE_US      400           // on a line that is never quiet
+#define BABBLE_TIED_US 1000          // on a line that is never quiet, tied pins
+#define TIED_MORE_US   3             // for each byte of a late reply, tied pins
+#define QUIET          (60 * RIG_US) // longer than the bus needs to notice a quiet line
 #define ENDLESS        (10 * 1000 * 1000 * RIG_US)
 
-/* --- which, and what of it --- */
+/* --- choice of injections, failures --- */
 
 static uint32_t mix(uint32_t a, uint32_t b)
 {
@@ -52,23 +53,23 @@ bool check_next(struct check *check, const char *format, ...)
         return false;
     }
     check->injections++;
-    check->failed = check->foreseen = check->mixed = check->holds = check->blind = false;
+    check->failed = check->skips_oracle = false;
+    check->predicts_wrong_value = check->allows_wrong_value = check->allows_wrong_command = false;
+    check->allows_overruns = check->allows_ring_overflow = check->powered_up = false;
     check->baud = -1;
     check->pause = 0;
     check->level = 2;
-    check->told = 0;
-    check->babbles = check->several = false;
+    check->return_delay = 0;
     check->low_until = 0;
-    check->judged = 0;
-    check->least = check->most = (struct check_sums){0};
-    check->span.asks = false;
+    check->bytes_assigned = 0;
+    check->least = check->most = (struct check_counters){0};
+    check->span.has_packet = false;
     check->span.count = 0;
     check->span.last_id = check->last_id;
     check->span.last_ok = check->last_ok;
-    check->misunderstood = check->powered_up = false;
-    check->rules = check->slack_us = check->bad = check->echo_errors = 0;
-    check->good_id = rig_node(check->rig, 0)->id;
-    check->before = check->look.stats;
+    check->rules = check->slack_us = check->framing_errors = check->echo_errors = 0;
+    check->next_id = rig_node(check->rig, 0)->id;
+    check->stats_before = check->latest.stats;
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(check->text, sizeof(check->text), format, arguments);
@@ -87,7 +88,7 @@ void check_fail(struct check *check, const char *format, ...)
         check->failed = true;
         check->failures++;
     }
-    if (check->failures > TOLD_MAX) {
+    if (check->failures > FAILURES_PRINTED_MAX) {
         return;
     }
     printf("failure\t%s, %s: ", check->row->name, check->text);
@@ -105,7 +106,7 @@ static void expect(struct check *check, const char *what, unsigned expected, uns
     }
 }
 
-/* --- what a job means --- */
+/* --- packets of a job --- */
 
 enum { PING = 1, READ, WRITE, REG_WRITE, ACTION, BROADCAST = 0xFE };
 
@@ -144,30 +145,32 @@ const char *check_name(const struct job *job)
     return name;
 }
 
-/* --- what is heard --- */
+/* --- received bytes --- */
 
-/* As many bytes as are said are echo, as long as the controller has not noticed that all are out. A
- * byte that ends with the packet may find the handler of that before its own, or behind it. */
+/* Returns true if the byte is an echo: on tied pins the controller receives each byte that it
+ * sends. A byte counts as echo until the transmit-complete handler has run. If a byte ends within
+ * NOTICED cycles after the packet, either handler may run first: echo_errors tells which did. */
 static bool is_echo(const struct check *check, uint64_t time)
 {
     const struct check_span *span = &check->span;
-    if (!rig_tied(check->rig) || !span->asks || span->echoes == span->asked.size ||
+    if (!rig_tied(check->rig) || !span->has_packet || span->echoes == span->asked.size ||
         time < span->echo_from) {
         return false;
     }
     if (time > span->echo_until && time <= span->echo_until + NOTICED) {
-        return check->moved.echo_errors > check->echo_errors;
+        return check->last_stats.echo_errors > check->echo_errors;
     }
-    return time <= span->echo_until; // at once: the receiver is first
+    return time <= span->echo_until; // if both handlers are due, the receive handler runs first
 }
 
-/* What was heard until then is of the present span. */
+/* Assigns the bytes received before `until` to the current span. */
 static void hear(struct check *check, uint64_t until)
 {
     const struct tap *received = &check->rig->received;
     struct check_span *span = &check->span;
-    for (; check->judged < received->count && check->judged < RIG_ROOM; check->judged++) {
-        const struct tap_byte *byte = &received->bytes[check->judged];
+    for (; check->bytes_assigned < received->count && check->bytes_assigned < RIG_ROOM;
+         check->bytes_assigned++) {
+        const struct tap_byte *byte = &received->bytes[check->bytes_assigned];
         if (byte->time >= until) {
             return;
         }
@@ -176,9 +179,9 @@ static void hear(struct check *check, uint64_t until)
             span->echoes++;
             continue;
         }
-        check->bad += byte->bad;
+        check->framing_errors += byte->bad;
         if (span->count == RIG_ROOM) {
-            check_fail(check, "too much was heard");
+            check_fail(check, "more bytes were received than the rig records");
             return;
         }
         span->times[span->count] = byte->time;
@@ -186,45 +189,51 @@ static void hear(struct check *check, uint64_t until)
     }
 }
 
-static void widen(struct check_sums *least, struct check_sums *most, const struct result *result,
-                  bool first)
+/* Extends the bounds by this result; `first`: sets them to it. */
+static void widen(struct check_counters *least, struct check_counters *most,
+                  const struct oracle_result *result, bool first)
 {
-    const unsigned is[] = {result->refuted, result->stray, result->late, result->extra,
-                           result->foreign};
-    unsigned *low[] = {&least->refuted, &least->stray, &least->late, &least->extra,
-                       &least->foreign};
-    unsigned *high[] = {&most->refuted, &most->stray, &most->late, &most->extra, &most->foreign};
+    const unsigned is[] = {result->malformed, result->noise_bytes, result->stale_replies,
+                           result->duplicate_replies, result->unexpected_packets};
+    unsigned *low[] = {&least->malformed, &least->noise_bytes, &least->stale_replies,
+                       &least->duplicate_replies, &least->unexpected_packets};
+    unsigned *high[] = {&most->malformed, &most->noise_bytes, &most->stale_replies,
+                        &most->duplicate_replies, &most->unexpected_packets};
     for (unsigned i = 0; i < sizeof(is) / sizeof(is[0]); i++) {
         *low[i] = first || is[i] < *low[i] ? is[i] : *low[i];
         *high[i] = first || is[i] > *high[i] ? is[i] : *high[i];
     }
 }
 
-static bool fits(const struct check_span *span, const struct result *result)
+/* Returns true if the library came to this result. */
+static bool fits(const struct check_span *span, const struct oracle_result *result)
 {
-    if (!span->asks || span->good) {
+    if (!span->has_packet || span->good) {
         return result->result == CDS_OK;
     }
     return result->result != CDS_OK &&
            (span->result < 0 || result->result == (unsigned)span->result);
 }
 
-/* Of the first `count` bytes of the span, over all that may have been in time. True: the oracle
- * comes to the result that the library came to; then `verdict` says so. */
-static bool judge_part(const struct check_span *span, unsigned count, struct check_sums *least,
-                       struct check_sums *most, struct result *result)
+/* Predicts the first `count` bytes of the span, once for each number of bytes that may have been in
+ * time. Returns true if a prediction has the outcome of the library. `result` is the first of these
+ * predictions, `least` and `most` bound their counters. */
+static bool predict_part(const struct check_span *span, unsigned count,
+                         struct check_counters *least, struct check_counters *most,
+                         struct oracle_result *result)
 {
-    struct oracle_span part = {.asked = span->asks ? &span->asked : 0,
+    struct oracle_span part = {.asked = span->has_packet ? &span->asked : 0,
                                .bytes = span->bytes,
                                .count = count,
                                .last_id = span->last_id,
                                .last_ok = span->last_ok};
     bool fitted = false;
-    unsigned from = span->asks ? span->in_time_least : 0, to = span->asks ? span->in_time_most : 0;
+    unsigned from = span->has_packet ? span->in_time_least : 0,
+             to = span->has_packet ? span->in_time_most : 0;
     for (unsigned in_time = to + 1; in_time-- > from;) {
-        struct result one;
+        struct oracle_result one;
         part.in_time = in_time;
-        oracle_judge(&part, &one);
+        oracle_predict(&part, &one);
         if (fits(span, &one)) {
             widen(least, most, &one, !fitted);
             *result = fitted ? *result : one;
@@ -236,63 +245,65 @@ static bool judge_part(const struct check_span *span, unsigned count, struct che
     return fitted;
 }
 
-/* Bytes that ended just before the next packet `until` may have been thrown away. */
-static bool judge_span(const struct check_span *span, uint64_t until, struct check_sums *least,
-                       struct check_sums *most, struct result *result)
+/* Predicts the span. `until`: start of the next packet. The library may have dropped bytes that
+ * ended less than RACE before it. */
+static bool predict_span(const struct check_span *span, uint64_t until,
+                         struct check_counters *least, struct check_counters *most,
+                         struct oracle_result *result)
 {
     unsigned count = span->count, bad = 0;
-    bool fitted = judge_part(span, count, least, most, result);
+    bool fitted = predict_part(span, count, least, most, result);
     while (fitted && count > 0 && span->times[count - 1] + RACE > until) {
-        struct check_sums low, high;
-        struct result without;
-        if (!judge_part(span, --count, &low, &high, &without)) {
+        struct check_counters low, high;
+        struct oracle_result without;
+        if (!predict_part(span, --count, &low, &high, &without)) {
             break;
         }
-        struct result lowest = {.refuted = low.refuted,
-                                .stray = low.stray,
-                                .late = low.late,
-                                .extra = low.extra,
-                                .foreign = low.foreign};
+        struct oracle_result lowest = {.malformed = low.malformed,
+                                       .noise_bytes = low.noise_bytes,
+                                       .stale_replies = low.stale_replies,
+                                       .duplicate_replies = low.duplicate_replies,
+                                       .unexpected_packets = low.unexpected_packets};
         widen(least, most, &lowest, false);
     }
     for (unsigned i = 0; i < span->count; i++) {
         bad += span->bytes[i].bad;
     }
-    if (bad > 1) { // what stands between them may go unexamined
-        *least = (struct check_sums){0};
+    if (bad > 1) { // the library may skip the bytes between two damaged bytes
+        *least = (struct check_counters){0};
     }
     return fitted;
 }
 
-static void add(struct check_sums *to, const struct check_sums *more)
+static void add(struct check_counters *to, const struct check_counters *more)
 {
-    to->refuted += more->refuted;
-    to->stray += more->stray;
-    to->late += more->late;
-    to->extra += more->extra;
-    to->foreign += more->foreign;
+    to->malformed += more->malformed;
+    to->noise_bytes += more->noise_bytes;
+    to->stale_replies += more->stale_replies;
+    to->duplicate_replies += more->duplicate_replies;
+    to->unexpected_packets += more->unexpected_packets;
 }
 
-/* The next packet begins: how the last one ended, if it was not the last of a request, is to be
- * told from what was heard. */
+/* Ends the current span at `until`, the start of the next packet. The library reports only the last
+ * attempt of a request; the outcome of the attempts before it follows from the received bytes. */
 static void close_span(struct check *check, uint64_t until)
 {
-    struct check_sums least, most;
-    struct result result;
-    if (!judge_span(&check->span, until, &least, &most, &result)) {
-        check_fail(check, "what was heard does not fit how it ended");
+    struct check_counters least, most;
+    struct oracle_result result;
+    if (!predict_span(&check->span, until, &least, &most, &result)) {
+        check_fail(check, "the received bytes do not lead to this outcome");
         return;
     }
     add(&check->least, &least);
     add(&check->most, &most);
-    check->span.asks = false;
+    check->span.has_packet = false;
     check->span.count = 0;
 }
 
 static uint32_t allowed_us(const struct check *check)
 {
     const struct oracle_asked *asked = &check->asked;
-    uint32_t delay = check->job.told ? 2u * check->job.told : CHECK_RETURN_DELAY_US;
+    uint32_t delay = check->job.return_delay ? 2u * check->job.return_delay : CHECK_RETURN_DELAY_US;
     uint32_t reply = asked->due < 0 ? 0 : 10 * (6 + (uint32_t)asked->due) + delay + CHECK_MARGIN_US;
     return 10 * asked->size + reply;
 }
@@ -302,7 +313,7 @@ static void open_span(struct check *check, unsigned attempt)
     struct check_span *span = &check->span;
     const struct tap_byte *sent = check->rig->sent.bytes + attempt * check->asked.size;
     span->asked = check->asked;
-    span->asks = true;
+    span->has_packet = true;
     span->count = span->echoes = 0;
     span->echo_from = sent[0].time;
     span->echo_until = sent[check->asked.size - 1].time + RIG_BYTE;
@@ -316,18 +327,18 @@ static uint64_t processing(const struct check *check)
     return (CHECK_PROCESSING_US + CHECK_BYTE_US * bytes + check->slack_us) * (uint64_t)RIG_US;
 }
 
-/* The attempt was given up between these two times. The deadline has allowed for the return delay
- * and the margin. */
+/* The attempt failed between these two times, and the bus rests. The deadline already includes the
+ * return delay and the margin. */
 static void begin_rest(struct check *check, uint64_t earliest, uint64_t latest)
 {
-    uint32_t delay = check->job.told ? 2u * check->job.told : CHECK_RETURN_DELAY_US;
+    uint32_t delay = check->job.return_delay ? 2u * check->job.return_delay : CHECK_RETURN_DELAY_US;
     uint64_t rest = (CHECK_STALE_REPLY_US - CHECK_MARGIN_US - delay) * (uint64_t)RIG_US;
     check->rest_least = earliest + rest;
     check->rest_most = latest + rest;
 }
 
-/* The attempt was over by `until`. All that had come by its deadline was in time, and what came
- * since then may have been. */
+/* The attempt ended before `until`. Bytes that arrived before its deadline were in time; bytes that
+ * arrived later may have been. */
 static void end_span(struct check *check, uint64_t until, int result)
 {
     struct check_span *span = &check->span;
@@ -349,14 +360,14 @@ static void end_span(struct check *check, uint64_t until, int result)
     }
 }
 
-/* --- one exchange --- */
+/* --- one transaction --- */
 
 static double us(uint64_t cycles)
 {
     return (double)cycles / RIG_US;
 }
 
-/* The last attempt ends by its deadline, and not before if it failed. */
+/* Checks that the last attempt ended by its deadline, and not before it if it failed. */
 static void check_time(struct check *check)
 {
     const struct rig *rig = check->rig;
@@ -366,24 +377,25 @@ static void check_time(struct check *check)
         check_fail(check, "took %.1f us, deadline %.1f", us(took), us(allowed));
     }
     if (check->outcome.result != CDS_OK && took + START < allowed) {
-        check_fail(check, "gave up after %.1f us, deadline %.1f", us(took), us(allowed));
+        check_fail(check, "failed after %.1f us, deadline %.1f", us(took), us(allowed));
     }
     if (took > allowed && took - allowed > check->longest) {
         check->longest = took - allowed;
     }
 }
 
-/* When the line was last in use by others, as far as a controller can know, before its next packet
- * at `until`; 0: not. Sets how many bytes there were within `near`. */
+/* Returns when another sender last used the line, as far as the controller can know; 0: never.
+ * `until`: start of the next packet. Sets `bytes` to the number of bytes that ended less than
+ * `near` before `until`. */
 static uint64_t last_use(const struct check *check, uint64_t until, uint64_t near, unsigned *bytes)
 {
     const struct check_span *span = &check->span;
     uint64_t last = check->corrupt_at;
-    struct check_sums least, most;
-    struct result result;
+    struct check_counters least, most;
+    struct oracle_result result;
     unsigned first = 0;
     *bytes = 0;
-    if (span->asks && judge_part(span, span->count, &least, &most, &result)) {
+    if (span->has_packet && predict_part(span, span->count, &least, &most, &result)) {
         first = result.taken ? result.taken : span->in_time_least;
     }
     for (unsigned i = first; i < span->count; i++) {
@@ -393,8 +405,8 @@ static uint64_t last_use(const struct check *check, uint64_t until, uint64_t nea
     return check->low_until > last ? check->low_until : last;
 }
 
-/* A packet is sent when the line has been quiet for long enough, and then at once. Two bytes may
- * end while the controller makes up its mind: nobody can see them in time. */
+/* Checks that the packet was sent after the line was quiet for long enough, and then at once. Two
+ * bytes may end after the library last reads the ring: it cannot notice them in time. */
 static void check_start(struct check *check, unsigned attempt)
 {
     const struct rig *rig = check->rig;
@@ -407,28 +419,28 @@ static void check_start(struct check *check, unsigned attempt)
     last_use(check, start, rig_tied(rig) ? RACE_TIED : RACE, &nearest);
     uint64_t used = last_use(check, start, SEEN, &near);
     if (near > nearest) {
-        check_fail(check, "spoke into a line in use");
+        check_fail(check, "sent into a line in use");
     }
     if (check->asked.due >= 0) {
         if (start < check->rest_least) {
-            check_fail(check, "spoke %.1f us before the rest was over",
+            check_fail(check, "sent %.1f us before the rest was over",
                        us(check->rest_least - start));
         }
         from = check->rest_most > from ? check->rest_most : from;
     }
     uint64_t latest = (used > from ? used : from) + CHECK_QUIET_US * RIG_US + processing(check);
     if (start > latest) {
-        check_fail(check, "spoke %.1f us after it might have", us(start - latest));
+        check_fail(check, "sent %.1f us later than allowed", us(start - latest));
     }
 }
 
-/* Until a full ring has been looked at. */
-static uint64_t backlog(const struct rig *rig)
+/* Time that the library needs to read a full ring. */
+static uint64_t full_ring_cycles(const struct rig *rig)
 {
     return RING * RIG_US * (rig_tied(rig) ? CHECK_BYTE_TIED_US : CHECK_BYTE_US);
 }
 
-/* A request that was not sent: for good reason, and given up in time. */
+/* Checks a request that was not sent: the line was in use, and the request ended in time. */
 static void check_unsent(struct check *check)
 {
     const struct rig *rig = check->rig;
@@ -441,12 +453,13 @@ static void check_unsent(struct check *check)
     if (took > wait && took - wait > check->longest) {
         check->longest = took - wait;
     }
-    uint64_t behind = 3 * CHECK_QUIET_US * RIG_US + (check->babbles ? backlog(rig) : 0);
+    uint64_t behind =
+        3 * CHECK_QUIET_US * RIG_US + (check->allows_ring_overflow ? full_ring_cycles(rig) : 0);
     if (last_use(check, rig->ended, 0, &bytes) + behind < rig->ended) {
-        check_fail(check, "the line was quiet, and nothing was said");
+        check_fail(check, "the line was quiet, and nothing was sent");
     }
     if (check->outcome.state == CDS_BUS_LINE_QUIET) {
-        check_fail(check, "the line is said to be quiet");
+        check_fail(check, "the bus reports a quiet line");
     }
 }
 
@@ -454,15 +467,15 @@ static void check_sent(struct check *check)
 {
     const struct tap *sent = &check->rig->sent;
     unsigned size = check->asked.size;
-    expect(check, "bytes said", check->attempts * size, sent->count);
+    expect(check, "bytes sent", check->attempts * size, sent->count);
     for (unsigned i = 0; i < sent->count && i < RIG_ROOM; i++) {
         if (sent->bytes[i].byte != check->asked.packet[i % size]) {
-            check_fail(check, "said %02X as byte %u", sent->bytes[i].byte, i);
+            check_fail(check, "sent %02X as byte %u", sent->bytes[i].byte, i);
         }
     }
 }
 
-/* What was heard, put down to the packets that were said. */
+/* Assigns all received bytes to the attempts of the transaction. */
 static void hear_all(struct check *check)
 {
     const struct rig *rig = check->rig;
@@ -472,7 +485,7 @@ static void hear_all(struct check *check)
             end_span(check, start, -1);
         }
         hear(check, start);
-        if (!check->blind) {
+        if (!check->skips_oracle) {
             check_start(check, attempt);
             close_span(check, start);
         }
@@ -494,27 +507,27 @@ static void subtract(struct cds_stats *a, const struct cds_stats *b)
     }
 }
 
-void check_sums(struct check *check)
+void check_sent_total(struct check *check)
 {
-    const struct cds_stats *moved = &check->moved;
-    expect(check, "ok + timeouts + corrupt", moved->sent,
-           (unsigned)moved->ok + moved->timeouts + moved->corrupt);
+    const struct cds_stats *stats = &check->last_stats;
+    expect(check, "ok + timeouts + corrupt", stats->sent,
+           (unsigned)stats->ok + stats->timeouts + stats->corrupt);
 }
 
-/* Of one exchange; what came that was not due is counted by check_settle(). */
+/* Checks the counters of one transaction. check_settle() checks the counters of other bytes. */
 static void check_counters(struct check *check)
 {
-    const struct cds_stats *moved = &check->moved;
+    const struct cds_stats *stats = &check->last_stats;
     enum cds_result result = check->outcome.result;
     bool unsent = result == CDS_LINE_BUSY;
-    expect(check, "repeated", moved->sent - (unsent ? 0u : 1u), moved->retried);
-    expect(check, "unsent", unsent, moved->line_busy);
-    expect(check, "ok", result == CDS_OK, moved->ok);
-    if ((result == CDS_TIMEOUT && !moved->timeouts) || (result == CDS_CORRUPT && !moved->corrupt)) {
-        check_fail(check, "the end was not counted");
+    expect(check, "retried", stats->sent - (unsent ? 0u : 1u), stats->retried);
+    expect(check, "line_busy", unsent, stats->line_busy);
+    expect(check, "ok", result == CDS_OK, stats->ok);
+    if ((result == CDS_TIMEOUT && !stats->timeouts) || (result == CDS_CORRUPT && !stats->corrupt)) {
+        check_fail(check, "the failure was not counted");
     }
-    if (moved->retried > check->job.repeats) {
-        check_fail(check, "repeated %u times of %u", moved->retried, check->job.repeats);
+    if (stats->retried > check->job.retries) {
+        check_fail(check, "%u retries, allowed %u", stats->retried, check->job.retries);
     }
 }
 
@@ -526,37 +539,40 @@ static void between(struct check *check, const char *what, unsigned least, unsig
     }
 }
 
-/* All that was counted since the injection began. */
+/* Checks the counters since the start of the injection. */
 static void check_counts(struct check *check)
 {
-    struct check_sums least, most;
-    struct result result;
-    const struct cds_stats *all = &check->all;
-    expect(check, "framing errors", check->bad, all->framing_errors);
-    expect(check, "echo errors", check->echo_errors, all->echo_errors);
-    expect(check, "overruns", 0, all->overruns);
-    if (!check->babbles) {
-        expect(check, "ring overflows", 0, all->ring_overflows);
+    struct check_counters least, most;
+    struct oracle_result result;
+    const struct cds_stats *stats = &check->injection_stats;
+    expect(check, "framing errors", check->framing_errors, stats->framing_errors);
+    expect(check, "echo errors", check->echo_errors, stats->echo_errors);
+    expect(check, "overruns", 0, stats->overruns);
+    if (!check->allows_ring_overflow) {
+        expect(check, "ring overflows", 0, stats->ring_overflows);
     }
     if (check->failed) {
         return;
     }
-    if (!judge_span(&check->span, UINT64_MAX, &least, &most, &result)) {
-        check_fail(check, "what was heard does not fit how it ended");
+    if (!predict_span(&check->span, UINT64_MAX, &least, &most, &result)) {
+        check_fail(check, "the received bytes do not lead to this outcome");
         return;
     }
     add(&least, &check->least);
     add(&most, &check->most);
-    if (all->ring_overflows == 0) {
-        between(check, "refuted", least.refuted, most.refuted, all->malformed);
-        between(check, "stray", least.stray, most.stray, all->noise_bytes);
-        between(check, "late", least.late, most.late, all->stale_replies);
-        between(check, "extra", least.extra, most.extra, all->duplicate_replies);
-        between(check, "foreign", least.foreign, most.foreign, all->unexpected_packets);
+    if (stats->ring_overflows == 0) {
+        between(check, "malformed", least.malformed, most.malformed, stats->malformed);
+        between(check, "noise_bytes", least.noise_bytes, most.noise_bytes, stats->noise_bytes);
+        between(check, "stale_replies", least.stale_replies, most.stale_replies,
+                stats->stale_replies);
+        between(check, "duplicate_replies", least.duplicate_replies, most.duplicate_replies,
+                stats->duplicate_replies);
+        between(check, "unexpected_packets", least.unexpected_packets, most.unexpected_packets,
+                stats->unexpected_packets);
     }
 }
 
-/* Did a servo give just this? */
+/* Returns true if a servo sent the reply that the library took. */
 static bool was_given(const struct check *check)
 {
     const struct rig *rig = check->rig;
@@ -574,9 +590,9 @@ static bool was_given(const struct check *check)
 static void check_value(struct check *check)
 {
     const struct job_outcome *outcome = &check->outcome;
-    struct check_sums least, most;
-    struct result one, *result = &one;
-    judge_part(&check->span, check->span.count, &least, &most, result);
+    struct check_counters least, most;
+    struct oracle_result one, *result = &one;
+    predict_part(&check->span, check->span.count, &least, &most, result);
     expect(check, "result", result->result, outcome->result);
     if (outcome->result != CDS_OK || result->result != CDS_OK) {
         return;
@@ -585,7 +601,7 @@ static void check_value(struct check *check)
     expect(check, "error", result->error, outcome->error);
     expect(check, "length", result->length, outcome->length);
     if (memcmp(result->data, outcome->data, result->length) != 0) {
-        check_fail(check, "other values than came over the wire");
+        check_fail(check, "the values differ from the received bytes");
     }
 }
 
@@ -604,42 +620,42 @@ static void perform(struct check *check, const struct job *job, struct job_outco
     rig_begin(check->rig, job);
     if (!rig_wait(check->rig, ENDLESS, outcome)) {
         check_fail(check, "the call did not end");
-        printf("failure\t%s: given up\n", check->row->name);
+        printf("failure\t%s: row aborted\n", check->row->name);
         exit(1);
     }
 }
 
 void check_job(struct check *check, const struct job *job)
 {
-    struct cds_stats before = check->look.stats;
+    struct cds_stats before = check->latest.stats;
     check->job = *job;
     if (job->kind < JOB_SCAN) {
         check_asked(job, &check->asked);
-        bool known = job->roster != JOB_ALONE;
+        bool known = job->servos != JOB_WITHOUT_SERVOS;
         if (known && job->kind != JOB_PING && check->level < (job->kind == JOB_READ ? 1 : 2)) {
             check->asked.due = -1;
         }
     }
     perform(check, job, &check->outcome);
-    check->look = check->outcome;
-    check->moved = check->outcome.stats;
-    subtract(&check->moved, &before);
-    check->attempts = check->moved.sent;
+    check->latest = check->outcome;
+    check->last_stats = check->outcome.stats;
+    subtract(&check->last_stats, &before);
+    check->attempts = check->last_stats.sent;
 }
 
-static void check_exchange(struct check *check)
+static void check_transaction(struct check *check)
 {
     expect(check, "submitted", CDS_OK, check->outcome.submitted);
     check_sent(check);
-    check_sums(check);
+    check_sent_total(check);
     expect(check, "bytes stored behind the reply", 0, check->outcome.spilled);
-    check->blind |= check->holds && check->rig->overruns;
+    check->skips_oracle |= check->allows_overruns && check->rig->overruns;
     if (!check->failed && check->attempts > 0) {
         hear_all(check);
         if (check->outcome.result != CDS_LINE_BUSY) {
             check_time(check);
         }
-        if (!check->blind && check->outcome.result != CDS_LINE_BUSY) {
+        if (!check->skips_oracle && check->outcome.result != CDS_LINE_BUSY) {
             check_value(check);
         }
     } else if (!check->failed) {
@@ -655,8 +671,8 @@ static void check_exchange(struct check *check)
 
 /* --- the servos --- */
 
-/* What the job does to this servo, if it heard it. */
-static void carry_out(const struct job *job, uint8_t *registers)
+/* Changes the registers of a servo as the job does. */
+static void apply_job(const struct job *job, uint8_t *registers)
 {
     if (job->kind == JOB_WRITE) {
         memcpy(registers + job->address, job->data, job->length);
@@ -665,7 +681,7 @@ static void carry_out(const struct job *job, uint8_t *registers)
     }
 }
 
-/* What a servo holds that has lost its power since. */
+/* Changes the registers of a servo as a power-up does. */
 static void power_up(const struct servo *servo, uint8_t *registers)
 {
     struct servo again = *servo;
@@ -674,8 +690,9 @@ static void power_up(const struct servo *servo, uint8_t *registers)
     memcpy(registers, again.registers, sizeof(again.registers));
 }
 
-/* A servo holds something else: that is told apart, and forgiven where it was foreseen. */
-static void misunderstood(struct check *check, unsigned index)
+/* A servo holds a value that was not requested. This is a failure unless the servo received a
+ * damaged packet that says so, and the row allows it. */
+static void check_unrequested_value(struct check *check, unsigned index)
 {
     const struct tap *received = &check->rig->servos_received;
     struct oracle_byte bytes[RIG_ROOM];
@@ -683,15 +700,16 @@ static void misunderstood(struct check *check, unsigned index)
     for (unsigned i = 0; i < count; i++) {
         bytes[i] = (struct oracle_byte){received->bytes[i].byte, received->bytes[i].bad};
     }
-    check->commanded++;
+    check->misunderstood++;
     if (!oracle_commands(&check->asked, bytes, count)) {
-        check_fail(check, "servo %u holds what nobody asked for", index);
-    } else if (!check->misunderstood) {
-        check_fail(check, "servo %u was told what nobody asked for", index);
+        check_fail(check, "servo %u holds a value that no packet sets", index);
+    } else if (!check->allows_wrong_command) {
+        check_fail(check, "servo %u carried out a damaged packet", index);
     }
 }
 
-/* `job` has been done with all servos, or not; and nothing else. */
+/* Checks that each servo has carried out `job`, or has not changed. `acknowledged`: the servo of
+ * the job must have carried it out. */
 static void check_servos(struct check *check, const struct job *job, bool acknowledged)
 {
     check_asked(job, &check->asked);
@@ -708,19 +726,19 @@ static void check_servos(struct check *check, const struct job *job, bool acknow
         bool untouched = memcmp(asked, servo->registers, sizeof(asked)) == 0;
         bool mine = job->id == BROADCAST || asked[TABLE_ID] == job->id;
         if (mine) {
-            carry_out(job, asked);
+            apply_job(job, asked);
         }
         bool done = memcmp(asked, servo->registers, sizeof(asked)) == 0;
         if (!done && !untouched) {
-            misunderstood(check, i);
-        } else if (mine && acknowledged && !done && !check->foreseen && !check->powered_up &&
-                   !check->misunderstood) {
-            check_fail(check, "acknowledged, but servo %u does not hold it", i);
+            check_unrequested_value(check, i);
+        } else if (mine && acknowledged && !done && !check->predicts_wrong_value &&
+                   !check->powered_up && !check->allows_wrong_command) {
+            check_fail(check, "acknowledged, but servo %u does not hold the value", i);
         }
     }
 }
 
-/* Power, rates and registers as they were. */
+/* Restores power, rates and registers. */
 static void restore(struct check *check)
 {
     struct rig *rig = check->rig;
@@ -737,27 +755,28 @@ static void restore(struct check *check)
     }
 }
 
-/* Bytes of a packet that some servo still waits for: it is deaf to the next ones until then. */
-static unsigned awaited(const struct check *check)
+/* Returns how many bytes the longest incomplete packet of a servo still lacks. The servo takes the
+ * next packets for these bytes. */
+static unsigned missing_bytes(const struct check *check)
 {
     unsigned most = 0;
     for (unsigned i = 0; i < check->rig->bench.bus[0].servos.count; i++) {
         const struct servo_node *node = rig_node(check->rig, i);
         const struct codec *codec = &node->servo.codec;
-        bool heard = node->baud == SERVO_RESET_BAUD; // another one hears nobody's packets
-        unsigned held = heard ? (unsigned)(codec->size - codec->first) : 0;
+        bool receives = node->baud == SERVO_RESET_BAUD; // at another rate it receives no packet
+        unsigned held = receives ? (unsigned)(codec->size - codec->first) : 0;
         unsigned whole = held > 3 ? 4u + codec->bytes[codec->first + 3] : held ? 4 + 254 : 0;
         most = whole > held && whole - held > most ? whole - held : most;
     }
     return most;
 }
 
-/* --- what a row calls --- */
+/* --- functions for rows --- */
 
 void check_open(struct check *check)
 {
     unsigned count = check->rig->bench.bus[0].servos.count;
-    check->last_id = 0xFF; // nobody
+    check->last_id = 0xFF; // no servo
     check->servos = calloc(count ? count : 1, sizeof(*check->servos));
     for (unsigned i = 0; i < count; i++) {
         struct servo *servo = &rig_node(check->rig, i)->servo;
@@ -775,35 +794,35 @@ void check_close(struct check *check)
 void check_run(struct check *check, const struct job *job)
 {
     check_job(check, job);
-    check_exchange(check);
+    check_transaction(check);
     if (check->outcome.result == CDS_OK && !check->failed) {
         bool given = was_given(check);
         check->undetected += !given;
-        if (given == check->foreseen && !(check->mixed && !given)) {
-            check_fail(check, given ? "a wrong value was to be taken and was not"
-                                    : "a value was taken that no servo gave");
+        if (given == check->predicts_wrong_value && !(check->allows_wrong_value && !given)) {
+            check_fail(check, given ? "a wrong value was predicted, but not taken"
+                                    : "a value was taken that no servo sent");
         }
-    } else if (check->foreseen) {
-        check_fail(check, "a wrong value was to be taken and was not");
+    } else if (check->predicts_wrong_value) {
+        check_fail(check, "a wrong value was predicted, but not taken");
     }
 }
 
-void check_late_bytes(struct check *check, const struct job *job)
+void check_allow_late_bytes(struct check *check, const struct job *job)
 {
     uint8_t reply[SERVO_PACKET_MAX];
     check->slack_us = rig_tied(check->rig) ? TIED_MORE_US * check_reply(check, job, reply) : 0;
 }
 
-void check_babble(struct check *check)
+void check_allow_babble(struct check *check)
 {
-    check->babbles = true;
+    check->allows_ring_overflow = true;
     check->slack_us = rig_tied(check->rig) ? BABBLE_TIED_US : BABBLE_US;
 }
 
 void check_outcome(struct check *check, unsigned outcomes)
 {
     if (!(OUTCOME(check->outcome.result) & outcomes)) {
-        check_fail(check, "the outcome was %u", check->outcome.result);
+        check_fail(check, "outcome %u", check->outcome.result);
     }
 }
 
@@ -812,16 +831,16 @@ void check_refused(struct check *check, const struct job *job, enum cds_result r
     check_job(check, job);
     hear(check, check->rig->ended);
     expect(check, "submitted", result, check->outcome.submitted);
-    expect(check, "bytes said", 0, check->rig->sent.count);
-    expect(check, "sent", 0, check->moved.sent);
-    expect(check, "unsent", 0, check->moved.line_busy);
+    expect(check, "bytes sent", 0, check->rig->sent.count);
+    expect(check, "sent", 0, check->last_stats.sent);
+    expect(check, "line_busy", 0, check->last_stats.line_busy);
 }
 
 void check_forget(struct check *check)
 {
     hear(check, UINT64_MAX);
     rig_forget(check->rig);
-    check->judged = 0;
+    check->bytes_assigned = 0;
 }
 
 void check_settle(struct check *check)
@@ -833,36 +852,36 @@ void check_settle(struct check *check)
     }
     rig_pass(check->rig, QUIET);
     hear(check, UINT64_MAX);
-    perform(check, &look, &check->look);
-    check->all = check->look.stats;
-    subtract(&check->all, &check->before);
-    expect(check, "state of the bus", CDS_BUS_LINE_QUIET, check->look.state);
-    if (!check->blind) {
+    perform(check, &look, &check->latest);
+    check->injection_stats = check->latest.stats;
+    subtract(&check->injection_stats, &check->stats_before);
+    expect(check, "state of the bus", CDS_BUS_LINE_QUIET, check->latest.state);
+    if (!check->skips_oracle) {
         check_counts(check);
     }
 }
 
-/* Good exchanges until one is answered: the first, unless a servo holds part of a packet. Then
- * those are lost that it takes for the rest of it, and two more at most, as it takes their ends for
- * beginnings. PING and READ in turn: one packet said again and again can keep it out of step for
- * ever. */
+/* Sends good packets until one is answered. The first must be, unless a servo holds part of a
+ * packet. Such a servo takes the next packets for the rest of that packet, and then up to two more,
+ * because it takes the end of a packet for a beginning. PING and READ alternate: a packet that is
+ * sent again and again can keep the servo out of step for ever. */
 static void check_good(struct check *check)
 {
     struct job job = {.kind = JOB_READ,
-                      .id = check->good_id,
+                      .id = check->next_id,
                       .address = TABLE_GOAL_POSITION,
                       .length = 2,
-                      .told = check->told,
+                      .return_delay = check->return_delay,
                       .pause = check->pause};
-    unsigned missing = awaited(check), may_fail = missing ? (missing - 1) / PING_SIZE + 3 : 0;
+    unsigned missing = missing_bytes(check), may_fail = missing ? (missing - 1) / PING_SIZE + 3 : 0;
     for (unsigned lost = 0;; lost++) {
         check_job(check, &job);
-        check_exchange(check);
+        check_transaction(check);
         if (check->outcome.result == CDS_OK && !check->outcome.error) {
             break;
         }
         if (lost == may_fail) {
-            check_fail(check, "the next exchange failed: result %u, error %02X",
+            check_fail(check, "the next transaction failed: result %u, error %02X",
                        check->outcome.result, check->outcome.error);
             return;
         }
@@ -872,7 +891,7 @@ static void check_good(struct check *check)
         job.kind = job.kind == JOB_READ ? JOB_PING : JOB_READ;
     }
     if (!was_given(check)) {
-        check_fail(check, "the next exchange took a value that no servo gave");
+        check_fail(check, "the next transaction took a value that no servo sent");
     }
 }
 

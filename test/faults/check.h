@@ -1,16 +1,15 @@
-/* One injection of `make faults` and what is checked of it, whatever the fault:
+/* Runs the injections of `make faults` and checks each of them, whatever the fault:
  *
- * - the call ends by its deadline, and no sooner if it failed; the driver has let go, and no rule
- * of the wire was broken;
- * - the controller said the packet asked for and nothing else;
- * - outcome, values and counters are those that oracle.h makes of the bytes heard;
- * - no byte was stored behind the reply;
- * - a value is one that a servo gave; if not it is counted, and must have been foreseen;
- * - no servo holds anything that was not asked for, unless it heard a packet that says so;
- * - the next exchange, without a fault, is good.
+ * - The call ends by its deadline, and not before its deadline if it failed. The driver is
+ *   released. No rule of the wire is broken.
+ * - The controller sends the packet of the request and nothing else.
+ * - Outcome, values and counters are those that oracle.h predicts from the received bytes.
+ * - No byte is stored behind the reply.
+ * - The library takes a value that no servo sent only where this was predicted.
+ * - No servo holds a value that was not requested, unless it received a packet that says so.
+ * - The next transaction, without a fault, succeeds.
  *
- * What the outcome of a fault may be is the row's to say (rows.h).
- */
+ * Each row (rows.h) decides which outcomes its fault may have. */
 #ifndef CHECK_H
 #define CHECK_H
 
@@ -20,21 +19,20 @@
 #include "oracle.h"
 #include "rig.h"
 
-/* The program's own time, at 16 MHz, which the deadline leaves out: it builds the packet before the
- * clock is started, and looks at what has come before it looks at the clock. Each byte of data is
- * parsed, and copied. */
+/* Time that the program itself takes at 16 MHz. The deadline does not include it: the program
+ * builds the packet before the deadline starts, and reads the ring before it reads the clock. */
 #define CHECK_PROCESSING_US 130u
-#define CHECK_BYTE_US       3u
-#define CHECK_BYTE_TIED_US  8u // while more are coming: the handlers take most of the time there is
+#define CHECK_BYTE_US       3u // to parse and copy a byte of data
+#define CHECK_BYTE_TIED_US  8u // while bytes keep coming: on tied pins handlers take most cycles
 
-/* What a bus allows for. */
-#define CHECK_RETURN_DELAY_US 508u // unless it is told better
+/* Times that the bus allows for. */
+#define CHECK_RETURN_DELAY_US 508u // default of the bus
 #define CHECK_MARGIN_US       100u
 #define CHECK_QUIET_US        20u // two byte times
-/* A reply that begins so late behind its packet is still not taken for another one: no packet that
- * is answered goes out before it is over. */
+/* A reply that begins up to this long after its packet is never taken for the reply to another
+ * packet: after a missing reply, no packet with a reply is sent before this time is over. */
 #define CHECK_STALE_REPLY_US 2000u
-/* ... and until a request is given up that cannot be sent: the longest reply there may be. */
+/* The bus gives up a request that cannot be sent after the duration of the longest reply. */
 #define CHECK_QUIET_WAIT_US (56u * 10u + CHECK_RETURN_DELAY_US + CHECK_MARGIN_US)
 
 #define OUTCOME(result) (1u << (result))
@@ -44,118 +42,124 @@
 
 struct row;
 
-/* What was heard from one packet of the controller's to the next, as in oracle.h. How many bytes
- * were in time may be uncertain, near to the deadline. */
+/* One attempt: the bytes received from the start of a packet to the start of the next packet, as
+ * struct oracle_span. Near the deadline it is uncertain how many bytes were in time. */
 struct check_span {
     struct oracle_asked asked;
-    bool asks;
+    bool has_packet; // false: bytes before the first packet of the injection
     struct oracle_byte bytes[RIG_ROOM];
     uint64_t times[RIG_ROOM];
     unsigned count;
-    uint64_t echo_from, echo_until; // while the controller drives
+    uint64_t echo_from, echo_until; // while the controller drives the line
     unsigned echoes;
     unsigned in_time_least, in_time_most;
-    bool good;  // the attempt ended well,
-    int result; // and if not: how; -1: one or the other
+    bool good;  // the attempt ended as CDS_OK
+    int result; // enum cds_result of a failed attempt; -1: any failure
     uint8_t last_id;
     bool last_ok;
 };
 
-/* What is to be counted, at least or at most. */
-struct check_sums {
-    unsigned refuted, stray, late, extra, foreign;
+/* Expected counters: a lower or an upper bound of each. */
+struct check_counters {
+    unsigned malformed, noise_bytes, stale_replies, duplicate_replies, unexpected_packets;
 };
 
 struct check {
     struct rig *rig;
     const struct row *row;
-    /* which injections are done: part 1 to `parts`, as `seed` divides them */
-    uint32_t part, parts, seed;
-    bool counting; // none: their number is wanted
+    uint32_t part, parts, seed; // run part 1 to `parts` of the injections; `seed` divides them
+    bool counting;              // true: count the injections, run none
     unsigned index, total;
     void (*on_progress)(const struct check *check);
-    /* what came of them */
+
+    // results of the row
     unsigned injections, failures;
-    unsigned undetected; // values taken that no servo gave
-    unsigned commanded;  // servos that hold what was not asked for
-    unsigned lost;       // good exchanges without reply, as a servo waited for the rest of a packet
-    uint64_t longest;    // past the deadline, in cycles
-    /* the present one; all but `text` are as they were at its beginning, unless the row says more
-     */
+    unsigned undetected;    // values taken that no servo sent
+    unsigned misunderstood; // servos that carried out a damaged packet
+    unsigned lost;    // good packets without reply: a servo took them for the rest of another one
+    uint64_t longest; // latest end of a call after its deadline, in cycles
+
+    // the current injection
     char text[120];
     bool failed;
-    bool foreseen;      // that a wrong value is taken
-    bool mixed;         // bits all over a reply are wrong: that may put its sum right again
-    bool misunderstood; // ... and that a servo hears another command than the one asked for
-    bool powered_up;    // servo 0 has lost its power behind the exchange
-    bool holds;         // handlers are held up: bytes may overrun,
-    bool blind;         // and did, or were not written down: the oracle knows nothing of them
-    bool babbles;       // the receiver's ring may overflow
-    uint64_t low_until; // cycle: the row itself keeps the line in use for so long
-    int level;          // status return level that the bus knows of the servo
-    uint8_t told;       // return delay, as in struct job
-    uint8_t pause;      // the next exchange follows at once, but for such a one
-    int baud;           // register of servo 0, where a fault has set it; -1: it has not
-    uint32_t rules;     // RULE() that may be broken
-    uint32_t slack_us;  // that the program may take besides
-    uint8_t good_id;    // whom the next good exchange is with
-    struct oracle_asked asked;
-    struct job job;
-    struct job_outcome outcome; // of the latest exchange, like the two above
-    struct job_outcome look;    // the latest, of any job
-    struct cds_stats before;    // the injection
-    struct cds_stats moved;     // by the latest exchange
-    struct cds_stats all;       // by the injection, as of check_settle()
-    unsigned attempts;
-    struct check_span span;         // since the latest packet
-    struct check_sums least, most;  // by the spans before it
-    uint8_t last_id;                // who had to answer last,
-    bool last_ok;                   // and did
-    uint64_t corrupt_at;            // when an exchange last ended so
-    uint64_t rest_least, rest_most; // the rest behind the last failure ends between these
-    unsigned judged;                // bytes heard that are accounted for,
-    unsigned bad;                   // and those with a framing error among all
-    bool several; // of them between two packets: what stands between may go unexamined
+    // check_next() resets the following fields; a row may set them
+    bool predicts_wrong_value; // the library must take a wrong value
+    bool allows_wrong_value;   // it may: damage all over a reply can make the checksum right
+    bool allows_wrong_command; // a servo may carry out a packet that was not sent
+    bool powered_up;           // servo 0 loses its power after the transaction
+    bool allows_overruns;      // a handler delays the receive handler
+    bool skips_oracle;         // bytes overran or are not recorded: the oracle cannot predict
+    bool allows_ring_overflow;
+    uint64_t low_until;   // cycle up to which the row keeps the line in use
+    int level;            // status return level that the bus knows of the servo
+    uint8_t return_delay; // as in struct job
+    uint8_t pause;        // pause before the next transaction, as in struct job
+    int baud;             // register 0x04 of servo 0 if the fault has set it; else -1
+    uint32_t rules;       // RULE() of each rule that may be broken
+    uint32_t slack_us;    // additional time that the program may take
+    uint8_t next_id;      // servo of the good transaction after the fault
+
+    struct oracle_asked asked;        // packet of `job`
+    struct job job;                   // the latest transaction
+    struct job_outcome outcome;       // of `job`
+    struct job_outcome latest;        // of the latest job of any kind
+    struct cds_stats stats_before;    // at the start of the injection
+    struct cds_stats last_stats;      // counted during `job`
+    struct cds_stats injection_stats; // counted since the start of the injection, by check_settle()
+    unsigned attempts;                // of `job`
+    struct check_span span;           // the latest attempt
+    struct check_counters least, most; // expected counters of the attempts before it
+    uint8_t last_id;                   // servo that was asked last for a reply
+    bool last_ok;                      // its reply was taken
+    uint64_t corrupt_at;               // latest end of a transaction as CDS_CORRUPT
+    // the bus rests after a failure; the rest ends between these times
+    uint64_t rest_least, rest_most;
+    unsigned bytes_assigned; // received bytes that belong to a span
+    unsigned framing_errors; // of all received bytes
     unsigned echo_errors;
-    struct servo *servos; // as they were put there
+    struct servo *servos; // state of each servo before the injection
 };
 
 /* Prepares a rig that has just been opened. */
 void check_open(struct check *check);
 void check_close(struct check *check);
 
-/* Is the injection described here to be done? Then the row arms the fault, and goes on. */
+/* Begins the injection that `format` describes. Returns false if this run does not include it.
+ * Returns true if the row must inject the fault and run the checks. */
 bool check_next(struct check *check, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* Performs the job, and checks nothing but that it ends. */
+/* Runs the job. Checks only that it ends. */
 void check_job(struct check *check, const struct job *job);
 
-/* Performs the job, and checks all that is checked of every exchange. */
+/* Runs the job and checks its transaction. */
 void check_run(struct check *check, const struct job *job);
-/* The same of a job that is not admitted: nothing is sent. */
+/* Runs a job that the library must refuse with `result`: nothing is sent. */
 void check_refused(struct check *check, const struct job *job, enum cds_result result);
-/* Forgets what was said and heard by now, once it is accounted for. */
+/* Assigns the bytes received so far to their span, then clears the record of the rig. */
 void check_forget(struct check *check);
-/* The line becomes quiet and the bus knows it; `all` and `look` are up to date, all is counted. */
+/* Waits until the line and the bus are quiet, updates `injection_stats` and `latest`, and checks
+ * the counters. */
 void check_settle(struct check *check);
-/* Bytes may still be coming at the deadline, as many as the reply has. */
-void check_late_bytes(struct check *check, const struct job *job);
-/* Somebody else talks on and on. */
-void check_babble(struct check *check);
-/* One of these outcomes, OUTCOME(...). */
+/* The bytes of a whole reply may still arrive at the deadline: allows the time to handle them. */
+void check_allow_late_bytes(struct check *check, const struct job *job);
+/* Bytes arrive without end: allows the time to handle them, and ring overflows. */
+void check_allow_babble(struct check *check);
+/* Checks that the outcome is one of `outcomes`, a sum of OUTCOME(). */
 void check_outcome(struct check *check, unsigned outcomes);
-/* The fault is over: the line becomes quiet, the next exchange is good, servos are as they were. */
+/* Removes the fault. Checks that the line becomes quiet, that the next transaction succeeds and
+ * that the servos hold what was requested. Restores the servos. */
 void check_after(struct check *check);
-/* All three. */
+/* check_run(), check_outcome() and check_after(). */
 void check_all(struct check *check, const struct job *job, unsigned outcomes);
 
-/* Of any job: sent = ok + timeouts + corrupt. */
-void check_sums(struct check *check);
+/* Checks for a job of any kind: sent = ok + timeouts + corrupt. */
+void check_sent_total(struct check *check);
 
 void check_fail(struct check *check, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* The packet that a job sends, and the reply without a fault. */
+/* The packet that a job sends. */
 void check_asked(const struct job *job, struct oracle_asked *asked);
+/* The reply to a job without a fault; returns its size. */
 unsigned check_reply(const struct check *check, const struct job *job, uint8_t *packet);
 const char *check_name(const struct job *job);
 

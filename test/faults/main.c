@@ -1,10 +1,12 @@
-/* One row of `make faults` on one board: faults.py runs them all.
+/* Runs one row of `make faults` on one board; scripts/faults.py runs all rows.
+
  *
  *     faults --list              rows: name, boards, what
  *     faults ROW BOARD ELF [PART PARTS SEED]
  *
- * Says `progress DONE TOTAL` and `failure TEXT` as it goes on, then `done` and its figures, tabs
- * between the words. Exit status 0: no failure; 1: some; 2: bad input. */
+ * Prints lines `progress DONE TOTAL` and `failure TEXT`, then `done` and the results of the row,
+ with
+ * tabs between the words. Exit status 0: no failure; 1: failures; 2: bad input. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -47,9 +49,9 @@ static const struct row *find(const char *name)
 
 static void progress(const struct check *check)
 {
-    static time_t told;
-    if (told != time(0)) {
-        told = time(0);
+    static time_t printed;
+    if (printed != time(0)) {
+        printed = time(0);
         printf("progress\t%u\t%u\n", check->injections - 1, check->total);
         fflush(stdout);
     }
@@ -79,7 +81,7 @@ static int run(const struct row *row, const char *board, const char *elf, struct
     check.index = 0;
     row->run(&check);
     printf("done\t%u\t%u\t%u\t%u\t%u\t%.1f\n", check.injections, check.failures, check.undetected,
-           check.commanded, check.lost, (double)check.longest / RIG_US);
+           check.misunderstood, check.lost, (double)check.longest / RIG_US);
     check_close(&check);
     rig_close(&rig);
     return check.failures > 0;

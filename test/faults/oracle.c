@@ -3,7 +3,7 @@
 #include <string.h>
 
 enum { HEADER = 0xFF, ALL = 0xFE, ID_MAX = 0xFD, REFUSALS = 0x5A, NO_SUCH_ERROR = 0x80 };
-enum { LONGEST = 60 }; // LENGTH of a packet that nobody waits for
+enum { LONGEST = 60 }; // highest LENGTH of a packet while no reply is awaited
 
 static bool sum_is_right(const uint8_t *packet, unsigned size)
 {
@@ -14,30 +14,31 @@ static bool sum_is_right(const uint8_t *packet, unsigned size)
     return (sum & 0xFF) == 0xFF;
 }
 
-static bool answers(const struct oracle_asked *asked, const uint8_t *packet, int parameters)
+static bool is_reply(const struct oracle_asked *asked, const uint8_t *packet, int parameters)
 {
     uint8_t to = asked->packet[2], from = packet[2], error = packet[4];
-    bool who = to == ALL ? from <= ID_MAX : from == to;
+    bool id_fits = to == ALL ? from <= ID_MAX : from == to;
     bool refusal = parameters == 0 && (error & REFUSALS);
-    return who && !(error & NO_SUCH_ERROR) && (parameters == asked->due || refusal);
+    return id_fits && !(error & NO_SUCH_ERROR) && (parameters == asked->due || refusal);
 }
 
 struct search {
     const struct oracle_span *span;
-    struct result *result;
-    unsigned examined; // index of the newest byte that was looked at
+    struct oracle_result *result;
+    unsigned examined; // highest index of the bytes that were examined
     bool replied, damaged;
 };
 
-static bool due(const struct oracle_span *span)
+static bool expects_reply(const struct oracle_span *span)
 {
     return span->asked && span->asked->due >= 0;
 }
 
-/* The reply was still waited for when this byte was looked at. */
-static bool waits(const struct search *search)
+/* Returns true if the reply was still awaited when the newest byte was examined. */
+static bool awaits_reply(const struct search *search)
 {
-    return due(search->span) && !search->replied && search->examined < search->span->in_time;
+    return expects_reply(search->span) && !search->replied &&
+           search->examined < search->span->in_time;
 }
 
 static void examine(struct search *search, unsigned index)
@@ -45,25 +46,25 @@ static void examine(struct search *search, unsigned index)
     search->examined = index > search->examined ? index : search->examined;
 }
 
-/* A good packet that is not the reply. */
-static void undue(struct search *search, uint8_t id)
+/* Counts a good packet that is not the reply. */
+static void count_unexpected(struct search *search, uint8_t id)
 {
     const struct oracle_span *span = search->span;
-    bool over = due(span) && !waits(search);
+    bool over = expects_reply(span) && !awaits_reply(search);
     uint8_t last_id = over ? span->asked->packet[2] : span->last_id;
     bool answered = over ? search->replied : span->last_ok;
     if (last_id != id && last_id != ALL) {
-        search->result->foreign++;
+        search->result->unexpected_packets++;
     } else if (answered) {
-        search->result->extra++;
+        search->result->duplicate_replies++;
     } else {
-        search->result->late++;
+        search->result->stale_replies++;
     }
 }
 
 static void take(struct search *search, const uint8_t *packet, unsigned length)
 {
-    struct result *result = search->result;
+    struct oracle_result *result = search->result;
     result->id = packet[2];
     result->error = packet[4];
     result->length = length - 2;
@@ -72,7 +73,7 @@ static void take(struct search *search, const uint8_t *packet, unsigned length)
     search->replied = true;
 }
 
-/* How much of a header there is: 0 to 2 bytes. */
+/* Returns how many bytes of a header the bytes begin with: 0 to 2. */
 static unsigned header(const uint8_t *bytes, unsigned count)
 {
     unsigned begun = 0;
@@ -82,14 +83,15 @@ static unsigned header(const uint8_t *bytes, unsigned count)
     return begun;
 }
 
-/* Bytes without damage among them, the first of which is number `first` of all. */
-static void judge_whole(struct search *search, const uint8_t *bytes, unsigned count, unsigned first)
+/* Searches undamaged bytes for packets. `first`: index of the first byte in the span. */
+static void predict_undamaged(struct search *search, const uint8_t *bytes, unsigned count,
+                              unsigned first)
 {
     for (unsigned at = 0; at < count;) {
         const uint8_t *packet = bytes + at;
         unsigned begun = header(packet, count - at);
         if (begun < 2 && at + begun < count) {
-            search->result->stray++;
+            search->result->noise_bytes++;
             at += begun + 1;
             continue;
         }
@@ -102,56 +104,56 @@ static void judge_whole(struct search *search, const uint8_t *bytes, unsigned co
         }
         examine(search, first + at + 3);
         unsigned length = packet[3], size = 4 + length;
-        unsigned longest = waits(search) ? (unsigned)search->span->asked->due + 2 : LONGEST;
+        unsigned longest = awaits_reply(search) ? (unsigned)search->span->asked->due + 2 : LONGEST;
         bool possible = length >= 2 && length <= longest;
         if (possible && at + size > count) {
-            return; // it may still become one
+            return; // the packet is not complete yet
         }
         if (possible) {
             examine(search, first + at + size - 1);
         }
         if (!possible || !sum_is_right(packet, size)) {
-            search->result->refuted++;
-            search->damaged |= waits(search);
+            search->result->malformed++;
+            search->damaged |= awaits_reply(search);
             at++;
             continue;
         }
-        if (waits(search) && answers(search->span->asked, packet, (int)length - 2)) {
+        if (awaits_reply(search) && is_reply(search->span->asked, packet, (int)length - 2)) {
             take(search, packet, length);
         } else {
-            undue(search, packet[2]);
+            count_unexpected(search, packet[2]);
         }
         at += size;
     }
 }
 
-void oracle_judge(const struct oracle_span *span, struct result *result)
+void oracle_predict(const struct oracle_span *span, struct oracle_result *result)
 {
     static uint8_t whole[65536];
     struct search search = {.span = span, .result = result};
     unsigned first = 0;
-    *result = (struct result){.id = span->asked ? span->asked->packet[2] : 0};
+    *result = (struct oracle_result){.id = span->asked ? span->asked->packet[2] : 0};
     for (unsigned i = 0; i <= span->count; i++) {
         if (i < span->count && !span->bytes[i].bad) {
             whole[i - first] = span->bytes[i].byte;
             continue;
         }
-        judge_whole(&search, whole, i - first, first);
+        predict_undamaged(&search, whole, i - first, first);
         examine(&search, i);
-        search.damaged |= i < span->count && waits(&search);
+        search.damaged |= i < span->count && awaits_reply(&search);
         first = i + 1;
     }
-    result->result = search.replied || !due(span) ? CDS_OK
-                     : search.damaged             ? CDS_CORRUPT
-                                                  : CDS_TIMEOUT;
+    result->result = search.replied || !expects_reply(span) ? CDS_OK
+                     : search.damaged                       ? CDS_CORRUPT
+                                                            : CDS_TIMEOUT;
 }
 
 void oracle_reply(const struct oracle_asked *asked, const struct oracle_byte *bytes, unsigned count,
-                  struct result *result)
+                  struct oracle_result *result)
 {
     struct oracle_span span = {
         .asked = asked, .bytes = bytes, .count = count, .in_time = count, .last_id = HEADER};
-    oracle_judge(&span, result);
+    oracle_predict(&span, result);
 }
 
 static bool changes_a_servo(uint8_t instruction)
@@ -179,7 +181,7 @@ bool oracle_commands(const struct oracle_asked *asked, const struct oracle_byte 
     return false;
 }
 
-unsigned oracle_hear(const bool *level, unsigned bits, struct oracle_byte *bytes)
+unsigned oracle_receive(const bool *level, unsigned bits, struct oracle_byte *bytes)
 {
     unsigned count = 0;
     for (unsigned at = 0; at < bits;) {
@@ -197,7 +199,7 @@ unsigned oracle_hear(const bool *level, unsigned bits, struct oracle_byte *bytes
     return count;
 }
 
-void oracle_say(const uint8_t *bytes, unsigned size, bool *level)
+void oracle_send(const uint8_t *bytes, unsigned size, bool *level)
 {
     for (unsigned bit = 0; bit < size * 10; bit++) {
         unsigned frame = 0x200u | bytes[bit / 10] * 2u;

@@ -46,7 +46,7 @@ static void *in_ram(struct rig *rig, size_t offset)
 
 /* --- taps --- */
 
-static struct rig *the_rig; // the hooks get the simulator's contexts, not this one
+static struct rig *the_rig; // a tap is called with the context of the function that it replaces
 static void (*to_usart)(void *context, uint64_t now, const struct uart_frame *frame);
 static void (*to_servos)(void *context, uint64_t now, const struct uart_frame *frame);
 static void (*to_trace)(void *context, uint64_t now);
@@ -156,7 +156,7 @@ static void over(void *context, uint64_t now)
 {
     struct rig *rig = context;
     (void)now;
-    rig->late = true;
+    rig->timed_out = true;
     machine_stop(&rig->bench.machine);
 }
 
@@ -194,19 +194,20 @@ static void watch_marks(struct rig *rig)
     avr_irq_register_notify(irq, marked, rig);
 }
 
-/* Runs until a mark or the time limit. Returns false at the limit. A crash ends the program. */
+/* Runs until the AVR program writes a mark, or for `cycles`. Returns false after `cycles`. A crash
+ * ends `faults`. */
 static bool run(struct rig *rig, uint64_t cycles)
 {
     struct machine *machine = &rig->bench.machine;
-    rig->late = false;
+    rig->timed_out = false;
     machine->stop = false;
     schedule_at(&rig->bench.schedule, &rig->limit, rig_now(rig) + cycles);
     enum machine_end end = machine_run(machine);
     schedule_cancel(&rig->bench.schedule, &rig->limit);
     if (end != MACHINE_STOPPED) {
-        die(end == MACHINE_DONE ? "it sleeps" : machine->crash, rig->options.elf);
+        die(end == MACHINE_DONE ? "the program sleeps" : machine->crash, rig->options.elf);
     }
-    return !rig->late;
+    return !rig->timed_out;
 }
 
 bool rig_open(struct rig *rig, const char *elf, const char *boards, const char *board,
@@ -269,7 +270,7 @@ void rig_forget(struct rig *rig)
 void rig_pass(struct rig *rig, uint64_t cycles)
 {
     while (run(rig, cycles)) {
-        die("it marked without a job", rig->options.elf);
+        die("wrote a mark without a job", rig->options.elf);
     }
 }
 

@@ -1,6 +1,6 @@
-/* The rig of `make faults`: a board that runs test/firmware/library/exchanges.c, servos on its bus,
- * and taps that record sent and received bytes. The machine starts once and runs one job after the
- * other. All times are in CPU cycles. */
+/* The rig of `make faults`: a board that runs test/firmware/library/transactions.c, servos on its
+ * bus, and taps that record sent and received bytes. The machine starts once and runs one job after
+ * the other. All times are in CPU cycles. */
 #ifndef RIG_H
 #define RIG_H
 
@@ -25,7 +25,7 @@ struct tap {
     } bytes[RIG_ROOM];
 };
 
-/* A reply as the servo built it, before a fault has changed it. */
+/* A reply as the servo built it, before the fault changes it. */
 struct answer {
     unsigned size;
     uint8_t bytes[SERVO_PACKET_MAX];
@@ -43,7 +43,7 @@ struct rig {
     struct testbench_options options;
     uint32_t job_at; // address of job_board
     struct event limit;
-    bool late;                    // the time limit was reached
+    bool timed_out;               // the time limit was reached
     uint64_t begun, ended, ready; // of the latest job
     struct tap sent, received, servos_received;
     uint32_t overruns; // bytes overwritten in the receiver
@@ -85,8 +85,8 @@ bool rig_settle(struct rig *rig);
 void rig_begin(struct rig *rig, const struct job *job);
 bool rig_wait(struct rig *rig, uint64_t cycles, struct job_outcome *outcome);
 
-/* Raises a handler of the program that takes 4 cycles times `loops`, `after` cycles after the first
- * byte of the next packet. */
+/* Raises the holding handler `after` cycles after the first byte of the next packet. The handler
+ * belongs to the program, takes 4 cycles times `loops` and delays all other handlers. */
 void rig_hold(struct rig *rig, int64_t after, uint16_t loops);
 
 /* Returns true if the controller has released the wire and receives. */

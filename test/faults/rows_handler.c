@@ -1,10 +1,10 @@
-/* Handlers held up by another one of the program: F13, F20. */
+/* A handler of the program delays the handlers of the bus: F13, F20. */
 #include "rows.h"
 
 #define BITS      10
 #define BIT       (RIG_BYTE / BITS) // cycles
 #define HOLD_ENDS 40                // cycles of the holding handler besides its loops
-#define RELEASE   40                // cycles of the handler that lets go
+#define RELEASE   40                // cycles of the transmit-complete handler
 #define HELD_MOST 400
 
 /* --- F13: overrun --- */
@@ -21,15 +21,15 @@ static void overrun(struct check *check)
                                 holds[n], at)) {
                     continue;
                 }
-                check->holds = true;
+                check->allows_overruns = true;
                 check->rules = RULE(RULE_OVERRUN);
                 check->slack_us = holds[n] / RIG_US;
                 rig_hold(check->rig, begins + 2 * RIG_US + at + RELEASE, (uint16_t)(holds[n] / 4));
                 check_run(check, job);
-                unsigned lost = check->rig->overruns, told = check->moved.overruns;
+                unsigned lost = check->rig->overruns, counted = check->last_stats.overruns;
                 check_outcome(check, lost ? OUTCOME(CDS_CORRUPT) : GOOD);
-                if (told > lost || (lost && !told)) {
-                    check_fail(check, "overruns: %u, expected 1 to %u", told, lost);
+                if (counted > lost || (lost && !counted)) {
+                    check_fail(check, "overruns: %u, expected 1 to %u", counted, lost);
                 }
                 check_after(check);
             }
@@ -39,13 +39,13 @@ static void overrun(struct check *check)
 
 /* --- F20: transmit complete --- */
 
-/* The handler begins between others, so that none holds it up in its turn, and ends when the
- * release has been due for so many cycles. */
+/* Delays the release of the driver: the holding handler ends `cycles` after the release was due. It
+ * begins between two other handlers, so that neither delays it. */
 static void hold_release(struct check *check, const struct job *job, unsigned cycles)
 {
     struct rig *rig = check->rig;
     int64_t complete = rows_packet_size(job) * RIG_BYTE;
-    if (rig_tied(rig)) { // behind the one that gives the last byte, before that of the echo
+    if (rig_tied(rig)) { // after the handler that sends the last byte, before that of its echo
         rig_hold(rig, complete - 215, (uint16_t)((cycles + 185) / 4));
     } else {
         uint16_t loops = (uint16_t)((cycles + 100) / 4);
@@ -54,20 +54,20 @@ static void hold_release(struct check *check, const struct job *job, unsigned cy
     check_run(check, job);
     uint64_t end = rig->sent.bytes[check->asked.size - 1].time + RIG_BYTE;
     uint64_t latest = (rig->hold_until > end ? rig->hold_until : end) + RELEASE;
-    // once in 32 ms the clock's handler comes first, and the one held up is that of the last byte
+    // every 32 ms the clock's handler runs first; then the handler of the last byte is delayed
     bool gap = end - rig->sent.bytes[0].time > (uint64_t)complete;
     if (!gap &&
         (rig->hold_until + BIT < end + cycles || rig->hold_until > end + cycles + 2 * BIT)) {
-        check_fail(check, "held up for %d cycles", (int)(rig->hold_until - end));
+        check_fail(check, "release delayed by %d cycles", (int)(rig->hold_until - end));
     }
     if (!rig_tied(rig) && (rig->released < end || rig->released > latest)) {
-        check_fail(check, "released %d cycles behind the last stop bit",
-                   (int)(rig->released - end));
+        check_fail(check, "released %d cycles after the last stop bit", (int)(rig->released - end));
     }
 }
 
-/* Amid the packet: the transmitter runs dry and says that it is done, long before it is. */
-static void hold_amid(struct check *check)
+/* The next byte of the packet comes late. The transmitter runs empty and reports transmit complete
+ * before the packet is complete. */
+static void hold_next_byte(struct check *check)
 {
     static const unsigned holds[] = {180, 320, 480};
     for (unsigned i = 0; i < ROWS_JOBS; i++) {
@@ -95,7 +95,7 @@ static void hold(struct check *check, bool patient)
         for (unsigned cycles = 0; cycles <= HELD_MOST; cycles++) {
             if (check_next(check, "%s, %u cycles", check_name(&rows_jobs[i]), cycles)) {
                 check->slack_us = HELD_MOST / RIG_US;
-                check->holds = !patient;
+                check->allows_overruns = !patient;
                 check->rules = patient ? 0
                                : rig_tied(check->rig)
                                    ? RULE(RULE_OVERRUN)
@@ -112,7 +112,7 @@ static void hold(struct check *check, bool patient)
     }
 }
 
-/* 40 us: the servo waits until the line is let go of, at the latest. */
+/* Return delay 40 us: the driver is always released before the reply. */
 static void hold_patient(struct check *check)
 {
     check->servos[0].registers[TABLE_RETURN_DELAY] = 20;
@@ -120,20 +120,20 @@ static void hold_patient(struct check *check)
     hold(check, true);
 }
 
-/* 2 us, the factory's: its reply meets the driver, or overruns a receiver whose handler waits too.
- */
+/* Return delay 2 us (factory value): the reply can meet the driver. On tied pins it can overrun the
+ * receiver, whose handler is delayed too. */
 static void hold_prompt(struct check *check)
 {
     hold(check, false);
 }
 
 const struct row rows_handler[] = {
-    {"F13", "receive handler held up for 320 to 700 cycles, every bit of a reply", "1,2", overrun,
+    {"F13", "receive handler delayed by 320 to 700 cycles, at every bit of a reply", "1,2", overrun,
      0},
-    {"F20-patient", "release held up for 0 to 400 cycles, return delay 40 us", "1,2", hold_patient,
+    {"F20-patient", "release delayed by 0 to 400 cycles, return delay 40 us", "1,2", hold_patient,
      0},
-    {"F20-amid", "next byte held up for 180 to 480 cycles, every bit of a packet", "1,2", hold_amid,
-     0},
-    {"F20-prompt", "release held up for 0 to 400 cycles, return delay 2 us", "1,2", hold_prompt, 0},
+    {"F20-amid", "next byte delayed by 180 to 480 cycles, at every bit of a packet", "1,2",
+     hold_next_byte, 0},
+    {"F20-prompt", "release delayed by 0 to 400 cycles, return delay 2 us", "1,2", hold_prompt, 0},
     {0},
 };

@@ -1,18 +1,18 @@
-/* A PC that floods the console while servos are spoken to: F14. With the controller's own firmware.
- */
+/* F14: a PC floods the console while the controller sends packets to a servo. Runs the controller's
+ * firmware. */
 #include "rows.h"
 
 #include <string.h>
 
-#define FLOOD     1500 // bytes, at the rate of the line without a gap
-#define TEXT_ROOM 65536
-#define PATIENCE  5    // register 0x05, 10 us: the handlers of the host link hold up the release
-#define STOP      0x18 // Ctrl-X: torque off for all, which is no PING
+#define FLOOD        1500 // bytes without a gap
+#define TEXT_ROOM    65536
+#define RETURN_DELAY 5    // register 0x05, 10 us: the handlers of the host link delay the release
+#define STOP         0x18 // Ctrl-X: it would switch torque off, and this row expects only PINGs
 
-static char text[TEXT_ROOM]; // what the console said
+static char text[TEXT_ROOM]; // output of the console
 static unsigned text_size;
 
-static void console_says(void *context, uint64_t now, uint8_t byte)
+static void console_prints(void *context, uint64_t now, uint8_t byte)
 {
     (void)context, (void)now;
     if (text_size + 1 < TEXT_ROOM) {
@@ -21,14 +21,14 @@ static void console_says(void *context, uint64_t now, uint8_t byte)
     }
 }
 
-static void say(struct check *check, const char *bytes, unsigned size)
+static void host_sends(struct check *check, const char *bytes, unsigned size)
 {
     struct testbench *bench = &check->rig->bench;
-    bench->host_link.adapter.on_byte = console_says;
+    bench->host_link.adapter.on_byte = console_prints;
     host_link_send(&bench->host_link, rig_now(check->rig), bytes, size);
 }
 
-/* Until all is said and answered: a byte takes 87 us. */
+/* Runs until the controller has received `bytes`, 87 us each, and has replied. */
 static void wait(struct check *check, unsigned bytes)
 {
     rig_pass(check->rig, (bytes * 90 + 60000) * RIG_US);
@@ -60,8 +60,8 @@ static void fill(char *bytes, enum flood flood, uint32_t random)
     }
 }
 
-/* Every line is part of a reply that the help knows; returns how many were numbered errors. */
-static unsigned errors_told(struct check *check)
+/* Checks that each line of the output is `ok` or a numbered error. Returns the number of errors. */
+static unsigned errors_printed(struct check *check)
 {
     unsigned errors = 0;
     for (char *line = strtok(text, "\r\n"); line; line = strtok(0, "\r\n")) {
@@ -70,13 +70,14 @@ static unsigned errors_told(struct check *check)
         if (sscanf(line, "error %u: %c", &number, &more) == 2) {
             errors++;
         } else if (strcmp(line, "ok") != 0) {
-            check_fail(check, "the console said \"%.30s\"", line);
+            check_fail(check, "the console printed \"%.30s\"", line);
         }
     }
     return errors;
 }
 
-/* Whole PINGs of servo 1, and the line let go of before it answers. */
+/* Checks that the controller sent only complete PINGs of servo 1 and released the driver in time.
+ */
 static void check_bus(struct check *check)
 {
     static const uint8_t ping[] = {0xFF, 0xFF, 1, 2, 1, 0xFB};
@@ -84,7 +85,7 @@ static void check_bus(struct check *check)
     for (unsigned i = 0; i < sent->count && i < RIG_ROOM; i++) {
         const struct tap_byte *byte = &sent->bytes[i];
         if (byte->byte != ping[i % sizeof(ping)]) {
-            check_fail(check, "said %02X on the bus", byte->byte);
+            check_fail(check, "sent %02X on the bus", byte->byte);
         }
     }
     if (sent->count == 0 || sent->count % sizeof(ping)) {
@@ -99,7 +100,7 @@ static void check_bus(struct check *check)
 
 static void flood(struct check *check)
 {
-    rig_node(check->rig, 0)->servo.registers[TABLE_RETURN_DELAY] = PATIENCE;
+    rig_node(check->rig, 0)->servo.registers[TABLE_RETURN_DELAY] = RETURN_DELAY;
     for (enum flood kind = 0; kind < FLOODS; kind++) {
         for (unsigned phase = 0; phase < 100; phase++) {
             char bytes[FLOOD];
@@ -108,18 +109,18 @@ static void flood(struct check *check)
             }
             fill(bytes, kind, phase + 1);
             text_size = 0;
-            say(check, "ping 1\n", 7);
+            host_sends(check, "ping 1\n", 7);
             rig_pass(check->rig, 7 * 87 * RIG_US + phase * 13);
-            say(check, bytes, FLOOD);
+            host_sends(check, bytes, FLOOD);
             wait(check, FLOOD);
-            say(check, "\n", 1); // ends what the flood has begun
+            host_sends(check, "\n", 1); // ends the line that the flood has begun
             wait(check, 1);
-            bool numbered = errors_told(check) > 0;
+            bool numbered = errors_printed(check) > 0;
             if (!numbered && kind != COMMANDS) {
-                check_fail(check, "no error was told");
+                check_fail(check, "the console printed no error");
             }
             text_size = 0;
-            say(check, "ping 1\n", 7);
+            host_sends(check, "ping 1\n", 7);
             wait(check, 7);
             if (strcmp(text, "ok\r\n") != 0 && strcmp(text, "ok\n") != 0) {
                 check_fail(check, "the next command was answered \"%.30s\"", text);

@@ -28,62 +28,63 @@ unsigned rows_packet_size(const struct job *job)
     return asked.size;
 }
 
-/* --- what must come of it --- */
+/* --- predictions --- */
 
-/* What the reply comes to if the line is at these levels: GOOD if it is taken, right or wrong. A
- * wrong one is foreseen. */
-static unsigned foresee(struct check *check, const struct job *job, const bool *level,
+/* Predicts the outcome of a reply from the levels of the line. GOOD: the library takes it, with a
+ * right or a wrong value. */
+static unsigned predict(struct check *check, const struct job *job, const bool *level,
                         unsigned bits)
 {
     uint8_t truth[SERVO_PACKET_MAX];
-    struct oracle_byte heard[SERVO_PACKET_MAX];
+    struct oracle_byte received[SERVO_PACKET_MAX];
     struct oracle_asked asked;
-    struct result result;
+    struct oracle_result result;
     unsigned size = check_reply(check, job, truth);
     check_asked(job, &asked);
-    oracle_reply(&asked, heard, oracle_hear(level, bits, heard), &result);
+    oracle_reply(&asked, received, oracle_receive(level, bits, received), &result);
     bool same = result.error == truth[4] && result.length == size - 6 &&
                 memcmp(result.data, truth + 5, result.length) == 0;
-    check->foreseen = result.result == CDS_OK && !same;
+    check->predicts_wrong_value = result.result == CDS_OK && !same;
     return OUTCOME(result.result);
 }
 
-/* The same of a reply in which two bits, counted from its first start bit, are inverted. */
-static unsigned foresee_flips(struct check *check, const struct job *job, unsigned a, unsigned b)
+/* Predicts the outcome of a reply in which two bits are inverted; bits count from the first start
+ * bit. */
+static unsigned predict_flips(struct check *check, const struct job *job, unsigned a, unsigned b)
 {
     bool level[SERVO_PACKET_MAX * BITS];
     uint8_t reply[SERVO_PACKET_MAX];
     unsigned size = check_reply(check, job, reply);
-    oracle_say(reply, size, level);
+    oracle_send(reply, size, level);
     level[a] ^= true;
     level[b] ^= true;
-    return foresee(check, job, level, size * BITS);
+    return predict(check, job, level, size * BITS);
 }
 
-/* Will a servo hear another command, if these bits of the packet are inverted? With a LENGTH that
- * is too high it goes on into the next packets: one more is the FF they begin with, and by that the
- * sum is right again. */
-static void foresee_command(struct check *check, const struct job *job, unsigned a, unsigned b)
+/* Predicts whether a servo carries out another command if these bits of the packet are inverted. If
+ * LENGTH is too high, the packet goes on into the next one: if it is one too high, the FF that
+ * begins the next packet makes the checksum right. */
+static void predict_command(struct check *check, const struct job *job, unsigned a, unsigned b)
 {
     static const uint8_t next[] = {0xFF, 0xFF, 1, 4, 2, TABLE_GOAL_POSITION, 2, 0xD8};
     bool level[SERVO_PACKET_MAX * BITS];
-    struct oracle_byte heard[SERVO_PACKET_MAX];
+    struct oracle_byte received[SERVO_PACKET_MAX];
     struct oracle_asked asked;
     check_asked(job, &asked);
-    oracle_say(asked.packet, asked.size, level);
+    oracle_send(asked.packet, asked.size, level);
     level[a] ^= true;
     level[b] ^= a != b;
-    unsigned count = oracle_hear(level, asked.size * BITS, heard);
+    unsigned count = oracle_receive(level, asked.size * BITS, received);
     for (unsigned i = 0; i < sizeof(next); i++) {
-        heard[count++] = (struct oracle_byte){next[i], false};
+        received[count++] = (struct oracle_byte){next[i], false};
     }
-    check->misunderstood = oracle_commands(&asked, heard, count);
+    check->allows_wrong_command = oracle_commands(&asked, received, count);
 }
 
-/* Two data bits of a reply escape a sum if they have one weight in two bytes and cancel out, or
- * are both of weight 128; and not if one of them is of what is known: header, ID, LENGTH, the
- * highest error bit. */
-static bool escapes(const uint8_t *reply, unsigned a, unsigned b)
+/* Returns true if the checksum does not show that two data bits are inverted: they have the same
+ * weight in two bytes, and opposite values or weight 128. A bit of a known value is always noticed:
+ * header, ID, LENGTH, the highest error bit. */
+static bool is_undetectable(const uint8_t *reply, unsigned a, unsigned b)
 {
     unsigned byte_a = a / BITS, byte_b = b / BITS, bit = a % BITS;
     bool unlike = (reply[byte_a] ^ reply[byte_b]) >> (bit - 1) & 1;
@@ -112,8 +113,8 @@ static void flip_replies(struct check *check)
     }
 }
 
-/* A good reply with the checksum or another error bit is one that reports the damage. */
-static void refused_or_failed(struct check *check, const struct job *job)
+/* Checks a job whose packet was damaged: no reply, or a reply that reports the damage in ERROR. */
+static void check_damaged_packet(struct check *check, const struct job *job)
 {
     check_run(check, job);
     check_outcome(check, FAILED | GOOD);
@@ -131,21 +132,21 @@ static void flip_packets(struct check *check)
             if (check_next(check, "%s, bit %u of byte %u", check_name(job), bit % BITS,
                            bit / BITS)) {
                 flip(check, false, bit);
-                foresee_command(check, &rows_jobs[i], bit, bit);
-                refused_or_failed(check, job);
+                predict_command(check, &rows_jobs[i], bit, bit);
+                check_damaged_packet(check, job);
             }
         }
     }
 }
 
-/* One damaged reply, or all of them, while two repeats are allowed: REG WRITE never has any. */
-static void flip_repeated(struct check *check)
+/* One to three damaged replies, while two retries are allowed. REG WRITE is never retried. */
+static void flip_with_retries(struct check *check)
 {
     for (unsigned i = 0; i < ROWS_JOBS * 3; i++) {
         struct job job = rows_jobs[i % ROWS_JOBS];
         unsigned damaged = i / ROWS_JOBS + 1;
-        job.repeats = 2;
-        bool repeats = job.kind != JOB_REG_WRITE;
+        job.retries = 2;
+        bool is_retried = job.kind != JOB_REG_WRITE;
         for (unsigned bit = 0; bit < rows_reply_size(&job) * BITS; bit += BITS + 1) {
             if (check_next(check, "%s, %u replies, bit %u of byte %u", check_name(&job), damaged,
                            bit % BITS, bit / BITS)) {
@@ -153,8 +154,8 @@ static void flip_repeated(struct check *check)
                     rig_order(check->rig, "flip out %u %u %u", packet, bit / BITS, bit % BITS);
                 }
                 check_run(check, &job);
-                check_outcome(check, repeats && damaged < 3 ? GOOD : FAILED);
-                if (check->attempts != (!repeats ? 1 : damaged < 3 ? damaged + 1 : 3)) {
+                check_outcome(check, is_retried && damaged < 3 ? GOOD : FAILED);
+                if (check->attempts != (!is_retried ? 1 : damaged < 3 ? damaged + 1 : 3)) {
                     check_fail(check, "%u attempts", check->attempts);
                 }
                 check_after(check);
@@ -176,10 +177,10 @@ static void flip_pairs_of_replies(struct check *check)
                 }
                 flip(check, true, a);
                 flip(check, true, b);
-                unsigned outcome = foresee_flips(check, job, a, b);
+                unsigned outcome = predict_flips(check, job, a, b);
                 bool data = a % BITS % 9 && b % BITS % 9;
-                if (data && check->foreseen != escapes(reply, a, b)) {
-                    check_fail(check, "the two forecasts differ");
+                if (data && check->predicts_wrong_value != is_undetectable(reply, a, b)) {
+                    check_fail(check, "the two predictions differ");
                 }
                 check_all(check, job, outcome);
             }
@@ -198,7 +199,7 @@ static void flip_pairs_of_packets(struct check *check)
                 if (check_next(check, "%s, bits %u and %u", check_name(job), a, b)) {
                     flip(check, false, a);
                     flip(check, false, b);
-                    foresee_command(check, job, a, b);
+                    predict_command(check, job, a, b);
                     check_run(check, job);
                     check_outcome(check, FAILED | GOOD);
                     check_after(check);
@@ -228,13 +229,13 @@ static void lose_of_packets(struct check *check)
         for (unsigned byte = 0; byte < rows_packet_size(&rows_jobs[i]); byte++) {
             if (check_next(check, "%s, byte %u", check_name(&rows_jobs[i]), byte)) {
                 rig_order(check->rig, "lose in 1 %u", byte);
-                refused_or_failed(check, &rows_jobs[i]);
+                check_damaged_packet(check, &rows_jobs[i]);
             }
         }
     }
 }
 
-/* `at` 0 is before the header; behind the last byte an inserted one comes too late to harm. */
+/* Inserts a byte before byte `at`; 0: before the header. A byte after the last one does no harm. */
 static void insert_at(struct check *check, const struct job *job, unsigned at, unsigned value)
 {
     if (!check_next(check, "%s, %02X before byte %u", check_name(job), value, at)) {
@@ -245,11 +246,11 @@ static void insert_at(struct check *check, const struct job *job, unsigned at, u
     unsigned size = check_reply(check, job, reply);
     memmove(reply + at + 1, reply + at, size - at);
     reply[at] = (uint8_t)value;
-    oracle_say(reply, size + 1, level);
-    unsigned outcome = foresee(check, job, level, (size + 1) * BITS);
+    oracle_send(reply, size + 1, level);
+    unsigned outcome = predict(check, job, level, (size + 1) * BITS);
     bool harmless = at == 0 || at == size || (value == 0xFF && at <= 2);
-    if (harmless && (outcome != GOOD || check->foreseen)) {
-        check_fail(check, "it was to be harmless");
+    if (harmless && (outcome != GOOD || check->predicts_wrong_value)) {
+        check_fail(check, "the inserted byte should do no harm");
     }
     rig_order(check->rig, "insert out 1 %u %u", at, value);
     check_all(check, job, outcome);
@@ -305,10 +306,10 @@ static void cut(struct check *check)
 
 /* --- F5 --- */
 
-/* The buffer to RXD stuck open. The receiver is off but for the last byte, whose handler holds up
- * the release: the line is let go of within 8 us of the last stop bit. A servo that answers sooner
- * meets the driver, and then nothing wrong may come of it. */
-static void echo_of_buffers(struct check *check)
+/* The receive buffer is always on. The receiver is off except during the last byte, whose handler
+ * delays the release up to 8 us after the last stop bit. The reply of a servo that answers sooner
+ * meets the driver; it may be lost, but no wrong value may be taken. */
+static void echo_of_buffer(struct check *check)
 {
     for (unsigned i = 0; i < ROWS_JOBS; i++) {
         for (unsigned delay_us = 2; delay_us <= 508; delay_us += 2) {
@@ -320,7 +321,7 @@ static void echo_of_buffers(struct check *check)
                 check->rules = prompt ? RULE(RULE_TWO_DRIVERS) | RULE(RULE_REPLY_LOST) : 0;
                 check_run(check, &rows_jobs[i]);
                 check_outcome(check, prompt ? GOOD | FAILED : GOOD);
-                if (prompt) { // so would the next one
+                if (prompt) { // the next reply would meet the driver too
                     rig_order(check->rig, "echo off");
                 }
                 check_after(check);
@@ -331,8 +332,8 @@ static void echo_of_buffers(struct check *check)
     check->servos[0].registers[TABLE_RETURN_DELAY] = 1;
 }
 
-/* Own bytes come back changed: another one talked. Without its start bit the last one comes too
- * late to be taken for an echo. */
+/* The echo of a byte is changed, as if another sender had talked. If the last byte loses its start
+ * bit, it ends too late to count as an echo. */
 static void echo_changed(struct check *check)
 {
     for (unsigned i = 0; i < ROWS_JOBS; i++) {
@@ -340,11 +341,11 @@ static void echo_changed(struct check *check)
             if (check_next(check, "%s, bit %u of byte %u", check_name(&rows_jobs[i]), bit % BITS,
                            bit / BITS)) {
                 flip(check, false, bit);
-                foresee_command(check, &rows_jobs[i], bit, bit);
+                predict_command(check, &rows_jobs[i], bit, bit);
                 check_run(check, &rows_jobs[i]);
                 check_outcome(check, FAILED | GOOD);
-                bool comes = bit != (rows_packet_size(&rows_jobs[i]) - 1) * BITS;
-                if (comes && check->moved.echo_errors == 0 && !check->failed) {
+                bool is_echo = bit != (rows_packet_size(&rows_jobs[i]) - 1) * BITS;
+                if (is_echo && check->last_stats.echo_errors == 0 && !check->failed) {
                     check_fail(check, "the difference was not counted");
                 }
                 check_after(check);
@@ -355,20 +356,20 @@ static void echo_changed(struct check *check)
 
 /* --- F15, F16 --- */
 
-/* A good reply that came too late is one that was late, and nothing else. */
-static void check_late(struct check *check)
+/* Checks that a good reply after the deadline counts as a stale reply, and as nothing else. */
+static void check_stale_reply(struct check *check)
 {
     check_settle(check);
-    const struct cds_stats *all = &check->all;
-    if (all->stale_replies != (check->outcome.result == CDS_TIMEOUT) || all->duplicate_replies ||
-        all->unexpected_packets) {
-        check_fail(check, "late: %u, extra: %u, foreign: %u", all->stale_replies,
-                   all->duplicate_replies, all->unexpected_packets);
+    const struct cds_stats *stats = &check->injection_stats;
+    if (stats->stale_replies != (check->outcome.result == CDS_TIMEOUT) ||
+        stats->duplicate_replies || stats->unexpected_packets) {
+        check_fail(check, "stale_replies %u, duplicate_replies %u, unexpected_packets %u",
+                   stats->stale_replies, stats->duplicate_replies, stats->unexpected_packets);
     }
 }
 
-unsigned rows_late_outcome(const struct check *check, const struct job *job, unsigned us,
-                           unsigned allowed_us)
+unsigned rows_outcome_of_late_reply(const struct check *check, const struct job *job, unsigned us,
+                                    unsigned allowed_us)
 {
     unsigned bytes = rows_reply_size(job) < 20 ? rows_reply_size(job) : 20;
     unsigned poll_us = 30 + bytes * (rig_tied(check->rig) ? CHECK_BYTE_TIED_US : CHECK_BYTE_US);
@@ -378,26 +379,27 @@ unsigned rows_late_outcome(const struct check *check, const struct job *job, uns
     return us > allowed_us + poll_us ? OUTCOME(CDS_TIMEOUT) : GOOD | OUTCOME(CDS_TIMEOUT);
 }
 
-/* The oracle tells for each reply whether it was in time. */
-static void late(struct check *check)
+/* Replies around the deadline. The oracle decides for each reply whether it was in time. */
+static void late_reply(struct check *check)
 {
     for (unsigned i = 0; i < ROWS_JOBS; i++) {
         for (unsigned us = 0; us <= 3000; us += us < 800 ? 5 : 50) {
             if (check_next(check, "%s, %u us", check_name(&rows_jobs[i]), us)) {
-                check_late_bytes(check, &rows_jobs[i]);
+                check_allow_late_bytes(check, &rows_jobs[i]);
                 rig_order(check->rig, "delay out 1 %u", us);
                 check_run(check, &rows_jobs[i]);
-                check_outcome(check, rows_late_outcome(check, &rows_jobs[i], us, ROWS_ALLOWED_us));
-                check_late(check);
+                check_outcome(
+                    check, rows_outcome_of_late_reply(check, &rows_jobs[i], us, ROWS_ALLOWED_us));
+                check_stale_reply(check);
                 check_after(check);
             }
         }
     }
 }
 
-/* It comes while the main loop is elsewhere for 5 ms, and then the next packet is sent: a reply of
- * the same servo and length, but not to this question. */
-static void stale(struct check *check)
+/* The reply comes while the program does not poll for 5 ms. Then the next packet is sent, whose
+ * reply has the same ID and length. */
+static void late_reply_unread(struct check *check)
 {
     static const struct job job = {
         .kind = JOB_READ, .id = 1, .address = TABLE_MOVING_SPEED, .length = 2};
@@ -406,32 +408,32 @@ static void stale(struct check *check)
             check->pause = 50;
             rig_order(check->rig, "delay out 1 %u", us);
             check_all(check, &job, OUTCOME(CDS_TIMEOUT));
-            if (check->all.stale_replies != 1) {
-                check_fail(check, "late: %u", check->all.stale_replies);
+            if (check->injection_stats.stale_replies != 1) {
+                check_fail(check, "stale_replies %u", check->injection_stats.stale_replies);
             }
         }
     }
 }
 
-/* The bus is told of 2 us, as set-up leaves them, and one reply comes up to 508 us later, as late
- * as any servo may. The next question, with a reply of the same length, follows at once, whichever
- * servo is asked, and waits until the stale reply is over. `absent`: a servo that does not answer
- * is asked between the two. */
+/* The bus is set to a return delay of 2 us, as cds_setup leaves servos, and one reply comes up to
+ * 508 us later, the longest return delay of a servo. A READ with a reply of the same length follows
+ * at once, of servo `id`. The bus must wait until the stale reply is over. `absent`: a PING of an
+ * absent servo comes between the two READs. */
 static void next(struct check *check, uint8_t id, bool absent)
 {
     static const struct job first = {
-        .kind = JOB_READ, .id = 1, .address = TABLE_MOVING_SPEED, .length = 2, .told = 1};
-    struct job second = first, between = {.kind = JOB_PING, .id = 99, .told = 1};
+        .kind = JOB_READ, .id = 1, .address = TABLE_MOVING_SPEED, .length = 2, .return_delay = 1};
+    struct job second = first, between = {.kind = JOB_PING, .id = 99, .return_delay = 1};
     second.id = id;
     second.address = TABLE_GOAL_POSITION;
     for (unsigned us = 0; us <= 506; us++) {
         if (!check_next(check, "%u us", us)) {
             continue;
         }
-        check->told = 1;
+        check->return_delay = 1;
         rig_order(check->rig, "delay out 1 %u", us);
         check_run(check, &first);
-        check_outcome(check, rows_late_outcome(check, &first, us, 100));
+        check_outcome(check, rows_outcome_of_late_reply(check, &first, us, 100));
         bool late = check->outcome.result == CDS_TIMEOUT;
         check_forget(check);
         if (absent) {
@@ -442,9 +444,11 @@ static void next(struct check *check, uint8_t id, bool absent)
         check_run(check, &second);
         check_outcome(check, GOOD);
         check_settle(check);
-        if (check->all.stale_replies + check->all.unexpected_packets != late) {
-            check_fail(check, "late: %u, foreign: %u", check->all.stale_replies,
-                       check->all.unexpected_packets);
+        if (check->injection_stats.stale_replies + check->injection_stats.unexpected_packets !=
+            late) {
+            check_fail(check, "stale_replies %u, unexpected_packets %u",
+                       check->injection_stats.stale_replies,
+                       check->injection_stats.unexpected_packets);
         }
         check_after(check);
     }
@@ -473,9 +477,11 @@ static void other_id(struct check *check)
                 rig_order(check->rig, "id out 1 %u", id);
                 check_run(check, &rows_jobs[i]);
                 check_outcome(check, id == 1 ? GOOD : id == 0xFF ? FAILED : OUTCOME(CDS_TIMEOUT));
-                // servo 2 takes its own ID for a packet to it, and answers
-                if (id != 1 && id != 0xFF && check->moved.unexpected_packets != (id == 2 ? 2 : 1)) {
-                    check_fail(check, "foreign: %u", check->moved.unexpected_packets);
+                // servo 2 takes a reply with its ID for a packet and answers it
+                if (id != 1 && id != 0xFF &&
+                    check->last_stats.unexpected_packets != (id == 2 ? 2 : 1)) {
+                    check_fail(check, "unexpected_packets %u",
+                               check->last_stats.unexpected_packets);
                 }
                 check_after(check);
             }
@@ -492,7 +498,7 @@ static void wrong_length(struct check *check)
                 rig_order(check->rig, "length out 1 %u", length);
                 check_run(check, &rows_jobs[i]);
                 check_outcome(check, length == right ? GOOD : FAILED);
-                if ((length < 2 || length > right) && check->moved.malformed == 0) {
+                if ((length < 2 || length > right) && check->last_stats.malformed == 0) {
                     check_fail(check, "not rejected");
                 }
                 check_after(check);
@@ -508,7 +514,7 @@ const struct row rows_wire[] = {
     {"F1-reply", "one bit of a reply flipped, every position", "1,2", flip_replies, 0},
     {"F1-packet", "one bit of an instruction packet flipped, every position", "1,2", flip_packets,
      0},
-    {"F1-repeat", "one to three replies damaged, two repeats allowed", "1,2", flip_repeated, 0},
+    {"F1-repeat", "one to three replies damaged, two retries allowed", "1,2", flip_with_retries, 0},
     {"F2-reply", "two bits of a reply of 6 or 8 bytes flipped, all pairs", "1,2",
      flip_pairs_of_replies, 0},
     {"F2-packet", "two bits of an instruction packet flipped, all pairs", "1,2",
@@ -516,21 +522,25 @@ const struct row rows_wire[] = {
     {"F3-reply", "byte of a reply lost, every position", "1,2", lose_of_replies, 0},
     {"F3-packet", "byte of an instruction packet lost, every position", "1,2", lose_of_packets, 0},
     {"F4-before", "any byte before a reply", "1,2", insert_before, 0},
-    {"F4-inside", "any byte inside or behind a reply of 6 or 8 bytes, every position", "1,2",
+    {"F4-inside", "any byte inside or after a reply of 6 or 8 bytes, every position", "1,2",
      insert_inside, 0},
     {"F4-headers", "1 to 40 times FF before a reply", "1,2", insert_headers, 0},
-    {"F5-buffers", "receive buffer always on, return delay 2 to 508 us", "1,2", echo_of_buffers,
+    {"F5-buffers", "receive buffer always on, return delay 2 to 508 us", "1,2", echo_of_buffer,
      BUFFERED},
     {"F5-tied", "tied pins, one bit of the echo flipped, every position", "1,2", echo_changed,
      TIED},
-    {"F7", "servo resets after so many bytes of its reply", "1,2", cut, 0},
-    {"F15-late", "reply 0 to 3000 us late", "1,2", late, 0},
-    {"F15-stale", "late reply, not looked at before the next packet is sent", "1,2", stale, 0},
-    {"F15-next", "bus told of 2 us, reply up to 508 us late, the same servo is asked again at once",
+    {"F7", "servo resets after each byte of its reply", "1,2", cut, 0},
+    {"F15-late", "reply 0 to 3000 us late", "1,2", late_reply, 0},
+    {"F15-stale", "late reply, not read before the next packet is sent", "1,2", late_reply_unread,
+     0},
+    {"F15-next", "bus set to 2 us, reply up to 508 us late, the same servo is asked again at once",
      "1,2", next_same, 0},
-    {"F15-other", "likewise, another servo is asked at once", "1,2", next_other, 0},
-    {"F15-between", "likewise, an absent servo is asked, then the same servo again", "1,2",
-     next_but_one, 0},
+    {"F15-other", "bus set to 2 us, reply up to 508 us late, another servo is asked at once", "1,2",
+     next_other, 0},
+    {"F15-between",
+     "bus set to 2 us, reply up to 508 us late, an absent servo is asked, then the same servo "
+     "again",
+     "1,2", next_but_one, 0},
     {"F15-id", "reply from every other ID", "1,2", other_id, 0},
     {"F16", "LENGTH 0 to 255", "1,2", wrong_length, 0},
     {0},

@@ -86,7 +86,7 @@ class Port:
             got += os.read(self.file, size - len(got))
         return got
 
-    def exchange(self, servo, instruction, parameters=(), timeout=None):
+    def transaction(self, servo, instruction, parameters=(), timeout=None):
         """The parameters of the status packet, as bytes; None where no servo answers."""
         termios.tcflush(self.file, termios.TCIFLUSH)
         self.send(packet(servo, instruction, parameters))
@@ -105,7 +105,7 @@ class Port:
 
     def ping(self, servo, timeout=None):
         try:
-            self.exchange(servo, PING, timeout=timeout)
+            self.transaction(servo, PING, timeout=timeout)
             return True
         except NoReply:
             return False
@@ -122,16 +122,16 @@ class Port:
         return [servo for servo in ids if self.ping(servo, None if servo in present else absence)]
 
     def read(self, servo, address, count):
-        return self.exchange(servo, READ, [address, count])
+        return self.transaction(servo, READ, [address, count])
 
     def read_word(self, servo, address):
         return int.from_bytes(self.read(servo, address, 2), "little")
 
     def write(self, servo, address, values):
-        self.exchange(servo, WRITE, [address, *values])
+        self.transaction(servo, WRITE, [address, *values])
 
     def sync_write(self, address, values):
         """values: {servo: bytes}, as many for each."""
         size = len(next(iter(values.values())))
         blocks = [byte for servo, block in values.items() for byte in (servo, *block)]
-        self.exchange(BROADCAST, SYNC_WRITE, [address, size, *blocks])
+        self.transaction(BROADCAST, SYNC_WRITE, [address, size, *blocks])

@@ -1,13 +1,12 @@
-"""Test programs that say what became of each call, run on every board."""
+"""Test programs that say what became of each call, run on every board. On a board without a host link
+a program writes its numbers to the EEPROM."""
 import pathlib
 import re
 import tempfile
 import unittest
 
+import boards
 from simulator import Run
-
-BOARDS = ["atmega128", "arduino-mega", "arduino-uno", "cm510", "arbotix"]
-NO_HOST = ["arduino-uno"]  # there a program writes its numbers to the EEPROM
 
 
 def expected(said):
@@ -26,11 +25,11 @@ class Program(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             folder = pathlib.Path(folder)
             eeprom = folder / "eeprom"
-            host = ["--eeprom", eeprom] if board in NO_HOST else ["--host", "stdout"]
+            host = ["--eeprom", eeprom] if board in boards.UNHOSTED else ["--host", "stdout"]
             run = Run(f"build/{board}/firmware/{self.program}.elf", "--seconds", "30", "--state",
                       folder / "state", "--csv", folder / "csv", "--allow-duplicates", *host,
                       board=board, servos="1-6")
-            run.said = self.numbers(eeprom) if board in NO_HOST else run.output
+            run.said = self.numbers(eeprom) if board in boards.UNHOSTED else run.output
             run.csv = (folder / "csv").read_text().splitlines()
             run.state = {path.stem: self.kept(path) for path in (folder / "state").iterdir()}
         self.assertEqual(run.status, 0, run.output)

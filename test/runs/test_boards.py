@@ -9,11 +9,14 @@ import shutil
 import tempfile
 import unittest
 
+import boards
 from simulator import ROOT, Run, call, controller
 from test_manual import manual_packets
 
-# atmega128 and arduino-mega: test_manual.py, test_firmware.py
-CONSOLES = ["cm510", "arbotix", "test/boards/adapter", "test/boards/adapter-echo"]
+# Adapters: wirings that no board of boards/ has.
+ADAPTERS = ["test/boards/adapter", "test/boards/adapter-echo"]
+# test_manual.py and test_firmware.py run atmega128 and arduino-mega.
+CONSOLES = [name for name in boards.CONSOLES if name not in ("atmega128", "arduino-mega")] + ADAPTERS
 
 
 class Boards(unittest.TestCase):
@@ -39,7 +42,7 @@ class Boards(unittest.TestCase):
 
     def test_adapter_works_at_a_return_delay_of_2_us_and_not_at_0(self):
         script = "".join(f"ping {1 + n % 3}\nread {1 + n % 3} 0 50\n" for n in range(300))
-        for board in CONSOLES[2:]:
+        for board in ADAPTERS:
             run = controller("write 254 RETURN_DELAY 1\n" + script, board, "1-3")
             self.assertEqual(run.status, 0, run.output)
             self.assertIn("rules:   none broken", run.output)
@@ -113,7 +116,7 @@ class NewBoard(unittest.TestCase):
         self.assertIn("the console wants BOARD_HOST_USART and _BAUD in board.h; or name a FIRMWARE",
                       self.header("arduino-uno", "atmega328p", source="src/controller/avr/serial.c"))
 
-class Exchanges(unittest.TestCase):
+class Transactions(unittest.TestCase):
     """What soak.c says on each wiring."""
     WIRINGS = ["atmega128", "arbotix", "test/boards/adapter", "test/boards/adapter-echo"]
     ECHOES = {"arbotix", "test/boards/adapter-echo"}
@@ -125,7 +128,7 @@ class Exchanges(unittest.TestCase):
         return {name: int(number) for name, number in
                 re.findall(r"^(\w+) (\d+)$", run.output, re.M)}
 
-    def test_a_thousand_exchanges_go_well_on_every_wiring(self):
+    def test_a_thousand_transactions_go_well_on_every_wiring(self):
         for board in self.WIRINGS:
             figure = self.figures(board)
             self.assertEqual(figure["good"], 200, board)

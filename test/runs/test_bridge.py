@@ -8,6 +8,7 @@ import termios
 import time
 import unittest
 
+import boards
 import client
 from client import (ACTION, BAUD, BROADCAST, GOAL_POSITION, ID, LED, PING, PRESENT_POSITION, READ,
                     REG_WRITE, RESET, RETURN_LEVEL, SYNC_WRITE, TORQUE_ENABLE, WRITE, NoReply, Port,
@@ -199,8 +200,8 @@ class Bridge(unittest.TestCase):
         self.assertLess(off - int(done.stdout.split()[2]), 10000 * 16) # not the 100 ms of them all
 
     def test_on_every_board(self):
-        for board in ("arduino-mega", "cm510", "arbotix"):
-            baud = 57600 if board == "cm510" else 115200
+        for board in boards.CONSOLES[1:]:
+            baud = boards.BOARDS[board].host_bps
             with self.subTest(board), bridge(servos="1-3", board=board) as sim, \
                     Client(sim, baud) as port:
                 self.assertEqual(port.scan(range(5), [1, 2, 3], 0.1), [1, 2, 3])

@@ -50,6 +50,12 @@ class Layering(unittest.TestCase):
     def test_controller_must_not_know_a_register(self):
         self.breach("src/controller/console/console.c", "int x = UCSR0A;")
 
+    def test_controller_includes_public_headers_of_the_library(self):
+        self.breach("src/controller/main.c", '#include "bus/bus_internal.h"')
+        self.breach("src/controller/robot/robot.c", '#include "handlers.h"')
+        self.breach("src/controller/host/bridge.c", '#include "board.h"')
+        self.breach("examples/robot.c", '#include "compiler.h"')
+
     def test_avr_port_includes_no_more_of_the_core_than_the_seam(self):
         self.breach("src/avr/usart.c", '#include "cds55xx/bus.h"')
 

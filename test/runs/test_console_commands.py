@@ -13,13 +13,12 @@ import time
 import tty
 import unittest
 
+import boards
 from client import BROADCAST, PING, READ, REG_WRITE, WRITE, packet, word
 from simulator import PATIENCE_S, ROOT, SIM, controller, settle
 
 sys.path.append(str(ROOT / "scripts"))
 import console  # the rows of the commands
-
-BOARDS = ["atmega128", "arduino-mega", "cm510", "arbotix"]
 
 # Numbers that the console cannot say: 1 is no end; 4 and 8 are of requests that one console on one
 # bus never shares or takes back.
@@ -216,13 +215,13 @@ EARLY = (error(13, "set 1 RETURN_DELAY 0us") + error(13, "sync RETURN_DELAY 1 1:
          + servo("1-3 RETURN_DELAY 10") + "status\n"
          + text("RETURN_DELAY refused: 2; this board bears 1 or more"))
 
-# What the firmware of the ArbotiX leaves out.
+# What the profile `console` leaves out.
 OMITTED = error(55, "diagnose") + error(55, "diagnose 1")
 
 
 def script_of(board):
-    """All commands; those that the board leaves out end with error 55."""
-    if board != "arbotix":
+    """All commands; those that the profile of the board leaves out end with error 55."""
+    if boards.BOARDS[board].profile == "full":
         return "".join(SCRIPT.values())
     return "".join(OMITTED if name == "diagnose" else lines.replace(error(43, "diagnose"), OMITTED)
                    for name, lines in SCRIPT.items())
@@ -236,17 +235,17 @@ class Scripts(unittest.TestCase):
         return run
 
     def test_every_command_on_every_board(self):
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             with self.subTest(board):
                 self.run_on(board, script_of(board))
 
     def test_every_row_of_the_table_has_a_test(self):
-        self.assertEqual(set(SCRIPT), set(COMMANDS) - set(KEEPER))
+        self.assertEqual(set(SCRIPT), set(COMMANDS) - CONTROLLER)
 
     def test_every_error_is_provoked(self):
         said = "".join(SCRIPT.values()) + BOTH + MUTE + EARLY + OMITTED
         provoked = {int(number) for number in re.findall(r"@expect text error (\d+):", said)}
-        self.assertEqual(set(ERRORS) - UNSAID - provoked - set(TYPED) - KEEPER_ERRORS, set())
+        self.assertEqual(set(ERRORS) - UNSAID - provoked - set(TYPED) - CONTROLLER_ERRORS, set())
 
     def test_two_of_one_id(self):
         self.run_on("atmega128", BOTH)
@@ -259,9 +258,9 @@ class Scripts(unittest.TestCase):
         self.assertNotIn("03 05 00 ", run.output)
 
 
-# Rows and errors of test_keeper_commands.py.
-KEEPER = [name for name, row in COMMANDS.items() if row[0] == "The controller"]
-KEEPER_ERRORS = {number for number in ERRORS if number >= 60}
+# Commands of the group "The controller", and their errors: test_commands_controller.c, test_failsafe.py.
+CONTROLLER = {name for name, row in COMMANDS.items() if row[0] == "The controller"}
+CONTROLLER_ERRORS = {number for number in ERRORS if number >= 60}
 
 # Errors that only typing provokes.
 TYPED = {35, 36, 49, 54}
@@ -272,7 +271,7 @@ class Terminal:
     closed."""
 
     def __init__(self, board, servos="1-3", *options):
-        self.board = board
+        self.profile = boards.BOARDS[board].profile
         self.folder = tempfile.TemporaryDirectory()
         self.transcript = os.path.join(self.folder.name, "transcript.txt")
         self.process = subprocess.Popen(
@@ -330,7 +329,7 @@ class Terminal:
 
 class Typed(unittest.TestCase):
     def each_board(self, check):
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             with self.subTest(board), Terminal(board) as terminal:
                 terminal.ask("echo off")
                 for n in (1, 2, 3):
@@ -340,7 +339,7 @@ class Typed(unittest.TestCase):
     def test_the_help_of_every_command(self):
         def check(terminal):
             listed = terminal.ask("help")
-            brief = terminal.board == "arbotix"  # its profile leaves details to docs/console.md
+            brief = terminal.profile == "console"  # this profile leaves details to docs/console.md
             for name, (_, usage, what, details, example) in COMMANDS.items():
                 if brief and name == "diagnose":
                     what = "not in this firmware"
@@ -414,7 +413,7 @@ class Typed(unittest.TestCase):
 
     def test_a_key_ends_scan_and_diagnose(self):
         def check(terminal):
-            for line in ["scan all", "scan rescue"] + ["diagnose 77"] * (terminal.board != "arbotix"):
+            for line in ["scan all", "scan rescue"] + ["diagnose 77"] * (terminal.profile == "full"):
                 terminal.type(line + "\r")
                 if line != "diagnose 77":
                     self.assertIn("now at", terminal.hear(r"now at \d+bps\r\n"))
@@ -447,7 +446,7 @@ class Stop(unittest.TestCase):
         self.assertEqual(terminal.ask("torque 254 on"), "ok\r\n")
 
     def test_ctrl_x_anywhere(self):
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             with self.subTest(board), Terminal(board) as terminal:
                 self.prepare(terminal)
                 terminal.type("\x18")  # on an empty line

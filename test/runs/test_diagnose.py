@@ -53,7 +53,7 @@ class Diagnose(unittest.TestCase):
         self.assertEqual(self.found[0]["return_delay_us"], 2)
 
     def test_a_few_damaged_replies_in_a_thousand_are_no_finding(self):
-        # 14 wrong bits a second: about 0.2 % of exchanges of 0.15 ms
+        # 14 wrong bits a second: about 0.2 % of transactions of 0.15 ms
         script = "f 1 20\nd 1\n" * 20
         self.assertEqual(self.runs(script, "1-18", "noise 14", options=["--seed", "5"]), ["OK"] * 20)
         self.assertGreater(max(one["unasked"] for one in self.found), 0)

@@ -1,4 +1,4 @@
-"""The engine against its model; `make fuzz` runs it at length."""
+"""The bus with its queue: random transactions, compared with a model; `make fuzz` runs more of them."""
 # needs: build/host/test/engine_random
 import subprocess
 import unittest

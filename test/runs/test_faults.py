@@ -89,7 +89,7 @@ class Faults(unittest.TestCase):
                          for n in [0, 1, 2, 3, 5, 100, 254, 255])
         self.passes(script)
 
-    def test_with_an_echo_exchanges_are_as_before(self):
+    def test_with_an_echo_transactions_are_as_before(self):
         # 40 us: the receive handler takes the echo of the last byte before TXC is served
         run = self.passes("write 1 RETURN_DELAY 20\n@fault echo on\nping 1\n"
                           "read 1 GOAL_POSITION\nwrite 1 LED 1\nread 1 LED\n")

@@ -2,12 +2,13 @@
 # needs: $(CONSOLE_ELFS)
 import unittest
 
+import boards
 from feedback import LIMIT_US, Feedback
 
 
 class WholeRobot(unittest.TestCase):
     def test_bulk_read_equals_18_round_trips_and_is_faster(self):
-        for board in ("atmega128", "arduino-mega", "cm510", "arbotix"):
+        for board in boards.HOSTED:
             with self.subTest(board):
                 run = Feedback(board)
                 self.assertEqual(run.status, 0, run.output)

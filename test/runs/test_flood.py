@@ -1,12 +1,13 @@
 """300 000 random bytes at 1 Mbps on the host link while a cycle of 18 servos runs at 250 Hz with a
 return delay of 6 us. test/firmware/library/flood.c is the firmware with that cycle."""
-# needs: $(patsubst %,build/%/firmware/flood.elf,atmega128 arduino-mega cm510 arbotix)
+# needs: $(patsubst %,build/%/firmware/flood.elf,$(HOST_BOARDS))
 import pathlib
 import re
 import subprocess
 import tempfile
 import unittest
 
+import boards
 from client import BROADCAST, READ, WRITE, packet
 from simulator import PACKET, ROOT, SIM
 
@@ -19,7 +20,6 @@ NAMES = ("sent retried ok timeouts corrupt line_busy malformed stale_replies dup
          "unexpected_packets framing_errors overruns ring_overflows echo_errors packets "
          "host_malformed silent gaps host_overflows").split()
 FLOOD = "flood 300000"
-BOARDS = ("atmega128", "arduino-mega", "cm510", "arbotix")
 
 
 class Run:
@@ -65,7 +65,7 @@ class Run:
 class Flood(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.runs = {(board, during): Run(board, during) for board in BOARDS
+        cls.runs = {(board, during): Run(board, during) for board in boards.with_profile("console")
                     for during in ("wait 3000000", FLOOD + " 7")}
 
     def test_flood_loses_nothing_on_the_bus(self):

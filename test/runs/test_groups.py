@@ -149,7 +149,7 @@ class Groups(unittest.TestCase):
         self.assert_called_off(operations, rows, 5, REFUSED, NO)
 
     def test_power_lost_for_long_between_reg_write_and_action(self):
-        """Whoever says nothing for a second after power-up is in doubt until it does."""
+        """A servo that is silent for a second after power-up is in doubt until it answers."""
         reply = self.last_reply_before("FF FF 06 " + REGISTERED)
         operations, rows = self.run_with("--fault", f"cut out {reply} 6",
                                          "--fault", "quirk 5 silent_after_power_up 1")

@@ -6,9 +6,9 @@ import re
 import tempfile
 import unittest
 
+import boards
 from simulator import Run
 
-BOARDS = {"atmega128": 115200, "arduino-mega": 115200, "cm510": 57600, "arbotix": 115200}
 TORQUE_OFF = "FF FF FE 04 03 18 00 E2"
 KEPT = b"host link at own rate of the board: save keeps it\r\n"
 OK = b"ok\r\n"
@@ -93,7 +93,8 @@ class Rescue(unittest.TestCase):
 
     def test_three_enters_bring_own_rate_back(self):
         ask, answer = host_baud(255)
-        for board, own in BOARDS.items():
+        for board in boards.CONSOLES:
+            own = boards.BOARDS[board].host_bps
             for cause in ["power", "external"]:
                 run = self.run_pc(
                     save_host_baud(254, LOCKED) + reset(cause, own) + ENTERS + hear(KEPT) + ask +

@@ -6,9 +6,9 @@ import subprocess
 import tempfile
 import unittest
 
+import boards
 from simulator import LONG, ROOT, Run, controller
 
-BOARDS = ["atmega128", "arduino-mega", "cm510", "arbotix"]
 MHZ = 16
 TORQUE_OFF, CLEAR = "FF FF FE 04 03 18 00 E2", "FF FF FE 04 03 2C 00 CE"
 DRIVING = ("! torque 254 on\n! move 254 90deg\n! torque 1 on\n! write 77 GOAL_POSITION 1 1\n! action\n"
@@ -30,7 +30,7 @@ def drives(text):
 
 class Inhibit(unittest.TestCase):
     def test_inhibit_of_a_registered_move_keeps_it_from_action(self):
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             run = run_script(
                 self, "regwrite 1 TORQUE_ENABLE 1 0 2 2 32 32 0 0\n@expect servo 1 REGISTERED_INSTRUCTION 1\n"
                 "stop\n@expect servo 1-3 REGISTERED_INSTRUCTION 0\n! action\n! action 1\n" + STILL.format("1-3") +
@@ -40,7 +40,7 @@ class Inhibit(unittest.TestCase):
             self.assertEqual(sent[first:first + 6], [TORQUE_OFF] * 3 + [CLEAR] * 3)
 
     def test_inhibit_without_a_scan_holds_every_servo(self):
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             run = run_script(self, "stop\n@expect text up to 254 more servos were told and not checked\n" +
                              DRIVING + STILL.format("1-3"), board)
             self.assertEqual([p for _, way, p in run.packets if way == "->in" and drives(p)], [], board)
@@ -73,7 +73,7 @@ class Inhibit(unittest.TestCase):
 
 class Resets(unittest.TestCase):
     def test_inhibit_survives_every_reset_but_power_on(self):
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             for cause in ("watchdog", "brown-out", "external"):
                 run_script(self, f"stop\n@reset {cause}\n" + DRIVING + f"@reset {cause}\n" + DRIVING +
                            "status\n@expect text driving: inhibited until 'release'\n" + STILL.format("1-3") +
@@ -81,7 +81,7 @@ class Resets(unittest.TestCase):
                            "torque 1 on\n@expect servo 1 torque on\n", board)
 
     def test_power_on_starts_free_and_drives_nothing(self):
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             run = run_script(self, "stop\n@reset power\nstatus\n@expect text driving: allowed\n" + STILL.format("1-3") +
                              "torque 1 on\n@expect servo 1 torque on\n", board)
             sent = [packet for _, way, packet in run.packets if way == "->in"]
@@ -103,7 +103,7 @@ class HostBytes(unittest.TestCase):
         return [(cycle, packet) for cycle, way, packet in run.packets if way == "->in"], said
 
     def test_stop_in_a_cut_packet_is_sent_within_20_ms(self):
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             for cut in ("FF FF 01 FE 03", "FF FF 01 FE 03 " + "11 " * 200, "FF FF FE 20 83 1E 04 01"):
                 sent, said = self.wire(f"wait 20000\nsay {cut} 18\nwait 60000\n", board)
                 self.assertEqual([packet for _, packet in sent[:3]], [TORQUE_OFF] * 3, (board, cut))

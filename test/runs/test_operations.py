@@ -2,7 +2,8 @@
 # needs: $(BOARDS:%=build/%/firmware/operations.elf)
 import unittest
 
-from program import BOARDS, Program
+import boards
+from program import Program
 
 # Results: 0 ok, 2 timeout, 7 refused, 10 no reply due, 11 limit, 12 held. A servo of a move: 1000 *
 # result + 10 * error bits + armed. State: 10 * why it is held + presence (1 here, 2 away).
@@ -60,7 +61,7 @@ class Operations(Program):
         self.assertEqual(sum(packet[9:20] == TORQUE_ON for packet in sent[last:]), 1, board)
 
     def test_every_operation_on_every_board(self):
-        for board in BOARDS:
+        for board in boards.ALL:
             with self.subTest(board):
                 run = self.simulate(board)
                 self.check_counters(board, run)

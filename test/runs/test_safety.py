@@ -1,19 +1,22 @@
 """Torque off for all, servos that lose their state, alarms and soft limits, test/firmware/library/safety.c, as
 wire and servos see them."""
-# needs: $(patsubst %,build/%/firmware/safety.elf,atmega128 arduino-mega cm510 arbotix)
+# needs: $(patsubst %,build/%/firmware/safety.elf,$(HOST_BOARDS))
 import collections
 import re
 import unittest
 
+import boards
 from simulator import Run
 
-HOSTED = {"atmega128": 18, "arbotix": 18, "arduino-mega": 50, "cm510": 50}  # servos
+# Servos by board: the program has 50 on a chip with 8 KB of RAM or more, else 18.
+LARGE = re.compile(r"atmega(640|128[014]|256[01])")
+SERVOS = {name: 50 if LARGE.match(boards.BOARDS[name].mcu) else 18 for name in boards.HOSTED}
 MHZ = 16  # cycles in a microsecond
 PERIOD_US = 4000
 HEALTH_US = 1000000
 BEGIN_MS = 400  # of what is measured
 BOUND_US = 20000  # beyond the period of the state check: it gives way to the cycle
-# goals, when a servo is dropped; of 50, they may have waited behind the exchange that told it
+# goals, when a servo is dropped; of 50, they may have waited behind the transaction that reported it
 LATE_US = {18: 300, 50: 800}
 ALL_LATE_US = 1200  # ... when all are judged
 BROADCASTS_US = 2000  # from the first to the third: all that a cycle of 50 drops between them
@@ -33,7 +36,7 @@ class Safety(unittest.TestCase):
     def run_script(self, script, board="atmega128", servos=None):
         """`sent` is all the controller said, `said` what each line of the PC was answered."""
         run = Run(f"build/{board}/firmware/safety.elf", "--echo", board=board,
-                  servos=f"1-{servos or HOSTED[board]}", script="".join(line + "\n" for line in script))
+                  servos=f"1-{servos or SERVOS[board]}", script="".join(line + "\n" for line in script))
         run.output = re.sub(r"^ +\d+ (?:bus0 )?(?:->in|<-out).*\n", "", run.output, flags=re.M)
         self.assertEqual(run.status, 0, run.output)
         self.assertIn("rules:   none broken", run.output)
@@ -54,7 +57,7 @@ class Safety(unittest.TestCase):
     # ---- torque off for all ----
 
     def check_stop(self, board):
-        servos, dead = HOSTED[board], 5
+        servos, dead = SERVOS[board], 5
         run = self.run_script([
             "c 400", f"b {BROADCAST} 24 1", "w 1000", "@wait 300", "g 700", "@wait 100",
             f"@power {dead} off", "s", "@wait 100",
@@ -99,7 +102,7 @@ class Safety(unittest.TestCase):
         self.assertGreaterEqual(reads[dead], 3)
 
     def test_torque_off_for_all_amid_cycle_and_queue_on_every_board(self):
-        for board in HOSTED:
+        for board in boards.HOSTED:
             with self.subTest(board):
                 self.check_stop(board)
 
@@ -114,7 +117,7 @@ class Safety(unittest.TestCase):
                       f"@fault brownout {servo} {ms}"]
         last = max(fault[0] + fault[2] for fault in faults)
         victims = sorted(fault[1] for fault in faults)
-        whole = [servo for servo in range(1, HOSTED[board] + 1) if servo not in victims]
+        whole = [servo for servo in range(1, SERVOS[board] + 1) if servo not in victims]
         lines += [f"@at {last + 1200}", "n", "e", "g 700", "@wait 1000"]
         lines += [f"@expect servo {servo} {what}" for servo in victims
                   for what in ("TORQUE_ENABLE 0", "torque off", "PRESENT_POSITION 395..405")]
@@ -151,8 +154,8 @@ class Safety(unittest.TestCase):
         goals = [packet for packet in run.sent if packet.instruction == SYNC_WRITE
                  and BEGIN_MS * 1000 < packet.us < BEGIN_MS * 1000 + counters["periods"] * PERIOD_US]
         self.assertAlmostEqual(len(goals), counters["periods"], delta=1)
-        self.assertLess(self.late_us(goals), LATE_US[HOSTED[board]])
-        self.check_goals(goals, lost_us, HOSTED[board])
+        self.assertLess(self.late_us(goals), LATE_US[SERVOS[board]])
+        self.check_goals(goals, lost_us, SERVOS[board])
 
     @staticmethod
     def late_us(goals):
@@ -178,7 +181,7 @@ class Safety(unittest.TestCase):
         self.assertLess(self.late_us([packet for packet in run.sent if packet.instruction == SYNC_WRITE
                                       and packet.us > BEGIN_MS * 1000]), ALL_LATE_US)
 
-    # Between two exchanges, at any moment of a period, and amid a packet.
+    # Between two transactions, at any moment of a period, and amid a packet.
 
     def test_brown_outs_of_1_to_500_ms_in_a_cycle_of_18(self):
         self.check_brown_outs("atmega128", [
@@ -253,7 +256,7 @@ class Safety(unittest.TestCase):
             "c 400", f"b {BROADCAST} 24 1", "t 3 8 2", "l 3 0 600 1023", "l 4 0 1023 299", "@wait 50", "n",
             "g 700", "@wait 1000", "@expect servo 3-4 PRESENT_POSITION 395..405",
             "@expect servo 1-2 PRESENT_POSITION 695..705"])
-        self.assertEqual(run.said[6][0], ("taken", HOSTED["atmega128"] - 2))
+        self.assertEqual(run.said[6][0], ("taken", SERVOS["atmega128"] - 2))
         self.assertEqual(dict(run.said[5])["dropped"], 1)  # servo 4: its speed is beyond the limit
         goals = [packet for packet in run.sent if packet.instruction == SYNC_WRITE]
         for packet in goals:

@@ -49,7 +49,7 @@ void setUp(void)
     adapter.on_byte = hears;
     adapter.on_drive = talks;
     uart_rx_init(&onlooker, &schedule, &net, 0);
-    onlooker.bit_256 = 16 * 256;
+    onlooker.bit_time_256 = 16 * 256;
     onlooker.on_byte = saw;
     uart_rx_enable(&onlooker, true);
     servos_init(&servos, &schedule, &net, CLOCK);

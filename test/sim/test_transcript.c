@@ -42,13 +42,13 @@ void tearDown(void)
 }
 
 /* Sends a packet from `start` on. Returns its end. */
-static uint64_t send(struct uart_tx *tx, uint64_t start, uint32_t bit_256, const char *bytes,
+static uint64_t send(struct uart_tx *tx, uint64_t start, uint32_t bit_time_256, const char *bytes,
                      unsigned count)
 {
     schedule_run_until(&schedule, start);
     driver_enable(tx->driver, start, true);
     for (unsigned i = 0; i < count; i++) {
-        uart_tx_send(tx, start, bit_256, (uint8_t)bytes[i]);
+        uart_tx_send(tx, start, bit_time_256, (uint8_t)bytes[i]);
         start = uart_tx_end(tx);
         schedule_run_until(&schedule, start);
     }

@@ -12,7 +12,7 @@ struct line {
     struct driver driver;
     struct uart_tx tx;
     const char *text; // to be sent
-    uint32_t bit_256;
+    uint32_t bit_time_256;
     uint64_t ended;
 };
 
@@ -57,7 +57,7 @@ static void on_end(void *context, uint64_t now)
     struct line *line = context;
     line->ended = now;
     if (line->text && *++line->text) {
-        uart_tx_send(&line->tx, now, line->bit_256, (uint8_t)*line->text);
+        uart_tx_send(&line->tx, now, line->bit_time_256, (uint8_t)*line->text);
     }
 }
 
@@ -70,11 +70,11 @@ static void line_init(struct line *line)
     line->tx.on_end = on_end;
 }
 
-static void say(struct line *line, uint64_t start, uint32_t bit_256, const char *text)
+static void say(struct line *line, uint64_t start, uint32_t bit_time_256, const char *text)
 {
     line->text = text;
-    line->bit_256 = bit_256;
-    uart_tx_send(&line->tx, start, bit_256, (uint8_t)*text);
+    line->bit_time_256 = bit_time_256;
+    uart_tx_send(&line->tx, start, bit_time_256, (uint8_t)*text);
 }
 
 void setUp(void)
@@ -87,7 +87,7 @@ void setUp(void)
     net_listen(&net, &listener);
     uart_rx_init(&rx, &schedule, &net, 0);
     rx.on_byte = on_byte;
-    rx.bit_256 = FAST;
+    rx.bit_time_256 = FAST;
     uart_rx_enable(&rx, true);
     count = edge_count = start_count = 0;
 }
@@ -99,9 +99,9 @@ void tearDown(void)
 
 void test_bit_times_are_right_to_a_256th_of_a_cycle(void)
 {
-    TEST_ASSERT_EQUAL_UINT32(FAST, uart_bit_256(MHZ16, 1000000));
-    TEST_ASSERT_EQUAL_UINT32(35556, uart_bit_256(MHZ16, 115200)); // 138.89 cycles
-    TEST_ASSERT_EQUAL_UINT64(1389, uart_half_bits(35556, 20));
+    TEST_ASSERT_EQUAL_UINT32(FAST, uart_bit_time_256(MHZ16, 1000000));
+    TEST_ASSERT_EQUAL_UINT32(35556, uart_bit_time_256(MHZ16, 115200)); // 138.89 cycles
+    TEST_ASSERT_EQUAL_UINT64(1389, uart_cycles_of_half_bits(35556, 20));
 }
 
 void test_a_frame_is_a_start_bit_eight_bits_and_a_stop_bit(void)
@@ -117,7 +117,7 @@ void test_a_frame_is_a_start_bit_eight_bits_and_a_stop_bit(void)
 
 void test_edges_at_115200_fall_on_the_nearest_cycle(void)
 {
-    say(&one, 0, uart_bit_256(MHZ16, 115200), "U");
+    say(&one, 0, uart_bit_time_256(MHZ16, 115200), "U");
     schedule_run_until(&schedule, 2000);
     for (unsigned i = 0; i < 10; i++) {
         TEST_ASSERT_EQUAL_UINT64((i * 35556u + 128) / 256, edges[i]);
@@ -160,8 +160,8 @@ void test_all_256_bytes_pass(void)
 
 void test_two_percent_of_rate_error_is_received(void)
 {
-    rx.bit_256 = uart_bit_256(MHZ16, 115200);
-    say(&one, 0, uart_bit_256(MHZ16, 117647), "kangaroo");
+    rx.bit_time_256 = uart_bit_time_256(MHZ16, 115200);
+    say(&one, 0, uart_bit_time_256(MHZ16, 117647), "kangaroo");
     schedule_run_until(&schedule, 20000);
     TEST_ASSERT_EQUAL_UINT(8, count);
     for (unsigned i = 0; i < 8; i++) {
@@ -171,7 +171,7 @@ void test_two_percent_of_rate_error_is_received(void)
 
 void test_receiver_at_twice_the_rate_gets_other_bytes(void)
 {
-    rx.bit_256 = FAST / 2; // 2 Mbit/s
+    rx.bit_time_256 = FAST / 2; // 2 Mbit/s
     uart_tx_send(&one.tx, 0, FAST, 0xF0);
     schedule_run_until(&schedule, 1000);
     /* At double speed the low start bit and four zeros are ten low bits: 0x00 without a stop bit.
@@ -183,7 +183,7 @@ void test_receiver_at_twice_the_rate_gets_other_bytes(void)
 
 void test_receiver_at_half_the_rate_gets_other_bytes(void)
 {
-    rx.bit_256 = FAST * 2; // 500 kbit/s
+    rx.bit_time_256 = FAST * 2; // 500 kbit/s
     uart_tx_send(&one.tx, 0, FAST, 0xAA);
     schedule_run_until(&schedule, 1000);
     TEST_ASSERT_EQUAL_UINT(1, count);
@@ -192,7 +192,7 @@ void test_receiver_at_half_the_rate_gets_other_bytes(void)
 
 void test_slow_receiver_accepts_any_number_of_fast_edges(void)
 {
-    rx.bit_256 = uart_bit_256(MHZ16, 7843); // register 254
+    rx.bit_time_256 = uart_bit_time_256(MHZ16, 7843); // register 254
     for (unsigned i = 0; i < 60; i++) {
         uart_tx_send(&one.tx, i * 160, FAST, 0x55);
         schedule_run_until(&schedule, i * 160 + 160);

@@ -83,7 +83,7 @@ static void type(const char *text)
         turn();
 }
 
-/* Types a line that is answered without an exchange, or sends no reply-worthy packet. */
+/* Types a line that is answered without a transaction, or sends no reply-worthy packet. */
 static const char *reply_to(const char *line)
 {
     said_length = 0;

@@ -1,13 +1,13 @@
 /* Random input to the controller while driving is inhibited, on this machine under the sanitizers.
- * A decoder of the packets on the wire is the judge, not what the firmware says.
+ * A decoder of the packets on the wire decides, not what the firmware reports.
  *
  * usage: inhibit_random INPUTS [SEED]
  *
  * Rounds: lines, packets and damaged ones while driving is allowed; then a stop (typed, Ctrl-X, or
  * Ctrl-X in a damaged packet) or a lost host link amid them; then the same kinds of input while
  * driving is inhibited; then a release, after which a goal must reach the wire. The list of servos
- * is empty, partly filled, full, or a scan has found more servos than it holds. Exit status 1, with
- * the packet, when one that can drive a servo was sent while driving was inhibited. */
+ * is empty, partly filled, full, or a scan has found more servos than it holds. If a packet that
+ * can drive a servo is sent while driving is inhibited, the program prints it; exit status 1. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -18,7 +18,7 @@
 static bool inhibited; // by the sequence of inputs, not by what the firmware says
 static uint32_t judged, driving, drove, kind, rounds, first_seed;
 
-/* ---- the judge ---- */
+/* ---- decoder ---- */
 
 static bool register_drives(unsigned reg, uint8_t value)
 {
@@ -47,7 +47,7 @@ static bool packet_drives(const uint8_t *bytes, size_t size)
         if (size <= 8)
             return false;
         for (const uint8_t *block = parameters + 2; block < end; block += 1 + parameters[1]) {
-            size_t left = (size_t)(end - block - 1); // of the last block there may be a part only
+            size_t left = (size_t)(end - block - 1); // the last block may be incomplete
 
             if (data_drives(parameters[0], block + 1, left < parameters[1] ? left : parameters[1]))
                 return true;
@@ -89,7 +89,7 @@ static uint8_t any_register(void)
     return any(4) ? likely[any(sizeof likely)] : (uint8_t)any(256);
 }
 
-/* Of any ID but the device's, whose registers LINK_LOST and INHIBIT release. */
+/* Returns any ID except that of the device, whose registers LINK_LOST and INHIBIT can release. */
 static size_t any_packet(uint8_t *to)
 {
     static const uint8_t instructions[] = {1, 2, 3, 3, 3, 4, 4, 5, 5, 6, 0x83, 0x83, 0x84, 0x92};
@@ -163,7 +163,8 @@ static size_t any_line(uint8_t *to)
     return (size_t)length + 1;
 }
 
-/* A line or a packet, one packet in eight damaged, one input in 300 a Ctrl-X; then some turns. */
+/* Sends a line or a packet (one packet in eight is damaged, one input in 300 is a Ctrl-X), then
+ * runs some turns of the main loop. */
 static void any_input(void)
 {
     uint8_t bytes[PACKET_MAX + 40];
@@ -176,7 +177,7 @@ static void any_input(void)
     settings.device_id = 253;
     settings.bus_baud = CDS_BAUD_1M;
     if (size > 2 && bytes[0] == 0xFF && bytes[2] == 253)
-        return; // damage has made the device of it
+        return; // the damage has made it a packet to the device
     say(bytes, size);
     wait_us(any(4) ? any(1500) : any(9000));
 }
@@ -192,8 +193,8 @@ static void type(const char *line)
     say((const uint8_t *)line, strlen(line));
 }
 
-/* Until the console has nothing more to do, 3 s at most. Enter ends half a line, a key what goes
- * on. */
+/* Runs until the console is idle, 3 s at most. Enter ends an incomplete line; a key ends a command
+ * that goes on. */
 static void settle(void)
 {
     for (uint32_t i = 0; i < 150; i++) {
@@ -206,13 +207,14 @@ static void settle(void)
 
 /* ---- rounds ---- */
 
-/* A stop counts 20 ms after its last byte, a lost link when the host was silent for so long. */
+/* Inhibits driving. A stop must act within 20 ms after its last byte, a lost link after the silence
+ * of the setting. */
 static void begin_inhibit(void)
 {
     static const uint8_t cut[] = {0xFF, 0xFF, 1, 0xFE, 3, 0x18};
 
     if (kind == 0) {
-        settle(); // a line typed amid the reply to another one is lost
+        settle(); // a line typed during the reply to another line is lost
         type("stop\r");
     } else if (kind == 1) {
         type("\x18");
@@ -226,7 +228,7 @@ static void begin_inhibit(void)
     inhibited = true;
 }
 
-/* Driving is allowed again: a goal must reach the wire, or the judge would have nothing to see. */
+/* Allows driving again. A goal must reach the wire: otherwise this test could not fail. */
 static bool release(void)
 {
     static const uint8_t goal[] = {0x1E, 0, 2};
@@ -238,7 +240,7 @@ static bool release(void)
     inhibited = false;
     type(kind >= 3 ? "clear\r" : "release\r");
     settle();
-    type("cycle off\rservos forget\r"); // a servo that does not answer is not driven
+    type("cycle off\rservos forget\r"); // an OFFLINE servo would not be driven
     settle();
     before = driving;
     say(bytes, build(bytes, 99, 3, goal, sizeof goal));
@@ -249,7 +251,7 @@ static bool release(void)
     return driving != before;
 }
 
-/* Empty, partly filled, full, or fuller than it can be. */
+/* Makes the list of servos empty, partly filled, full, or lets a scan find more than it holds. */
 static void fill(uint32_t servos)
 {
     type("cycle off\rservos forget\r");

@@ -1,14 +1,16 @@
-/* Engine and model: a bus with its queue, random requests, servos and line, on this machine under
- * the sanitizers. The model decides for each request which outcomes are allowed.
+/* Compares a bus and its queue ("the engine") with a model, on this machine under the sanitizers.
+ * Requests, servos and line are random. The model decides for each request which outcomes are
+ * allowed.
  *
  * usage: engine_random TRANSACTIONS [SEED [TRACE_FROM]]
  *
- * Every reply carries the tag of the packet it answers, so that a stale reply taken for a new one
- * is noticed. Replies are in time, late, damaged, cut, doubled or missing; other bytes come before
- * them or from nowhere; the line is held low; polls are late; requests overtake, are retried and
- * taken back; rate, lock and return delays change; the bus is opened again; the clock wraps.
- * Checked: outcome, value, buffers, order, retries, deadlines, events, stats, and that no packet
- * begins while the line is in use. Exit status 1 with the broken rule and the seed. */
+ * Every reply carries the tag of the packet that it answers, so that the model notices a stale
+ * reply taken for a new one. Replies are in time, late, damaged, cut, doubled or missing. Other
+ * bytes come before a reply or at any time. The line is held low; polls are late; requests have
+ * priorities, are retried and cancelled; rate, lock and return delays change; the bus is opened
+ * again; the clock wraps. Checked: outcome, value, buffers, order, retries, deadlines, events,
+ * stats, and that no packet begins while the line is in use. On a failure prints the broken rule
+ * and the seed; exit status 1. */
 #include "cds55xx/bus.h"
 
 #include <stdarg.h>
@@ -19,23 +21,24 @@
 #include "cds55xx/queue.h"
 #include "port_fake.h"
 
-#define PORT         0
-#define JOBS         6
-#define SERVOS       5
-#define EVENTS       1024
-#define EMISSIONS    64
-#define OWED         64
-#define NO_INDEX     0xFF
-#define FALSE_HEADER EMISSIONS       // in place of an emission: a header that may hide a reply
-#define SAFE_HEADER  (EMISSIONS + 1) // one that cannot
-#define STALE_US     (CDS_STALE_REPLY_US - 10) // the latest a servo of this model begins its reply
-#define STRANGER     77                        // an ID that no request asks
-#define POISON       0xEE
-#define OVERDUE      80 // polls after the deadline: a full ring is examined in pieces
-#define WAIT_BYTES   56
-#define LATE_US      140000 // a deadline seen by polls more than 30 ms apart
+#define PORT           0
+#define JOBS           6
+#define SERVOS         5
+#define EVENTS         1024
+#define EMISSIONS      64
+#define UNREPORTED_MAX 64
+#define NO_INDEX       0xFF
+#define FALSE_HEADER   EMISSIONS // in place of an emission: a false header that may hide a reply
+#define SAFE_HEADER                                                                                \
+    (EMISSIONS + 1) // in place of an emission: a false header that cannot hide a reply
+#define STALE_US   (CDS_STALE_REPLY_US - 10) // the latest start of a reply in this model
+#define STRANGER   77                        // an ID that no request is sent to
+#define POISON     0xEE
+#define OVERDUE    80 // polls after the deadline: a full ring is examined in pieces
+#define WAIT_BYTES 56
+#define LATE_US    140000 // allowance if polls are more than 30 ms apart
 
-enum mode { QUIET, WITHOUT_QUEUE, WITH_QUEUE, WITH_PERMIT }; // QUIET: no on_end either
+enum mode { QUIET, WITHOUT_QUEUE, WITH_QUEUE, WITH_PERMIT }; // QUIET: no queue and no on_end
 enum harm { WHOLE, FLIPPED, LOST, MARKED, SPLICED, CUT, BAD_SUM };
 
 /* A packet of a servo on the line. */
@@ -43,8 +46,8 @@ struct emission {
     uint32_t tag;
     uint8_t id, error, length, size, harm, delivered;
     bool is_reply; // the reply to the packet with that tag
-    bool is_whole; // nothing of it was lost so far
-    bool is_first; // nothing that could hide it came before
+    bool is_whole; // no byte is lost so far
+    bool is_first; // no earlier byte can hide it
 };
 
 /* A byte on the line. */
@@ -57,10 +60,10 @@ struct event {
 struct job {
     struct cds_request request;
     uint8_t buffer[CDS_PACKET_SIZE(6)], sent[CDS_PACKET_SIZE(6)];
-    uint8_t *reply; // CDS_REPLY_ANY bytes, of which the request has the last ones
+    uint8_t *reply; // CDS_REPLY_ANY bytes; the request uses the last ones
     bool is_submitted, waits, is_idempotent, mutes;
-    uint8_t retries, verdict, verdict_polls; // verdict: enum cds_result of the permit
-    // of the packet in flight
+    uint8_t retries, permit_result, permit_polls; // permit_result: enum cds_result
+    // the packet in flight:
     uint32_t tag, begun_us, first_poll_us, complete_us, good_us, delay_us, longest_gap_us;
     uint8_t error, length, id;
     bool has_left, is_stuck, is_hit, is_polled, is_closed, drains;
@@ -82,15 +85,15 @@ static uint32_t emission_count;
 static struct {
     uint32_t tag;
     uint8_t id, error;
-} owed[OWED]; // whole packets that the engine has not taken yet
-static uint8_t owed_count;
-static uint16_t told_us[SERVOS], bus_delay_us;
+} unreported[UNREPORTED_MAX]; // whole packets that the engine has not reported yet
+static uint8_t unreported_count;
+static uint16_t return_delays_us[SERVOS], bus_delay_us;
 static enum mode mode;
 static uint8_t max_retries;
 static bool is_locked;
 static const struct cds_bus_lock lock;
 
-/* The line, as far as the engine can know it. */
+/* The state of the line, as far as the engine can know it. */
 static uint32_t last_rx_us, low_us, failed_us, stale_floor_us, stale_until_us, active_us, hold_us;
 static bool is_rx_exempt, is_low_known, is_failure_known, is_stale, is_active, holds;
 static bool was_low, wire_is_clean, is_harmed, permit_pending, sending_goes_on, sending_was_asked;
@@ -100,9 +103,9 @@ static enum cds_result last_result;
 
 static struct cds_stats count; // what the stats must be
 static uint32_t first_seed, trace_from = UINT32_MAX, state, tags, transactions, rounds;
-static uint32_t outcomes[16], ends, sure[3];
+static uint32_t outcomes[16], ends, certain[3];
 
-/* ---- chance and failure ---- */
+/* ---- random numbers and failures ---- */
 
 static uint32_t any(uint32_t limit)
 {
@@ -134,7 +137,7 @@ __attribute__((format(printf, 2, 3), noreturn)) static void broken(const struct 
     exit(1);
 }
 
-/* Tells what happens, from that transaction on. */
+/* Prints each step from transaction TRACE_FROM on. */
 #define TRACE(...)                                                                                 \
     do {                                                                                           \
         if (transactions >= trace_from) {                                                          \
@@ -198,7 +201,7 @@ static bool is_in_time(const struct job *job)
     return since(deadline_us(job)) <= 0;
 }
 
-/* ---- what servos put on the line ---- */
+/* ---- bytes of servos ---- */
 
 static uint8_t value(uint32_t tag, uint8_t index)
 {
@@ -214,7 +217,7 @@ static void push(uint32_t *at_us, uint8_t byte, uint8_t errors, uint8_t emission
     events[event_count++] = (struct event){*at_us, byte, errors, bus.baud_reg, emission, index};
 }
 
-/* The first moment from `at_us` on at which the line is free of what was pushed before. */
+/* Returns the first time from `at_us` on at which all earlier bytes have ended. */
 static uint32_t free_from(uint32_t at_us)
 {
     if (event_next != event_count && (int32_t)(events[event_count - 1].end_us - at_us) > 0)
@@ -224,7 +227,7 @@ static uint32_t free_from(uint32_t at_us)
     return at_us;
 }
 
-/* What stands in the place of byte `index`, which is harmed. */
+/* Pushes what arrives instead of the damaged byte `index`. */
 static void push_harmed(uint32_t *at_us, uint8_t byte, uint8_t harm, uint8_t emission,
                         uint8_t index)
 {
@@ -239,7 +242,7 @@ static void push_harmed(uint32_t *at_us, uint8_t byte, uint8_t harm, uint8_t emi
     }
 }
 
-/* The bytes of a packet. Returns how many. */
+/* Builds a packet; returns its size. */
 static uint8_t fill(uint8_t *bytes, const struct emission *what)
 {
     uint8_t size = (uint8_t)(what->length + 6), sum = 0;
@@ -284,7 +287,7 @@ static void push_packet(uint32_t *at_us, const struct emission *what)
     }
 }
 
-/* Bytes that begin no packet. */
+/* Pushes bytes that begin no packet. */
 static void push_noise(uint32_t *at_us)
 {
     uint8_t bytes = (uint8_t)(1 + any(one_in(20) ? 90 : 6)), last = 0xFF;
@@ -297,15 +300,15 @@ static void push_noise(uint32_t *at_us)
     }
 }
 
-/* Later than the slowest servo the engine promises to cope with. */
+/* True if a reply that begins then is later than the library allows (CDS_STALE_REPLY_US). */
 static bool is_too_late(uint32_t at_us)
 {
     return (int32_t)(at_us - port_fake.now_us) > STALE_US;
 }
 
-/* True if a packet of `length` whose head was cut off before `reply` is known to be none when all
- * of the reply has come. */
-static bool is_refuted_by(const struct emission *reply, uint8_t length)
+/* True if a false header with this LENGTH before `reply` is known to be no packet once the whole
+ * reply has arrived. */
+static bool is_malformed_with(const struct emission *reply, uint8_t length)
 {
     uint8_t bytes[6 + CDS_REPLY_ANY], size = fill(bytes, reply), sum = (uint8_t)(STRANGER + length);
 
@@ -316,20 +319,21 @@ static bool is_refuted_by(const struct emission *reply, uint8_t length)
     return sum != 0xFF;
 }
 
-/* A header cut off, whose LENGTH claims what comes after it. No servo has that ID. */
+/* Pushes a false header: header, ID and LENGTH of a packet that ends there. LENGTH covers bytes of
+ * the reply after it. No servo has the ID. */
 static void push_false_header(uint32_t *at_us, const struct emission *reply)
 {
     uint8_t length = (uint8_t)(one_in(2) ? 2 + any(5) : 2 + any(70));
     const uint8_t bytes[] = {0xFF, 0xFF, STRANGER, length};
     bool is_safe =
-        is_refuted_by(reply, length) && !is_too_late(*at_us + 4u * byte_us(bus.baud_reg));
+        is_malformed_with(reply, length) && !is_too_late(*at_us + 4u * byte_us(bus.baud_reg));
     uint8_t kind = is_safe ? SAFE_HEADER : FALSE_HEADER;
 
     for (uint8_t i = 0; i < sizeof bytes; i++)
         push(at_us, bytes[i], 0, kind, 0);
 }
 
-/* What may come before the reply: not the reply. */
+/* Pushes bytes that come before the reply and are not the reply. */
 static void push_first(uint32_t *at_us, const struct job *job, const struct emission *reply)
 {
     struct emission other = *reply;
@@ -368,7 +372,7 @@ static void push_first(uint32_t *at_us, const struct job *job, const struct emis
     push_packet(at_us, &other);
 }
 
-/* How long the servo waits. */
+/* Returns the time from the packet to the reply. */
 static uint32_t reply_delay_us(const struct job *job, uint8_t size)
 {
     uint32_t slack_us = job->delay_us + CDS_REPLY_MARGIN_US, reply_us;
@@ -376,14 +380,14 @@ static uint32_t reply_delay_us(const struct job *job, uint8_t size)
     reply_us = (uint32_t)size * byte_us(bus.baud_reg);
     switch (any(8)) {
     case 0: return any(STALE_US);
-    case 1: return slack_us + any(reply_us); // some of it by the deadline
+    case 1: return slack_us + any(reply_us); // a part of the reply arrives by the deadline
     case 2: return slack_us > 30 ? slack_us - any(30) : 0;
     case 3: return one_in(2) ? 0 : any(20);
     default: return any(slack_us);
     }
 }
 
-/* The servo that was asked answers. */
+/* The servo answers. */
 static void answer(struct job *job)
 {
     struct emission reply = {.tag = job->tag, .id = job->sent[2], .is_reply = true};
@@ -411,14 +415,14 @@ static void answer(struct job *job)
         if (job->sent[2] == CDS_BROADCAST_ID) {
             reply.is_reply = false;
             reply.id = STRANGER;
-            reply.length = 1; // if the first one is lost, this one is no reply
+            reply.length = 1; // if the first reply is lost, this one must not be a reply
         }
         at_us += any(2u * byte_us(bus.baud_reg));
         push_packet(&at_us, &reply);
     }
 }
 
-/* Out of nowhere. */
+/* Pushes bytes that belong to no transaction, or holds the line low. */
 static void disturb(void)
 {
     struct emission stranger = {.tag = any(1000), .id = STRANGER, .length = (uint8_t)(1 + any(9))};
@@ -463,7 +467,7 @@ static bool level_is_low(void)
 static void note_harm(bool is_mark)
 {
     wire_is_clean = false;
-    owed_count = 0; // what lies between two breaks is dropped
+    unreported_count = 0; // the engine drops bytes between two damaged bytes
     if (!flying || !flying->has_left)
         return;
     flying->is_dirty = flying->is_hidden = true;
@@ -476,22 +480,23 @@ static bool awaits_reply(void)
     return flying && flying->has_left && reply_is_due(flying);
 }
 
-static void owe(const struct emission *emission, uint32_t tag)
+static void expect_packet(const struct emission *emission, uint32_t tag)
 {
-    if (!wire_is_clean || owed_count == OWED)
+    if (!wire_is_clean || unreported_count == UNREPORTED_MAX)
         return;
-    owed[owed_count].tag = tag;
-    owed[owed_count].id = emission->id;
-    owed[owed_count++].error = emission->error;
+    unreported[unreported_count].tag = tag;
+    unreported[unreported_count].id = emission->id;
+    unreported[unreported_count++].error = emission->error;
 }
 
-static void owe_no_more(uint8_t at)
+static void remove_unreported(uint8_t at)
 {
-    owed_count--;
-    memmove(&owed[at], &owed[at + 1], (size_t)(owed_count - at) * sizeof *owed);
+    unreported_count--;
+    memmove(&unreported[at], &unreported[at + 1],
+            (size_t)(unreported_count - at) * sizeof *unreported);
 }
 
-/* LENGTH is in the ring: malformed if more parameters come than are due. */
+/* The LENGTH of a packet has arrived: malformed if it has more parameters than are due. */
 static void check_length(const struct emission *emission)
 {
     if (awaits_reply() && !flying->request.any_length &&
@@ -507,13 +512,13 @@ static void complete(struct emission *emission)
         flying->is_good = true;
         flying->good_us = port_fake.now_us;
         flying->must_be_ok = emission->is_first && is_in_time(flying);
-        owe(emission, emission->tag);
+        expect_packet(emission, emission->tag);
     } else {
-        owe(emission, 0);
+        expect_packet(emission, 0);
     }
 }
 
-/* A byte of a servo's packet was heard, or was not. */
+/* A byte of a servo's packet has arrived; `is_heard`: undamaged. */
 static void follow(struct emission *emission, const struct event *event, bool is_heard)
 {
     if (event->index == 0)
@@ -528,7 +533,7 @@ static void follow(struct emission *emission, const struct event *event, bool is
         note_harm(true);
     if (emission->harm == BAD_SUM && is_heard) {
         if (flying)
-            flying->is_dirty = true; // malformed, and it hides nothing
+            flying->is_dirty = true; // malformed; it hides no other packet
     } else if (!emission->is_whole) {
         wire_is_clean = false;
         if (flying)
@@ -584,7 +589,7 @@ static void deliver(const struct event *event)
         note_harm(true);
 }
 
-/* The last bit of the packet has left. */
+/* The last bit of the packet is sent. */
 static void leave(void)
 {
     struct job *job = flying;
@@ -602,8 +607,8 @@ static void leave(void)
         answer(job);
 }
 
-/* The handler of "transmit complete" runs, late as it is. Of a packet without reply it may run amid
- * the poll that sees the deadline. */
+/* Runs the delayed handler of "transmit complete". After a packet without reply it may also run
+ * during the poll that sees the deadline. */
 static void complete_sending(void)
 {
     if (!flying || !flying->drains || since(flying->complete_us) < 0)
@@ -614,7 +619,7 @@ static void complete_sending(void)
     cds_link_on_tx_complete(&bus.link, PORT);
 }
 
-/* Time passes; what happens meanwhile, happens in its order. */
+/* Advances the clock by `us`. Packets end and bytes arrive in the order of their times. */
 static void pass(uint32_t us)
 {
     uint32_t until_us = port_fake.now_us + us;
@@ -641,7 +646,7 @@ static void pass(uint32_t us)
     complete_sending();
     if (flying && us > flying->longest_gap_us)
         flying->longest_gap_us = us;
-    if (us > 900000) { // all of it is long ago, and the clock may come round
+    if (us > 900000) { // all marks are long ago, and the clock may wrap
         is_rx_exempt = true;
         is_low_known = is_failure_known = is_stale = is_active = false;
         low_us = port_fake.now_us - 900000;
@@ -675,8 +680,8 @@ static void wait_no_more(struct job *job)
 
 /* ---- a packet begins ---- */
 
-/* False while the line was surely in use less than two byte times ago. The engine looks at moments
- * that the model does not know, and may find the line in use for longer: is_active. */
+/* False if the line certainly was in use less than two byte times ago. The engine tests the line at
+ * times that the model does not know, so it may see the line in use for longer: is_active. */
 static bool line_may_be_quiet(void)
 {
     return !level_is_low() && (is_rx_exempt || since(last_rx_us) >= quiet_us()) &&
@@ -689,15 +694,15 @@ static void check_line(const struct job *job)
     RULE(!level_is_low(), job, "sent into a low line");
     RULE(is_rx_exempt || since(last_rx_us) >= quiet_us(), job,
          "sent %d us after a byte that no request asked for", since(last_rx_us));
-    RULE(!is_low_known || since(low_us) >= quiet_us(), job, "sent %d us after a low look",
+    RULE(!is_low_known || since(low_us) >= quiet_us(), job, "sent %d us after the line was low",
          since(low_us));
     RULE(!is_failure_known || since(failed_us) >= quiet_us(), job, "sent %d us after a failure",
          since(failed_us));
     RULE(!is_stale || !reply_is_due(job) || job->request.ignores_stale ||
              since(stale_floor_us) >= 0,
          job, "sent %d us before the last stale reply may come", -since(stale_floor_us));
-    RULE(owed_count == 0 || mode != WITH_PERMIT, job, "sent while a packet of servo %u was unread",
-         owed[0].id);
+    RULE(unreported_count == 0 || mode != WITH_PERMIT, job,
+         "sent while a packet of servo %u was unread", unreported[0].id);
 }
 
 static void note_begin(void)
@@ -722,13 +727,13 @@ static void note_begin(void)
     is_harmed = event_next != event_count;
     TRACE("request %d begins, tag %u, to servo %u, deadline at %u us\n", (int)(job - jobs),
           job->tag, job->sent[2], deadline_us(job));
-    owed_count = 0;
+    unreported_count = 0;
     holds = false;
     transactions++;
     count.sent++;
 }
 
-/* The engine has looked at the line, and found it low. */
+/* The engine has tested the line and found it low. */
 static void note_low(void)
 {
     if (port_fake.low_seen) {
@@ -739,8 +744,8 @@ static void note_low(void)
     }
 }
 
-/* After whatever may have begun a packet. */
-static void look(void)
+/* Call it after each call that can begin a packet. */
+static void note_line_and_begin(void)
 {
     note_low();
     if (port_fake.lines[PORT] == FAKE_TALK && !flying)
@@ -788,7 +793,7 @@ static void check_failure(const struct job *job, enum cds_result result)
     }
     RULE(result == CDS_TIMEOUT || job->is_dirty, job, "corrupt without damage");
     RULE(result == CDS_CORRUPT || !job->must_be_corrupt, job, "no reply though one was damaged");
-    sure[2] += job->must_be_corrupt;
+    certain[2] += job->must_be_corrupt;
 }
 
 static void note_failure(const struct job *job)
@@ -809,15 +814,15 @@ static void note_failure(const struct job *job)
     is_stale = true;
 }
 
-static void judge_attempt(struct job *job, enum cds_result result)
+static void check_end_of_attempt(struct job *job, enum cds_result result)
 {
     flying = NULL;
     if (result == CDS_OK) {
         check_value(job);
-        for (uint8_t i = 0; i < owed_count; i++)
-            if (reply_is_due(job) && owed[i].tag == job->tag)
-                owe_no_more(i--);
-        sure[0] += job->must_be_ok;
+        for (uint8_t i = 0; i < unreported_count; i++)
+            if (reply_is_due(job) && unreported[i].tag == job->tag)
+                remove_unreported(i--);
+        certain[0] += job->must_be_ok;
         if (reply_is_due(job) && job->good_us == last_rx_us)
             is_rx_exempt = true;
         count.ok++;
@@ -836,7 +841,7 @@ static void judge_attempt(struct job *job, enum cds_result result)
     }
 }
 
-static void judge_unsent(struct job *job, enum cds_result result)
+static void check_end_unsent(struct job *job, enum cds_result result)
 {
     wait_no_more(job);
     if (result == CDS_LINE_BUSY) {
@@ -849,11 +854,12 @@ static void judge_unsent(struct job *job, enum cds_result result)
              "given up too early, or without a last look");
         count.line_busy++;
     } else {
-        RULE(mode == WITH_PERMIT && job->verdict == result, job, "ended unsent as %u", result);
+        RULE(mode == WITH_PERMIT && job->permit_result == result, job, "ended unsent as %u",
+             result);
     }
 }
 
-/* True if the model has it sent again. */
+/* True if the queue must send the request again. */
 static bool is_sent_again(struct job *job, enum cds_result result)
 {
     if ((result != CDS_TIMEOUT && result != CDS_CORRUPT) || !job->is_idempotent ||
@@ -865,16 +871,16 @@ static bool is_sent_again(struct job *job, enum cds_result result)
     return true;
 }
 
-static void judge(struct job *job, enum cds_result result)
+static void check_end(struct job *job, enum cds_result result)
 {
     outcomes[result]++;
     ends++;
     TRACE("request %d ends as %u\n", (int)(job - jobs), result);
     note_low();
     if (flying == job)
-        judge_attempt(job, result);
+        check_end_of_attempt(job, result);
     else
-        judge_unsent(job, result);
+        check_end_unsent(job, result);
     if (wait_job == job)
         wait_job = NULL;
 }
@@ -886,14 +892,14 @@ static enum cds_result permit_hook(void *context, struct cds_request *request)
     struct job *job = (struct job *)request->context;
 
     (void)context;
-    request->return_delay_us = told_us[request->packet.bytes[2] % SERVOS];
+    request->return_delay_us = return_delays_us[request->packet.bytes[2] % SERVOS];
     request->is_muted = job->mutes;
-    if (job->verdict == CDS_PENDING && job->verdict_polls-- == 0)
-        job->verdict = CDS_OK;
-    if (job->verdict == CDS_PENDING)
+    if (job->permit_result == CDS_PENDING && job->permit_polls-- == 0)
+        job->permit_result = CDS_OK;
+    if (job->permit_result == CDS_PENDING)
         permit_pending = true;
-    permitted = job->verdict == CDS_OK ? job : NULL;
-    return (enum cds_result)job->verdict;
+    permitted = job->permit_result == CDS_OK ? job : NULL;
+    return (enum cds_result)job->permit_result;
 }
 
 static enum cds_result submit_hook(void *context, struct cds_request *request)
@@ -929,11 +935,11 @@ static enum cds_result on_end_hook(void *context, struct cds_request *request,
 
     if (result == CDS_CANCELLED)
         return queue.hooks.request_ended(context, request, result);
-    judge(job, result);
+    check_end(job, result);
     expected = is_sent_again(job, result);
     final = queue.hooks.request_ended(context, request, result);
     RULE((final == CDS_PENDING) == expected, job, expected ? "not sent again" : "sent again");
-    look();
+    note_line_and_begin();
     return final;
 }
 
@@ -944,8 +950,8 @@ static enum cds_bus_event event_of(uint8_t id, uint8_t asked_id, enum cds_result
     return result == CDS_OK ? CDS_EVENT_DUPLICATE_REPLY : CDS_EVENT_STALE_REPLY;
 }
 
-/* By the last transaction that has ended; or by the one in flight once part of its reply was
- * damaged. */
+/* True if `event` is right for a packet of servo `id`: by the last transaction that has ended, or
+ * by the one in flight if a part of its reply was damaged. */
 static bool is_event(enum cds_bus_event event, uint8_t id)
 {
     if (event == event_of(id, last_id, last_result))
@@ -959,20 +965,21 @@ static void on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8
     uint8_t at = 0;
 
     (void)context;
-    RULE(is_event(event, id), NULL, "packet of servo %u told as %u", id, event);
+    RULE(is_event(event, id), NULL, "packet of servo %u reported as %u", id, event);
     count.stale_replies = (uint16_t)(count.stale_replies + (event == CDS_EVENT_STALE_REPLY));
     count.duplicate_replies =
         (uint16_t)(count.duplicate_replies + (event == CDS_EVENT_DUPLICATE_REPLY));
     count.unexpected_packets =
         (uint16_t)(count.unexpected_packets + (event == CDS_EVENT_UNEXPECTED_PACKET));
-    while (at < owed_count && (owed[at].id != id || owed[at].error != error))
+    while (at < unreported_count && (unreported[at].id != id || unreported[at].error != error))
         at++;
-    RULE(at < owed_count || !wire_is_clean, NULL, "a packet of servo %u that was not sent", id);
-    if (at == owed_count)
+    RULE(at < unreported_count || !wire_is_clean, NULL, "a packet of servo %u that was not sent",
+         id);
+    if (at == unreported_count)
         return;
-    RULE(at == 0, NULL, "a packet of servo %u was not told", owed[0].id);
-    owe_no_more(0);
-    sure[1]++;
+    RULE(at == 0, NULL, "a packet of servo %u was not reported", unreported[0].id);
+    remove_unreported(0);
+    certain[1]++;
 }
 
 static void submit(struct job *job);
@@ -981,10 +988,10 @@ static void on_end(struct cds_request *request)
 {
     struct job *job = (struct job *)request->context;
 
-    RULE(job->is_submitted, job, "told of an end that is none");
+    RULE(job->is_submitted, job, "on_end without an end");
     if (mode <= WITHOUT_QUEUE)
-        judge(job, (enum cds_result)request->result);
-    RULE(!job->waits && flying != job, job, "told of its end before that");
+        check_end(job, (enum cds_result)request->result);
+    RULE(!job->waits && flying != job, job, "on_end before the end");
     job->is_submitted = false;
     memset(job->reply, POISON, CDS_REPLY_ANY);
     if (one_in(2))
@@ -1040,7 +1047,7 @@ static void build_broadcast(struct job *job)
     }
 }
 
-/* An ID that was not asked for so long that no stale reply of it can come: as of a scan. */
+/* A PING to an ID that was not used for so long that no stale reply can come, as in a scan. */
 static void build_probe(struct job *job)
 {
     static uint8_t last;
@@ -1075,7 +1082,7 @@ static void build(struct job *job)
     memcpy(job->sent, job->buffer, request->packet.size);
 }
 
-/* The reply buffer is as long as it must be, and ends with its allocation. */
+/* Gives the request the shortest allowed reply buffer, at the end of the allocation. */
 static void lend_reply(struct job *job)
 {
     struct cds_request *request = &job->request;
@@ -1086,17 +1093,17 @@ static void lend_reply(struct job *job)
     request->reply = job->reply + CDS_REPLY_ANY - request->reply_capacity;
 }
 
-static void choose_verdict(struct job *job)
+static void choose_permit_result(struct job *job)
 {
     static const uint8_t refusals[] = {CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY, CDS_NO_REPLY_DUE};
 
     job->mutes = one_in(10);
-    job->verdict = CDS_OK;
+    job->permit_result = CDS_OK;
     if (one_in(10))
-        job->verdict = CDS_PENDING;
+        job->permit_result = CDS_PENDING;
     else if (one_in(15))
-        job->verdict = refusals[any(sizeof refusals)];
-    job->verdict_polls = (uint8_t)any(12);
+        job->permit_result = refusals[any(sizeof refusals)];
+    job->permit_polls = (uint8_t)any(12);
 }
 
 static enum cds_result expected_of_submit(const struct job *job)
@@ -1109,8 +1116,8 @@ static enum cds_result expected_of_submit(const struct job *job)
         return CDS_BUSY;
     if (mode <= WITHOUT_QUEUE && is_busy)
         return CDS_BUSY;
-    if (mode == WITH_PERMIT && job->verdict != CDS_PENDING)
-        return (enum cds_result)job->verdict;
+    if (mode == WITH_PERMIT && job->permit_result != CDS_PENDING)
+        return (enum cds_result)job->permit_result;
     return CDS_OK;
 }
 
@@ -1124,15 +1131,15 @@ static void prepare(struct job *job)
 {
     check_poison(job);
     if (job->request.packet.size == 0 || job->request.ignores_stale || !one_in(4))
-        build(job); // else it is submitted as it stands
+        build(job); // else the packet is submitted again unchanged
     lend_reply(job);
     job->retries = 0;
     job->request.priority = (uint8_t)(one_in(2) ? 0 : any(3));
     job->request.passes_lock = one_in(2);
-    choose_verdict(job);
+    choose_permit_result(job);
 }
 
-/* Another request may wait for the line now. */
+/* Forgets wait_job if another request waits for the line now. */
 static void check_waiter(void)
 {
     if (wait_job && (bus.state != CDS_BUS_WAITING_FOR_LINE || bus.request != &wait_job->request))
@@ -1159,7 +1166,7 @@ static void submit(struct job *job)
         wait_no_more(job);
         job->is_submitted = false;
     }
-    look();
+    note_line_and_begin();
     check_waiter();
 }
 
@@ -1183,7 +1190,7 @@ static void cancel(struct job *job)
         if (wait_job == job)
             wait_job = NULL;
     }
-    look();
+    note_line_and_begin();
     check_waiter();
 }
 
@@ -1211,7 +1218,7 @@ static void open_bus(void)
     memset(&count, 0, sizeof count);
     flying = NULL;
     wait_job = NULL;
-    waiting_count = owed_count = 0;
+    waiting_count = unreported_count = 0;
     is_locked = is_low_known = wire_is_clean = false;
     is_rx_exempt = true;
     bus_delay_us = CDS_RETURN_DELAY_MAX_US;
@@ -1258,7 +1265,7 @@ static void change_verdict(void)
     struct job *job = &jobs[any(JOBS)];
 
     if (job->waits)
-        job->verdict = one_in(2) ? CDS_INHIBITED : CDS_OK;
+        job->permit_result = one_in(2) ? CDS_INHIBITED : CDS_OK;
 }
 
 static void meddle(void)
@@ -1283,7 +1290,8 @@ static void meddle(void)
 
 /* ---- polls ---- */
 
-/* The time by which a transaction ends when polls were more than a wrap of the timer apart. */
+/* Returns the time by which a transaction must end if polls were more than a wrap of the timer
+ * apart. */
 static uint32_t late_limit_us(const struct job *job)
 {
     return job->first_poll_us + (duration_us(job) / 32768 + 2) * 65536 + 1000;
@@ -1295,7 +1303,7 @@ static bool polls_are_late(const struct job *job)
     return job->first_poll_us - job->begun_us + job->longest_gap_us > 32000;
 }
 
-/* After a poll that found the packet on the wire, or its reply awaited. */
+/* Checks the deadline after a poll during the transaction. */
 static void check_deadline(bool was_unread)
 {
     bool is_late = polls_are_late(flying);
@@ -1313,7 +1321,7 @@ static void check_deadline(bool was_unread)
          "does not end by its deadline");
 }
 
-/* The first poll sets the deadline. */
+/* Notes the first poll of a transaction, which sets the deadline. */
 static void note_first_poll(void)
 {
     if (flying->is_polled)
@@ -1327,7 +1335,7 @@ static int32_t wait_limit_us(void)
     return WAIT_BYTES * byte_us(bus.baud_reg) + CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US;
 }
 
-/* `job` waited for the line before a poll, and waits still. */
+/* Checks `job`, which waited for the line before a poll and still waits. */
 static void check_wait(const struct job *job)
 {
     bool rests =
@@ -1342,7 +1350,8 @@ static void check_wait(const struct job *job)
         return;
     if (wait_overdue++ == 0)
         wait_overdue_us = port_fake.now_us;
-    RULE(wait_overdue <= 3 || since(wait_overdue_us) <= 2 * quiet_us(), job, "waits for ever");
+    RULE(wait_overdue <= 3 || since(wait_overdue_us) <= 2 * quiet_us(), job,
+         "waits longer than allowed");
 }
 
 static void note_wait(struct job *job)
@@ -1354,7 +1363,7 @@ static void note_wait(struct job *job)
         wait_is_sloppy = wait_is_last = wait_restarts = false;
         wait_least_us += (uint32_t)(wait_limit_us() - quiet_us());
     } else if (!wait_is_last && since(wait_least_us) >= 0) {
-        wait_is_last = true; // the last look begins here, or later
+        wait_is_last = true; // the last test of the line begins here or later
         wait_last_us = port_fake.now_us;
     }
     if (wait_restarts) {
@@ -1363,7 +1372,7 @@ static void note_wait(struct job *job)
     }
 }
 
-/* Without on_end: the result tells. */
+/* Without on_end the end shows in the return value of the poll. */
 static void end_quietly(bool busy)
 {
     struct job *job = waiting_count ? waiting[0] : flying;
@@ -1373,8 +1382,8 @@ static void end_quietly(bool busy)
         on_end(&job->request);
 }
 
-/* What test/eva/driver.c assumes of the bus at the beginning of each call. Frama-C Eva proves the
- * rest from it. */
+/* Checks the state that test/eva/driver.c assumes at the beginning of each call. Frama-C Eva proves
+ * the absence of run-time errors from it. */
 static void check_invariants(void)
 {
     const struct cds_parser *parser = &bus.parser;
@@ -1417,13 +1426,15 @@ static void poll(void)
     }
     if (was_low && since(low_us) >= quiet_us()) {
         is_active = true;
-        active_us = port_fake.now_us; // two byte times more, from a poll that finds it high
+        active_us =
+            port_fake
+                .now_us; // the engine waits two byte times from the poll that finds the line high
         was_low = false;
     }
     permit_pending = sending_goes_on = sending_was_asked = false;
     port_fake.low = level_is_low();
     if (port_fake.low && !is_unread && bus.state <= CDS_BUS_WAITING_FOR_LINE)
-        port_fake.low_seen++; // each such poll must look
+        port_fake.low_seen++; // each such poll must test the line
     if (flying && flying->drains && bus.state == CDS_BUS_SENDING_ONLY &&
         since(deadline_us(flying)) >= 0)
         port_fake.late = &bus.link;
@@ -1433,7 +1444,7 @@ static void poll(void)
     port_fake.late = NULL;
     if (mode == QUIET)
         end_quietly(busy);
-    look();
+    note_line_and_begin();
     TRACE("poll: state %u, gate %u, searched to %u\n", bus.state, bus.gate, bus.parser.position);
     RULE(mode == QUIET || busy == (flying || waiting_count), NULL, "poll returns %d", busy);
     if (flying && was_polled)
@@ -1443,8 +1454,8 @@ static void poll(void)
     if (was_polled && ends != ends_before)
         return;
     if (permit_pending || !is_active || since(active_us) >= quiet_us())
-        wait_job = NULL;                 // neither a check nor a rest on a quiet line counts
-    wait_restarts = line_may_be_quiet(); // the engine may have found it so
+        wait_job = NULL;                 // a permit check, or a rest on a quiet line, is no wait
+    wait_restarts = line_may_be_quiet(); // the engine may have found the line quiet
     if (head && !permit_pending && ends == ends_before && bus.state == CDS_BUS_WAITING_FOR_LINE &&
         bus.request == &head->request)
         check_wait(head);
@@ -1488,8 +1499,8 @@ static void check_stats(void)
     RULE(is.sent == (uint16_t)(is.ok + is.timeouts + is.corrupt), NULL, "the stats do not add up");
 }
 
-/* Everything ends, and adds up. */
-static void come_to_rest(void)
+/* Lets all requests end, then checks stats and buffers. */
+static void end_all(void)
 {
     for (uint32_t i = 0; flying || waiting_count; i++) {
         RULE(i < 100000, flying, "the bus does not come to rest");
@@ -1505,7 +1516,7 @@ static void come_to_rest(void)
     for (uint8_t i = 0; i < JOBS; i++)
         if (!jobs[i].is_submitted)
             check_poison(&jobs[i]);
-    RULE(port_fake.breaches == 0, NULL, "a verb of the port out of place");
+    RULE(port_fake.breaches == 0, NULL, "a function of the port was called in a wrong state");
 }
 
 /* ---- rounds ---- */
@@ -1551,7 +1562,7 @@ static void begin_round(void)
         jobs[i].request.context = &jobs[i];
     }
     for (uint8_t i = 0; i < SERVOS; i++)
-        told_us[i] = delays[any(sizeof delays / sizeof *delays)];
+        return_delays_us[i] = delays[any(sizeof delays / sizeof *delays)];
     open_bus();
     attach();
     rounds++;
@@ -1564,9 +1575,9 @@ static void run_round(void)
         meddle();
         step();
         if (i % 256 == 255)
-            come_to_rest();
+            end_all();
     }
-    come_to_rest();
+    end_all();
 }
 
 int main(int argc, char **argv)
@@ -1590,7 +1601,7 @@ int main(int argc, char **argv)
         "%u transactions in %u rounds: %u ok, %u without a reply, %u corrupt; %u requests found no "
         "quiet line; sure of %u replies, %u other packets, %u damaged ones\n",
         transactions, rounds, outcomes[CDS_OK], outcomes[CDS_TIMEOUT], outcomes[CDS_CORRUPT],
-        outcomes[CDS_LINE_BUSY], sure[0], sure[1], sure[2]);
+        outcomes[CDS_LINE_BUSY], certain[0], certain[1], certain[2]);
     for (uint8_t i = 0; i < JOBS; i++)
         free(jobs[i].reply);
     puts("ok");

@@ -979,7 +979,8 @@ void test_damaged_byte_in_place_of_a_good_one_is_not_bridged(void)
     }
 }
 
-/* Whoever answers second with a checksum that is right is heard, and all of it is his. */
+/* The second reply has a good checksum: the bus takes it, with ID, error bits and data of its own.
+ */
 void test_good_reply_after_one_with_a_wrong_checksum_is_taken(void)
 {
     static const uint8_t bad_word[] = {0xFF, 0xFF, 0x05, 0x04, 0x00, 0x99, 0x88, 0x00};

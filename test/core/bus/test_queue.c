@@ -1,4 +1,4 @@
-/* Requests that wait for the bus: their order, urgent ones, repeats, callbacks, taking back. */
+/* Requests that wait for the bus: their order, priorities, retries, callbacks, cancelling. */
 #include <string.h>
 
 #include "cds55xx/blocking.h"

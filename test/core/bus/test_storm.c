@@ -1,6 +1,6 @@
-/* A bus against a model of servos, line and main loop, at random: replies that are late, damaged,
- * refused, somebody else's or none, polls from 1 us to 40 ms apart, requests that wait, are
- * repeated, taken back, submitted from on_end. Seeded, so that two runs agree. */
+/* A bus with random servos, line and main loop, compared with a model. Replies are late, damaged,
+ * refused, from another servo or missing. Polls are 1 us to 40 ms apart. Requests wait, are
+ * retried, cancelled, and submitted from on_end. The seed is fixed, so that two runs agree. */
 #include "cds55xx/bus.h"
 
 #include <string.h>
@@ -13,7 +13,7 @@
 #define JOBS      4
 #define BYTE_US   10
 #define LINE_SIZE 128
-#define ANY       40   // parameters of a reply of any length, at most
+#define ANY       40   // most parameters of a reply of any length
 #define WHOLE     0xFF // in place of the index of a damaged byte
 
 #ifdef __AVR__
@@ -26,16 +26,16 @@ enum storm {
     SLOW_AND_TOLD,
     QUICK,
     SLOW_AND_NOT_TOLD,
-    SLOWER_THAN_REGISTER_0X05, // which allows 508 us
+    SLOWER_THAN_REGISTER_0X05, // register 0x05 allows 508 us
 };
 
-/* A request, and what the servo has sent in answer to its last try, or will send. */
+/* A request, and the reply to its latest attempt. */
 struct job {
     bool was_sent; // since the submit
     struct cds_request request;
     uint8_t buffer[CDS_PACKET_SIZE(2)], reply[CDS_REPLY_ANY], packet[CDS_PACKET_SIZE(2)];
     uint8_t token, id, error, length;
-    bool good; // whole, and nothing before it that could hide it
+    bool good; // whole, and no earlier byte can hide it
     uint32_t begun_us, good_us;
     uint16_t longest_gap_us;
 };
@@ -50,8 +50,8 @@ static struct cds_queue queue;
 static struct job jobs[JOBS];
 static struct arrival line[LINE_SIZE];
 static uint8_t arrivals, arrived;
-static struct job *talking; // whose packet is on the line
-static bool stuck;          // ... and stays there
+static struct job *talking; // the request whose packet is on the line
+static bool stuck;          // that packet never ends
 static enum storm storm;
 static uint8_t tokens;
 static uint16_t submitted, ended, ok, sent, unsent;
@@ -68,7 +68,7 @@ static bool one_in(uint16_t count)
     return random_below(count) == 0;
 }
 
-/* A parameter of the reply to the try with that token: none looks like a header. */
+/* Returns a parameter of the reply to the attempt with this token; never FF, as a header has. */
 static uint8_t parameter(uint8_t token, uint8_t index)
 {
     return (uint8_t)(token * 37u + index * 11u) & 0x7F;
@@ -81,7 +81,8 @@ static void arrive(uint32_t *at_us, uint8_t byte, uint8_t line_errors)
     line[arrivals++] = (struct arrival){*at_us, byte, line_errors};
 }
 
-/* The byte at index `harmed` is flipped in one bit, damaged or lost. */
+/* Schedules the bytes of a reply. The byte at index `harmed` has a flipped bit, is damaged or lost.
+ */
 static void arrive_reply(uint32_t *at_us, const struct job *job, uint8_t harmed)
 {
     uint8_t bytes[CDS_PACKET_SIZE(CDS_REPLY_MAX + 1)] = {0xFF, 0xFF, job->id,
@@ -96,14 +97,15 @@ static void arrive_reply(uint32_t *at_us, const struct job *job, uint8_t harmed)
     for (uint8_t i = 0; i < size; i++) {
         if (i != harmed)
             arrive(at_us, bytes[i], 0);
-        else if (i >= CDS_AT_ERROR && one_in(2)) // in ID or LENGTH it may make another packet
+        else if (i >= CDS_AT_ERROR &&
+                 one_in(2)) // a flipped bit in ID or LENGTH could make another good packet
             arrive(at_us, bytes[i] ^ 1, 0);
         else if (one_in(2))
             arrive(at_us, bytes[i], (uint8_t)(1 + random_below(3)));
     }
 }
 
-/* What may come before the reply. */
+/* Schedules bytes before the reply. */
 static void arrive_first(uint32_t *at_us, const struct job *job)
 {
     struct job other = *job;
@@ -132,8 +134,8 @@ static void arrive_first(uint32_t *at_us, const struct job *job)
     }
 }
 
-/* How long the servo waits. Where the bus was told of 0 us, a stale reply can pass for another one
- * only if it comes as late as it may. */
+/* Returns the time from the packet to the reply. If the bus is set to 0 us, a stale reply can pass
+ * for another reply only if it comes as late as allowed. */
 static uint16_t return_delay_us(void)
 {
     switch (storm) {
@@ -145,7 +147,7 @@ static uint16_t return_delay_us(void)
     }
 }
 
-/* What the servo that is asked will send. */
+/* Schedules the reply of the servo. */
 static void answer(struct job *job)
 {
     const struct cds_request *request = &job->request;
@@ -160,7 +162,7 @@ static void answer(struct job *job)
         job->length = 0;
     at_us += return_delay_us();
     if (arrived != arrivals && (int32_t)(line[arrivals - 1].at_us - at_us) > 0)
-        return; // it was reset meanwhile, and an older answer is on its way
+        return; // the bus was opened again, and an earlier reply still arrives
     if (id != CDS_BROADCAST_ID && job->length < 9 && one_in(3))
         arrive_first(&at_us, job);
     if (one_in(5))
@@ -168,11 +170,11 @@ static void answer(struct job *job)
     arrive_reply(&at_us, job, harmed);
     job->good = harmed == WHOLE;
     if (arrivals - before > job->length + 6 && job->length != request->reply_parameters)
-        job->good = false; // what looks like a longer one may have begun before it
+        job->good = false; // bytes before it may have begun a longer packet
     job->good_us = at_us;
 }
 
-/* The packet has left, and is the one that was submitted, also when it is repeated. */
+/* The packet is sent: checks that it is the submitted packet, in a retry too. */
 static void leave(struct job *job)
 {
     uint16_t size = job->request.packet.size;
@@ -189,7 +191,7 @@ static struct job *job_of(struct cds_request *request)
     return request->context;
 }
 
-/* After whatever may have begun a packet, or broken one off. */
+/* Call it after each call that can begin or abort a packet. */
 static void look(void)
 {
     bool talks = port_fake.lines[PORT] == FAKE_TALK;
@@ -258,7 +260,7 @@ static void check_failure(const struct job *job)
     TEST_ASSERT_TRUE(job->request.result == CDS_TIMEOUT || job->request.result == CDS_CORRUPT);
     TEST_ASSERT_FALSE(job->good && (int32_t)(job->good_us - deadline_us(job)) <= 0);
     TEST_ASSERT_TRUE((int32_t)late_us >= 0);
-    if (job->longest_gap_us < 100) // a reply that is taken by then, and then searched, is 12 polls
+    if (job->longest_gap_us < 100) // a reply takes up to 12 polls to find and take
         TEST_ASSERT_TRUE(late_us <= 13u * job->longest_gap_us);
 }
 
@@ -273,13 +275,13 @@ static void on_end(struct cds_request *request)
         ok++;
         if (request->reply_parameters != CDS_REPLY_NONE)
             check_value(job);
-    } else if (bus.stats.line_busy != unsent) { // the packet has not left this time
+    } else if (bus.stats.line_busy != unsent) { // the packet was not sent
         unsent++;
         TEST_ASSERT_EQUAL(job->was_sent ? CDS_TIMEOUT : CDS_LINE_BUSY, request->result);
     } else {
         check_failure(job);
     }
-    look(); // the next one may have begun
+    look(); // the next packet may have begun
     if (one_in(2))
         submit(&jobs[random_below(JOBS)]);
 }
@@ -294,7 +296,7 @@ static void build(struct cds_request *request)
     request->reply_parameters = 0;
     request->any_length = false;
     if (storm == SLOW_AND_NOT_TOLD)
-        length = 2; // as that of a stale reply
+        length = 2; // the length of a stale reply
     switch (random_below(8)) {
     case 0: cds_packet_ping(packet, one_in(2) ? CDS_BROADCAST_ID : id); break;
     case 1: cds_packet_write(packet, id, 0x19, &nothing, 1); break; // as READ of 0
@@ -372,7 +374,7 @@ static void poll(void)
     look();
 }
 
-/* Everything ends, and adds up. */
+/* Lets all requests end, then checks the stats. */
 static void come_to_rest(void)
 {
     struct cds_stats count;

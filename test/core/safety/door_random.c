@@ -1,14 +1,13 @@
-/* Random packets through the door (docs/internals/permit.md), on this machine under the sanitizers.
- * A model of three servos hears the packets on the wire and is the judge, not what the library
- * says.
+/* Random packets against the permit (docs/internals/permit.md), on this machine under the
+ * sanitizers. A model of three servos receives the packets on the wire. The model decides whether a
+ * packet was allowed; what the library reports is not used.
  *
  * usage: door_random STEPS [SEED]
  *
  * Steps: requests of every kind, which wait in the queue and are retried; limits, inhibits and
  * releases; lost packets and replies; power losses; changes of ID, resets, status return levels; a
- * registered move. Exit status 1, with the packet, when a packet was sent that can drive while
- * driving is inhibited, when it drives an inhibited servo, or when it makes a servo move beyond a
- * limit. */
+ * registered move. A packet fails if it can drive while driving is inhibited, drives an inhibited
+ * servo, or makes a servo move beyond a limit. Then the packet is printed; exit status 1. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,17 +20,17 @@
 #define REQUESTS 4
 #define CAPACITY 6
 
-/* A servo as the manual has it, as far as the door needs it. */
+/* The behaviour of a servo in the manual, as far as the permit depends on it. */
 static struct model {
     uint8_t table[CDS_TABLE_SIZE];
     uint8_t registered[CDS_TABLE_SIZE], registered_at, registered_size; // size 0: none
     uint16_t present;
-    uint8_t dark; // has no power for so many packets more
-    // what the driver has asked of the library:
+    uint8_t dark; // number of packets for which it still has no power
+    // what this program has set in the library:
     uint16_t lowest, highest, fastest;
     bool inhibited;
-    bool was_returned, mode_read, goal_read; // read since the library has seen it return
-    bool torque_known_on; // it has answered that torque is on, and no packet has switched it off
+    bool was_returned, mode_read, goal_read; // mode_read, goal_read: since the servo is RETURNED
+    bool torque_known_on; // a reply said that torque is on; no packet switched it off since
 } models[SERVOS];
 
 static struct cds_bus bus;
@@ -40,7 +39,8 @@ static struct cds_servos servos;
 static struct cds_servo_state states[CAPACITY];
 static struct cds_request requests[REQUESTS];
 static uint8_t packets[REQUESTS][64], replies[REQUESTS][CDS_REPLY_MAX];
-static bool inhibited, revoked[REQUESTS]; // `revoked`: waited when driving was inhibited
+static bool inhibited,
+    revoked[REQUESTS]; // `revoked`: waited at the time of an inhibit; must not be sent
 static uint32_t seed, first_seed, step, failures, heard, drove, moves, torques;
 
 static uint32_t any(uint32_t count)
@@ -60,7 +60,7 @@ static void put(struct model *model, uint8_t reg, uint16_t value)
     model->table[reg + 1] = (uint8_t)(value >> 8);
 }
 
-/* ---- the judge ---- */
+/* ---- checks ---- */
 
 static void fail(const char *what, const struct model *model)
 {
@@ -101,9 +101,10 @@ static bool packet_may_move(const uint8_t *bytes)
     }
 }
 
-/* A write was carried out. What it has touched must be within the limits now. */
-static void judge(const struct model *model, uint8_t at, uint8_t size, bool torque_before,
-                  bool position_before)
+/* Checks the servo after a write: the values that the write has changed must be within the limits.
+ */
+static void check_limits(const struct model *model, uint8_t at, uint8_t size, bool torque_before,
+                         bool position_before)
 {
     bool position = word(model, 0x06) || word(model, 0x08);
     bool mode = touches(at, size, 0x06, 0x09) && position != position_before;
@@ -128,7 +129,7 @@ static void judge(const struct model *model, uint8_t at, uint8_t size, bool torq
         (target < model->lowest || target > model->highest))
         fail("goal beyond its limits", model);
     if (goal_limited && !position && magnitude && (speed || mode || torque))
-        fail("turns without end", model);
+        fail("turns without limit", model);
     if (moves_to_goal && (magnitude == 0 || magnitude > model->fastest) && model->fastest < 1023)
         fail("too fast", model);
     if (!position && magnitude > model->fastest)
@@ -153,7 +154,7 @@ static void carry_out(struct model *model, uint8_t at, const uint8_t *data, uint
         !touches(at, size, 0x30, 0x31))
         fail("drives an inhibited servo", model);
     memcpy(model->table + at, data, size);
-    judge(model, at, size, torque, position);
+    check_limits(model, at, size, torque, position);
     if (model->table[0x18] && (word(model, 0x06) || word(model, 0x08)))
         model->present = word(model, 0x1E);
     if (touches(at, size, 0x2C, 0x2C) && !model->table[0x2C])
@@ -229,8 +230,7 @@ static bool writes_torque(const uint8_t *bytes)
     return (bytes[4] == 3 || bytes[4] == 0x83) && touches(bytes[5], length, 0x18, 0x18);
 }
 
-/* The reply of `model` has reached the controller, or no reply (NULL): what must be known by that.
- */
+/* Notes what the library must know after the reply of `model`; NULL: no reply. */
 static void note_known(const uint8_t *bytes, struct model *model, uint8_t error)
 {
     for (uint8_t i = 0; i < SERVOS; i++)
@@ -247,26 +247,27 @@ static void note_known(const uint8_t *bytes, struct model *model, uint8_t error)
     if (bytes[4] != 2 || !touches(bytes[5], bytes[6], 0x18, 0x18))
         return;
     if (model->torque_known_on && !model->table[0x18])
-        model->inhibited = true, model->mode_read = model->goal_read = false; // it lost its state
+        model->inhibited = true,
+        model->mode_read = model->goal_read = false; // the servo lost its state
     model->torque_known_on = model->table[0x18];
     model->mode_read |= bytes[5] <= 6 && bytes[5] + bytes[6] > 9;
     model->goal_read |= bytes[5] <= 0x1E && bytes[5] + bytes[6] > 0x21;
 }
 
-/* A reply of servo `id` comes. If the servo was OFFLINE, it is RETURNED by this reply, and what the
- * reply says was read since then. */
+/* A reply of servo `id` arrives. An OFFLINE servo becomes RETURNED, and mode and goal must be read
+ * again. */
 static void note_return(struct model *model, uint8_t id)
 {
     const struct cds_servo_state *entry = cds_servos_find(&servos, id);
 
     if (!entry || entry->presence != CDS_PRESENCE_OFFLINE || bus.request->is_muted)
-        return; // a reply that is not due is no return
+        return; // a reply that is not due does not change the presence
     model->mode_read = model->goal_read = false;
     model->was_returned = true;
 }
 
-/* The packet on the wire meets the servos. */
-static void hear(void)
+/* The servos receive the packet on the wire and answer. */
+static void deliver_packet(void)
 {
     const uint8_t *bytes = port_fake.sent, *data = NULL;
     bool is_lost = any(12) == 0, is_reply_lost = any(10) == 0, all = bytes[2] == 0xFE;
@@ -321,9 +322,9 @@ static void hear(void)
         port_fake_answer(&bus.link, id, error, data, size);
 }
 
-/* ---- the driver ---- */
+/* ---- random steps ---- */
 
-/* A packet that has begun is heard before anything else happens. */
+/* If a packet has begun, sends it and lets the servos answer. */
 static void serve(void)
 {
     if (bus.link.state != CDS_LINK_TALKING)
@@ -331,7 +332,7 @@ static void serve(void)
     if (revoked[bus.request - requests] && packet_may_move(bus.request->packet.bytes))
         fail("waited when driving was inhibited", models);
     port_fake_transmit(&bus.link, 0);
-    hear();
+    deliver_packet();
 }
 
 static void turn(void)
@@ -364,7 +365,7 @@ static uint8_t any_id(void)
     return pick == 7 ? 0xFE : pick == 8 ? (uint8_t)any(10) : states[any(CAPACITY)].id;
 }
 
-/* Data of registers that matter, of values near the limits. */
+/* Random data for registers that can move a servo, with values near the limits. */
 static uint8_t any_data(uint8_t *at, uint8_t *data)
 {
     static const uint8_t starts[] = {3,    5,    6,    6,    8,    8,    9,    0x10,
@@ -408,7 +409,7 @@ static void submit_sync(struct cds_request *request)
     }
 }
 
-/* What a program that goes by the rules does before it switches torque on. */
+/* Makes the READs that the permit demands before torque on. */
 static void submit_read(struct cds_request *request, uint8_t id)
 {
     static const uint8_t spans[][2] = {{0x18, 1},  {0x06, 4}, {0x1E, 4},
@@ -447,9 +448,9 @@ static void submit_any(void)
     }
 }
 
-/* A registered move of the first request, step by step; sometimes out of step, or not of the move.
- */
-static void move_on(void)
+/* Takes one step of a registered move with the first request. Sometimes the steps are out of order,
+ * or the request is another one. */
+static void registered_move_step(void)
 {
     static uint8_t phase;
     struct cds_request *request = &requests[any(12) ? 0 : 1];
@@ -471,15 +472,16 @@ static void move_on(void)
         phase = (uint8_t)((phase + 1) % (SERVOS + 2));
 }
 
-/* The entry of this servo, under the ID it has: the library must know it by that. */
+/* Returns the entry of this servo. The library must have it under the servo's ID. */
 static struct cds_servo_state *entry_of(const struct model *model)
 {
     struct cds_servo_state *entry = cds_servos_find(&servos, model->table[3]);
 
-    if (!entry && !port_fake_is_in_flight(&bus)) // else its reply is still to come
+    if (!entry &&
+        !port_fake_is_in_flight(&bus)) // otherwise the reply that changes the ID may still come
         fail("not in the list under its ID", model);
     if (entry && entry->second < servos.count && any(2))
-        entry = &states[entry->second]; // the other ID it may have
+        entry = &states[entry->second]; // the entry of its other possible ID
     return entry;
 }
 
@@ -518,7 +520,7 @@ static void guard(void)
     case 0:
         cds_servos_inhibit_all(&servos);
         inhibited = true;
-        for (uint8_t i = 0; i < REQUESTS; i++) // retries of the request in flight too
+        for (uint8_t i = 0; i < REQUESTS; i++) // retries of the request in flight as well
             revoked[i] = requests[i].result == CDS_PENDING;
         if (any(2) == 0)
             release_all();
@@ -589,7 +591,7 @@ int main(int argc, char **argv)
             submit_any();
         serve();
         if (any(8) == 0)
-            move_on();
+            registered_move_step();
         serve();
         if (any(40) == 0)
             guard();

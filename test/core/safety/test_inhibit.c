@@ -1,4 +1,4 @@
-/* Driving is inhibited: what the bus refuses and what passes, whether the roster knows the servo or
+/* Driving is inhibited: what the bus refuses and what passes, whether servos.h knows the servo or
  * not; and return delays that the board cannot bear. */
 #include "cds55xx/servos.h"
 

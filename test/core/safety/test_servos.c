@@ -648,7 +648,7 @@ void test_a_servo_whose_torque_went_off_is_held_until_released(void)
     assert_admitted(write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
 }
 
-void test_a_drop_between_two_exchanges_shows_when_torque_is_read(void)
+void test_a_drop_between_transactions_shows_when_torque_is_read(void)
 {
     static const uint8_t torque_and_led[] = {0, 0};
 

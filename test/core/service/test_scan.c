@@ -334,7 +334,7 @@ void test_a_bus_that_is_opened_anew_is_its_opener_s(void)
 {
     for (uint8_t i = 0; i < 4; i++) {
         setUp();
-        run_until(3, i & 1); // while details are read, or between two exchanges
+        run_until(3, i & 1); // while details are read, or between two transactions
         cds_bus_open(&bus, 0, 34);
         if (i & 2)
             cds_bus_set_return_delay(&bus, 20);

@@ -1,4 +1,4 @@
-/* The registered move: its steps byte by byte, and then every fault at every exchange, against
+/* The registered move: its steps byte by byte, and then every fault at every transaction, against
  * three servos of the test's own. */
 #include "cds55xx/registered_move.h"
 
@@ -49,7 +49,7 @@ struct servo {
 
 static struct servo servos[SERVOS];
 
-/* What happens at exchanges `at` to `to`, counted from 1, and at `first`, if it is not 0; to the
+/* What happens at transactions `at` to `to`, counted from 1, and at `first`, if it is not 0; to the
  * servo that is spoken to, or, if that is all of them, to `victim`. */
 static struct {
     uint8_t at, to;
@@ -59,7 +59,7 @@ static struct {
     bool for_good; // power does not come back
 } plan;
 
-static uint8_t exchanges, actions;
+static uint8_t transactions, actions;
 
 static void power_up(struct servo *servo)
 {
@@ -95,10 +95,10 @@ static uint8_t obey(struct servo *servo, const uint8_t *packet)
 
 static uint8_t fault_now(void)
 {
-    exchanges++;
-    if (exchanges == plan.first)
+    transactions++;
+    if (transactions == plan.first)
         return plan.first_fault;
-    return exchanges >= plan.at && exchanges <= plan.to ? plan.fault : (uint8_t)NONE;
+    return transactions >= plan.at && transactions <= plan.to ? plan.fault : (uint8_t)NONE;
 }
 
 static void all_hear(uint8_t fault)
@@ -160,7 +160,7 @@ void setUp(void)
     memset(buffer, 0, sizeof buffer);
     memset(servos, 0, sizeof servos);
     memset(&plan, 0, sizeof plan);
-    exchanges = actions = 0;
+    transactions = actions = 0;
     request = (struct cds_request)CDS_REQUEST(buffer, reply);
     other = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(other_buffer);
     goals[0] = (struct cds_goal){.id = 0, .position = 0, .speed = 0x100};
@@ -307,7 +307,7 @@ void test_move_sends_nothing_before_its_first_poll(void)
     TEST_ASSERT_EQUAL(CDS_PENDING, move.steps.result);
 }
 
-/* One exchange at a time: while a servo has not answered, polling the move does nothing. */
+/* One transaction at a time: while a servo has not answered, polling the move does nothing. */
 void test_move_waits_for_each_answer(void)
 {
     begin(2);
@@ -496,13 +496,13 @@ void test_begin_on_a_closed_bus_is_refused(void)
     assert_begin_refused(CDS_BAD_ARGUMENT, 2, false);
 }
 
-/* ---- every fault at every exchange ---- */
+/* ---- every fault at every transaction ---- */
 
 static void run(bool verified)
 {
     uint16_t turns = 0;
 
-    exchanges = actions = 0;
+    transactions = actions = 0;
     TEST_ASSERT_EQUAL(CDS_OK, begin_move(SERVOS, verified));
     while (cds_registered_move_poll(&move) == CDS_PENDING) {
         turn();
@@ -554,13 +554,13 @@ void test_run_without_faults(void)
     for (uint8_t verified = 0; verified < 2; verified++) {
         run_with(verified, NONE, 0, 0);
         TEST_ASSERT_EQUAL(CDS_OK, move.steps.result);
-        TEST_ASSERT_EQUAL_UINT8(verified ? 10 : 4, exchanges);
+        TEST_ASSERT_EQUAL_UINT8(verified ? 10 : 4, transactions);
         assert_moved(true);
         assert_truth();
     }
 }
 
-/* Exchange `at` is of servo (at - 1) % 3, and no later than the last before ACTION. */
+/* Transaction `at` is of servo (at - 1) % 3, and no later than the last before ACTION. */
 static void assert_called_off(bool verified, uint8_t fault, uint8_t at)
 {
     uint8_t asked = at < SERVOS ? at : SERVOS;
@@ -570,7 +570,7 @@ static void assert_called_off(bool verified, uint8_t fault, uint8_t at)
     TEST_ASSERT_EQUAL(result_of(fault), move.steps.result);
     TEST_ASSERT_EQUAL_UINT8(0, actions);
     TEST_ASSERT_EQUAL_UINT8(0, registered());
-    TEST_ASSERT_EQUAL_UINT8(at + 2 * asked, exchanges); // 0x2C written, and read, of each asked
+    TEST_ASSERT_EQUAL_UINT8(at + 2 * asked, transactions); // 0x2C written, and read, of each asked
     assert_moved(false);
     for (uint8_t i = 0; i < SERVOS; i++) {
         enum cds_result expected = i < asked ? CDS_OK : CDS_PENDING;
@@ -600,7 +600,7 @@ void test_power_lost_between_reg_write_and_the_read(void)
     memset(servos, 0, sizeof servos);
     plan.fault = NONE;
     begin_verified(SERVOS);
-    for (exchanges = 0; exchanges < 3;) {
+    for (transactions = 0; transactions < 3;) {
         cds_registered_move_poll(&move);
         turn();
         cds_bus_poll(&bus);
@@ -614,7 +614,7 @@ void test_power_lost_between_reg_write_and_the_read(void)
     TEST_ASSERT_EQUAL(CDS_REFUSED, goals[1].result);
     TEST_ASSERT_EQUAL_UINT8(0, registered());
     assert_moved(false);
-    TEST_ASSERT_EQUAL_UINT8(3 + 2 + 4, exchanges); // 0x2C was read as 0: not cleared
+    TEST_ASSERT_EQUAL_UINT8(3 + 2 + 4, transactions); // 0x2C was read as 0: not cleared
 }
 
 void test_action_that_is_lost_is_seen_if_verified(void)
@@ -625,7 +625,7 @@ void test_action_that_is_lost_is_seen_if_verified(void)
     run_with(true, LOSE_PACKET, 7, 7);
     TEST_ASSERT_EQUAL(CDS_REFUSED, move.steps.result);
     TEST_ASSERT_TRUE(move.acted);
-    TEST_ASSERT_EQUAL_UINT8(7 + 3 + 6, exchanges);
+    TEST_ASSERT_EQUAL_UINT8(7 + 3 + 6, transactions);
     TEST_ASSERT_EQUAL_UINT8(0, registered());
     for (uint8_t i = 0; i < SERVOS; i++) {
         TEST_ASSERT_EQUAL(CDS_REFUSED, goals[i].result);
@@ -641,7 +641,7 @@ void test_action_that_is_lost_on_servos_at_their_goals(void)
     plan.at = plan.to = 7;
     run(true);
     TEST_ASSERT_EQUAL(CDS_REFUSED, move.steps.result);
-    TEST_ASSERT_EQUAL_UINT8(7 + 3 + 6, exchanges);
+    TEST_ASSERT_EQUAL_UINT8(7 + 3 + 6, transactions);
     assert_truth();
 }
 
@@ -652,7 +652,7 @@ void test_a_servo_that_misses_action_is_cleared(void)
         run_with(true, CUT_BEFORE, 7, 7);
         TEST_ASSERT_EQUAL(CDS_REFUSED, move.steps.result);
         TEST_ASSERT_TRUE(move.acted);
-        TEST_ASSERT_EQUAL_UINT8(10, exchanges);
+        TEST_ASSERT_EQUAL_UINT8(10, transactions);
         assert_truth();
         for (uint8_t i = 0; i < SERVOS; i++) {
             TEST_ASSERT_EQUAL(i != plan.victim, servos[i].moved);
@@ -668,7 +668,7 @@ void test_any_fault_after_action_is_told_of_its_servo(void)
             run_with(true, fault, at, at);
             TEST_ASSERT_EQUAL(result_of(fault), move.steps.result);
             assert_moved(true);
-            TEST_ASSERT_EQUAL_UINT8(10 + 2, exchanges); // cleared to be sure
+            TEST_ASSERT_EQUAL_UINT8(10 + 2, transactions); // cleared to be sure
             for (uint8_t i = 0; i < SERVOS; i++) {
                 TEST_ASSERT_EQUAL(i == at - 8 ? result_of(fault) : CDS_OK, goals[i].result);
                 TEST_ASSERT_EQUAL(CDS_REGISTERED_NO, goals[i].registered);
@@ -689,7 +689,7 @@ void test_of_two_faults_after_action_the_first_counts(void)
 
 /* ---- clearing that fails ---- */
 
-/* Servo 1 refuses, so servo 0 is cleared: by exchanges 3 and 4, WRITE and READ, tried again as 5
+/* Servo 1 refuses, so servo 0 is cleared: by transactions 3 and 4, WRITE and READ, tried again as 5
  * and 6, and as 7 and 8. Those from 3 to `to` fail. */
 static void assert_tries(uint8_t fault, uint8_t to, uint8_t tries, enum cds_registered expected)
 {
@@ -699,7 +699,7 @@ static void assert_tries(uint8_t fault, uint8_t to, uint8_t tries, enum cds_regi
     TEST_ASSERT_EQUAL(CDS_REFUSED, move.steps.result);
     TEST_ASSERT_EQUAL(expected, goals[0].registered);
     TEST_ASSERT_EQUAL(CDS_REGISTERED_NO, goals[1].registered); // its turn comes all the same
-    TEST_ASSERT_EQUAL_UINT8(2 + 2 * tries + 2, exchanges);
+    TEST_ASSERT_EQUAL_UINT8(2 + 2 * tries + 2, transactions);
     TEST_ASSERT_EQUAL_UINT8(0, actions);
     assert_truth();
 }
@@ -727,7 +727,7 @@ void test_the_next_servo_is_tried_three_times_too(void)
     run_with(false, LOSE_REPLY, 3, 12); // all tries of servo 0, two of servo 1
     TEST_ASSERT_EQUAL(CDS_REGISTERED_IN_DOUBT, goals[0].registered);
     TEST_ASSERT_EQUAL(CDS_REGISTERED_NO, goals[1].registered);
-    TEST_ASSERT_EQUAL_UINT8(2 + 6 + 6, exchanges);
+    TEST_ASSERT_EQUAL_UINT8(2 + 6 + 6, transactions);
 }
 
 void test_clearing_without_answers_is_tried_three_times(void)
@@ -756,7 +756,7 @@ void test_a_servo_without_power_stays_in_doubt(void)
         TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.steps.result);
         TEST_ASSERT_EQUAL_UINT8(0, actions);
         TEST_ASSERT_EQUAL_UINT8(0, registered());
-        TEST_ASSERT_EQUAL_UINT8(at + 2 * (asked - 1) + 2 * 3, exchanges);
+        TEST_ASSERT_EQUAL_UINT8(at + 2 * (asked - 1) + 2 * 3, transactions);
         for (uint8_t i = 0; i < SERVOS; i++)
             TEST_ASSERT_EQUAL(i == (at - 1) % SERVOS ? CDS_REGISTERED_IN_DOUBT : CDS_REGISTERED_NO,
                               goals[i].registered);
@@ -774,7 +774,7 @@ void test_a_locked_servo_stays_registered(void)
     TEST_ASSERT_EQUAL(CDS_REFUSED, move.steps.result);
     TEST_ASSERT_EQUAL(CDS_REGISTERED_YES, goals[0].registered);
     TEST_ASSERT_EQUAL(CDS_REGISTERED_NO, goals[1].registered);
-    TEST_ASSERT_EQUAL_UINT8(2 + 2 * 3 + 2, exchanges);
+    TEST_ASSERT_EQUAL_UINT8(2 + 2 * 3 + 2, transactions);
     assert_truth();
 }
 
@@ -787,7 +787,7 @@ void test_retries_of_the_queue_save_a_verified_move(void)
             continue; // ACTION
         run_with(true, LOSE_REPLY, at, at);
         TEST_ASSERT_EQUAL(CDS_OK, move.steps.result);
-        TEST_ASSERT_EQUAL_UINT8(11, exchanges);
+        TEST_ASSERT_EQUAL_UINT8(11, transactions);
         assert_moved(true);
     }
 }
@@ -800,7 +800,7 @@ static void assert_action_that_never_leaves_clears_all(bool verified)
     uint8_t before = verified ? 2 * SERVOS : SERVOS;
     uint16_t sent_before = bus.stats.sent;
 
-    exchanges = 0;
+    transactions = 0;
     TEST_ASSERT_EQUAL(CDS_OK, begin_move(SERVOS, verified));
     while (cds_registered_move_poll(&move) == CDS_PENDING &&
            bus.stats.sent - sent_before <= before) {
@@ -818,7 +818,7 @@ static void assert_action_that_never_leaves_clears_all(bool verified)
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.steps.result);
     TEST_ASSERT_TRUE(move.acted);
     TEST_ASSERT_EQUAL_UINT8(0, registered());
-    TEST_ASSERT_EQUAL_UINT8(before + 6, exchanges);
+    TEST_ASSERT_EQUAL_UINT8(before + 6, transactions);
     for (uint8_t i = 0; i < SERVOS; i++) {
         TEST_ASSERT_EQUAL(CDS_TIMEOUT, goals[i].result);
         TEST_ASSERT_EQUAL(CDS_REGISTERED_NO, goals[i].registered);
@@ -919,7 +919,7 @@ void test_abort_before_action_clears_all_goals(void)
         TEST_ASSERT_FALSE(move.acted);
         TEST_ASSERT_EQUAL_UINT8(0, actions);
         TEST_ASSERT_EQUAL_UINT8(0, registered());
-        TEST_ASSERT_EQUAL_UINT8(at + 2 * (at < SERVOS ? at : SERVOS), exchanges);
+        TEST_ASSERT_EQUAL_UINT8(at + 2 * (at < SERVOS ? at : SERVOS), transactions);
         assert_moved(false);
         assert_truth();
     }
@@ -966,7 +966,7 @@ void test_abort_while_action_leaves_tells_that_it_left(void)
     cds_registered_move_abort(&move);
     finish();
     TEST_ASSERT_EQUAL(CDS_CANCELLED, move.steps.result);
-    TEST_ASSERT_EQUAL_UINT8(SERVOS + 1, exchanges);
+    TEST_ASSERT_EQUAL_UINT8(SERVOS + 1, transactions);
     assert_moved(true);
     assert_truth();
 }
@@ -978,7 +978,7 @@ void test_abort_after_action_ends_the_verification(void)
     cds_registered_move_abort(&move);
     finish();
     TEST_ASSERT_EQUAL(CDS_CANCELLED, move.steps.result);
-    TEST_ASSERT_EQUAL_UINT8(2 * SERVOS + 2 + 2 * (SERVOS - 1), exchanges);
+    TEST_ASSERT_EQUAL_UINT8(2 * SERVOS + 2 + 2 * (SERVOS - 1), transactions);
     assert_moved(true);
     assert_truth();
 }
@@ -1072,7 +1072,7 @@ void test_goal_beyond_a_limit_calls_the_move_off(void)
     assert_called_off_as(CDS_LIMIT);
     TEST_ASSERT_EQUAL(CDS_LIMIT, goals[2].result);
     TEST_ASSERT_EQUAL(CDS_OK, goals[0].result);
-    TEST_ASSERT_EQUAL_UINT8(2 + 4, exchanges); // servo 7 was sent nothing
+    TEST_ASSERT_EQUAL_UINT8(2 + 4, transactions); // servo 7 was sent nothing
 }
 
 /* Even a limit that all goals keep. */
@@ -1103,7 +1103,7 @@ void test_move_that_leaves_out_a_servo_with_limits(void)
     know_servos(SERVOS + 1);
     begin(SERVOS);
     assert_called_off_as(CDS_LIMIT);
-    TEST_ASSERT_EQUAL_UINT8(3 + 6, exchanges);
+    TEST_ASSERT_EQUAL_UINT8(3 + 6, transactions);
 }
 
 /* At status return level 1 REG WRITE is not answered, so nothing proves what is registered. */

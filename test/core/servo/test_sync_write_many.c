@@ -245,7 +245,7 @@ void test_nothing_is_sent_before_the_first_poll(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.verbs);
 }
 
-/* Somebody else's exchange in the same request is not built over. */
+/* A request that another transaction uses is not built over. */
 void test_a_request_on_its_way_is_not_taken(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));

@@ -25,7 +25,7 @@ static uint8_t parameters[CDS_RING_SIZE];
 static const uint8_t warm[] = {0xFF, 0xFF, 0x01, 0x03, 0x00, 0x20, 0xDB}; // manual, example 2
 static const uint8_t done[] = {0xFF, 0xFF, 0x00, 0x02, 0x00, 0xFD};       // example 4
 /* Not from a small ID: a 00 slipped in before ID 5, which is LENGTH + 1, makes a sound packet from
- * ID 0. Only the bus can tell, which knows whom it has asked. */
+ * ID 0. Only the bus knows which servo it has asked. */
 static const uint8_t word[] = {0xFF, 0xFF, 0x45, 0x04, 0x00, 0x34, 0x12, 0x70};
 
 static uint8_t find(void)

@@ -1,4 +1,4 @@
-"""The keeper in whole runs: settings when the power goes, loss of the host link, resets, alarms."""
+"""Settings when the power fails, loss of the host link, resets and alarms, in whole runs."""
 # needs: $(CONSOLE_ELFS)
 import pathlib
 import random
@@ -6,9 +6,9 @@ import re
 import tempfile
 import unittest
 
+import boards
 from simulator import LONG, Run, controller
 
-BOARDS = ["atmega128", "arduino-mega", "cm510", "arbotix"]
 PERCENTS = (5, 47, 70, 95, 100) if LONG else (5, 95, 100)  # of a write, when the power goes
 TORQUE_OFF = "FF FF FE 04 03 18 00 E2"
 CLOCK_KHZ = 16000
@@ -95,8 +95,8 @@ class Settings(unittest.TestCase):
         self.assertIn(new, found)
 
     def test_power_lost_on_the_other_boards(self):
-        for board in BOARDS[1:]:
-            first = at_57600(FIRST) if board == "cm510" else FIRST
+        for board in boards.CONSOLES[1:]:
+            first = at_57600(FIRST) if boards.BOARDS[board].host_bps == 57600 else FIRST
             old, new = (first, "as saved"), (SECOND, "as saved")
             writes, found = self.cut_everywhere([first], [old, new], board, (60,))
             self.assertGreaterEqual(writes, 15)
@@ -152,8 +152,8 @@ class Settings(unittest.TestCase):
     def test_a_save_does_not_block_the_bus(self):
         # The host waits for its ok, which is silence: torque goes off while bytes are being written,
         # and the servo, at its factory return delay, is read without a loss.
-        for board in BOARDS:
-            first = at_57600(FIRST) if board == "cm510" else FIRST
+        for board in boards.CONSOLES:
+            first = at_57600(FIRST) if boards.BOARDS[board].host_bps == 57600 else FIRST
             output = self.run_script(change(first) + "settings bus_baud 1\nping 1\n"
                                      "settings link_loss_action 2\nsettings link_loss_ms 20\nsave\n"
                                      "@wait 200\nstatus\n@expect text last stop: 1 of 1 servos read back as off\n", board)
@@ -187,7 +187,7 @@ class HostLink(unittest.TestCase):
         return run
 
     def test_hold_sends_nothing_and_refuses_goals_until_cleared(self):
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             run = self.run_script(
                 self.START + "settings link_loss_action 1\n@wait 90\nwrite 1 GOAL_POSITION 301\n"
                 "@wait 300\n@expect silence 50\n@expect servo 1-2 torque on\nstatus\n"
@@ -208,7 +208,7 @@ class HostLink(unittest.TestCase):
                             "@expect text host link: lost\n", "atmega128")
 
     def test_torque_off_goes_out_three_times_and_is_verified(self):
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             run = self.run_script(
                 self.START + "settings link_loss_action 2\n@wait 1\n" +
                 f"@expect packet in {TORQUE_OFF}\n" * 3 +
@@ -262,15 +262,15 @@ class Resets(unittest.TestCase):
         rng = random.Random(6)
         talking = 0
         for number in range(self.MOMENTS):
-            board = BOARDS[number % len(BOARDS)]
+            board = boards.CONSOLES[number % len(boards.CONSOLES)]
             at, run = self.one(board, round(rng.uniform(0, 5), 3), rng)
-            # how often an exchange was under way
+            # how often a transaction was under way
             sent = [cycle for cycle, way, _ in run.packets if way == "->in" and cycle < at]
             talking += at - sent[-1] < 3 * CLOCK_KHZ
         self.assertGreater(talking, 10)
 
     def test_a_main_program_that_hangs_is_ended_by_the_watchdog(self):
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             run = controller("write 1 GOAL_POSITION 900 100\n@hang\nping 1\n@wait 100\nstatus\n"
                              "@expect text reset by watchdog\n@wait 500\nstatus\n", board, "1", "--echo")
             self.assertEqual(run.status, 0, f"{board}: {run.output}")
@@ -280,7 +280,7 @@ class Resets(unittest.TestCase):
             self.assertTrue(80 < (reset - hang) / CLOCK_KHZ < 160, (reset - hang) / CLOCK_KHZ)
 
     def test_every_cause_is_told_and_only_the_latest(self):
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             script = "".join(f"@reset {cause}\nstatus\n@expect text reset by {cause}\n"
                              for cause in ["external", "brown-out", "watchdog", "power", "watchdog"])
             run = controller("status\n@expect text reset by power\n" + script, board, "1", "--echo")
@@ -289,7 +289,7 @@ class Resets(unittest.TestCase):
                              [" power", " external", " brown-out", " watchdog", " power", " watchdog"])
 
     def test_an_idle_controller_is_not_bitten(self):
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             run = controller("@wait 3000\nstatus\n@expect text reset by power\n", board, "1", "--echo")
             self.assertEqual(run.status, 0, run.output)
             self.assertNotIn(" reset\n", run.output)
@@ -334,7 +334,7 @@ class Alarms(unittest.TestCase):
         self.assertEqual(run.status, 0, run.output)
 
     def test_alarms_of_several_servos_each_with_its_id(self):
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             run = controller("! write 2 PRESENT_POSITION 1\n! action 1\n! write 1 PRESENT_POSITION 1\nalarms\n",
                              board, "1,2", "--echo")
             self.assertIn("> alarms\nalarm 2: range\nalarm 1: range\nalarm 1: instruction\nok", run.output)
@@ -342,7 +342,7 @@ class Alarms(unittest.TestCase):
 
 class Memory(unittest.TestCase):
     def test_the_deepest_stack_leaves_a_margin_on_every_board(self):
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             goals = " ".join(f"{n}:{n},2" for n in range(1, 19))
             # a return delay that bears the handlers of the host link beside the bus
             run = controller(f"write 254 RETURN_DELAY 10\nsettings link_loss_ms 50\nsettings link_loss_action 2\nread 1 0 50\n"
@@ -358,7 +358,7 @@ class Memory(unittest.TestCase):
     def test_status_counts_the_stack_when_asked(self):
         """The figure is as deep right behind a command as it is 20 s later."""
         goals = " ".join(f"{n}:{n},2" for n in range(1, 19))
-        for board in BOARDS:
+        for board in boards.CONSOLES:
             run = controller(f"status\nsync GOAL_POSITION 2 {goals}\nread 1 0 50\nstatus\n"
                              "@wait 20000\nstatus\n", board, "1-18", "--echo")
             before, behind, later = map(int, re.findall(r"^stack: (\d+) of", run.output, re.M))

@@ -1,4 +1,4 @@
-/* The console's commands about the controller itself, and what it tells unasked. */
+/* The commands of the group "The controller", and the alarms that the console reports by itself. */
 #include <stdio.h>
 #include <string.h>
 

@@ -1,10 +1,11 @@
-"""Every command of the library, test/firmware/library/commands.c, on every board: what the program says, what
-the wire saw and where the servos are in the end tell the same story."""
+"""Calls of the library on every board: test/firmware/library/commands.c calls each function. The run compares
+what the program reports with the packets on the wire and the registers of the servos at the end."""
 # needs: $(BOARDS:%=build/%/firmware/commands.elf)
 import re
 import unittest
 
-from program import BOARDS, Program
+import boards
+from program import Program
 
 # Results: 0 ok, 2 timeout, 5 bad argument, 6 no room, 7 refused, 8 cancelled; 256 times the error
 # bits if the servo answered. States: 1 changed, 3 taken, 4 lost. Scans: 1000 * ID + baud register.
@@ -42,45 +43,45 @@ class Wire:
     """Counted anew from the transcript: each packet of the controller, and who answered it."""
 
     def __init__(self, packets):
-        self.exchanges = []  # [instruction packet, replies]
+        self.transactions = []  # [instruction packet, replies]
         for _, way, text in packets:
             packet = bytes.fromhex(text)
             if way == "->in":
-                self.exchanges.append((packet, []))
+                self.transactions.append((packet, []))
             else:
-                self.exchanges[-1][1].append(packet)
+                self.transactions[-1][1].append(packet)
 
     @staticmethod
     def silent(packet):
         return packet[AT_ID] == BROADCAST and packet[AT_INSTRUCTION] != PING
 
     def count(self, wanted):
-        return sum(1 for packet, replies in self.exchanges if wanted(packet, replies))
+        return sum(1 for packet, replies in self.transactions if wanted(packet, replies))
 
     def counters(self):
-        return {"sent": len(self.exchanges),
+        return {"sent": len(self.transactions),
                 "ok": self.count(lambda packet, replies: replies or self.silent(packet)),
                 "timeouts": self.count(lambda packet, replies: not replies
                                        and not self.silent(packet))}
 
 
-class Commands(Program):
+class LibraryCalls(Program):
     program, SAID, AFTER = "commands", SAID, COUNTERS + LAST
 
     def check_counters(self, board, run):
         count = run.after
         # The last two packets, RESET to all and who is there, came after the counters were said.
         wire = Wire(run.packets)
-        last = [packet[AT_INSTRUCTION] for packet, _ in wire.exchanges[-2:]]
+        last = [packet[AT_INSTRUCTION] for packet, _ in wire.transactions[-2:]]
         self.assertEqual(last, [RESET, PING], board)
-        del wire.exchanges[-2:]
+        del wire.transactions[-2:]
         for name, number in wire.counters().items():
             self.assertEqual(count[name], number, f"{board}: {name}")
         self.assertEqual(count["sent"], count["ok"] + count["timeouts"])
         self.assertEqual(count["repeated"], 2)
         for name in COUNTERS[4:]:
             self.assertEqual(count[name], 0, f"{board}: {name}")
-        for packet, replies in wire.exchanges:
+        for packet, replies in wire.transactions:
             self.assertLessEqual(len(replies), 1)
             self.assertTrue(all(reply[AT_ID] == packet[AT_ID] or packet[AT_ID] == BROADCAST
                                 for reply in replies))
@@ -125,8 +126,8 @@ class Commands(Program):
             self.assertEqual(kept[3:6], bytes([2, 1, 10] if servo == 2 else [1, 1, 1]), board)
         self.assertLessEqual(5, len(run.state))  # nothing else was ever given to servo 1
 
-    def test_every_command_on_every_board(self):
-        for board in BOARDS:
+    def test_every_call_on_every_board(self):
+        for board in boards.ALL:
             with self.subTest(board):
                 run = self.simulate(board)
                 self.check_counters(board, run)

@@ -1,6 +1,4 @@
-/* The failsafe of the robot: loss of the host link, torque off, alarms; and the crew it looks
- * after.
- */
+/* The failsafe: loss of the host link, torque off, alarms; and the servos that robot.h adds. */
 #include "robot/failsafe.h"
 
 #include <string.h>
@@ -251,7 +249,7 @@ void test_torque_off_waits_until_low_line_is_free(void)
     TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
 }
 
-/* ---- the crew ---- */
+/* ---- servos join ---- */
 
 void test_servo_joins_by_reply_not_by_request(void)
 {

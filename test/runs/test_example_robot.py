@@ -1,13 +1,14 @@
-"""examples/robot.c on every board: it gets up where it is, walks, and lets go when something is wrong."""
+"""examples/robot.c on every board: the robot starts from its present pose, walks, and switches torque off after a
+fault."""
 # needs: $(BOARDS:%=build/%/examples/robot.elf)
 import csv
 import pathlib
 import tempfile
 import unittest
 
+import boards
 from simulator import LONG, Run
 
-BOARDS = ["atmega128", "arduino-mega", "arduino-uno", "cm510", "arbotix"]
 SERVOS = 12
 CYCLES_MS = 16000
 TORQUE_ON, TORQUE_OFF = "FF FF FE 04 03 18 01 E1", "FF FF FE 04 03 18 00 E2"
@@ -42,7 +43,7 @@ class Robot(unittest.TestCase):
         return run.sent[first][0]
 
     def test_it_walks_on_every_board(self):
-        for board in BOARDS:
+        for board in boards.ALL:
             with self.subTest(board):
                 run = self.runs(board=board)
                 starts = [cycle for cycle, packet in run.sent if packet.startswith(GOALS)]
@@ -69,14 +70,14 @@ class Robot(unittest.TestCase):
             self.assertEqual(goal[5 * i + 1] + 256 * goal[5 * i + 2], int(run.rows[0][f"present_{i + 1}"]))
 
     def test_a_servo_that_loses_its_power_for_a_moment_stops_all(self):
-        for board in BOARDS if LONG else BOARDS[:1] + BOARDS[-1:]:
+        for board in boards.ALL if LONG else ["atmega128", "arbotix"]:
             for ms in (1, 30, 300) if board == "atmega128" else (100,):
                 with self.subTest(board, ms=ms):
                     self.check_lets_go(self.runs("--fault", f"unplug in 1000 0 5 {ms}", "--rules",
                                                  "warn", board=board))
 
     def test_a_servo_that_loses_its_power_for_good_stops_all(self):
-        for board in BOARDS if LONG else BOARDS[:1] + BOARDS[-1:]:
+        for board in boards.ALL if LONG else ["atmega128", "arbotix"]:
             with self.subTest(board):
                 run = self.runs("--fault", "unplug in 1000 0 5 60000", "--rules", "warn", board=board)
                 # within two periods of the state check, or a silence or two of its feedback

@@ -1,5 +1,5 @@
-/* One exchange after the other, as told from outside: for `make faults` (test/faults). Between them
- * it polls an idle bus, as a robot's main loop does. */
+/* The AVR program of `make faults` (test/faults): runs the jobs that the host writes to job_board,
+ * one after the other. Between two jobs it polls an idle bus, as the main loop of a robot does. */
 #include <cds55xx/queue.h>
 #include <cds55xx/scan.h>
 #include <cds55xx/servo.h>
@@ -29,7 +29,8 @@ static struct cds_queue queue;
 static struct cds_servos servos;
 static struct cds_servo_state states[] = {{.id = 1}, {.id = 2}};
 
-/* A handler of the robot's own that is too long. Timer 0 stands: the host raises it. */
+/* A handler of the program that is too long. Timer 0 does not run: the host raises the interrupt.
+ */
 ISR(TIMER0_OVF_vect)
 {
     _delay_loop_2(job_board.hold_loops);
@@ -48,7 +49,7 @@ static enum cds_result submit(const struct job *job)
     }
 }
 
-static void enroll(enum job_roster how)
+static void attach_servos(enum job_servos how)
 {
     static const struct cds_servos_config config = {.bus = &bus,
                                                     .queue = &queue,
@@ -57,15 +58,15 @@ static void enroll(enum job_roster how)
                                                     .capacity = sizeof(states) / sizeof(states[0])};
 
     bus.hooks = 0;
-    if (how == JOB_ALONE)
+    if (how == JOB_WITHOUT_SERVOS)
         cds_queue_attach(&queue, &bus);
-    else if (how == JOB_ROSTER_ANEW)
+    else if (how == JOB_NEW_SERVOS)
         cds_servos_begin(&servos, &config);
     else
         cds_bus_attach(&bus, &servos.hooks);
 }
 
-static void tell_known(struct job_known *known)
+static void report_known(struct job_known *known)
 {
     const struct cds_servo_state *servo = &states[0];
 
@@ -79,16 +80,16 @@ static void tell_known(struct job_known *known)
     known->torque = servo->torque;
 }
 
-/* What came meanwhile is looked at, as in any main loop: a ring full of noise, and then the line
- * for two byte times. */
+/* Polls as a main loop does, until a ring full of noise is read and the line was quiet for two byte
+ * times. */
 static void look(void)
 {
-    PORTB = JOB_LOOKS; // or the host would not notice the next mark
+    PORTB = JOB_LOOKS; // a changed value: the host notices only changes of PORTB
     for (uint8_t i = 0; i < CDS_RING_SIZE / CDS_PARSER_SKIPPED_MAX + 8; i++)
         cds_bus_poll(&bus);
 }
 
-/* The buffers are longer than most packets and replies. */
+/* Content of a buffer behind the packet or the reply. */
 #define UNTOUCHED 0xA5
 
 static void clean_buffers(void)
@@ -97,8 +98,8 @@ static void clean_buffers(void)
     memset(reply, UNTOUCHED, sizeof(reply));
 }
 
-/* Bytes of the packet that changed since it was submitted, and of the reply's buffer behind the
- * reply due. */
+/* Returns the number of bytes that changed: in the packet since it was submitted, and in the reply
+ * buffer behind the reply. */
 static uint8_t spilled(void)
 {
     uint8_t due = request.reply_parameters == CDS_REPLY_NONE ? 0 : request.reply_parameters;
@@ -115,14 +116,15 @@ static uint8_t spilled(void)
     return count;
 }
 
-static void exchange(const struct job *job, struct job_outcome *outcome)
+static void transact(const struct job *job, struct job_outcome *outcome)
 {
     for (uint8_t i = 0; i < job->pause; i++) {
         _delay_loop_2(F_CPU / 4 / 10000);
     }
-    cds_bus_set_return_delay(&bus, job->told ? 2u * job->told : CDS_RETURN_DELAY_MAX_US);
-    enroll(job->roster);
-    cds_queue_set_retries(&queue, job->repeats);
+    cds_bus_set_return_delay(&bus,
+                             job->return_delay ? 2u * job->return_delay : CDS_RETURN_DELAY_MAX_US);
+    attach_servos(job->servos);
+    cds_queue_set_retries(&queue, job->retries);
     clean_buffers();
     PORTB = JOB_BEGUN;
     outcome->submitted = submit(job);
@@ -171,8 +173,8 @@ static void scan(const struct job *job, struct job_outcome *outcome)
     outcome->found = scan.count;
     for (uint8_t i = 0; i < scan.count && i < JOB_FOUND_MAX; i++) {
         outcome->ids[i] = found[i].id;
-        outcome->bauds[i] = found[i].baud_reg;
-        outcome->owns[i] = found[i].own_baud_reg;
+        outcome->baud_regs[i] = found[i].baud_reg;
+        outcome->own_baud_regs[i] = found[i].own_baud_reg;
     }
 }
 
@@ -183,18 +185,18 @@ static void perform(void)
     struct cds_stats stats;
 
     if (job.kind == JOB_SCAN || job.kind == JOB_SCAN_LISTED) {
-        enroll(JOB_ALONE);
+        attach_servos(JOB_WITHOUT_SERVOS);
         scan(&job, &outcome);
     } else if (job.kind == JOB_LOOK) {
         look();
     } else {
-        exchange(&job, &outcome);
+        transact(&job, &outcome);
     }
     cds_bus_stats(&bus, &stats);
     outcome.stats = stats;
     outcome.state = cds_bus_line(&bus);
     outcome.alarms = servos.alarms;
-    tell_known(&outcome.known);
+    report_known(&outcome.known);
     job_board.outcome = outcome;
 }
 

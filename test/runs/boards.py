@@ -1,0 +1,40 @@
+"""The boards of boards/, as their board.mk and board.h describe them. The runs take their boards from
+here, so a new board joins them without another list."""
+import collections
+import re
+
+from simulator import ROOT
+
+PROFILES = ["bridge", "console", "full"]
+
+# profile: of the controller; None: the board has no host link, its firmware is a program of its own.
+# profiles: those that its flash has room for. host_bps: rate of the host link, None without one.
+Board = collections.namedtuple("Board", "name mcu profile profiles wiring host_bps")
+
+
+def read_board(folder):
+    fields = dict(re.findall(r"^(\w+) *:= *(.*?) *$", (folder / "board.mk").read_text(), re.M))
+    macros = dict(re.findall(r"^#define BOARD_(\w+) +(\S+)", (folder / "board.h").read_text(), re.M))
+    hosted = not fields.get("FIRMWARE")
+    return Board(name=folder.name, mcu=fields["MCU"],
+                 profile=(fields.get("PROFILE") or "full") if hosted else None,
+                 profiles=(fields.get("PROFILES") or " ".join(PROFILES)).split() if hosted else [],
+                 wiring=macros.get("BUS0_WIRING", "TWO_ENABLES"),
+                 host_bps=int(macros["HOST_BAUD"]) if "HOST_BAUD" in macros else None)
+
+
+# By name. The board of the manual comes first: runs on one board take it.
+BOARDS = {path.parent.name: read_board(path.parent)
+          for path in sorted((ROOT / "boards").glob("*/board.mk"),
+                             key=lambda path: (path.parent.name != "atmega128", path))}
+ALL = list(BOARDS)
+# Boards with the controller, that is, with a host link; those whose controller has a console; those without
+# a host link.
+HOSTED = [name for name in ALL if BOARDS[name].profile]
+CONSOLES = [name for name in HOSTED if BOARDS[name].profile != "bridge"]
+UNHOSTED = [name for name in ALL if not BOARDS[name].profile]
+
+
+def with_profile(profile):
+    """Names of the boards whose flash has room for this profile."""
+    return [name for name in ALL if profile in BOARDS[name].profiles]
