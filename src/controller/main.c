@@ -4,13 +4,15 @@
  * Four deadlines decide the poll order of turn():
  *
  *   bus reply  After a reply the bus is idle until the controller sends the next packet. So each
- * turn polls the bus first, and a bulk read polls only the bus while it waits for a servo. goal The
- * goals of a cycle leave within 350 us of their time, even while the host floods the link. So while
- * an operation or a stop runs, bus and robot are also polled before each part of a turn that may
- * take long. host byte  The ring holds 64 bytes, which take 640 us at 1 Mbps. So the demux takes
- * bytes of a packet until the ring is empty or PART_US are over. Ctrl-X     Torque off begins
- * within 20 ms. So each turn polls the host link, and host_demux.h finds Ctrl-X anywhere in the
- * input. */
+ *              turn polls the bus first, and a bulk read polls only the bus while it waits for a
+ *              servo.
+ *   goal       The goals of a cycle leave within 350 us of their time, even while the host floods
+ *              the link. So while an operation or a stop runs, bus and robot are also polled before
+ *              each part of a turn that may take long.
+ *   host byte  The ring holds 64 bytes, which take 640 us at 1 Mbps. So the demux takes bytes of a
+ *              packet until the ring is empty or PART_US are over.
+ *   Ctrl-X     Torque off begins within 20 ms. So each turn polls the host link, and host_demux.h
+ *              finds Ctrl-X anywhere in the input. */
 #include <stddef.h>
 
 #include "host/bridge.h"
@@ -233,8 +235,8 @@ static void poll_bridge(void)
 {
     bool is_exclusive = robot_is_exclusive(&controller.robot);
 
-    if (!is_exclusive ||
-        controller.bridge.state == BRIDGE_WAITING) // the bus has its packet already
+    // the bus has the packet of a bridge that is WAITING
+    if (!is_exclusive || controller.bridge.state == BRIDGE_WAITING)
         bridge_poll(&controller.bridge);
     if (is_exclusive && controller.host.whole)
         robot_abort(&controller.robot);

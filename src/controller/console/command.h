@@ -22,10 +22,9 @@ struct console;
 struct command {
     /* The name and the arguments. The parser checks a line against this text, and help and
      * docs/console.md print it. Rules:
-     *   - [ ] encloses an argument that may be missing; then all arguments after it are missing,
-     * too
+     *   - [ ] encloses an argument that may be missing, and with it all arguments after it
      *   - a|b in small letters: one of these words
-     *   - words in capitals: an argument. It is stored in `struct command_line`:
+     *   - a word in capitals: an argument, stored in `struct command_line`:
      *
      *   in the usage   argument                        stored in
      *   ID             0 to 253                        id; 254 if it is missing
@@ -56,8 +55,7 @@ struct command {
 };
 
 struct command_group {
-    const CDS_FLASH char
-        *heading; // in the list of help; NULL: no heading, goes on with the last group
+    const CDS_FLASH char *heading; // in the list of help; NULL: no heading
     const CDS_FLASH struct command *rows;
     uint8_t count;
 };

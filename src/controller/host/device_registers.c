@@ -93,8 +93,8 @@ static void set(void *context, uint8_t reg, uint16_t value)
         cds_servos_acknowledge(&registers->failsafe->robot->servos, NULL);
 }
 
-/* As at the console: torque off that is under way cannot be taken back, and LINK_LOST is cleared
- * before INHIBIT. */
+/* The same rules as at the console: neither register may be cleared while torque off is under way,
+ * and LINK_LOST must be cleared before INHIBIT. */
 static bool allows(void *context, uint8_t reg)
 {
     const struct failsafe *failsafe = ((const struct device_registers *)context)->failsafe;

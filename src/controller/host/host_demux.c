@@ -9,7 +9,7 @@
 
 /* Bounds of a poll, since the bus must not wait. */
 #define BYTES_PER_POLL   3  // bytes examined one by one
-#define STALE_PER_POLL   16 // the same after a silence: Ctrl-X among them must be found soon
+#define STALE_PER_POLL   16 // bytes examined one by one after a silence: Ctrl-X must be found soon
 #define COUNTED_PER_POLL 32 // bytes that LENGTH counts
 
 void host_demux_open(struct host_demux *demux, struct cds_ring *input, struct cds_ring *text,
@@ -97,8 +97,7 @@ static void begin(struct host_demux *demux, bool late)
     drop_line(demux);
 }
 
-/* No packet begins at `from`: drops its first byte and the bytes up to the next 0xFF, and searches
- * on from there. */
+/* No good packet begins at `from`: drops the bytes from there to the next 0xFF, and searches on. */
 static void reject(struct host_demux *demux)
 {
     uint16_t from = demux->from;
@@ -116,8 +115,8 @@ static void reject(struct host_demux *demux)
         demux->searched_again = true;
 }
 
-/* The bytes of a packet that has begun are only searched for Ctrl-X. A packet that waits for the
- * bridge stays. */
+/* If a packet has begun, its bytes are from now on only searched for Ctrl-X. A packet that waits
+ * for the bridge stays. */
 NOINLINE void host_demux_gap(struct host_demux *demux)
 {
     demux->counters.gaps++;

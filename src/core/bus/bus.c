@@ -23,8 +23,11 @@ enum {
     REPLY_IS_FOUND = 4,    // the state is RECEIVING
 };
 
-#define HEAD_SIZE CDS_AT_ERROR // bytes of a reply before which a search is of no use
-#define STALE_US  (CDS_STALE_REPLY_US - CDS_REPLY_MARGIN_US) // from the deadline to a stale reply
+/* Bytes in the ring before the bus searches for the head of a reply. */
+#define HEAD_SIZE CDS_AT_ERROR
+
+/* A stale reply may come for this time, less the return delay, after the deadline. */
+#define STALE_US (CDS_STALE_REPLY_US - CDS_REPLY_MARGIN_US)
 
 /* ---- a packet begins ---- */
 
@@ -495,7 +498,7 @@ static COLD bool poll_sending_only(struct cds_bus *bus)
     return wait_until_sent(bus);
 }
 
-/* Polls in any state in which no reply can come. */
+/* Polls in a state in which the bus does not search for a reply. */
 static NOCLONE bool poll_other(struct cds_bus *bus)
 {
     switch (bus->state) {
