@@ -71,7 +71,8 @@ enum cds_result cds_read_pipeline_begin(struct cds_read_pipeline *pipeline,
                                         const struct cds_read_pipeline_config *config);
 
 /* Moves on; call it beside cds_bus_poll() from the main loop. CDS_PENDING; CDS_OK: every item, or
- * every item up to a failure, was taken over; CDS_CANCELLED: it was aborted. */
+ * every item up to a failure, was taken over; CDS_CANCELLED: it was aborted, its
+ * READ was cancelled, or the bus was opened again. */
 enum cds_result cds_read_pipeline_poll(struct cds_read_pipeline *pipeline);
 
 /* Sends nothing more. Poll until the transaction in flight is over: the result is CDS_CANCELLED. */

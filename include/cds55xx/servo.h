@@ -1,15 +1,16 @@
-/* One servo: the six instructions that speak to one ID (manual 2.4.1 to 2.4.6).
+/* One servo: the six instructions that speak to one ID (manual 2.4.1 to 2.4.6). Main context.
  *
- * Each call builds its packet in the request's buffer and submits it. It returns
- *   CDS_OK            on its way: poll the bus until request->result is not CDS_PENDING
- *   CDS_BUSY          this request is on its way already, and stays as it is; or another one is,
- * and the bus has no queue (queue.h); or an operation holds the bus (steps.h) CDS_BAD_ARGUMENT  ID,
- * address or length is out of range, or the bus is not open CDS_NO_ROOM       the request's buffer
- * is too small for the packet or its reply CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED,
- * CDS_TOO_EARLY  the permit (servos.h) refuses A refused packet is not sent, and the refusal is
- * request->result too. IDs are 0 to 253, and CDS_BROADCAST_ID where a call says so. Addresses are
- * CDS_REG_* of control_table.h; a length counts bytes; a value is in the register's own unit. Main
- * context. */
+ * Each call builds its packet in the request's buffer and submits it. A refused packet is not sent,
+ * and request->result holds the refusal, too. A call returns:
+ * - CDS_OK: poll the bus until request->result is not CDS_PENDING
+ * - CDS_BUSY: this request is in flight or waits, and stays as it is; or another request is, and
+ *   the bus has no queue (queue.h); or an operation holds the bus (steps.h)
+ * - CDS_BAD_ARGUMENT: ID, address or length is out of range, or the bus is not open
+ * - CDS_NO_ROOM: the request's buffer is too small for the packet or its reply
+ * - CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY: the permit (servos.h) refuses
+ *
+ * IDs are 0 to 253, and CDS_BROADCAST_ID where a call says so. Addresses are CDS_REG_* of
+ * control_table.h. A length counts bytes. A value is in the register's own unit. */
 #ifndef CDS_SERVO_H
 #define CDS_SERVO_H
 

@@ -122,13 +122,27 @@ static void prepare(struct cds_read_pipeline *pipeline)
         go_on(pipeline);
 }
 
+/* The READ was cancelled, by cds_bus_cancel() or because the bus was opened again: neither calls
+ * on_end. */
+NOINLINE static void end_cancelled(struct cds_read_pipeline *pipeline)
+{
+    pipeline->outcome = CDS_CANCELLED;
+    pipeline->remaining = 0;
+    pipeline->state = CDS_READ_SPENT;
+}
+
 enum cds_result cds_read_pipeline_poll(struct cds_read_pipeline *pipeline)
 {
     struct cds_request *requests;
 
     OPTIMIZER_BARRIER(pipeline);
-    if (pipeline->state == CDS_READ_AWAITING || pipeline->result != CDS_PENDING)
+    if (pipeline->state == CDS_READ_AWAITING) {
+        if (pipeline->current->result == CDS_PENDING)
+            return CDS_PENDING;
+        end_cancelled(pipeline);
+    } else if (pipeline->result != CDS_PENDING) {
         return (enum cds_result)pipeline->result;
+    }
     if (pipeline->state == CDS_READ_BEGUN) {
         build(pipeline, pipeline->current);
         pipeline->state = CDS_READ_SPENT;

@@ -252,6 +252,30 @@ void test_pipeline_aborted_in_the_queue_ends_at_once(void)
     TEST_ASSERT_NULL(bus.request);
 }
 
+void test_pipeline_read_cancelled_in_the_queue_ends_cancelled(void)
+{
+    static uint8_t bytes[8];
+    struct cds_request ping = CDS_REQUEST_WITHOUT_DATA(bytes);
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &ping, 77));
+    begin();
+    poll_pending();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &requests[0]));
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, cds_read_pipeline_poll(&pipeline));
+    TEST_ASSERT_EQUAL_UINT8(0, taken);
+    rig_answer(77, 0, NULL, 0);
+}
+
+void test_pipeline_on_a_bus_opened_again_ends_cancelled(void)
+{
+    begin();
+    poll_pending();
+    rig_transmit();
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, cds_read_pipeline_poll(&pipeline));
+    TEST_ASSERT_EQUAL_UINT8(0, taken);
+}
+
 void test_pipeline_aborted_before_a_poll_sends_nothing(void)
 {
     begin();
