@@ -1,11 +1,13 @@
 # The whole build, out of tree below build/. `make help` lists the targets; V=1 shows the commands.
 #
 #   BOARD=name   one of boards/          DEPS=no    install nothing, name what is missing
-#   UNITY=dir    your own copy of Unity 2.7 (its src/ and auto/) instead of the fetched one
+#   PROFILE=name bridge, console, full   UNITY=dir  your own copy of Unity 2.7 (its src/ and auto/)
 
 BOARD ?= atmega128
 BOARDS := $(sort $(notdir $(patsubst %/board.mk,%,$(wildcard boards/*/board.mk))))
-ifneq ($(words $(filter $(BOARDS),$(BOARD))),1)
+# $(1) if it is one word of the list $(2), else nothing.
+one_of = $(if $(filter 1,$(words $(1))),$(filter $(2),$(1)))
+ifneq ($(or $(call one_of,$(BOARD),$(BOARDS)),no board),$(BOARD))
 $(error there is no board '$(BOARD)'; BOARD= one of: $(BOARDS))
 endif
 
@@ -30,7 +32,7 @@ INCLUDES := -Iinclude -Isrc/core
 .PHONY: help
 help:
 	@printf 'cds55xx: a servo controller for CDS55xx servos. BOARD=%s (of: %s)\n\n' '$(BOARD)' '$(BOARDS)'
-	@sed -n 's/^## \([a-z-]*\): /\1\t/p' $(PARTS) Makefile | awk -F '\t' '{ printf "  make %-10s %s\n", $$1, $$2 }'
+	@sed -n 's/^## \([a-z-]*\): /\1\t/p' $(PARTS) Makefile | awk -F '\t' '{ printf "  make %-13s %s\n", $$1, $$2 }'
 
 # ---- what must be there first ----------------------------------------------------------------------
 

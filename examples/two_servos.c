@@ -1,4 +1,4 @@
-/* Two servos, IDs 1 and 2, to and fro in step: the program of the README. */
+/* Two servos, IDs 1 and 2, to and fro in step: the shortest program, without any check. */
 #include <cds55xx/sync_write.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>

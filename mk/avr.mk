@@ -18,26 +18,35 @@ AVR_COMMON := -std=gnu99 -Os -gdwarf-2 -flto -ffat-lto-objects -ffunction-sectio
 AVR_LINK := -flto-partition=none -Wl,--gc-sections -Wl,--relax mk/constants.ld
 
 # -mcall-prologues: functions share the code that saves registers, 3 KB less flash.
-# The other two: small functions are not inlined, and invariants stay in their loops, 0.3 KB less flash.
-CONTROLLER_LDFLAGS := -mcall-prologues
-CONTROLLER_CFLAGS := -fno-inline-small-functions -fno-move-loop-invariants
+# -fipa-pta: the compiler knows what a pointer may point to, 0.2 KB less flash.
+CONTROLLER_LDFLAGS := -mcall-prologues -fipa-pta
+# Small functions are not inlined, invariants stay in their loops, and registers go first to the values in
+# most use: 0.5 KB less flash.
+CONTROLLER_CFLAGS := -fno-inline-small-functions -fno-move-loop-invariants -fira-algorithm=priority
 
 CORE_SRC := $(wildcard src/core/*/*.c)
 AVR_SRC := $(wildcard src/avr/*.c)
 EXAMPLE_SRC := $(wildcard examples/*.c)
-EXAMPLES := $(foreach b,$(BOARDS),$(EXAMPLE_SRC:examples/%.c=build/$(b)/examples/%.elf))
+# Examples that need more RAM than a board has.
+TOO_LARGE_EXAMPLES := build/arduino-uno/examples/hexapod.elf
+EXAMPLES := $(filter-out $(TOO_LARGE_EXAMPLES),$(foreach b,$(BOARDS),$(EXAMPLE_SRC:examples/%.c=build/$(b)/examples/%.elf)))
 
 LIBRARY_SRC := $(CORE_SRC) $(AVR_SRC)
 
 # Hardware that only the firmware uses: the serial port to the PC, EEPROM, watchdog, RAM.
 CONTROLLER_AVR_SRC := $(wildcard src/controller/avr/*.c)
+# Objects of the firmware are only linked with LTO. Without machine code of their own they compile in a third
+# of the time.
+CONTROLLER_CFLAGS += -fno-fat-lto-objects
 COMMANDS_SRC := $(wildcard src/controller/console/commands/*.c)
 # Sources of all profiles; each profile adds its own (src/controller/profiles). The linker drops unused functions.
 COMMON_SRC := $(wildcard src/controller/*.c src/controller/host/*.c src/controller/console/*.c src/controller/robot/*.c)
 ALL_PROFILES := bridge console full
-ifneq ($(filter-out $(ALL_PROFILES),$(PROFILE)),)
+ifneq ($(call one_of,$(PROFILE),$(ALL_PROFILES)),$(PROFILE))
 $(error there is no profile '$(PROFILE)'; PROFILE= one of: $(ALL_PROFILES))
 endif
+# The profile of the command line or the environment. read_board empties PROFILE.
+ASKED_PROFILE := $(PROFILE)
 bridge_SRC := $(filter-out %/console.c %/parse.c %/reply.c,$(COMMON_SRC)) src/controller/profiles/bridge.c
 console_SRC := $(COMMON_SRC) $(COMMANDS_SRC) src/controller/profiles/console.c
 full_SRC := $(COMMON_SRC) $(COMMANDS_SRC) src/controller/profiles/full.c
@@ -56,7 +65,7 @@ define board_rules
 $(1)_MCU := $(MCU)
 $(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(INCLUDES) -Isrc/avr -Isrc/controller $(AVR_COMMON)
 $(1)_BUDGETS := $(FLASH_MAX) $(RAM_MAX)
-$(1)_PROFILE := $(if $(FIRMWARE),,$(or $(PROFILE),full))
+$(1)_PROFILE := $(if $(FIRMWARE),,$(or $(ASKED_PROFILE),$(PROFILE),full))
 $(1)_PROFILES := $(if $(FIRMWARE),,$(or $(PROFILES),$(ALL_PROFILES)))
 
 build/$(1)/flags: force
@@ -72,9 +81,13 @@ build/$(1)/console/%.o: %.c build/$(1)/flags | tools
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(CONTROLLER_CFLAGS) $$(console_CFLAGS) $$(DEPFILES) -c $$< -o $$@
 
-build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o)
+# Rewritten when a source is added or removed, so that the archive is built again.
+build/$(1)/sources: force
+	$$(call stamp,$(LIBRARY_SRC))
+
+build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o) build/$(1)/sources
 	$$(call say,AR,$$@)
-	$$(Q)rm -f $$@ && $$(AVR_AR) rcs $$@ $$^
+	$$(Q)rm -f $$@ && $$(AVR_AR) rcs $$@ $$(filter %.o,$$^)
 
 $(foreach p,$(ALL_PROFILES),
 build/$(1)/$(p).elf: $(call profile_objects,$(1),$(p),$($(p)_SRC) $(CONTROLLER_AVR_SRC)) build/$(1)/libcds55xx.a
@@ -123,7 +136,8 @@ endef
 
 # The variables that a board.mk may set. read_board empties all of them before it includes the file: else a
 # board that leaves one out would take the value of the board before it.
-#   PROFILE    the profile of the board's firmware (default: full); PROFILE= on the command line overrides it
+#   PROFILE    the profile of the board's firmware (default: full); PROFILE= on the command line or in the
+#              environment overrides it
 #   PROFILES   the profiles that its flash has room for (default: all)
 #   FUSES      what avrdude writes (-U lfuse:w:...); as-shipped: the fuses are right as shipped; empty: not known
 BOARD_FIELDS := MCU F_CPU FLASH_MAX RAM_MAX PROGRAMMER PORT FLASH_FLAGS FLASH_NOTE FUSES FIRMWARE SIM_MCU PROFILE PROFILES
@@ -149,18 +163,29 @@ PROFILE_ELFS := $(foreach b,$(BOARDS),$(call profile_elfs,$(b)))
 
 # The variables of the board asked for.
 $(call read_board,boards/$(BOARD),$(BOARD_REQUIRED))
+# A make that this one starts gets the PROFILE that was asked for, not the one of board.mk.
+PROFILE := $(ASKED_PROFILE)
+
+ifneq ($(ASKED_PROFILE),)
+ifneq ($(FIRMWARE),)
+$(error $(BOARD) has no profiles, its firmware is $(FIRMWARE); leave PROFILE out)
+endif
+ifeq ($(filter $(ASKED_PROFILE),$($(BOARD)_PROFILES)),)
+$(error profile '$(ASKED_PROFILE)' does not fit the flash of $(BOARD); PROFILE= one of: $($(BOARD)_PROFILES))
+endif
+endif
 
 ## lib: build/BOARD/libcds55xx.a
 .PHONY: lib
 lib: build/$(BOARD)/libcds55xx.a
 
-## firmware: build/BOARD/controller.elf and .hex
+## firmware: build/BOARD/controller.elf and .hex (PROFILE=bridge, console or full)
 .PHONY: firmware
 firmware: build/$(BOARD)/controller.elf build/$(BOARD)/controller.hex
 
 ## examples: the programs of examples/, for BOARD
 .PHONY: examples
-examples: $(EXAMPLE_SRC:examples/%.c=build/$(BOARD)/examples/%.elf)
+examples: $(filter build/$(BOARD)/%,$(EXAMPLES))
 
 ## size: flash and RAM of each profile on every board beside its budget
 .PHONY: size

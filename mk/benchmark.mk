@@ -1,9 +1,9 @@
 # What the hot path costs: make bench.
 
 BENCH_NEEDS := build/host/cds55xx-sim $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/atmega644p/benchmark/min.elf \
-	$(patsubst %,build/atmega128/benchmark/%.elf,read prepared noisy sync group absent handlers polls two_mbps cycle8 \
+	$(patsubst %,build/atmega128/benchmark/%.elf,read prepared noisy sync group absent handlers polls two_mbps cycle8 motion gait \
 	safe_read safe_calls safe_torque_off turnaround) \
-	$(patsubst %,build/%/benchmark/handlers.elf,arduino-mega arbotix) \
+	$(patsubst %,build/%/benchmark/handlers.elf,arduino-mega arbotix) build/arduino-mega/benchmark/motion.elf \
 	$(patsubst %,build/atmega128/firmware/%.elf,cycle50 cycle50_safe flood) build/arduino-mega/firmware/three_buses.elf
 
 ## bench: what the hot path costs, in cycles, beside limits and goals; build/bench.tsv
@@ -16,7 +16,7 @@ bench: $(BENCH_NEEDS)
 bench-scaling: $(BENCH_NEEDS)
 	@scripts/bench.py --scaling
 
-## bench-account: where the cycles of its figures go, function by function
+## bench-account: where the cycles of make bench go, function by function
 .PHONY: bench-account
 bench-account: $(BENCH_NEEDS)
 	@scripts/account.py

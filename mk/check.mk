@@ -40,7 +40,8 @@ docs: tools build/atmega128/controller.elf build/host/cds55xx-sim
 
 ## pictures: draw docs/img/*.svg from runs of the simulator
 .PHONY: pictures
-pictures: tools build/atmega128/controller.elf build/host/cds55xx-sim
+pictures: tools build/host/cds55xx-sim $(addprefix build/atmega128/,controller.elf firmware/curves.elf firmware/motion.elf \
+		examples/hexapod.elf)
 	@scripts/pictures.py
 
 ## format: put all C into the project's format

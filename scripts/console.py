@@ -86,8 +86,8 @@ The text interface of the firmware on the host link: 8N1, at the rate of the boa
 the rows of `src/controller/console/commands/` and from a real run in the simulator.
 
 One command a line, ended by Enter. The reply has zero or more lines, then `ok`, or `error N: text; remedy`
-([errors.md](errors.md)). Lines that begin with `warning:` report a condition; the command has worked. `help` lists the
-commands, `help COMMAND` explains one.
+([errors.md](errors.md)); the profile `console` leaves the remedy out. Lines that begin with `warning:` report a
+condition; the command has worked. `help` lists the commands, `help COMMAND` explains one.
 
 | key | what it does |
 |---|---|
@@ -95,19 +95,21 @@ commands, `help COMMAND` explains one.
 | Backspace, Ctrl-U | delete a character, the line |
 | Ctrl-C | drops the line |
 | Arrow up, Ctrl-P | on an empty line: the last line again |
-| any key | ends `scan`, `diagnose` and `monitor` |
+| any key | ends `scan`, `diagnose` and `monitor`. The console drops this key, and the next line begins behind it: send one key, wait for `ok`, then send the line |
 
-- The console does not echo until `echo on`, so that programs read replies only; a terminal may echo locally. In a line
-  of more than 80 characters the older part can no longer be deleted.
+- The console does not echo until `echo on`, so that programs read replies only. Local echo of the terminal beside `echo on`
+  shows each character twice. In a line of more than 80 characters the older part can no longer be deleted.
+- IDs are 0 to 253. Where the usage says `ID|254`, 254 is all servos. Bytes are 0 to 255.
 - Numbers: `90`, `90.5deg`, `-20rpm`, `6.5V`, `512raw`, `0x1F`. A number without unit has the unit that `get` shows; `raw`
   is the value of the register ([registers.md](registers.md)). A number between two register values becomes the nearest
   one.
 - The servos of the robot are those that `scan` finds or `group` names. The controller checks each of them once a second.
-  It does not drive a servo that lost its state until `release` (`servos` shows it).
+  Before the first check `servos` says `not asked yet`. A servo that lost its state is not driven until `release`.
 - Servos with the factory value of the return delay, 2 us, may answer before this controller listens while the PC
   sends. `set ID RETURN_DELAY 10us` prevents that.
-- The firmware profile `console`, the default on the ArbotiX, has no `diagnose` (error 55), and its `help COMMAND` leaves
-  ranges and examples to this page.
+- The firmware profile `console`, the default on the ArbotiX, has no `diagnose` (error 55) and none of the commands of
+  [Motion](#motion) (error 30), and its `help COMMAND` leaves ranges and examples to this page.
+- How to teach, store and play poses: [motion.md](motion.md).
 
 ## If the console no longer answers
 
@@ -133,7 +135,8 @@ After a reset by the watchdog or a brown-out the link has the saved rate at once
 
 ## A first session
 
-The firmware on a simulated ATmega128 with three servos. Lines behind `>` are input; `q` ends `monitor`.
+The firmware on a simulated ATmega128 with three servos. Lines behind `>` are input; the console itself prints no
+prompt. `q` ends `monitor`.
 
 ```
 {session()}```

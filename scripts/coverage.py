@@ -29,7 +29,7 @@ NOT_COPIED = {".git", "build", "__pycache__"}
 FLAGS = "-O0 --coverage -Dalways_inline=unused"
 # A random test takes its number of inputs. `make fuzz` runs more.
 ARGUMENTS = {"fuzz": ["20000", "2000"], "inhibit_random": ["20000"],
-             "engine_random": ["20000"], "door_random": ["20000"]}
+             "bus_random": ["20000"], "permit_random": ["20000"]}
 MIB = 1 << 20
 OUTPUT_MAX = 16 * MIB
 # A make that runs this script must not pass its options on to the make that this script runs.

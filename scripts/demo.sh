@@ -1,7 +1,8 @@
 #!/bin/sh
-# The main job: the manual's worked examples, then a wave through 18 servos, by the real firmware in
-# the simulator. Leaves transcript, waveforms and motion in build/demo/. Fails if a reply was an
-# error, a rule of the wire was broken or the firmware crashed.
+# The main job in the simulator: the real firmware carries out the manual's worked examples and a wave
+# through 18 servos; it plays what a person has taught; examples/hexapod.c walks. Leaves transcript,
+# waveforms and motion in build/demo/. Fails if a reply was an error, a rule of the wire was broken or a
+# program crashed.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -15,10 +16,28 @@ build/host/cds55xx-sim firmware "$elf" --board atmega128 --script "$out/demo.scr
 gnuplot -e "csv='$out/motion.csv'; svg='$out/motion.svg'; name='A wave through 18 servos'" \
     scripts/motion.gp
 
+printf '\nA hand teaches three poses to three servos; the controller stores and plays them\n'
+build/host/cds55xx-sim firmware build/arduino-mega/controller.elf --board arduino-mega --servos 1-3 \
+    --script examples/teach.script --csv "$out/taught.csv" > "$out/taught.txt" || {
+    cat "$out/taught.txt"
+    exit 1
+}
+grep -v ' bus0 ' "$out/taught.txt" # all but the packets
+gnuplot -e "csv='$out/taught.csv'; svg='$out/taught.svg'; name='Taught by hand, then played'" \
+    scripts/motion.gp
+
+printf '\nA hexapod walks: 18 servos in a tripod gait, goals at 250 Hz (examples/hexapod.c)\n'
+build/host/cds55xx-sim firmware build/atmega128/examples/hexapod.elf --board atmega128 --servos 1-18 \
+    --seconds 8 --csv "$out/walk.csv"
+scripts/hexapod_picture.py "$out/walk.csv" "$out/hexapod.svg"
+
 cat <<EOF
 
 $out/transcript.txt  every packet on the wire, with CPU cycles
 $out/motion.svg      goal and present position of the 18 servos: open it in a browser
 $out/motion.csv      the same as numbers
 $out/bus.vcd         wire, enables, handlers: open it in GTKWave
+$out/taught.svg      what three servos are taught, and play
+$out/hexapod.svg     the hexapod from above: it walks in a browser
+$out/walk.csv        goal and present position of its 18 servos
 EOF

@@ -37,6 +37,7 @@ the next servo as soon as the answer of the last one has come: `make feedback` s
 | answer | one status packet of the device: N bytes for each ID, in the order of the request, 252 bytes in all | the status packets of the servos, in the order of the request, as the servos sent them |
 | a servo does not answer | its bytes are FF; bit 7 of ERROR is set | no packet follows for this servo and for those after it |
 | a servo refuses | as above | its packet has error bits and no data |
+| setting `repeats` | applies to each READ | does not apply: each READ is sent once |
 
 FAILED and FAILED_IDS name the servos that failed. SYNC READ may include the device.
 

@@ -40,13 +40,16 @@ POINTERS = {
     r"servos\.o: set_move": r"registered_move\.o: set_move",
     r"(?:steps|torque_off|read_pipeline)\.o: on_end|cycle\.o: goals_ended": r"bus\.o: finish", # of requests
     r"steps\.o: abort_steps": r"torque_off\.o: has_own_rate", # of a lock
+    r"robot_motion\.o: poll_motion": r"robot\.o: cds_robot_poll", # on_poll
     r"group_read\.o: (?:next|take)": r"read_pipeline\.o: \w+",
     r"\w+\.o: (?:send|ended|send_packet|packet_ended)": r"steps\.o: cds_steps_poll",
 }
 # Functions to check in a linked program. A program may choose to call cds_blocking_....
 OURS = re.compile(r"cds_(?!blocking_)|__vector_")
 
-CALLS_POINTERS = re.compile("|".join(POINTERS.values()) + r"|bus\.o: cds_bus_poll")
+# These call functions of the program.
+CALLS_POINTERS = re.compile("|".join(POINTERS.values()) + r"|bus\.o: cds_bus_poll"
+                            r"|sequence\.o: (?:read_to|tell_pose|cds_sequence_poll)|robot\.o: cds_robot_report")
 
 ALLOCATION = re.compile(r"(?:m|c|re)alloc$|free$|alloca$|sbrk$")
 FLOAT = re.compile(r"__\w*[sd]f\d?$|__fp_|__(?:float|fix)|(?:sin|cos|tan|sqrt|pow|exp|log|floor|ceil|fabs)f?$")

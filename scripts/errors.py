@@ -28,8 +28,8 @@ def table(sources):
 def main():
     print("# Errors\n")
     print("Results of the library (`enum cds_result`) and errors of the console, which prints")
-    print("`error N: text; remedy`. `make docs` writes this page from the tables in")
-    print("`include/cds55xx/result.h` and `src/controller/console/errors.h`.\n")
+    print("`error N: text; remedy`. The profile `console` leaves the remedy to this page. `make docs` writes the page")
+    print("from the tables in `include/cds55xx/result.h` and `src/controller/console/errors.h`.\n")
     table(SOURCES)
     print("\n## Findings\n")
     print("The results of a diagnosis (`enum cds_finding`), from the table in")

@@ -10,7 +10,7 @@ ignores inline assembler, so each __asm__ in an analysed source must have an emp
 
 Prints the alarms of each analysis. Fails on any alarm, if an entry point does not return, or if an
 analysis reaches fewer statements than its row of ANALYSES demands. The analyses of the bus begin at
-states that an invariant allows; test/core/bus/engine_random.c checks that invariant before and after each
+states that an invariant allows; test/core/bus/bus_random.c checks that invariant before and after each
 poll.
 """
 import collections

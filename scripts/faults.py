@@ -11,7 +11,7 @@ Writes FILE (build/faults.tsv), a row for each fault:
   injections, failures
   undetected     injections in which the library took a value that no servo sent
   misunderstood  injections in which a servo carried out a damaged packet
-  lost           good transactions lost while a servo waited for the rest of a damaged packet
+  lost           good transactions lost while a servo waited for missing bytes of a damaged packet
   late_us        latest end of a call after its deadline
 `undetected` and `misunderstood` that the test did not predict or allow count as failures. Exit status 1
 if there are failures.

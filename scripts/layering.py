@@ -17,7 +17,7 @@ STOREYS = {
               "registered_move", "cycle"],
     "safety": ["servos", "health", "torque_off"],
     "service": ["scan", "identity", "setup", "diagnose"],
-    "robot": ["blocking", "cds55xx"],
+    "robot": ["blocking", "motion", "sequence", "gait", "pose", "follow", "robot", "cds55xx"],
 }
 BELOW = {
     "wire": [],
@@ -26,6 +26,15 @@ BELOW = {
     "safety": ["servo", "bus", "wire"],
     "service": ["servo", "bus", "wire"],
     "robot": ["service", "safety", "servo", "bus", "wire"],
+}
+
+# The folders of the controller, each with the folders that it knows beside itself.
+CONTROLLER = {
+    "avr": [],
+    "robot": ["avr"],
+    "host": ["avr", "robot"],
+    "console": ["avr", "host", "robot"],
+    "profiles": ["avr", "console", "host", "robot"],
 }
 
 # Modules that know less than their storey, and the public headers that they may include.
@@ -65,10 +74,14 @@ ALLOWED = [
      re.compile(r"^(cds55xx/\w+\.h|cds55xx_avr\.h|compiler\.h|flash\.h|(avr|console|host|robot)/[\w/]+\.h)$"
                 r"|^(ring_input|board|usart)\.h$"),
      "of the core the controller includes public headers, compiler.h and flash.h only"),
-    (["src/controller/%s/**/*.[ch]" % folder for folder in ("console", "host", "profiles", "robot")]
+    (["src/controller/%s/**/*.[ch]" % folder for folder in CONTROLLER if folder != "avr"]
      + ["src/controller/*.[ch]"],
      re.compile(r"^(?!(board|usart)\.h$)"),
      "only src/controller/avr includes board.h and usart.h"),
+    *((["src/controller/%s/**/*.[ch]" % folder],
+       re.compile(r"^(?!(%s)/)" % "|".join(set(CONTROLLER) - {folder, *below})),
+       "a lower folder of the controller knows no higher one")
+      for folder, below in CONTROLLER.items() if len(below) < len(CONTROLLER) - 1),
     (["sim/**/*.[ch]"],
      re.compile(r"^(?!cds55xx|src/|.*/include/).*$"),
      "the simulator includes nothing of include/ or src/"),

@@ -598,7 +598,7 @@ def main():
             print(mutant)
         return 0
     held = coverage.lock(TREE)
-    # The rest uses this copy only, so the project may be edited during the run.
+    # From here on only this copy is used, so the project may be edited during the run.
     tree, measured = coverage.measure()
     sources = read_sources(tree)
     lines = lines_with_mutants(sources)

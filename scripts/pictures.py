@@ -1,54 +1,28 @@
 #!/usr/bin/env python3
 """Draws the pictures of the documents, docs/img/*.svg: real data from the simulator.
 
-usage: pictures.py    needs build/host/cds55xx-sim and build/atmega128/controller.elf: run make pictures
+usage: pictures.py    needs the simulator and programs in build/: run make pictures
 bus.svg: one READ on the wire, its turnaround in detail, and a wave of 18 servos. storeys.svg: who may
-call whom, from the table of layering.py.
+call whom, from the table of layering.py. curves.svg and arrival.svg: motion_pictures.py. hexapod.svg,
+which moves: hexapod_picture.py.
 """
 import collections
 import csv
-import html
 import pathlib
 import subprocess
 import sys
 import tempfile
 
+import hexapod_picture
 import layering
+import motion_pictures
 import wave
+from drawing import BLUE, DARK, GREEN, GREY, ORANGE, PALE, VIOLET, Drawing, simplified, stairs
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs/img"
 CYCLES_PER_US = 16
 VCD_UNITS_PER_US = 10000  # its timescale is 100 ps
-BLUE, ORANGE, GREEN, VIOLET = "#1b6ca8", "#d95f02", "#1b9e77", "#7b3294"
-DARK, GREY, PALE = "#222222", "#777777", "#e6e6e6"
-
-
-class Drawing:
-    """An SVG of `width` x `height` pixels on white."""
-
-    def __init__(self, width, height):
-        self.lines = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
-                      f'width="{width}" height="{height}" font-family="sans-serif" font-size="12">',
-                      f'<rect width="{width}" height="{height}" fill="#ffffff"/>']
-
-    def text(self, x, y, text, anchor="start", colour=DARK, size=12, weight="normal"):
-        self.lines.append(f'<text x="{x:g}" y="{y:g}" text-anchor="{anchor}" fill="{colour}" '
-                          f'font-size="{size}" font-weight="{weight}">{html.escape(text)}</text>')
-
-    def box(self, x, y, width, height, fill, line="none"):
-        self.lines.append(f'<rect x="{x:.4g}" y="{y:.4g}" width="{width:.4g}" height="{height:.4g}" '
-                          f'fill="{fill}" stroke="{line}"/>')
-
-    def path(self, points, colour, width=1.0, dash=""):
-        """A line through points in pixels, to a tenth."""
-        steps = "L".join(f"{x:.1f} {y:.1f}" for x, y in points).replace(".0 ", " ").replace(".0L", "L")
-        dash = f' stroke-dasharray="{dash}"' if dash else ""
-        self.lines.append(f'<path d="M{steps}" fill="none" stroke="{colour}" '
-                          f'stroke-width="{width}"{dash}/>')
-
-    def write(self, path):
-        path.write_text("\n".join(self.lines + ["</svg>"]) + "\n")
 
 
 def simulate(script, *options):
@@ -199,26 +173,6 @@ def last_block(path):
     return [[float(cell) for cell in column] for column in zip(*rows[begin:])]
 
 
-def simplified(points, tolerance):
-    """Without the points that lie on the line through their neighbours (Ramer, Douglas, Peucker)."""
-    if len(points) < 3:
-        return points
-    (x1, y1), (x2, y2) = points[0], points[-1]
-    away, at = max((abs(y - (y1 + (y2 - y1) * (x - x1) / ((x2 - x1) or 1))), n)
-                   for n, (x, y) in enumerate(points[1:-1], 1))
-    if away <= tolerance:
-        return [points[0], points[-1]]
-    return simplified(points[:at + 1], tolerance)[:-1] + simplified(points[at:], tolerance)
-
-
-def stairs(points):
-    kept = points[:1]
-    for (_, before), (x, y) in zip(points, points[1:]):
-        if y != before:
-            kept += [(x, before), (x, y)]
-    return kept + points[-1:]
-
-
 def draw_wave(drawing, top):
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "csv"
@@ -258,7 +212,7 @@ def bus():
 
 # Above the library, and below it: what it is, and of what folder.
 CONTROLLER = ("controller", "src/controller: the firmware", ["main.c", "host/", "console/", "profiles/", "robot/", "avr/"])
-ROBOT_PROGRAM = ("your program", "examples/: linked with the library", ["two_servos.c", "robot.c"])
+ROBOT_PROGRAM = ("your program", "examples/: linked with the library", ["two_servos.c", "robot.c", "hexapod.c"])
 PORT = ("AVR port", "src/avr: the only folder that knows a register", ["usart", "handlers", "clock", "now"])
 
 
@@ -285,7 +239,7 @@ def storeys():
     y = 44
     draw_storey(drawing, left, y, half, *CONTROLLER, "#f3eaf7")
     draw_storey(drawing, left + half + 20, y, half, *ROBOT_PROGRAM, "#f3eaf7")
-    what = {"robot": "one include; calls that wait", "safety": "what is known of each servo; the permit",
+    what = {"robot": "a whole robot: goals, timed moves, gaits", "safety": "what is known of each servo; the permit",
             "service": "step machines", "servo": "one servo, many servos, the cycle",
             "bus": "one transaction, one state machine", "wire": "bytes, packets, direction of the line"}
     for row in (["robot"], ["safety", "service"], ["servo"], ["bus"], ["wire"]):
@@ -315,6 +269,9 @@ def main():
     IMAGES.mkdir(exist_ok=True)
     bus()
     storeys()
+    motion_pictures.curves(IMAGES / "curves.svg")
+    motion_pictures.arrival(IMAGES / "arrival.svg")
+    hexapod_picture.hexapod(IMAGES / "hexapod.svg")
 
 
 if __name__ == "__main__":

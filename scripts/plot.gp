@@ -1,6 +1,6 @@
 # The picture of a run, from the data files that sim/output/plot_drawing.c writes into a folder:
 # gnuplot -e "folder='...'" plot.gp
-# Upper pane: a lane for each talker. Lower pane: goal and present position of the servos.
+# First pane: a lane for each talker. Behind it: positions of the servos, and on request speed and load.
 load folder.'/params.gp'
 
 # of each layer of sim/output/plot_drawing.c: what it is, colour, point type (0: a bar), point size
@@ -20,7 +20,7 @@ together = servos <= overlaid
 upper = lanes * row_height
 lower = together ? 320 : servos * 24
 total_width = left + width + right
-total = head + upper + between + lower + foot
+total = head + upper + (between + lower) * words(panes) + foot
 x(pixels) = pixels * 1.0 / total_width
 y(pixels) = 1 - pixels * 1.0 / total
 
@@ -64,39 +64,61 @@ do for [i=1:words(layers)] {
 }
 eval 'plot '.commands
 
-# ---- where the servos are ----
+# ---- where the servos are, how fast they are, what load they carry ----
+array hue[6] = ['#1b6ca8', '#d95f02', '#1b9e77', '#7b3294', '#a6761d', '#e7298a']
+what_is(pane) = pane eq 'position' ? 'Where the servos are' : \
+    pane eq 'speed' ? 'Present speed (CCW is positive)' : \
+    'Present load (CCW is positive)'
+row_of(pane) = pane eq 'position' ? ': each row spans 0 to 300 degrees' : \
+    pane eq 'speed' ? ': each row spans -62 to 62 RPM' : ': each row spans -100 to 100 % of the stall torque'
+axis_of(pane) = pane eq 'position' ? 'position (degrees)' : \
+    pane eq 'speed' ? 'speed (RPM)' : 'load (% of the stall torque)'
+lowest(pane) = pane eq 'position' ? 0 : pane eq 'speed' ? -62 : -100
+highest(pane) = pane eq 'position' ? 300 : pane eq 'speed' ? 62 : 100
+step(pane) = pane eq 'position' ? 60 : pane eq 'speed' ? 31 : 50
+samples = folder.'/samples'
+goal_dash = together ? 2 : 1
+y_of(i, v) = together ? v : servos - i + 0.54 + 0.92 * (v - low) / (high - low)
 unset label 1
 unset label 2
-unset arrow
-set tmargin at screen y(head + upper + between)
-set bmargin at screen y(head + upper + between + lower)
-set key at screen x(left + width), y(head + upper + between - 18) right center horizontal \
-    samplen 2 font ',11' noautotitle
-set label 3 'Where the servos are'.(together ? '' : ': each row spans 0 to 300 degrees') \
-    at screen x(left), y(head + upper + between - 18) left
-array hue[6] = ['#1b6ca8', '#d95f02', '#1b9e77', '#7b3294', '#a6761d', '#e7298a']
-if (together) {
-    set yrange [0:300]
-    set ytics 0,60,300 scale 1 font ',12'
-    set grid ytics lc rgb '#e4e4e4' lt 1
-    set ylabel 'position (degrees)'
-} else {
-    set yrange [0.5:servos + 0.5]
-    set ytics ('' 0) scale 0 font ',10'
-    do for [i=1:servos] { set ytics add (servo[i] servos + 1 - i) }
-    unset ylabel
-    do for [i=0:servos] { set arrow i+1 from graph 0, first i + 0.5 to graph 1, first i + 0.5 nohead \
-        lc rgb '#dddddd' back }
+do for [p=1:words(panes)] {
+    pane = word(panes, p)
+    low = lowest(pane); high = highest(pane)
+    top = head + upper + between + (p - 1) * (lower + between)
+    unset arrow
+    set tmargin at screen y(top)
+    set bmargin at screen y(top + lower)
+    set key at screen x(left + width), y(top - 18) right center horizontal samplen 2 font ',11' \
+        noautotitle
+    set label 3 what_is(pane).(together ? '' : row_of(pane)) at screen x(left), y(top - 18) left
+    if (together) {
+        set yrange [low:high]
+        set ytics low,step(pane),high scale 1 font ',12'
+        set grid ytics lc rgb '#e4e4e4' lt 1
+        set ylabel axis_of(pane)
+    } else {
+        set yrange [0.5:servos + 0.5]
+        set ytics ('' 0) scale 0 font ',10'
+        do for [i=1:servos] { set ytics add (servo[i] servos + 1 - i) }
+        unset ylabel
+        do for [i=0:servos] { set arrow i+1 from graph 0, first i + 0.5 to graph 1, first i + 0.5 \
+            nohead lc rgb '#dddddd' back }
+    }
+    if (pane eq 'position') {
+        plot NaN, \
+            for [i=1:servos] samples index i-1 using 1:(y_of(i, $2)) with steps lw 1.2 \
+                dt goal_dash lc rgb (together ? hue[i] : '#d95f02'), \
+            for [i=1:servos] samples index i-1 using 1:(y_of(i, $3)) with lines lw 1.6 \
+                lc rgb (together ? hue[i] : '#1b6ca8') title (together ? servo[i] : ''), \
+            keyentry with lines lw 1.2 dt goal_dash lc rgb (together ? '#444444' : '#d95f02') \
+                title 'goal position', \
+            keyentry with lines lw 1.6 lc rgb (together ? '#444444' : '#1b6ca8') \
+                title 'present position'
+    } else {
+        plot for [i=1:servos] y_of(i, 0) with lines lw 1 lc rgb '#cccccc', \
+            for [i=1:servos] samples index i-1 using 1:(y_of(i, column(pane eq 'speed' ? 4 : 5))) \
+                with lines lw 1.4 lc rgb (together ? hue[i] : '#1b6ca8') \
+                title (together ? servo[i] : '')
+    }
 }
-y_of(i, v) = together ? v : servos - i + 0.54 + 0.92 * v / 300.0
-positions = folder.'/positions'
-goal_dash = together ? 2 : 1
-plot NaN, \
-    for [i=1:servos] positions index i-1 using 1:(y_of(i, $2)) with steps lw 1.2 \
-        dt goal_dash lc rgb (together ? hue[i] : '#d95f02'), \
-    for [i=1:servos] positions index i-1 using 1:(y_of(i, $3)) with lines lw 1.6 \
-        lc rgb (together ? hue[i] : '#1b6ca8') title (together ? servo[i] : ''), \
-    keyentry with lines lw 1.2 dt goal_dash lc rgb (together ? '#444444' : '#d95f02') \
-        title 'goal position', \
-    keyentry with lines lw 1.6 lc rgb (together ? '#444444' : '#1b6ca8') title 'present position'
 unset multiplot

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What the flash of a firmware is made of: bytes by folder and file, as the linked ELF's debug information
 has them. An instruction belongs to the file of its source line, also where a function was copied into
-its caller; a table, to the file that defines it, and stands in the second column, too. The rest is of no
+its caller; a table, to the file that defines it, and stands in the second column, too. These are of no
 file: the vectors, start-up code, libgcc and avr-libc, and tables that the compiler made. All of it together
 is what avr-size says. How small xz packs it is a hint of what writing the same program more densely
 could gain.

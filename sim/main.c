@@ -49,6 +49,7 @@ static const char help[] =
     "  --vcd FILE         waveforms of the bus, for GTKWave\n"
     "  --csv FILE         goal and present position of every servo, every 4 ms\n"
     "  --plot FILE.svg    a picture: who talks when, and where the servos are (gnuplot)\n"
+    "  --panes WHAT       more of the servos in it: speed, load, or speed,load\n"
     "  --eeprom FILE      keep the AVR's EEPROM from run to run\n"
     "  --mark PIN         how much of the time that pin is high, as in B0, handlers not counted\n"
     "  --times FILE       what happened when, to the cycle, and how long handlers took\n"
@@ -150,6 +151,26 @@ static bool parse_servos(struct testbench_options *options, const char *value)
     return !wrong || usage(wrong, value);
 }
 
+/* Accepts speed and load in any order, with a comma between them. */
+static bool parse_panes(struct testbench_options *options, const char *value)
+{
+    const char *word = value;
+    for (;;) {
+        size_t length = strcspn(word, ",");
+        if (length == strlen("speed") && strncmp(word, "speed", length) == 0) {
+            options->panes.speed = true;
+        } else if (length == strlen("load") && strncmp(word, "load", length) == 0) {
+            options->panes.load = true;
+        } else {
+            return usage("--panes is speed, load or speed,load, not", value);
+        }
+        if (!word[length]) {
+            return true;
+        }
+        word += length + 1;
+    }
+}
+
 static bool parse_fault(struct testbench_options *options, const char *value)
 {
     const char *wrong = faults_check(value);
@@ -210,6 +231,7 @@ static bool parse_option(struct testbench_options *options, const char *name, co
         {"--vcd", &options->vcd, 0},
         {"--csv", &options->csv, 0},
         {"--plot", &options->plot, 0},
+        {"--panes", 0, parse_panes},
         {"--eeprom", &options->eeprom, 0},
         {"--mark", &options->cycles.mark, 0},
         {"--times", &options->cycles.times, 0},
@@ -311,6 +333,9 @@ static bool parse(struct testbench_options *options, int argc, char **argv)
         } else {
             i++;
         }
+    }
+    if ((options->panes.speed || options->panes.load) && !options->plot) {
+        return usage("--panes is for --plot", 0);
     }
     return check_ids(options) && (options->bus ? check_bus(options) : check_firmware(options));
 }

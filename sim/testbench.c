@@ -152,14 +152,14 @@ static bool open_plot(struct testbench *bench)
 {
     const struct testbench_options *options = bench->options;
     if (options->bus) {
-        return plot_open(&bench->plot, options->plot, "servos on a bus", "adapter",
+        return plot_open(&bench->plot, options->plot, "servos on a bus", "adapter", options->panes,
                          &bench->schedule, bench->clock_Hz);
     }
     const char *slash = strrchr(options->elf, '/');
     snprintf(bench->title, sizeof(bench->title), "%s on %s", slash ? slash + 1 : options->elf,
              options->board);
-    return plot_open(&bench->plot, options->plot, bench->title, "controller", &bench->schedule,
-                     bench->clock_Hz);
+    return plot_open(&bench->plot, options->plot, bench->title, "controller", options->panes,
+                     &bench->schedule, bench->clock_Hz);
 }
 
 static bool open_gdb(struct testbench *bench)

@@ -69,6 +69,7 @@ struct testbench_options {
     const char *vcd;
     const char *csv;
     const char *plot;
+    struct plot_panes panes; // of the plot
     const char *eeprom;
     const char *state; // folder
     struct cycle_log_options cycles;

@@ -18,8 +18,8 @@ static void print_pty(const struct testbench *bench)
     const char *path = bench->pty.path;
     printf("%s\n", path);
     if (!bench->options->bus) {
-        printf("open it with: picocom -q --echo %s (apt-get install picocom; or tio, screen); "
-               "Ctrl-C here ends the run\n",
+        printf("open it with: picocom -q %s (apt-get install picocom; or tio, screen); "
+               "'echo on' shows what you type; Ctrl-C here ends the run\n",
                path);
     }
     fflush(stdout);

@@ -19,12 +19,12 @@ build/host/faults: $(FAULTS_SRC:test/faults/%.c=build/host/faults-obj/%.o) \
 FAULTS_PART ?= 1/1
 SEED ?= 0
 
-## faults: every fault of docs/internals/faults.md at every position; build/faults.tsv (FAULTS_PART=1/20 SEED=7)
+## faults: every fault of docs/internals/faults.md at every position; build/faults.tsv (FAULTS_PART=1/20 SEED=7 ROWS=F16)
 .PHONY: faults
 faults: $(FAULTS_NEEDS)
-	@scripts/faults.py --part $(FAULTS_PART) --seed $(SEED)
+	@scripts/faults.py --part $(FAULTS_PART) --seed $(SEED) $(ROWS)
 
-## faults-docs: the same, and its table in docs/internals/faults.md anew
+## faults-docs: make faults, and renew its table in docs/internals/faults.md
 .PHONY: faults-docs
 faults-docs: faults
 	@scripts/faults.py --docs
@@ -72,17 +72,18 @@ build/host/test/obj/unity.o: $(UNITY)/src/unity.c build/host/test/flags
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(HOST_TEST_FLAGS) -w $(DEPFILES) -c $< -o $@
 
-# An archive of the core and the controller for their suites: a suite links only what it uses.
-# CORE_ONLY=1 leaves the controller out of the archive, and its suites out of host-tests: coverage and
-# mutation, which test src/core, build less.
-TESTED_SRC := $(CORE_SRC) test/support/port_fake.c
-ifneq ($(CORE_ONLY),1)
-TESTED_SRC += $(filter-out src/controller/main.c,$(CONTROLLER_SRC)) test/support/eeprom_fake.c
-endif
+# Archives for the suites: a suite of the core links the core, a suite of the controller links both.
+CORE_TESTED := $(CORE_SRC) test/support/port_fake.c
+CONTROLLER_TESTED := $(filter-out src/controller/main.c,$(CONTROLLER_SRC)) test/support/eeprom_fake.c
 
-build/host/test/libtested.a: $(TESTED_SRC:%.c=build/host/test/obj/%.o) build/host/test/obj/unity.o
+build/host/test/libcore.a: $(CORE_TESTED:%.c=build/host/test/obj/%.o) build/host/test/obj/unity.o
+build/host/test/libcontroller.a: $(CONTROLLER_TESTED:%.c=build/host/test/obj/%.o)
+build/host/test/libcore.a build/host/test/libcontroller.a:
 	$(call say,AR,$@)
 	$(Q)rm -f $@ && ar rcs $@ $^
+
+# $(1): source of a suite, $(2): folder of the archives
+tested_by = $(if $(filter test/controller/%,$(1)),$(2)/libcontroller.a) $(2)/libcore.a
 
 build/host/test/libsim.a: $(patsubst sim/%.c,build/host/sim-checked/%.o,$(filter-out sim/main.c,$(SIM_SRC))) \
 		build/host/test/obj/unity.o
@@ -97,7 +98,7 @@ $(2): build/host/test/obj/$(1:%.c=%.o) $(if $(filter test_%,$(notdir $(1))),buil
 	$$(Q)$$(CC) $$(SANITIZE) $$(filter %.o %.a,$$^) $(4) -o $$@
 endef
 $(foreach s,$(UNIT_TEST_SRC) $(RANDOM_SRC),$(eval $(call host_test_rule,$(s),$(call \
-	host_program,$(s)),build/host/test/libtested.a)))
+	host_program,$(s)),$(call tested_by,$(s),build/host/test))))
 $(foreach s,$(SIM_TEST_SRC),$(eval $(call host_test_rule,$(s),$(s:%.c=build/host/%),build/host/test/libsim.a,$(SIM_LIBS))))
 
 # The same suites on the simulated AVR.
@@ -122,12 +123,14 @@ $(AVR_TEST)/obj/unity.o: $(UNITY)/src/unity.c $(AVR_TEST)/flags
 	@mkdir -p $(@D)
 	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) -w $(DEPFILES) -c $< -o $@
 
-$(AVR_TEST)/libtested.a: $(TESTED_SRC:%.c=$(AVR_TEST)/obj/%.o) $(AVR_TEST)/obj/test/support/unity_avr.o $(AVR_TEST)/obj/unity.o
+$(AVR_TEST)/libcore.a: $(CORE_TESTED:%.c=$(AVR_TEST)/obj/%.o) $(AVR_TEST)/obj/test/support/unity_avr.o $(AVR_TEST)/obj/unity.o
+$(AVR_TEST)/libcontroller.a: $(CONTROLLER_TESTED:%.c=$(AVR_TEST)/obj/%.o)
+$(AVR_TEST)/libcore.a $(AVR_TEST)/libcontroller.a:
 	$(call say,AR,$@)
 	$(Q)rm -f $@ && $(AVR_AR) rcs $@ $^
 
 define avr_test_rule
-$(AVR_TEST)/$(basename $(notdir $(1))).elf: $(AVR_TEST)/obj/$(1:%.c=%.o) $(AVR_TEST)/obj/$(1:%.c=%_runner.o) $(AVR_TEST)/libtested.a
+$(AVR_TEST)/$(basename $(notdir $(1))).elf: $(AVR_TEST)/obj/$(1:%.c=%.o) $(AVR_TEST)/obj/$(1:%.c=%_runner.o) $(call tested_by,$(1),$(AVR_TEST))
 	$$(call say,LD,$$@)
 	$$(Q)$$(AVR_CC) $$(AVR_TEST_FLAGS) $$(AVR_LINK) $$(filter %.o %.a,$$^) -o $$@
 endef
@@ -155,10 +158,14 @@ CONSOLE_ELFS := $(HOST_BOARDS:%=build/%/controller.elf)
 # Each run names in a line `# needs: FILE ...` the files that must be built for it.
 run_needs = $(if $(1),build/host/cds55xx-sim $(eval NEEDED := $(shell sed -n 's/^# needs: //p' $(1)))$(NEEDED))
 
-# T=word: only the suites whose name contains the word.
+# T=word: only the suites whose name contains the word; with several words, any of them.
 T ?=
 ALL_TESTS := $(UNIT_TESTS) $(SIM_TESTS) $(RUN_TESTS)
-TESTS := $(if $(T),$(foreach t,$(ALL_TESTS),$(if $(findstring $(T),$(basename $(notdir $(t)))),$(t))),$(ALL_TESTS))
+# $(1): word. Returns the suites whose name contains the word.
+tests_with = $(foreach t,$(ALL_TESTS),$(if $(findstring $(1),$(basename $(notdir $(t)))),$(t)))
+TESTS := $(if $(T),$(sort $(foreach w,$(T),$(call tests_with,$(w)))),$(ALL_TESTS))
+# The words that no suite has in its name.
+UNKNOWN_WORDS := $(strip $(foreach w,$(T),$(if $(strip $(call tests_with,$(w))),,$(w))))
 test_programs = $(filter-out %.py,$(TESTS)) $(if $(filter $(SIM_TESTS),$(TESTS)),$(SIM_TEST_ELFS) build/host/cds55xx-sim) \
 	$(if $(filter %/test_rules,$(TESTS)),$(patsubst %,build/%/controller.elf,arduino-mega cm510)) \
 	$(if $(filter $(AVR_TEST)/%,$(TESTS)),build/host/cds55xx-sim) $(call run_needs,$(filter %.py,$(TESTS)))
@@ -167,12 +174,21 @@ run_tests = SIM=build/host/cds55xx-sim FIRMWARE=build/firmware scripts/run-tests
 
 ## test: every test, or with T=word those whose name has the word: host, simulated AVR, whole runs
 .PHONY: test
+ifneq ($(UNKNOWN_WORDS),)
+test:
+	@echo "no suite has '$(firstword $(UNKNOWN_WORDS))' in its name; make list-tests lists the suites"; false
+else
 test: $$(test_programs)
-	@$(if $(TESTS),,echo "no test has '$(T)' in its name"; false)
 	@$(run_tests) --times build/test-times.tsv $(TESTS)
+endif
+
+## list-tests: the names of the suites, for T=
+.PHONY: list-tests
+list-tests:
+	@printf '%s\n' $(sort $(basename $(notdir $(ALL_TESTS))))
 
 # make test runs each of these suites too, with fewer random inputs.
-LONG_TESTS := $(wildcard $(patsubst %,test/runs/test_%.py,engine example_robot failsafe faults_all fuzz identity inhibit permit_random))
+LONG_TESTS := $(wildcard $(patsubst %,test/runs/test_%.py,autostart bus_random example_hexapod example_robot failsafe faults_all fuzz identity inhibit permit_random diagnose flood bridge firmware))
 ## test-long: the random and exhaustive runs in full length; make test runs them with fewer inputs
 .PHONY: test-long
 test-long: $$(call run_needs,$$(LONG_TESTS))
@@ -185,8 +201,7 @@ test-build: $$(call run_needs,$$(BUILD_TESTS))
 	@$(run_tests) $(BUILD_TESTS)
 
 # The programs on this machine that run src/core. Coverage and mutation build them with other flags.
-HOST_TESTS := $(call host_program,$(CORE_TEST_SRC) $(CORE_RANDOM_SRC) \
-	$(if $(filter 1,$(CORE_ONLY)),,$(CONTROLLER_TEST_SRC) $(CONTROLLER_RANDOM_SRC)))
+HOST_TESTS := $(call host_program,$(UNIT_TEST_SRC) $(RANDOM_SRC))
 .PHONY: host-tests list-host-tests
 host-tests: $(HOST_TESTS)
 list-host-tests:
@@ -210,13 +225,13 @@ mutation: | deps
 cycle: build/host/cds55xx-sim build/atmega128/firmware/cycle50.elf
 	@test/runs/cycle.py 60
 
-## fuzz: random bytes, damaged lines and packets for the host link; random input while inhibited; random transactions; random packets at the permit
+## fuzz: random bytes, lines and packets for host link, inhibit, transactions and permit, millions of each
 .PHONY: fuzz
 fuzz: $(RANDOM_TESTS)
 	@build/host/test/fuzz 10000000 1000000
 	@build/host/test/inhibit_random 1000000
-	@build/host/test/engine_random 10000000
-	@build/host/test/door_random 1000000
+	@build/host/test/bus_random 10000000
+	@build/host/test/permit_random 1000000
 
 ## session: a first session with the console of an atmega128, as it stands on the terminal
 .PHONY: session

@@ -2,8 +2,9 @@
 MCU        := atmega644p
 F_CPU      := 16000000
 
-# Budgets of the firmware: bytes of flash, bytes of static RAM (of 4096).
-FLASH_MAX  := 65536
+# Budgets of the firmware: bytes of flash, all but the 4 KB of the boot loader; bytes of static RAM
+# (of 4096).
+FLASH_MAX  := 61440
 RAM_MAX    := 3456
 
 # All commands but diagnose: the flash has no room for `full`.

@@ -5,7 +5,7 @@ F_CPU      := 16000000
 # Budgets of the firmware: bytes of flash, all but the 8 KB of the boot loader; bytes of static RAM
 # (of 8192).
 FLASH_MAX  := 253952
-RAM_MAX    := 3456
+RAM_MAX    := 5120
 
 # The boot loader Arduino ships writes the flash; it can neither erase the chip (hence -D) nor write
 # fuses, and they are right as they are: external crystal, brown-out at 2.7 V.

@@ -2,7 +2,7 @@
 MCU        := atmega328p
 F_CPU      := 16000000
 
-# The bus has the only USART, so there is no console: the firmware is the README's program.
+# The bus has the only USART, so there is no console: the firmware is the shortest program.
 FIRMWARE   := examples/two_servos.c
 
 # Budgets of the firmware: bytes of flash, bytes of static RAM (of 2048).

@@ -6,7 +6,7 @@ F_CPU      := 16000000
 
 # Budgets of the firmware: bytes of flash, bytes of static RAM (of 8192).
 FLASH_MAX  := 262144
-RAM_MAX    := 3456
+RAM_MAX    := 5120
 
 # Through an ISP programmer. The fuses are left as Robotis set them: external crystal.
 PROGRAMMER  := usbasp

@@ -43,10 +43,9 @@ extern "C" {
 #define CDS_RETURN_DELAY_MAX_US 508
 
 /* A reply that begins within this time after the end of its packet, in microseconds, is never taken
- * for the reply to a later packet. Register 0x05 allows 508; the rest is for servos that are slower
- * than their register says. A slower servo can still give a wrong value: docs/internals/faults.md,
- * F17-again.
- */
+ * for the reply to a later packet. Register 0x05 allows 508; the other 1492 are for servos that are
+ * slower than their register says. A still slower servo can give a wrong value:
+ * docs/internals/faults.md, F17-again. */
 #define CDS_STALE_REPLY_US 2000
 
 /* The states of the transaction, in this order:
@@ -55,10 +54,11 @@ extern "C" {
  *                     |                  ^  |
  *              line in use, or           |  +--a reply is due--> AWAITING_REPLY <--malformed--+
  *             check not ended            |                        |         |                 |
- *                     v                  |                     deadline  its head           |
- *              WAITING_FOR_LINE --may go-+                        v         v                 |
- *                     |                                          IDLE    RECEIVING -----------+
- *                     +--too long, or refused--> IDLE            IDLE <--whole or deadline--+
+ *                     v                  |                     deadline  its head             |
+ *              WAITING_FOR_LINE ---------+                        v         v                 |
+ *                     |      line is quiet,                      IDLE    RECEIVING -----------+
+ *                     |      permit agrees                                  |
+ *                     +--too long, or refused--> IDLE            IDLE <-----+ whole, or deadline
  */
 enum cds_bus_state {
     CDS_BUS_CLOSED,
@@ -125,8 +125,9 @@ struct cds_request {
     uint8_t retries;          // retries used; 0 while the request is not on its way
     bool is_muted;            // the servo's status return level lets it not answer this packet
     uint16_t return_delay_us; // the longest time this servo waits before it answers
-    uint16_t permit_epoch;    // epoch of the permit's latest answer; 0: the permit was not asked.
-                              // While a check in parts goes on: the epoch of its begin, less one
+    uint16_t permit_epoch;    // epoch in which the permit last found the packet good; 0: not asked
+                              // yet. While the first check in parts goes on: the epoch at its
+                              // begin, less one
     struct cds_request *next; // the queue's
 };
 
@@ -183,9 +184,9 @@ struct cds_bus_hooks {
     void *context;
 
     /* May the packet leave? CDS_OK; CDS_PENDING: the check goes on, ask again at the next poll;
-     * else why not. Asked at the submit, and right before each packet leaves. Sets
-     * request->return_delay_us and request->is_muted. NULL: every packet may leave; on_sending and
-     * on_packet are not called. */
+     * else why not. Asked at the submit, and at each later attempt to send the
+     * packet. Sets request->return_delay_us and request->is_muted. NULL: every packet may leave;
+     * on_sending and on_packet are not called. */
     enum cds_result (*permit)(void *context, struct cds_request *request);
 
     /* The bus has another request. Takes `request` over, its result then being CDS_PENDING. CDS_OK,
@@ -245,25 +246,27 @@ struct cds_bus_counts {
 
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
 struct cds_bus {
-    uint8_t state;          // enum cds_bus_state
-    uint8_t gate;           // GATE_* bits (line_internal.h): what a packet must pass before it
-                            // leaves; 0: it leaves at once
-    uint8_t phase;          // WAIT_* value or reception bits (bus.c), by `state`
-    uint8_t closing_end;    // position in the ring: what lies behind it came after the deadline
-    uint8_t port;           // number of the bus on its board
-    uint8_t timer_wraps;    // expiries of the timer that come before the deadline
-    uint8_t last_id;        // of the last transaction with a reply due, or CDS_NO_ID
-    uint8_t last_result;    // of that transaction, enum cds_result
-    uint8_t baud_reg;       // register 0x04 of its rate
-    uint8_t ring_overflows; // times the ring was full, modulo 256
+    uint8_t state;               // enum cds_bus_state
+    uint8_t gate;                // GATE_* bits (line_internal.h): what the bus must check before a
+                                 // packet leaves
+    uint8_t phase;               // WAIT_* value or reception bits (bus.c), by `state`
+    uint8_t closing_end;         // end of the ring at the poll that found the deadline over: later
+                                 // bytes are not in time
+    uint8_t port;                // number of the bus on its board
+    uint8_t timer_wraps;         // expiries of the timer that come before the deadline
+    uint8_t last_id;             // of the last transaction with a reply due, or CDS_NO_ID
+    uint8_t last_result;         // of that transaction, enum cds_result
+    uint8_t baud_reg;            // register 0x04 of its rate
+    uint8_t ring_overflows;      // times the ring was full, modulo 256
     struct cds_request *request; // the transaction, or NULL
     struct cds_parser parser;
     uint16_t byte_time_us;    // ten bits
     uint16_t return_delay_us; // longest of any servo on this bus
     uint16_t begun_ticks;     // when the packet in flight began, of cds_port_ticks()
-    uint16_t deadline_65ms;   // a time at which all `timer_wraps` are surely over, in 2^16 us: for
-                              // late polls
-    uint16_t rest_us;         // length of the rest: packets that expect a reply wait for its end
+    uint16_t deadline_65ms;   // time of the clock, in units of 2^16 us, from which on the deadline
+                              // is over, however many expiries a late poll has missed
+    uint16_t rest_us;         // length of the rest, a pause: packets that expect a reply wait for
+                              // its end
     uint32_t rest_from_us;    // time at which the rest began: the line was last seen in use
     const struct cds_bus_hooks *hooks; // or NULL; stays when the bus is opened again
     const struct cds_bus_lock *lock;   // of the operation that holds the bus, or NULL

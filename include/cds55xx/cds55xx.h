@@ -8,9 +8,15 @@
 #include "cds55xx/control_table.h"   // CDS_REG_*
 #include "cds55xx/cycle.h"           // goals and feedback at a fixed rate
 #include "cds55xx/feedback.h"        // all that a servo reports
+#include "cds55xx/follow.h"          // a joint that does not follow its goals
+#include "cds55xx/gait.h"            // joints that swing: a walking robot
 #include "cds55xx/health.h"          // state check beside the application
+#include "cds55xx/motion.h"          // timed moves of poses
+#include "cds55xx/pose.h"            // mirror poses, add offsets
 #include "cds55xx/queue.h"           // requests that wait; retries
 #include "cds55xx/registered_move.h" // all servos start at once
+#include "cds55xx/robot.h"           // the one object most programs need
+#include "cds55xx/sequence.h"        // poses, step after step
 #include "cds55xx/servo.h"           // one servo
 #include "cds55xx/servo_units.h"     // one servo, in units
 #include "cds55xx/servos.h"          // what is known of each servo, limits, inhibits

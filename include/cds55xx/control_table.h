@@ -12,7 +12,7 @@ extern "C" {
 #endif
 
 #define CDS_TABLE_SIZE  50    // registers 0x00 to 0x31
-#define CDS_EEPROM_SIZE 0x18  // 0x00 to 0x17 outlive power-off, the rest is RAM
+#define CDS_EEPROM_SIZE 0x18  // 0x00 to 0x17 outlive power-off, all others are RAM
 #define CDS_VALUE_MAX   0x3FF // of every ten-bit word: 300 degrees, 62 RPM, full torque
 
 /* X(name, address, width in bytes, access, area, initial value, lowest, highest)

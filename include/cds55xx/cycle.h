@@ -1,6 +1,6 @@
 /* Goals and feedback of a whole robot at a fixed rate: in each period the goals of all servos leave
- * in one SYNC WRITE (manual 2.4.7), and READs of feedback (feedback.h) fill the rest, servo after
- * servo.
+ * in one SYNC WRITE (manual 2.4.7), and READs of feedback (feedback.h) fill what remains, servo
+ * after servo.
  *
  *     cds_queue_attach(&queue, &bus);
  *     cds_cycle_begin(&cycle, &config);
@@ -57,7 +57,7 @@ struct cds_cycle_counters {
 };
 
 /* All state of one cycle. Zero it (static storage is), then cds_cycle_begin(). The application
- * reads `counters`; the rest belongs to the cycle. */
+ * reads `counters`; all other fields belong to the cycle. */
 struct cds_cycle {
     struct cds_bus *bus;
     const uint8_t *ids;            // of the servos
@@ -78,7 +78,7 @@ struct cds_cycle {
     bool is_checking : 1;  // goals are checked again, or blocks written, before the next ones leave
     bool has_left_out : 1; // a goal set in `back` was refused later
     bool is_committed : 1; // there are goals to send
-    bool is_refused : 1;   // the permit refused the goals while they waited on the bus
+    bool sends_again : 1;  // the goals came back from the bus: after a check they are sent again
     bool is_reading : 1;   // a READ is in flight or waits
     bool is_yielding : 1;  // no READ begins: another request waits for its turn
     bool is_aborted : 1;   // cds_cycle_abort() was called
@@ -120,6 +120,12 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, const struct cds_cycle_
  * A servo whose first goal is refused is left out from the beginning. */
 enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
                                uint16_t speed);
+
+#define CDS_CYCLE_NO_GOAL UINT16_MAX
+
+/* Returns the position, 0 to 1023, that is sent to servo `index` (0 to count - 1) in each period.
+ * CDS_CYCLE_NO_GOAL: nothing was committed yet, or the servo is left out. */
+uint16_t cds_cycle_sent_goal(const struct cds_cycle *cycle, uint8_t index);
 
 /* All goals set since the last commit are sent together in the next period, and in each one after
  * it until the next commit. If all goals were set, two pointers change places; else the goals that

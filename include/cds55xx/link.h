@@ -1,4 +1,4 @@
-/* The half-duplex direction of one bus: who may talk, and when the driver lets go.
+/* The half-duplex direction of one bus: when the controller drives the line, and when it listens.
  *
  *   HIGH_Z --open--> LISTENING --talk--> TALKING --last byte given--> DRAINING
  *                        ^                                                |
@@ -59,8 +59,9 @@ struct cds_link {
     volatile uint8_t framing_errors; // bytes with a framing error and no overrun, modulo 256
     volatile uint8_t overruns;       // bytes with an overrun and no framing error, modulo 256
     volatile uint8_t both_errors;    // bytes with a framing error and an overrun, modulo 256
-    volatile uint8_t ring_overflows; // Bytes dropped because the ring was full, modulo 256. The
-                                     // first byte of each run is not counted here.
+    volatile uint8_t ring_overflows; // Bytes dropped because the ring was full, modulo 256, except
+                                     // each byte that sets `broken` to CDS_LINK_FULL: the bus
+                                     // counts it in bus->ring_overflows.
     volatile uint16_t echo_errors;   // echo bytes that differ from the byte sent, modulo 65536;
                                      // read it with cds_link_count()
     struct cds_ring rx;              // bytes heard; the handlers put, the bus takes
@@ -77,9 +78,9 @@ static inline uint8_t cds_link_begin(uint8_t port)
     return cds_port_talk(port, CDS_HEADER); // the receiver is off: no stale byte can follow
 }
 
-/* Sends the rest of the packet of `size` bytes (at least 3) at `packet`, of which cds_link_begin()
- * has sent `begun`. The packet must stay as it is until the link listens again. What was received
- * and not yet taken is thrown away. Main context. */
+/* Sends the remaining bytes of the packet of `size` bytes (at least 3) at `packet`, of which
+ * cds_link_begin() has sent `begun`. The packet must stay as it is until the link listens again.
+ * What was received and not yet taken is thrown away. Main context. */
 void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size,
                      uint8_t begun);
 

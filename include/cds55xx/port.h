@@ -25,8 +25,9 @@ void cds_port_high_z(uint8_t port);
 /* Driver off, then receiver on; on_rx from here on. Either context. */
 void cds_port_listen(uint8_t port);
 
-/* High impedance, then driver and transmitter on, which gets `byte` at once, and once more if it
- * can take two. How many it took: 1 or 2. No events yet. Main context. */
+/* Sets the port to high impedance, then switches driver and transmitter on and gives `byte` to the
+ * transmitter. If the transmitter can take a second byte at once, it gets `byte` again. Returns how
+ * many bytes the transmitter has taken, 1 or 2. No events until cds_port_follow(). Main context. */
 uint8_t cds_port_talk(uint8_t port, uint8_t byte);
 
 /* Events from here on: on_tx_ready as soon as another byte can be taken. Main context; only behind

@@ -32,8 +32,8 @@ struct cds_queue {
  * request is in flight. */
 enum cds_result cds_queue_attach(struct cds_queue *queue, struct cds_bus *bus);
 
-/* Prepares a queue of `bus` for an upper layer with hooks of its own, which calls submit, cancel
- * and on_end of queue->hooks with the queue as their context. */
+/* Prepares a queue of `bus` for an upper layer with hooks of its own. The upper layer calls submit,
+ * cancel and request_ended of queue->hooks, with the queue as their context. */
 void cds_queue_begin(struct cds_queue *queue, struct cds_bus *bus);
 
 /* Sets how often a request is sent again when no good reply has come: `retries`, 0 to 2; 0 at

@@ -78,7 +78,7 @@ enum cds_result cds_read_pipeline_poll(struct cds_read_pipeline *pipeline);
 /* Sends nothing more. Poll until the transaction in flight is over: the result is CDS_CANCELLED. */
 void cds_read_pipeline_abort(struct cds_read_pipeline *pipeline);
 
-/* True while only cds_bus_poll() can move the operation on. */
+/* True while only cds_bus_poll() can move the operation on, unless its READ was cancelled. */
 static inline bool cds_read_pipeline_is_awaiting(const struct cds_read_pipeline *pipeline)
 {
     return pipeline->state == CDS_READ_AWAITING;

@@ -36,7 +36,9 @@ extern "C" {
     X(CDS_INHIBITED, 12, "the servo may not be driven, nothing was sent",                          \
       "the robot was stopped, or the servo lost its state: see to it, then release it")            \
     X(CDS_TOO_EARLY, 13, "replies would come too early for this board, nothing was sent",          \
-      "set the servo's RETURN_DELAY to shortest_delay (servos.h) or more")
+      "set the servo's RETURN_DELAY to shortest_delay (servos.h) or more")                         \
+    X(CDS_RESERVED, 14, "a motion moves the servo, nothing was sent",                              \
+      "wait until the motion has ended, or end it")
 
 /* CDS_OK, CDS_PENDING and so on, as listed above. Every enum here is packed into one byte: else
  * avr-gcc takes two. */

@@ -1,10 +1,10 @@
 /* A ring of bytes from one producer to one consumer, of which either may be an interrupt handler.
  *
  * Positions run freely and wrap at 256: the ring is empty when head and tail are equal and full
- * when they are CDS_RING_SIZE apart. They are 8 bits wide because an AVR loads and stores only that
- * much at once. The feared reordering is the compiler's: the position must not be stored before the
- * byte it vouches for. Therefore bytes and positions are all volatile, and volatile accesses keep
- * their order.
+ * when they are CDS_RING_SIZE apart. They are 8 bits wide because an AVR loads and stores only 8
+ * bits at once. The compiler must not store the head before the byte that it makes readable: the
+ * consumer would read the old byte. Therefore bytes and positions are volatile, and the compiler
+ * keeps the order of volatile accesses.
  *
  * A position is opaque to callers: only the functions below, link.h, parser.c and the port's
  * handlers know that it is an index.

@@ -1,5 +1,5 @@
-/* What is known of each servo of a bus, and the one door that decides which packets may leave.
- * Everything is learnt from the packets that pass. The rules of the door: docs/internals/permit.md.
+/* What is known of each servo of a bus, and the permit, which decides which packets may leave.
+ * Everything is learnt from the packets that pass. Rules of the permit: docs/internals/permit.md.
  *
  *     static struct cds_servo_state states[3] = {{.id = 1}, {.id = 2}};
  *     static struct cds_queue queue;
@@ -8,8 +8,8 @@
  *         .bus = &bus, .queue = &queue, .states = states, .count = 2, .capacity = 3});
  *     cds_servos_set_limits(&servos, &states[0], 200, 800, 512);
  *
- * cds_bus_submit() then also returns CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY or CDS_NO_REPLY_DUE:
- * the packet is not sent. Main context.
+ * cds_bus_submit() then also returns CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY, CDS_RESERVED or
+ * CDS_NO_REPLY_DUE: the packet is not sent. Main context.
  */
 #ifndef CDS_SERVOS_H
 #define CDS_SERVOS_H
@@ -80,8 +80,8 @@ struct cds_servo_counters {
     uint8_t echo_errors;        // bytes sent to it that came back changed
 };
 
-/* One servo. The caller sets `id`; cds_servos_begin() sets the rest. The caller may then set what
- * it knows beforehand: return_delay, status_return_level, baud_reg. */
+/* One servo. The caller sets `id`; cds_servos_begin() sets all other fields. The caller may then
+ * set what it knows beforehand: return_delay, status_return_level, baud_reg. */
 struct cds_servo_state {
     struct cds_servo_counters counters;
     uint16_t lowest, highest; // soft limits of its goal, 0 to 1023; 0 and 1023: none
@@ -134,6 +134,7 @@ struct cds_servos {
     uint8_t shortest_delay; // a smaller value of register 0x05 is not written: CDS_TOO_EARLY
     bool may_reset_all;     // a RESET of all servos may be sent: cds_servos_allow_reset()
     bool all_inhibited;     // every packet that can drive any servo is refused
+    uint8_t reserved_count; // servos that are reserved: cds_servos_reserve()
     bool is_full;           // a servo was met for which the list has no room
     uint8_t alarms;         // of all servos, known or not, until acknowledged
     uint8_t news;           // counts changes of error bits or presence, modulo 256
@@ -153,6 +154,8 @@ struct cds_servos {
     const struct cds_request *walk_request; // the request that the walk checks or learns from: some
                                             // of its servos in each call
     const struct cds_request *move_request; // of the registered move under way, or NULL
+    const struct cds_request *reserved_for; // cds_servos_reserve()
+    const uint8_t *reserved_ids;            // `reserved_count` of them
 };
 
 /* Attaches to config->bus, and to config->queue if there is one, and begins with `count` servos of
@@ -175,12 +178,14 @@ enum cds_result cds_servos_add(struct cds_servos *servos, uint8_t id);
 struct cds_servo_state *cds_servos_find(struct cds_servos *servos, uint8_t id);
 
 /* Sets the soft limits of `servo`, an entry: goals from `lowest` to `highest` (0 to 1023: 0 to 300
- * degrees), speeds up to `fastest` (0 to 1023, in 62/1023 RPM). Nothing is sent. Where a limit is
- * narrowed, goal and speed must be read again before torque is switched on. A servo with limits
- * must have been read before that: 0x06, 4 bytes (mode), and 0x1E, 4 bytes (goal and speed, within
- * the limits): examples/robot.c, prepare(); the packets of a registered move under way are refused
- * from then on. CDS_OK; CDS_BAD_ARGUMENT: out of range, or `lowest` above `highest`; nothing was
- * set. */
+ * degrees), speeds up to `fastest` (0 to 1023, in 62/1023 RPM). Nothing is sent.
+ *
+ * Torque on is refused (CDS_LIMIT) until a servo with limits was read: 0x06, 4 bytes (mode), and
+ * 0x1E, 4 bytes (goal and speed, within the limits). cds_robot_start() (robot.h) does so. After
+ * a limit was narrowed, 0x1E must be read again. Each call ends the permission of a registered move
+ * under way: its further REG WRITE and ACTION are refused.
+ *
+ * CDS_OK; CDS_BAD_ARGUMENT: out of range, or `lowest` above `highest`; nothing was set. */
 enum cds_result cds_servos_set_limits(struct cds_servos *servos, struct cds_servo_state *servo,
                                       uint16_t lowest, uint16_t highest, uint16_t fastest);
 
@@ -208,25 +213,39 @@ static inline uint8_t cds_servos_inhibits(const struct cds_servos *servos,
     return (uint8_t)(servo->inhibits | (servos->all_inhibited ? CDS_INHIBIT_STOPPED : 0));
 }
 
-/* Ends both inhibits of one servo: `servo`, an entry. The inhibit of all servos stays, other than
- * with cds_servos_allow() and cds_servos_release_all(). A RETURNED servo stays inhibited until its
- * TORQUE_ENABLE was read. Nothing is sent, and torque may be on or off: the caller sets speed, goal
- * and torque again. */
+/* Three calls end inhibits:
+ *
+ *                                   inhibit of     INHIBIT_STOPPED   INHIBIT_STATE_LOST
+ *                                   all servos     of a servo        of a servo
+ *   cds_servos_allow()              ends           ends, each servo  stays
+ *   cds_servos_release(.., servo)   stays          ends, this servo  ends, this servo
+ *   cds_servos_release_all()        ends           ends, each servo  ends, each servo
+ *
+ * They send nothing. A packet that was refused stays refused. A RETURNED servo stays inhibited
+ * until its TORQUE_ENABLE was read. */
+
+/* Ends both inhibits of `servo`, an entry. Torque may be on or off: the caller sets speed, goal and
+ * torque again. */
 void cds_servos_release(struct cds_servos *servos, struct cds_servo_state *servo);
 
-/* Ends the inhibit of all servos and both inhibits of each servo, also CDS_INHIBIT_STATE_LOST,
- * which cds_servos_allow() leaves. A packet that was refused stays refused. */
+/* Ends the inhibit of all servos and both inhibits of each servo. */
 void cds_servos_release_all(struct cds_servos *servos);
 
-/* Ends a stop: the inhibit of all servos and CDS_INHIBIT_STOPPED of each servo.
- * CDS_INHIBIT_STATE_LOST stays: the caller releases such a servo by cds_servos_release() when its
- * state is set again, or all of them by cds_servos_release_all(). */
+/* Ends a stop: the inhibit of all servos and CDS_INHIBIT_STOPPED of each servo. The caller releases
+ * a servo with CDS_INHIBIT_STATE_LOST when its state is set again. */
 void cds_servos_allow(struct cds_servos *servos);
 
 /* For the operation that resets all servos on purpose. If `is_allowed`, a RESET by broadcast may be
  * sent although servos are known. When it is sent, every known servo becomes unknown and is
  * inhibited as CDS_INHIBIT_STATE_LOST; it keeps its entry, ID and limits. */
 void cds_servos_allow_reset(struct cds_servos *servos, bool is_allowed);
+
+/* Reserves the servos with the `count` IDs `ids` for `request`, as the goals of a cycle. Refused as
+ * CDS_RESERVED is each other packet that would set goal, speed or angle limit of one of them, each
+ * other SYNC WRITE of these registers to whatever servos, and each other ACTION or RESET that
+ * reaches one. `count` 0: none is reserved any more. `ids` stays in place until then. */
+void cds_servos_reserve(struct cds_servos *servos, const struct cds_request *request,
+                        const uint8_t *ids, uint8_t count);
 
 #ifdef __cplusplus
 }

@@ -10,15 +10,23 @@
 
 /* --- interrupts off --- */
 
+/* Interrupts were off until `now`. */
+static void record_off(struct cycle_log *log, uint64_t now)
+{
+    if (now - log->off_since > log->longest_off) {
+        log->longest_off = now - log->off_since;
+        log->longest_off_since = log->off_since;
+    }
+}
+
 /* The machine calls this after the instruction that turned interrupts on or off. The entry of a
  * handler turns them off too: entered() records that. */
 static void interrupts_changed(void *context, bool on)
 {
     struct cycle_log *log = context;
     uint64_t now = log->cpu->avr->cycle;
-    if (on && log->interrupts_off && now - log->off_since > log->longest_off) {
-        log->longest_off = now - log->off_since;
-        log->longest_off_since = log->off_since;
+    if (on && log->interrupts_off) {
+        record_off(log, now);
     }
     if (!on && !log->interrupts_off) {
         log->off_since = now;
@@ -31,10 +39,8 @@ static void interrupts_changed(void *context, bool on)
 static void entered(struct cycle_log *log, uint64_t now)
 {
     const struct cpu *cpu = log->cpu;
-    if (log->depth < CYCLE_LOG_DEPTH) {
-        log->running[log->depth++] =
-            (struct running_handler){.vector = cpu->vectors[cpu->depth - 1], .entered = now};
-    }
+    log->running[log->depth++] =
+        (struct running_handler){.vector = cpu->vectors[cpu->depth - 1], .entered = now};
     log->interrupts_off = true;
     log->off_since = now;
 }
@@ -54,18 +60,29 @@ static void left(struct cycle_log *log, uint64_t now)
     }
 }
 
+/* The run ends, or the chip is reset. A handler that has interrupts off counts as far as it has
+ * come. Interrupts that the main program has turned off do not count: a firmware ends in this way.
+ */
+static void cut_off(struct cycle_log *log, uint64_t now)
+{
+    if (log->depth && log->interrupts_off) {
+        record_off(log, now);
+    }
+    log->depth = 0;
+    log->interrupts_off = false;
+}
+
 void cycle_log_handler(struct cycle_log *log, uint64_t now)
 {
     if (!log->file) {
         return;
     }
-    if (log->cpu->depth > log->depth) {
+    if (log->machine->just_reset) {
+        cut_off(log, now);
+    } else if (log->cpu->depth > log->depth) {
         entered(log, now);
-    } else if (log->cpu->depth + 1 == log->depth) {
+    } else {
         left(log, now);
-    } else { // the chip was reset
-        log->depth = 0;
-        log->interrupts_off = false;
     }
 }
 
@@ -269,6 +286,7 @@ bool cycle_log_close(struct cycle_log *log, uint64_t now)
     if (!file) {
         return true;
     }
+    cut_off(log, now);
     for (unsigned i = 0; i < CYCLE_LOG_VECTORS; i++) {
         const struct handler_cycles *handler = &log->handler[i];
         if (handler->count) {

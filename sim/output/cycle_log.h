@@ -21,7 +21,7 @@
 #include "board.h"
 
 #define CYCLE_LOG_VECTORS 64
-#define CYCLE_LOG_DEPTH   8 // nested handlers
+#define CYCLE_LOG_DEPTH   64 // nested handlers: simavr ends a run that nests deeper
 
 /* The values of the options; 0: not given. */
 struct cycle_log_options {

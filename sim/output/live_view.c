@@ -35,7 +35,7 @@ static const char *errors(const struct servo *servo, char text[64])
     return text;
 }
 
-/* Erases the rest of the line. */
+/* Erases the line from the cursor on. */
 static void end_line(struct live_view *view)
 {
     fputs(view->terminal ? "\033[K\n" : "\n", view->out);

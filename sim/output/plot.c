@@ -37,7 +37,7 @@ static struct plot_lane *lane_of(struct plot *plot, enum plot_sender sender, uns
     }
     struct plot_lane *lane = grow(0, sizeof(*lane));
     *lane = (struct plot_lane){.sender = sender, .bus = bus, .id = id, .duplicate = duplicate};
-    memset(lane->position, 0xFF, sizeof(lane->position));
+    memset(lane->sample, 0xFF, sizeof(lane->sample));
     plot->lane = grow(plot->lane, (plot->lanes + 1) * sizeof(*plot->lane));
     plot->lane[plot->lanes++] = lane;
     return lane;
@@ -149,10 +149,10 @@ static void widen_samples(struct plot *plot)
     plot->period *= 2;
     plot->samples /= 2;
     for (unsigned i = 0; i < plot->lanes; i++) {
-        struct plot_position *position = plot->lane[i]->position;
+        struct plot_sample *sample = plot->lane[i]->sample;
         for (unsigned s = 0; s < PLOT_SAMPLES; s++) {
-            position[s] = s < PLOT_SAMPLES / 2 ? position[2 * s]
-                                               : (struct plot_position){PLOT_ABSENT, PLOT_ABSENT};
+            sample[s] =
+                s < PLOT_SAMPLES / 2 ? sample[2 * s] : (struct plot_sample){.goal = PLOT_ABSENT};
         }
     }
 }
@@ -163,8 +163,11 @@ static void take_sample(struct plot *plot)
         const struct servos *servos = plot->set[bus];
         for (unsigned i = 0; i < servos->count; i++) {
             const struct servo *servo = &servos->node[i].servo;
-            servo_lane(plot, bus, &servos->node[i])->position[plot->samples] =
-                (struct plot_position){servo_goal_position(servo), servo_present_position(servo)};
+            servo_lane(plot, bus, &servos->node[i])->sample[plot->samples] =
+                (struct plot_sample){.goal = servo_goal_position(servo),
+                                     .present = servo_present_position(servo),
+                                     .speed = servo_present_speed(servo),
+                                     .load = servo_present_load(servo)};
         }
     }
 }
@@ -202,12 +205,13 @@ void plot_servos(struct plot *plot, unsigned bus)
 /* --- start and end --- */
 
 bool plot_open(struct plot *plot, const char *path, const char *title, const char *controller,
-               struct schedule *schedule, uint32_t clock_Hz)
+               struct plot_panes panes, struct schedule *schedule, uint32_t clock_Hz)
 {
     char *arguments[] = {"gnuplot", "--version", 0};
     *plot = (struct plot){.path = path,
                           .title = title,
                           .script = SIM_SCRIPTS_DIR "/plot.gp",
+                          .panes = panes,
                           .schedule = schedule,
                           .clock_Hz = clock_Hz,
                           .controller = controller,

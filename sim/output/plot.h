@@ -1,5 +1,6 @@
 /* A picture of a run, drawn by gnuplot at its end (--plot): the upper pane shows who sends when and
- * what went wrong, the lower pane goal and present position of the servos.
+ * what went wrong, the lower pane goal and present position of the servos. Panes for speed and load
+ * follow on request.
  *
  * The memory does not grow with the run: time is divided into bins, whose width doubles when all
  * are used. Single packets are kept only while they are few. */
@@ -14,7 +15,7 @@
 #include "wire/schedule.h"
 
 #define PLOT_BINS        1024 // for the whole run; at least half of them are used
-#define PLOT_SAMPLES     2048 // positions of the whole run; at least half are used
+#define PLOT_SAMPLES     2048 // of the servos, in the whole run; at least half are used
 #define PLOT_PACKETS_MAX 4000
 #define PLOT_ABSENT      UINT16_MAX
 #define PLOT_SETS_MAX    3 // buses
@@ -26,8 +27,14 @@ struct plot_packet {
     uint64_t from, until;
 };
 
-struct plot_position {
-    uint16_t goal, present; // 0..1023
+struct plot_sample {
+    uint16_t goal, present; // positions, 0..1023
+    int16_t speed, load;    // -1023..1023 in units of the registers; positive is CCW
+};
+
+/* Panes below the one of the positions. */
+struct plot_panes {
+    bool speed, load;
 };
 
 struct plot_lane {
@@ -39,15 +46,16 @@ struct plot_lane {
     uint64_t since; // cycle at which it began to send
     struct plot_packet *packet;
     unsigned packets, capacity;
-    uint64_t busy[PLOT_BINS];                    // cycles of sending
-    bool mark[PLOT_MARKS][PLOT_BINS];            // a mark is in the bin
-    struct plot_position position[PLOT_SAMPLES]; // of a servo; PLOT_ABSENT: there was no servo
+    uint64_t busy[PLOT_BINS];                // cycles of sending
+    bool mark[PLOT_MARKS][PLOT_BINS];        // a mark is in the bin
+    struct plot_sample sample[PLOT_SAMPLES]; // of a servo; goal PLOT_ABSENT: there was no servo
 };
 
 struct plot {
     const char *path; // 0: every call does nothing
     const char *title;
     const char *script; // gnuplot's
+    struct plot_panes panes;
     struct schedule *schedule;
     uint32_t clock_Hz;
     unsigned buses;
@@ -57,7 +65,7 @@ struct plot {
     unsigned packets; // of all lanes; PLOT_PACKETS_MAX: no longer kept
     uint64_t bin;     // width in cycles
     struct event sample_event;
-    uint64_t period; // of the positions, in cycles
+    uint64_t period; // of the samples, in cycles
     unsigned samples;
     const struct servos *set[PLOT_SETS_MAX];
 };
@@ -65,7 +73,7 @@ struct plot {
 /* `controller` is the name of what drives the bus. Returns false, with one line on stderr, if there
  * is no gnuplot or the file cannot be written. */
 bool plot_open(struct plot *plot, const char *path, const char *title, const char *controller,
-               struct schedule *schedule, uint32_t clock_Hz);
+               struct plot_panes panes, struct schedule *schedule, uint32_t clock_Hz);
 
 /* Adds a bus and its servos. Buses count from 0. */
 void plot_bus(struct plot *plot, unsigned bus, const struct servos *servos);

@@ -181,11 +181,12 @@ static double degrees(uint16_t position)
     return position * 300.0 / 1023.0;
 }
 
-/* A block of lines `time goal present` for each servo. A time without the servo has NaN. */
-static void draw_positions(struct drawing *drawing)
+/* A block of lines `time goal present speed load` for each servo, in degrees, RPM and percent. A
+ * time without the servo has NaN. */
+static void draw_samples(struct drawing *drawing)
 {
     const struct plot *plot = drawing->plot;
-    FILE *file = open_data(drawing, "positions");
+    FILE *file = open_data(drawing, "samples");
     for (unsigned i = 0; i < plot->lanes; i++) {
         const struct plot_lane *lane = plot->lane[i];
         if (lane->sender != PLOT_SERVO) {
@@ -193,11 +194,13 @@ static void draw_positions(struct drawing *drawing)
         }
         for (unsigned s = 0; s <= plot->samples; s++) {
             uint64_t time = s < plot->samples ? s * plot->period : drawing->end;
-            if (lane->position[s].goal == PLOT_ABSENT) {
-                fprintf(file, "%.9g NaN NaN\n", time_on_axis(drawing, time));
+            const struct plot_sample *sample = &lane->sample[s];
+            if (sample->goal == PLOT_ABSENT) {
+                fprintf(file, "%.9g NaN NaN NaN NaN\n", time_on_axis(drawing, time));
             } else {
-                fprintf(file, "%.9g %.5g %.5g\n", time_on_axis(drawing, time),
-                        degrees(lane->position[s].goal), degrees(lane->position[s].present));
+                fprintf(file, "%.9g %.5g %.5g %.4g %.4g\n", time_on_axis(drawing, time),
+                        degrees(sample->goal), degrees(sample->present),
+                        sample->speed * 62 / 1023.0, sample->load * 100 / 1023.0);
             }
         }
         fputs("\n\n", file);
@@ -256,6 +259,8 @@ static void write_parameters(struct drawing *drawing)
     write_text(file, "unit", drawing->unit);
     fprintf(file, "end = %.9g\nwidth = %d\noverlaid = %d\n", time_on_axis(drawing, drawing->end),
             PLOT_WIDTH, OVERLAID_MAX);
+    fprintf(file, "panes = 'position%s%s'\n", plot->panes.speed ? " speed" : "",
+            plot->panes.load ? " load" : "");
     fprintf(file, "bin = '%.3g ms'\n", (double)plot->bin * 1000.0 / plot->clock_Hz);
     fprintf(file, "layers = '");
     for (unsigned i = 0; i < LAYERS; i++) {
@@ -283,7 +288,7 @@ static void write_sheet(struct drawing *drawing)
         }
         draw_marks(drawing, lane, row);
     }
-    draw_positions(drawing);
+    draw_samples(drawing);
     write_parameters(drawing);
     for (unsigned i = 0; i < LAYERS; i++) {
         if (drawing->layer[i]) {
@@ -294,7 +299,7 @@ static void write_sheet(struct drawing *drawing)
 
 static void remove_folder(const char *folder)
 {
-    static const char *const others[] = {"positions", "params.gp"};
+    static const char *const others[] = {"samples", "params.gp"};
     char path[128];
     for (unsigned i = 0; i < LAYERS + 2; i++) {
         snprintf(path, sizeof(path), "%s/%s", folder,

@@ -39,7 +39,7 @@ static bool is_packet(const struct transcript *t)
         }
         sum += t->bytes[i];
     }
-    return (sum & 0xFF) == 0xFF; // the checksum is the complement of the sum of the rest
+    return (sum & 0xFF) == 0xFF; // the checksum is the complement of the sum of the others
 }
 
 static void write_line(const struct transcript *t, FILE *out, const char *note)

@@ -257,17 +257,27 @@ static void clear(struct faults *faults, const struct fault_order *order, uint64
 
 /* --- the verbs --- */
 
+// clang-format off
 const struct fault_verb_ops fault_verbs[FAULT_VERBS] = {
-    [FAULT_FLIP] = {.byte = flip_bits},      [FAULT_LOSE] = {.byte = lose_byte},
-    [FAULT_INSERT] = {.reply = insert_byte}, [FAULT_CUT] = {.reply = cut_reply},
-    [FAULT_DELAY] = {.reply = delay_reply},  [FAULT_ID] = {.reply = set_id},
-    [FAULT_LENGTH] = {.reply = set_length},  [FAULT_ECHO] = {.now = set_echo},
-    [FAULT_BABBLE] = {.now = babble},        [FAULT_STUCK] = {.now = stick},
-    [FAULT_NOISE] = {.now = make_noise},     [FAULT_BROWNOUT] = {.servo = brown_out},
-    [FAULT_UNPLUG] = {.byte = unplug},       [FAULT_TURNAROUND] = {.servo = add_delay},
-    [FAULT_BAUD] = {.servo = set_baud},      [FAULT_QUIRK] = {.servo = set_quirk},
+    [FAULT_FLIP] = {.byte = flip_bits},
+    [FAULT_LOSE] = {.byte = lose_byte},
+    [FAULT_INSERT] = {.reply = insert_byte},
+    [FAULT_CUT] = {.reply = cut_reply},
+    [FAULT_DELAY] = {.reply = delay_reply},
+    [FAULT_ID] = {.reply = set_id},
+    [FAULT_LENGTH] = {.reply = set_length},
+    [FAULT_ECHO] = {.now = set_echo},
+    [FAULT_BABBLE] = {.now = babble},
+    [FAULT_STUCK] = {.now = stick},
+    [FAULT_NOISE] = {.now = make_noise},
+    [FAULT_BROWNOUT] = {.servo = brown_out},
+    [FAULT_UNPLUG] = {.byte = unplug},
+    [FAULT_TURNAROUND] = {.servo = add_delay},
+    [FAULT_BAUD] = {.servo = set_baud},
+    [FAULT_QUIRK] = {.servo = set_quirk},
     [FAULT_CLEAR] = {.now = clear},
 };
+// clang-format on
 
 void fault_verbs_init(struct faults *faults)
 {

@@ -1,15 +1,13 @@
 /* What each fault does (fault_verbs.c), and what faults.c does for it. Only these two files use it.
- *
- * To add a fault: a value in fault_order.h, its words in fault_order.c, a function and a row of
- * fault_verbs in fault_verbs.c, and a row in docs/faults.md. State of a fault that lasts is a field
- * of struct faults, or of struct servo_node if each servo has its own. */
+ * To add a fault or a quirk: CONTRIBUTING.md, "Add a fault". */
 #ifndef SIM_FAULT_VERBS_H
 #define SIM_FAULT_VERBS_H
 
 #include "script/faults.h"
 
 /* What a verb acts on. `byte`: a byte that begins. `reply`: a reply that is due; returns false if
- * it cannot act. `servo`: a servo; returns the end of the fault. `now`: acts at once. */
+ * it cannot act. `servo`: each servo that the order names, at once; returns
+ * the end of the fault. `now`: the wire, or all orders, at once. */
 struct fault_verb_ops {
     void (*byte)(struct faults *faults, const struct fault_order *order, uint64_t now,
                  const struct uart_tx *tx);

@@ -190,7 +190,7 @@ static uint32_t oldest_reply(const struct faults *faults)
     return oldest;
 }
 
-/* A servo may reply unexpectedly to what a fault made of a packet, or to the rest of an earlier
+/* A servo may reply unexpectedly to what a fault made of a packet, or to what remains of an earlier
  * packet. Such a reply is exempt from the rules. */
 static void reply_due(void *fault_context, struct servo_node *node)
 {

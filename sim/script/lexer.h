@@ -12,7 +12,7 @@ char *lexer_trim(char *text);
  * `capacity`. */
 unsigned lexer_split(char *text, char *word[], unsigned capacity);
 
-/* Cuts `text` after its first word. Returns the rest, trimmed, or "". */
+/* Cuts `text` after its first word. Returns what follows the word, trimmed, or "". */
 char *lexer_rest(char *text);
 
 /* Parse a whole number, decimal or 0x..., or a number with decimals in units of 1/scale. Return

@@ -8,7 +8,7 @@
 #define POLL_US        100   // period of the checks: firmware listens, expectation is met
 #define PACKET_US      100   // after an expected packet
 #define READY_AFTER_US 1000  // a PC does not send earlier
-#define RESET_AFTER_US 10000 // meanwhile the firmware replies to the rest of a cut line
+#define RESET_AFTER_US 10000 // meanwhile the firmware replies to the end of a cut line
 
 static uint64_t cycles(const struct script *script, uint64_t us)
 {

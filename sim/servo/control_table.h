@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 #define TABLE_REGISTERS   50 // bytes, 0x00 to 0x31
-#define TABLE_EEPROM_SIZE 24 // bytes, from 0x00; the rest is the RAM area
+#define TABLE_EEPROM_SIZE 24 // bytes, from 0x00; all others are the RAM area
 #define TABLE_ROWS        39
 
 enum table_address {

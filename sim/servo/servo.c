@@ -463,6 +463,22 @@ uint16_t servo_present_position(const struct servo *servo)
     return word(servo->registers, TABLE_PRESENT_POSITION);
 }
 
+/* Bits 0-9 are the magnitude, bit 10 is CW (R35). */
+static int16_t with_sign(uint16_t value)
+{
+    return (int16_t)(value & 0x400 ? -(value & 0x3FF) : value & 0x3FF);
+}
+
+int16_t servo_present_speed(const struct servo *servo)
+{
+    return with_sign(word(servo->registers, TABLE_PRESENT_SPEED));
+}
+
+int16_t servo_present_load(const struct servo *servo)
+{
+    return with_sign(word(servo->registers, TABLE_PRESENT_LOAD));
+}
+
 int32_t servo_position_milliunits(const struct servo *servo)
 {
     return servo->motor.position / 1000;

@@ -108,6 +108,8 @@ bool servo_set_eeprom(struct servo *servo, const uint8_t bytes[SERVO_EEPROM_SIZE
 /* For plots and tables. */
 uint16_t servo_goal_position(const struct servo *servo);
 uint16_t servo_present_position(const struct servo *servo);
+int16_t servo_present_speed(const struct servo *servo);       // -1023..1023, positive is CCW
+int16_t servo_present_load(const struct servo *servo);        // the same
 int32_t servo_position_milliunits(const struct servo *servo); // not limited to 0..1023
 bool servo_torque(const struct servo *servo); // torque is enabled and MAX_TORQUE is not 0
 enum servo_lamp servo_lamp(const struct servo *servo);

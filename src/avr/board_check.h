@@ -1,5 +1,5 @@
-/* What a board's board.h must say, in words, before a missing line becomes a riddle of pasted
- * register names. */
+/* Checks board.h at compile time. Each error message names the line that is missing or wrong.
+ * Without these checks the compiler would report pasted register names that do not exist. */
 #ifndef AVR_BOARD_CHECK_H
 #define AVR_BOARD_CHECK_H
 

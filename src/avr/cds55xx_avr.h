@@ -59,4 +59,10 @@ AVR_INLINE void cds_port_listen(uint8_t port)
  * B and C one for each bus. At file scope, once. */
 #define CDS_AVR_CLOCK() struct cds_avr_clock cds_avr_clock;
 
+/* Both for the only robot (cds55xx/robot.h) of a program: binds bus `number` to its bus, and the
+ * clock. At file scope. */
+#define CDS_AVR_ROBOT(robot, number)                                                               \
+    CDS_AVR_BUS((robot).bus, number)                                                               \
+    CDS_AVR_CLOCK()
+
 #endif

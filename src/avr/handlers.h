@@ -1,13 +1,15 @@
-/* The three handlers of a bus, by hand: what link.h says of its events, for a link and registers
- * that are constants. avr-gcc saves ten registers where three do, and at 1 Mbps the receive handler
- * runs every 160 cycles: these take half as long.
+/* The three interrupt handlers of a bus, in assembly. Each does what the model in C of its event
+ * does (link.h), for a link and registers that are constants. avr-gcc would save ten registers;
+ * three suffice, and the handlers take half as long. At 1 Mbps the receive handler runs every 160
+ * cycles.
  *
- * GCC promises naked functions for assembly only: nothing else stands in them but cbi and sbi on
- * the enables. r24, r30 and r31 are saved where a path needs them, SREG in r0 where one changes
- * flags: lds, sts, ld, ldi, cpse and sbrc do not. Whatever they write is volatile in C.
+ * GCC supports only assembly in a naked function. The one exception here is
+ * avr_usart_turn_around(), which compiles to cbi and sbi. A handler saves r24, r30 and r31 on the
+ * paths that use them. It saves SREG in r0 if it changes flags; lds, sts, ld, ldi, cpse and sbrc
+ * change none. All fields that the handlers write are volatile in C.
  *
- * Cycles stand with each, entry and reti counted, for a program counter of two bytes and a vector
- * that reaches its handler by rjmp: AVR_NEAR.
+ * The comments give cycles, entry and reti included, for a program counter of two bytes and a
+ * vector that reaches its handler by rjmp (AVR_NEAR).
  */
 #ifndef AVR_HANDLERS_H
 #define AVR_HANDLERS_H
@@ -31,7 +33,7 @@
     "lds  r31, %[" counter "]   \n\t" "inc  r31              \n\t"             \
     "sts  %[" counter "], r31   \n\t"
 
-/* cds_link_on_rx_echo(), before what it has in common with the next. An echo: 56; a damaged one: 65. */
+/* The part of cds_link_on_rx_echo() before AVR_ON_RX_. Cycles of an echo: 56; damaged: 65. */
 #define AVR_ECHO_                                                               \
     "lds  r31, %[state]       \n\t" "cpi  r31, %[listening]   \n\t"             \
     "breq 9f                  \n\t"                                             \
@@ -56,8 +58,9 @@
     "9:                       \n\t"
 
 /* cds_link_on_rx(). A good byte: 47, with `echo` 52. A damaged one: 50, with both errors 49. One that
- * finds the ring full: 49, after another damage 50. Interrupts are off: so the head may be stored
- * before the byte it vouches for, and r0 holds the byte once SREG is back.
+ * finds the ring full: 49, after another damage 50. Interrupts are off, so no code reads
+ * the ring between the store of the head and the store of the byte. After SREG is restored, r0 is
+ * free and carries the byte.
  *
  * A damaged byte: cpi compares its error bits and sets the flags once. No instruction up to brlo and
  * brne changes the flags, so they choose the counter. */
@@ -145,8 +148,8 @@
        [draining] "n"(CDS_LINK_DRAINING), [cursor] "i"(&(link).cursor),         \
        [last] "i"(&(link).last), [state] "i"(&(link).state))
 
-/* cds_link_on_tx_complete(), behind the enables, which were turned before anything was saved: 24 in
- * all. */
+/* cds_link_on_tx_complete(), after avr_usart_turn_around(), which runs before a register is saved.
+ * Cycles of both: 24. */
 #define AVR_ON_TX_COMPLETE_(link, number)                                       \
     __asm__ volatile("push r24\n\t"                                             \
     "ldi  r24, %[listen]      \n\t" "sts  %[control], r24     \n\t"             \

@@ -30,8 +30,9 @@
 /* Inlined wherever it is called; no copy is ever emitted. */
 #define AVR_INLINE extern inline __attribute__((gnu_inline, always_inline))
 
-/* Of a handler: stands right behind the vectors, where avr-libc's linker scripts have this section.
- * --relax then makes its vector an rjmp, a cycle less than the jmp to what stands anywhere. */
+/* Places a handler directly after the interrupt vectors: the linker scripts of avr-libc have the
+ * section .trampolines there. The vector then reaches the handler by rjmp, which the linker option
+ * --relax puts in place of jmp: saves 1 cycle. */
 #define AVR_NEAR __attribute__((section(".trampolines")))
 
 struct avr_pin {
@@ -72,7 +73,7 @@ struct avr_usart {
 
 #define AVR_LEVEL(bus, key) &AVR_PASTE(PIN, AVR_BUS_PIN(bus, key, _PORT))
 
-/* What a wiring adds to struct avr_usart: tx_enable, rx_enable. */
+/* By wiring: the fields tx_enable and rx_enable of struct avr_usart. */
 #define AVR_WIRING_TWO_ENABLES(bus)  AVR_PIN(bus, TX_ENABLE), AVR_PIN(bus, RX_ENABLE)
 #define AVR_WIRING_ONE_ENABLE(bus)   AVR_PIN(bus, ENABLE), AVR_NO_PIN
 #define AVR_WIRING_TIED(bus)         AVR_NO_PIN, AVR_NO_PIN
@@ -90,7 +91,7 @@ struct avr_usart {
 
 #define AVR_SHORTEST_DELAY(number) AVR_PASTE(AVR_DELAY_, AVR_BUS(number, _WIRING))
 
-/* ... and echoes, tied. */
+/* By wiring: the fields `echoes` and `tied` of struct avr_usart. */
 #define AVR_NATURE_TWO_ENABLES  0, 0
 #define AVR_NATURE_ONE_ENABLE   0, 0
 #define AVR_NATURE_TIED         1, 1
@@ -125,17 +126,19 @@ enum {
     // TXCIE, TXEN; and RXEN, RXCIE: RX enable is still off, but the receiver needs no more once it
     // is on
     AVR_STATE_DRAINING = 1 << 6 | 1 << 3 | 1 << 4 | 1 << 7,
-    /* ... where there is an echo: RXCIE and RXEN stay. The echo of the first byte may wait in the
-       receiver for the rest to follow. */
+    /* UCSRnB of a bus with an echo: the receiver stays on. Its interrupt is off while the packet
+       begins: the echo of the first byte waits in the receiver until avr_usart_follow(). */
     AVR_STATE_ECHO_BEGINNING = 1 << 4 | 1 << 3,
     AVR_STATE_ECHO_TALKING = 1 << 7 | 1 << 4 | 1 << 5 | 1 << 3,
-    /* ... of tied pins: and TXEN goes with the last byte */
+    /* UCSRnB of tied pins with the last byte: TXEN is off, so the driver lets go by itself after
+       the stop bit */
     AVR_STATE_TIED_DRAINING = 1 << 7 | 1 << 4 | 1 << 6,
 };
 
-/* A pin that the wiring lacks is no instruction at all, one that is known here a single one: sbi or
- * cbi. With several buses it may be known at run time only. Then no handler may come between
- * reading and writing the port: it may change another bus's enable there. */
+/* Sets the level of a pin. A pin that the wiring lacks (mask 0) takes no instruction, a pin that
+ * the compiler knows one: sbi or cbi. On a board with several buses the pin may be known at run
+ * time only. Then interrupts are off while the port is read and written: a handler may change the
+ * enable of another bus in the same port. */
 AVR_INLINE void avr_pin_put(struct avr_pin pin, bool high)
 {
     bool known = __builtin_constant_p(pin.mask);

@@ -6,13 +6,15 @@
  *   bus reply  After a reply the bus is idle until the controller sends the next packet. So each
  *              turn polls the bus first, and a bulk read polls only the bus while it waits for a
  *              servo.
- *   goal       The goals of a cycle leave within 350 us of their time, even while the host floods
- *              the link. So while an operation or a stop runs, bus and robot are also polled before
- *              each part of a turn that may take long.
+ *   goal       The goals of a cycle leave within 350 us of their time, or of the end of a
+ *              transaction that is on the bus then; within 800 us if its reply changed what the
+ *              permit knows, within 2 ms after a broadcast, from which 18 servos learn. So while an
+ *              operation or a stop runs, bus and robot are also polled before each part of a turn
+ *              that may take long.
  *   host byte  The ring holds 64 bytes, which take 640 us at 1 Mbps. So the demux takes bytes of a
  *              packet until the ring is empty or PART_US are over.
  *   Ctrl-X     Torque off begins within 20 ms. So each turn polls the host link, and host_demux.h
- *              finds Ctrl-X anywhere in the input. */
+ *              finds Ctrl-X everywhere but inside a good packet. */
 #include <stddef.h>
 
 #include "host/bridge.h"
@@ -67,11 +69,10 @@ static struct {
     struct robot robot;
     struct console console;
     uint8_t packets[2][STATUS_PACKET_HEAD + HOST_PACKET_MAX]; // demux and bridge swap these two
-    uint32_t drained_us; // time at which the ring to the host was empty before a change of rate; 0:
-                         // no change is due
-    uint16_t services_ticks; // time of the last poll_services()
-    uint8_t host_baud;       // present rate of the host link, as in the settings
-    uint8_t services_head;   // serial.rx.head at the last poll_services()
+    uint16_t services_ticks;                                  // time of the last poll_services()
+    uint16_t host_ticks;   // the last time at which the rate of the host link could not change
+    uint8_t host_baud;     // present rate of the host link, as in the settings
+    uint8_t services_head; // serial.rx.head at the last poll_services()
 } controller;
 
 CDS_AVR_BUS(controller.bus, 0)
@@ -163,10 +164,8 @@ static void apply_host_baud(void)
 
     if (controller.host_baud == controller.settings.host_baud || !is_quiet ||
         controller.rescue.state == HOST_RESCUE_OPEN)
-        controller.drained_us = 0;
-    else if (controller.drained_us == 0)
-        controller.drained_us = cds_port_now_us() | 1;
-    else if (cds_port_now_us() - controller.drained_us > HOST_DRAIN_US)
+        controller.host_ticks = cds_port_ticks();
+    else if (is_over(controller.host_ticks, HOST_DRAIN_US))
         change_host_baud(controller.settings.host_baud);
 }
 
@@ -188,6 +187,7 @@ static void begin_failsafe(void)
 static void open(void)
 {
     settings_load(&controller.store, &controller.settings);
+    console_load();
     cds_avr_clock_open();
     controller.host_baud = controller.settings.host_baud;
     if (divisor_of(controller.host_baud) != divisor_of(HOST_BAUD_OWN) &&
@@ -235,10 +235,9 @@ static void poll_bridge(void)
 {
     bool is_exclusive = robot_is_exclusive(&controller.robot);
 
-    // the bus has the packet of a bridge that is WAITING
-    if (!is_exclusive || controller.bridge.state == BRIDGE_WAITING)
+    if (!is_exclusive || bridge_goes_on(&controller.bridge))
         bridge_poll(&controller.bridge);
-    if (is_exclusive && controller.host.whole)
+    if (is_exclusive && controller.host.has_packet)
         robot_abort(&controller.robot);
 }
 
@@ -265,7 +264,7 @@ static void poll_bus(void)
 
     do {
         while (take_reply() && bridge_awaits_servo(bridge) && sent == controller.serial.tx.head &&
-               !is_over(from_ticks, us)) {
+               heard == controller.serial.rx.head && !is_over(from_ticks, us)) {
         }
         sent = send_to_host();
         poll_bridge();
@@ -318,7 +317,7 @@ static void poll_host(void)
         console_stop(&controller.console);
     }
     note_lost_bytes();
-    if (controller.host.whole)
+    if (controller.host.has_packet)
         poll_bridge();
 }
 
@@ -326,13 +325,11 @@ static void poll_host(void)
  * it. */
 static void set_own_baud(void)
 {
-    struct printer *printer = &controller.console.printer;
-
-    if (controller.rescue.enters != HOST_RESCUE_ENTERS || !printer_ready(printer))
+    if (controller.rescue.enters != HOST_RESCUE_ENTERS ||
+        !console_say(&controller.console, host_rescued))
         return;
     controller.rescue.enters = 0;
     controller.settings.host_baud = HOST_BAUD_OWN;
-    printer_line(printer, host_rescued);
 }
 
 static void poll_console(void)

@@ -1,10 +1,10 @@
 /* A cycle by sync_write.h and servo.h alone: at 250 Hz one SYNC WRITE of position and speed to 50
- * servos. READs of 8 bytes, servo after servo, fill the rest of each period. EEPROM: byte 0 is the
- * number of seconds, byte 1 the return delay (register 0x05).
+ * servos. READs of 8 bytes, servo after servo, fill the remaining time of each period. EEPROM: byte
+ * 0 is the number of seconds, byte 1 the return delay (register 0x05).
  *
  * One packet is on the wire, and the next waits behind it in the bus's queue. The program looks at
  * the link to call the library only when something is there: polled without end, the bus would have
- * the same share, and idle polls the rest of the CPU. PB0 is high while the library runs. */
+ * the same share, and idle polls the remaining CPU time. PB0 is high while the library runs. */
 #include <cds55xx/sync_write.h>
 
 #include <string.h>

@@ -169,6 +169,50 @@ class Build(unittest.TestCase):
         boards = sorted(path.parent.name for path in (ROOT / "boards").glob("*/board.mk"))
         self.assertIn(f"no board 'toaster'; BOARD= one of: {' '.join(boards)}", output)
 
+    def assert_refused(self, message, *arguments, **environment):
+        status, output = self.make("-n", "firmware", *arguments, **environment)
+        self.assertNotEqual(status, 0, output)
+        self.assertIn(message, output)
+
+    def assert_profile(self, profile, *arguments, **environment):
+        status, output = self.make("-n", "firmware", *arguments, **environment)
+        self.assertEqual(status, 0, output)
+        self.assertIn(f"/{profile}.elf build/", output)
+
+    def test_board_of_two_words_or_none_is_refused(self):
+        for words in ["atmega128 arbotix", "atmega128 toaster", "atmega128 ", ""]:
+            self.assert_refused(f"no board '{words}'; BOARD= one of: ", f"BOARD={words}")
+
+    def test_profile_that_is_not_one_name_is_refused(self):
+        for words in ["huge", "full bridge", "full huge", "bridge "]:
+            message = f"no profile '{words}'; PROFILE= one of: bridge console full"
+            self.assert_refused(message, f"PROFILE={words}")
+            self.assert_refused(message, PROFILE=words)
+
+    def test_profile_that_does_not_fit_names_those_that_fit(self):
+        message = ("profile 'full' does not fit the flash of arbotix; PROFILE= one of: "
+                   "bridge console")
+        self.assert_refused(message, "BOARD=arbotix", "PROFILE=full")
+        self.assert_refused(message, "BOARD=arbotix", PROFILE="full")
+
+    def test_profile_on_a_board_without_profiles_is_refused(self):
+        message = "arduino-uno has no profiles, its firmware is examples/two_servos.c"
+        self.assert_refused(message, "BOARD=arduino-uno", "PROFILE=full")
+        self.assert_refused(message, "BOARD=arduino-uno", PROFILE="bridge")
+
+    def test_profile_of_command_line_environment_or_board(self):
+        self.assert_profile("full")
+        self.assert_profile("console", "BOARD=arbotix")
+        self.assert_profile("bridge", "PROFILE=bridge")
+        self.assert_profile("bridge", PROFILE="bridge")
+        self.assert_profile("bridge", "BOARD=arbotix", PROFILE="bridge")
+        self.assert_profile("console", "PROFILE=console", PROFILE="bridge")
+
+    def test_profile_of_environment_reaches_a_make_below(self):
+        output = self.make("--eval", "below: ; @echo below: $$PROFILE", "below", "BOARD=arbotix",
+                           PROFILE="bridge")[1]
+        self.assertIn("below: bridge\n", output)
+
     def test_help_has_a_line_for_every_target(self):
         _, output = self.make("help")
         for target in ["demo", "test", "deps", "lib", "firmware", "size", "flash", "fuses", "check"]:
@@ -188,6 +232,30 @@ class Build(unittest.TestCase):
         status, output = self.make("lib", "-n", "-W", "include/cds55xx/link.h")
         self.assertEqual((status, header.stat().st_mtime), (0, before.st_mtime))
         self.assertIn("bus.o", output)
+
+    def test_word_that_no_suite_has_is_named(self):
+        for words in ["nosuch", "nosuch ring", "ring nosuch"]:
+            status, output = self.make("test", f"T={words}")
+            self.assertNotEqual(status, 0)
+            self.assertIn("no suite has 'nosuch' in its name; make list-tests lists the suites", output)
+
+    def test_list_of_suites_has_each_name_once(self):
+        names = self.make("list-tests")[1].split()
+        self.assertEqual(names, sorted(set(names)))
+        for name in ["test_ring", "test_console", "test_pty", "test_console_commands"]:
+            self.assertIn(name, names)
+
+    def test_suite_of_the_core_builds_no_controller(self):
+        compiled = re.findall(r" -c (\S+) -o ", self.make("test", "-n", "-B", "T=test_ring")[1])
+        self.assertEqual({path for path in compiled if re.search("/test_", path)},
+                         {f"{folder}test/core/wire/test_ring{end}" for folder, end in
+                          [("", ".c"), ("build/runner/", "_runner.c")]})
+        self.assertEqual([path for path in compiled if "controller" in path], [])
+
+    def test_suites_of_several_words_run_together(self):
+        last = self.make("test", "-n", "T=test_ring test_link")[1].splitlines()[-1]
+        for name in ["test_ring", "test_link"]:
+            self.assertIn(f"build/host/test/{name}", last)
 
     def test_flash_and_fuses_are_avrdude_command_lines_with_the_boards_data(self):
         flash = self.make("flash", "-n")[1]

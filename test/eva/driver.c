@@ -138,7 +138,7 @@ static void any_ring(void)
 }
 
 /* A search. If it finds the whole head, eva_find_error() analyses its last step. check_invariants()
- * of test/core/bus/engine_random.c checks that LENGTH is in range then. */
+ * of test/core/bus/bus_random.c checks that LENGTH is in range then. */
 void eva_find(void)
 {
     any_ring();
@@ -572,7 +572,7 @@ static void any_bus(uint8_t state)
 }
 
 /* Checks that what any_bus() assumes of numbers still holds. Eva cannot follow `request`, `phase`
- * and `to` where paths join; check_invariants() of test/core/bus/engine_random.c checks those. */
+ * and `to` where paths join; check_invariants() of test/core/bus/bus_random.c checks those. */
 static void check_bus(void)
 {
     //@ assert bus.state <= CDS_BUS_RECEIVING;

@@ -862,7 +862,7 @@ void check_settle(struct check *check)
 }
 
 /* Sends good packets until one is answered. The first must be, unless a servo holds part of a
- * packet. Such a servo takes the next packets for the rest of that packet, and then up to two more,
+ * packet. Such a servo takes the next packets for bytes of that packet, and then up to two more,
  * because it takes the end of a packet for a beginning. PING and READ alternate: a packet that is
  * sent again and again can keep the servo out of step for ever. */
 static void check_good(struct check *check)

@@ -76,7 +76,7 @@ struct check {
     unsigned injections, failures;
     unsigned undetected;    // values taken that no servo sent
     unsigned misunderstood; // servos that carried out a damaged packet
-    unsigned lost;    // good packets without reply: a servo took them for the rest of another one
+    unsigned lost;    // good packets without reply: a servo took them for bytes of another one
     uint64_t longest; // latest end of a call after its deadline, in cycles
 
     // the current injection

@@ -1,12 +1,10 @@
 /* Runs one row of `make faults` on one board; scripts/faults.py runs all rows.
-
  *
  *     faults --list              rows: name, boards, what
  *     faults ROW BOARD ELF [PART PARTS SEED]
  *
  * Prints lines `progress DONE TOTAL` and `failure TEXT`, then `done` and the results of the row,
- with
- * tabs between the words. Exit status 0: no failure; 1: failures; 2: bad input. */
+ * with tabs between the words. Exit status 0: no failure; 1: failures; 2: bad input. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

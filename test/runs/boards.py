@@ -38,3 +38,7 @@ UNHOSTED = [name for name in ALL if not BOARDS[name].profile]
 def with_profile(profile):
     """Names of the boards whose flash has room for this profile."""
     return [name for name in ALL if profile in BOARDS[name].profiles]
+
+
+# Boards whose firmware moves servos by a motion: the profile `full` on a chip with 8 KB of RAM.
+WITH_MOTION = [name for name in with_profile("full") if BOARDS[name].mcu in ("atmega2560", "atmega2561")]

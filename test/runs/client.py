@@ -3,7 +3,7 @@
 It works on a USB2Dynamixel as on the simulator's pty:
 
     with Port("/dev/pts/5") as port:
-        print(port.scan())
+        print(port.scan(range(1, 19)))
         port.write(1, TORQUE_ENABLE, [1])
         port.sync_write(GOAL_POSITION, {1: word(200) + word(300)})
         print(port.read_word(1, PRESENT_POSITION))
@@ -112,11 +112,11 @@ class Port:
 
     def clear(self):
         """A servo that has heard another rate may have taken noise for the head of a packet, and
-        wait for the rest of it: 254 bytes at most."""
+        wait for its missing bytes: 254 bytes at most."""
         self.send(bytes(254))
         time.sleep(254 * 10 / self.baud + 0.005)
 
-    def scan(self, ids, present, absence=0.02):
+    def scan(self, ids, present=(), absence=0.02):
         """The servos that reply. For those that should be `present` the scan has patience; an absent
         one costs `absence` seconds."""
         return [servo for servo in ids if self.ping(servo, None if servo in present else absence)]

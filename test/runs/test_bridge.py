@@ -13,7 +13,7 @@ import client
 from client import (ACTION, BAUD, BROADCAST, GOAL_POSITION, ID, LED, PING, PRESENT_POSITION, READ,
                     REG_WRITE, RESET, RETURN_LEVEL, SYNC_WRITE, TORQUE_ENABLE, WRITE, NoReply, Port,
                     packet, word)
-from simulator import ROOT, SIM, Process
+from simulator import LONG, ROOT, SIM, Process
 
 DEVICE, OFF = 253, 254
 SYNC_READ, BULK_READ = 0x84, 0x92
@@ -153,7 +153,7 @@ class Bridge(unittest.TestCase):
                 damaged = bytearray(good)
                 damaged[at] ^= 0x41
                 if at == 3:
-                    damaged[at] = 2 # a shorter packet; the rest remains
+                    damaged[at] = 2 # a shorter packet; its last bytes remain
                 self.assertEqual(port.ask(bytes(damaged)), b"", damaged.hex(" "))
                 self.assertEqual(port.ask(good, 7).hex(" "), "ff ff 01 03 00 01 fa")
             self.assertEqual(port.device(HOST_MALFORMED, 2), len(good) - 2)
@@ -179,7 +179,7 @@ class Bridge(unittest.TestCase):
     def test_a_status_packet_is_never_torn_by_text(self):
         with bridge(servos="1") as sim, Client(sim) as port:
             whole = port.ask(packet(1, READ, [0, 50]), 56)
-            for milliseconds in range(1, 40, 2):
+            for milliseconds in range(1, 40, 2 if LONG else 5):
                 port.send(b"help\r")
                 time.sleep(milliseconds / 1000)  # at any moment
                 said = port.ask(packet(1, READ, [0, 50]) + b"version\r", silence=0.1)
@@ -198,6 +198,21 @@ class Bridge(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout)
         off = next(int(line.split()[0]) for line in packets if "FF FF FE 04 03 18 00 E2" in line)
         self.assertLess(off - int(done.stdout.split()[2]), 10000 * 16) # not the 100 ms of them all
+
+    def test_scan_drops_a_sync_read_that_it_delays(self):
+        """A PING 20 ms later ends the scan. Its status packet is the only one."""
+        first = packet(BROADCAST, SYNC_READ, [ID, 1, *range(100, 150)]) + b"scan all\r"
+        with tempfile.TemporaryDirectory() as folder:
+            said = pathlib.Path(folder, "said")
+            said.write_text(f"say {first.hex(' ')}\nwait 20000\nsay {packet(1, PING).hex(' ')}\n"
+                            "wait 200000\nrest\n")
+            done = subprocess.run([SIM, "firmware", ROOT / "build/atmega128/controller.elf", "--board",
+                                   "atmega128", "--servos", "1-18", "--host", said],
+                                  stdout=subprocess.PIPE, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout)
+        heard = next(line for line in done.stdout.splitlines() if line.startswith("heard"))
+        self.assertEqual(heard.count("FF FF"), 1, heard)
+        self.assertIn("FF FF 01 02 00 FC", heard)
 
     def test_on_every_board(self):
         for board in boards.CONSOLES[1:]:
@@ -223,7 +238,7 @@ class Bridge(unittest.TestCase):
 
     def test_too_much_text_is_answered_by_a_numbered_error(self):
         with bridge(servos="1") as sim, Client(sim) as port:
-            self.assertIn(b"error 36: ", port.ask(b"help\r" * 60, silence=0.3))
+            self.assertIn(b"error 36: ", port.ask(b"help\r" * 20, silence=0.3))
             self.assertEqual(port.ask(b"ping 1\r", 4), b"ok\r\n")
             self.assertTrue(port.ping(1))
 

@@ -9,6 +9,7 @@ import select
 import signal
 import struct
 import subprocess
+import sys
 import tempfile
 import termios
 import time
@@ -17,12 +18,21 @@ import unittest
 import client
 from client import (BAUD, CCW_LIMIT, GOAL_POSITION, ID, LED, MOVING, PRESENT_POSITION,
                     TORQUE_ENABLE, Port, word)
-from simulator import PATIENCE_S, ROOT, SIM, Process, bus, cpu_ticks, wait_until
+from simulator import PATIENCE_S, ROOT, SIM, Process, bus, call, cpu_ticks, wait_until
 
 SERVOS = list(range(1, 19))
 
 
 class Clients(unittest.TestCase):
+    def test_the_python_example_of_the_document_runs(self):
+        text = (ROOT / "docs/simulated-bus.md").read_text()
+        example = re.search(r"```python\n(.*?)```", text, re.S)[1]
+        with bus() as sim:
+            status, output = call(sys.executable, "-c", example.replace("/dev/pts/5", sim.path),
+                                  env={**os.environ, "PYTHONPATH": str(ROOT / "test/runs")})
+        self.assertEqual(status, 0, output)
+        self.assertIn(str(SERVOS), output)
+
     def test_scan_change_an_id_change_the_rate_and_move_18_servos(self):
         with bus() as sim, Port(sim.path) as port:
             self.assertEqual(port.scan(range(254), SERVOS), SERVOS)
@@ -285,7 +295,7 @@ class Firmware(unittest.TestCase):
         self.assertIn("ok", self.ask(path, "ping 18"))
         run.send_signal(signal.SIGINT)
         output = run.communicate()[0].decode()
-        self.assertIn(f"picocom -q --echo {path}", output)
+        self.assertIn(f"picocom -q {path} (", output)
         self.assertIn("1 packets in, 1 out", output)
 
 

@@ -1,4 +1,4 @@
-"""A robot in C++11 (test/firmware/library/cpp.cpp) and all headers, on boards with different handlers."""
+"""Programs in C++11 (test/firmware/library/cpp*.cpp) and all headers, on boards with different handlers."""
 # needs: $(patsubst %,build/%/libcds55xx.a,atmega128 arduino-mega arbotix)
 import pathlib
 import tempfile
@@ -40,6 +40,19 @@ class Cpp(unittest.TestCase):
                     "FF FF 02 04 02 03 01 F3", "FF FF 02 03 00 02 F8",
                     "FF FF 02 04 03 19 01 DC", "FF FF 02 02 00 FB",
                     "FF FF FE 0E 83 1E 04 01 BC 02 00 02 02 2C 01 00 02 5C"])
+
+    def test_robot_reads_its_table_in_flash(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for board in CHIPS:
+                elf = f"{folder}/{board}.elf"
+                self.assertEqual(run(*compiler(board, "c++11"), "test/firmware/library/cpp_robot.cpp",
+                                     f"build/{board}/libcds55xx.a", "-o", elf, cwd=ROOT), (0, ""))
+                done = Run(elf, "--seconds", "0.05", board=board, servos="1,2")
+                self.assertEqual(done.status, 0, done.output)
+                # 20 degrees: 580 of servo 1, 443 of servo 2, which is reversed; 31 RPM
+                goals = [packet for _, _, packet in done.packets if " 83 1E " in packet]
+                self.assertEqual(goals[-1],
+                                 "FF FF FE 0E 83 1E 04 01 44 02 00 02 02 BB 01 00 02 45")
 
 
 if __name__ == "__main__":

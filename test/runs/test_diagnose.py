@@ -3,7 +3,7 @@
 import re
 import unittest
 
-from simulator import ROOT, Run
+from simulator import LONG, ROOT, Run
 
 HEADER = (ROOT / "include/cds55xx/diagnose.h").read_text().replace("\\\n", " ")
 FINDINGS = {int(m[2]): m[1] for m in re.finditer(r"X\(CDS_FINDING_(\w+), (\d+),", HEADER)}
@@ -83,7 +83,7 @@ class Diagnose(unittest.TestCase):
         self.assertEqual(self.runs("d 1\n", "1", "stuck high", board="arbotix"), ["SILENCE"])
 
     def test_another_rate_each_of_the_listed_ones(self):
-        for own in (1, 7, 103):
+        for own in (1, 7, 103) if LONG else (1,):
             for baud in {1, 3, 7, 16, 34, 103} - {own}:
                 found = self.runs(f"b {own}\nd 1\nd 254\nd 9\n", "1", f"baud 1 {baud}", baud=own)
                 self.assertEqual(found, ["OTHER_RATE"] * 3, (own, baud))

@@ -11,7 +11,7 @@ import unittest
 from simulator import LONG, ROOT
 
 ROWS = 47
-PARTS = 20 if LONG else 60
+PARTS = 20 if LONG else 120
 
 
 class Part(unittest.TestCase):

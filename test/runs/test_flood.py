@@ -1,5 +1,6 @@
-"""300 000 random bytes at 1 Mbps on the host link while a cycle of 18 servos runs at 250 Hz with a
-return delay of 6 us. test/firmware/library/flood.c is the firmware with that cycle."""
+"""300 000 random bytes, or READs of all servos, at 1 Mbps on the host link while a cycle of 18 servos
+runs at 250 Hz with a return delay of 6 us. test/firmware/library/flood.c is the firmware with that
+cycle."""
 # needs: $(patsubst %,build/%/firmware/flood.elf,$(HOST_BOARDS))
 import pathlib
 import re
@@ -9,9 +10,9 @@ import unittest
 
 import boards
 from client import BROADCAST, READ, WRITE, packet
-from simulator import PACKET, ROOT, SIM
+from simulator import LONG, PACKET, ROOT, SIM
 
-DEVICE, HOST_BAUD, BUS_SENT, HOST_OVERFLOWS = 253, 0x04, 0x18, 0x3C
+DEVICE, HOST_BAUD, LINK_LOSS_MS, BUS_SENT, HOST_OVERFLOWS = 253, 0x04, 0x0A, 0x18, 0x3C
 RETURN_DELAY = 0x05
 MHZ = 16
 PERIOD_US = 4000
@@ -20,6 +21,8 @@ NAMES = ("sent retried ok timeouts corrupt line_busy malformed stale_replies dup
          "unexpected_packets framing_errors overruns ring_overflows echo_errors packets "
          "host_malformed silent gaps host_overflows").split()
 FLOOD = "flood 300000"
+BYTE = 160  # cycles
+SERVOS = range(1, 19)
 
 
 class Run:
@@ -47,13 +50,18 @@ class Run:
         words = [int.from_bytes(raw[at:at + 2], "little") for at in range(5, 5 + COUNTERS, 2)]
         self.counters = dict(zip(NAMES, words))
         broadcasts = sum(match[3].startswith("FF FF FE") for match in wire)
-        goals = [int(match[1]) for match in wire if re.match("FF FF FE .. 83", match[3])]
-
-        goals = goals[10:] # the goals before the host sends anything
+        ends = [int(match[1]) + int(match[4]) * BYTE for match in wire]
+        goals, before = zip(*[(int(match[1]), end) for match, end in zip(wire[1:], ends)
+                              if re.match("FF FF FE .. 83", match[3])])
+        goals, before = goals[10:], before[10:] # the goals before the host sends anything
         self.seconds = (goals[-1] - goals[0]) / MHZ / 1e6
         self.periods = len(goals)
         self.late_us = [(cycle - goals[0]) / MHZ - PERIOD_US * period
                         for period, cycle in enumerate(goals)]
+        # the same, from the end of the last packet on the wire if that is later
+        due = [goals[0] + min(self.late_us) * MHZ + PERIOD_US * MHZ * i for i in range(len(goals))]
+        self.late_on_free_line_us = [(goal - max(due, end)) / MHZ
+                                     for goal, due, end in zip(goals, due, before)]
         self.sent = sum(match[2] == "->in" for match in wire)
         # packets sent when the host asked for the counters, and when it had them
         self.asked, self.told = (sum(match[2] == "->in" and int(match[1]) <= int(cycle)
@@ -65,7 +73,9 @@ class Run:
 class Flood(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.runs = {(board, during): Run(board, during) for board in boards.with_profile("console")
+        every = boards.with_profile("console")
+        cls.runs = {(board, during): Run(board, during)
+                    for board in (every if LONG else ["atmega128", "arbotix"])
                     for during in ("wait 3000000", FLOOD + " 7")}
 
     def test_flood_loses_nothing_on_the_bus(self):
@@ -85,6 +95,18 @@ class Flood(unittest.TestCase):
             with self.subTest(which):
                 self.assertEqual(run.periods, round(run.seconds * 1e6 / PERIOD_US) + 1)
                 self.assertLess(max(run.late_us) - min(run.late_us), 350)
+
+    def test_reads_of_the_host_delay_no_goal_beyond_its_bound(self):
+        """Each READ shows the permit settings of a servo; LINK_LOSS_MS makes the robot know them all."""
+        for board in boards.with_profile("console"):
+            for registers, gap_us in ([6, 4], 900), ([0, 17], 300), ([0, 50], 1700):
+                reads = ["say " + packet(DEVICE, WRITE, [LINK_LOSS_MS, 0x60, 0xEA]).hex(" ")]
+                reads += [f"say {packet(servo, READ, registers).hex(' ')}\nwait {gap_us}"
+                          for servo in SERVOS]
+                run = Run(board, "\n".join(reads))
+                with self.subTest(board=board, registers=registers):
+                    self.assertEqual(run.status, 0, run.output)
+                    self.assertLess(max(run.late_on_free_line_us), 800)
 
     def test_flood_leaves_time_for_feedback(self):
         for quiet, loud in self.pairs():

@@ -64,7 +64,7 @@ def gdb_command(port, commands, elf=ELF):
 
 
 def gdb(port, commands, elf=ELF):
-    """What it said, its complaints behind the rest: Debian's avr-gdb complains in mid-line of Python
+    """What it said, its complaints last: Debian's avr-gdb complains in mid-line of Python
     modules that come with the native gdb only."""
     done = subprocess.run(gdb_command(port, commands, elf), stdout=subprocess.PIPE,
                           stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True,
@@ -103,9 +103,10 @@ class Debugger(unittest.TestCase):
         self.assertRegex(said, r"0xff\s+0xff\s+0x01\s+0x02\s+0x01\s+0xfb")  # it answers this ping
 
     def test_stepping_goes_on_line_by_line(self):
-        said = self.debug("break turn", "continue", "delete", "next", "next", "next",
-                          "detach")
-        self.assertGreaterEqual(len(set(re.findall(r"^(\d+)\t", said, re.M))), 3, said)
+        # The linker shortens jumps and not the line table: if the function before turn() ends with such a jump,
+        # the first two steps stop in the prologue of turn() and show no line.
+        said = self.debug("break turn", "continue", "delete", *["next"] * 5, "detach")
+        self.assertGreaterEqual(len(set(re.findall(r"^(\d+)\t", said, re.M))), 4, said)
 
     def test_a_step_runs_through_handlers(self):
         with Simulator("--gdb", "0") as run:

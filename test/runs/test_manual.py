@@ -1,5 +1,5 @@
 """The manual's own packets, on the wire, byte for byte and in order."""
-# needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega)
+# needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega) build/atmega128/examples/hexapod.elf
 import subprocess
 import unittest
 
@@ -27,7 +27,7 @@ class Manual(unittest.TestCase):
     def test_all_packets_on_arduino_mega(self):
         self.all_packets_on("arduino-mega")
 
-    def test_the_demo_leaves_them_in_its_transcript_and_a_picture(self):
+    def test_the_demo_leaves_them_in_its_transcript_and_pictures(self):
         demo = subprocess.run([ROOT / "scripts/demo.sh"], stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, text=True, timeout=120)
         self.assertEqual(demo.returncode, 0, demo.stdout)
@@ -38,6 +38,9 @@ class Manual(unittest.TestCase):
         for number in [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 15, 16, 18, 19, 20, 21]:
             self.assertIn(f"Example {number}: ", demo.stdout)
         self.assertIn("present position", (ROOT / "build/demo/motion.svg").read_text())
+        for text in ["A hand teaches three poses", "> play wave loop\n", "A hexapod walks"]:
+            self.assertIn(text, demo.stdout)
+        self.assertIn("animate", (ROOT / "build/demo/hexapod.svg").read_text())
 
 
 if __name__ == "__main__":

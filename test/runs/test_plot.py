@@ -36,6 +36,13 @@ class Picture:
         """Bars of that colour, the legend's one included."""
         return len(re.findall(r"<[\w:]*polygon fill=\"rgb\(%s\)" % colour, self.source))
 
+    def curves(self):
+        """Heights of the points of each full line in the colour of the first servo, in pixels above its first
+        point. The legend has no part in them."""
+        lines = re.findall(r'<[\w:]*path stroke="rgb\( 27, 108, 168\)" d="M[^"]* M([^"]*)"', self.source)
+        heights = [[float(point.split(",")[1]) for point in line.replace("L", " ").split()] for line in lines]
+        return [[points[0] - y for y in points] for points in heights]
+
 
 class Plot(unittest.TestCase):
     def labels(self, picture, *wanted):
@@ -50,6 +57,31 @@ class Plot(unittest.TestCase):
                     "Where the servos are", "position (degrees)", "300", "goal position",
                     "present position", "packet of the controller", "packet of a servo")
         self.assertEqual(picture.texts.count("time (ms)"), 2)
+
+    def test_speed_and_load_have_panes_on_request(self):
+        script = "@load 1 300\nwrite 1 TORQUE_ENABLE 1\nwrite 1 MOVING_SPEED 512\n" \
+                 "write 1 GOAL_POSITION 900\n@wait 500\n"
+        pane = 320  # pixels
+        picture = Picture("--panes", "load,speed", servos="1", script=script)
+        self.assertEqual(picture.status, 0, picture.output)
+        self.labels(picture, "position (degrees)", "speed (RPM)", "load (% of the stall torque)")
+        self.assertEqual(picture.texts.count("time (ms)"), 4)
+        _, speed, load = picture.curves()
+        self.assertAlmostEqual(max(speed), pane * 31 / 124, delta=2)
+        friction = 40
+        self.assertAlmostEqual(min(load), -pane * (300 + friction) / 2046, delta=2)
+
+    def test_each_pane_stands_alone_if_asked_alone(self):
+        for pane, label in [("speed", "speed (RPM)"), ("load", "load (% of the stall torque)")]:
+            picture = Picture("--panes", pane, script="ping 1\n")
+            self.labels(picture, label)
+            self.assertEqual(picture.texts.count("time (ms)"), 3)
+
+    def test_speed_and_load_of_many_servos_have_rows(self):
+        picture = Picture("--panes", "speed,load", servos="1-18", script="ping 1\n")
+        self.labels(picture, "Present speed (CCW is positive): each row spans -62 to 62 RPM",
+                    "Present load (CCW is positive): each row spans -100 to 100 % of the stall torque")
+        self.assertEqual(picture.texts.count("servo 18"), 4)
 
     def test_a_lane_for_each_talker(self):
         picture = Picture(script="ping 3\n")

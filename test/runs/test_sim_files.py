@@ -300,13 +300,19 @@ class SameFile(Folder):
         self.assertIn("CRC", servo.read_text())
 
 
+def accept_hangup():
+    """Under nohup a test inherits SIGHUP as ignored."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 class Signals(Folder):
     """Whatever ends the run, the files are written."""
 
-    def run_until_signal(self, number, *options, **more):
+    def run_until_signal(self, number, *options):
         """The run is in its main loop when it has printed the path of its pty."""
         process = subprocess.Popen([SIM, *options], stdin=subprocess.DEVNULL, text=True,
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, **more)
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                   preexec_fn=accept_hangup)
         process.stdout.readline()
         process.send_signal(number)
         output, errors = process.communicate(timeout=30)

@@ -79,6 +79,11 @@ class Numbers(Refusal):
     def firmware(self, *options):
         return simulate("firmware", ELF, "--board", "atmega128", "--seconds", "0.001", *options)
 
+    def test_panes_that_the_plot_lacks_are_refused(self):
+        for value in ["", "speeds", "position", "speed,", ",load", "speed load"]:
+            self.assert_refused(self.firmware("--plot", "/dev/null", "--panes", value), "--panes is speed, load")
+        self.assert_refused(self.firmware("--panes", "speed"), "--panes is for --plot")
+
     def test_steps_that_are_no_range_are_refused(self):
         for span in ["99999999999999999999-0", "0-99999999999999999999", "18446744073709551616-5",
                      "2000-1000", "5-5", "-5-10", "5--10", "5-+10", " 5-10", "5- 10", "5-10 ",

@@ -126,6 +126,38 @@ void test_interrupts_are_off_from_the_entry_of_a_handler(void)
     TEST_ASSERT_EQUAL_UINT(number[3], off[0]);
 }
 
+void test_nested_handlers_each_count_once(void)
+{
+    unsigned long handler[6], sums[6];
+    times_of("nested");
+    TEST_ASSERT_EQUAL_UINT(4, line("handler 19 ", handler)); // USART0_UDRE
+    TEST_ASSERT_EQUAL_UINT(3, line("run ", sums));
+    TEST_ASSERT_EQUAL_UINT(10 + 40, handler[1]);
+    TEST_ASSERT_EQUAL_UINT(sums[1], handler[2]);
+    TEST_ASSERT_EQUAL_UINT(43, handler[3]); // the innermost, which turns UDRIE off
+}
+
+void test_interrupts_off_to_the_end_in_a_handler_count(void)
+{
+    unsigned long off[6], sums[6];
+    times_of("nested");
+    TEST_ASSERT_EQUAL_UINT(2, line("off ", off));
+    TEST_ASSERT_EQUAL_UINT(3, line("run ", sums));
+    TEST_ASSERT_EQUAL_UINT(sums[0], off[1] + off[0]);
+    TEST_ASSERT_GREATER_THAN(4000 * 4, off[0]);
+}
+
+void test_interrupts_off_to_a_reset_in_a_handler_count(void)
+{
+    unsigned long off[6], sums[6];
+    times_of("hung_handler");
+    TEST_ASSERT_EQUAL_UINT(2, line("off ", off));
+    TEST_ASSERT_EQUAL_UINT(3, line("run ", sums));
+    TEST_ASSERT_UINT_WITHIN(3 * 16000, 16 * 16000, off[0]);
+    TEST_ASSERT_LESS_THAN(sums[0], off[1] + off[0]);
+    TEST_ASSERT_NULL(strstr(text, "handler 12 ")); // it has not come to its RETI
+}
+
 void test_last_line_has_the_sums_of_the_run(void)
 {
     unsigned long number[6];

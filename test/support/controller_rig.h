@@ -100,9 +100,9 @@ static void turn(void)
         console_stop(&console);
     host.stop = false;
     robot_poll(&robot);
-    if (!robot_is_exclusive(&robot) || bridge.state == BRIDGE_WAITING)
+    if (!robot_is_exclusive(&robot) || bridge_goes_on(&bridge))
         bridge_poll(&bridge);
-    if (robot_is_exclusive(&robot) && host.whole)
+    if (robot_is_exclusive(&robot) && host.has_packet)
         robot_abort(&robot);
     if (!bridge_talks(&bridge))
         console_poll(&console);

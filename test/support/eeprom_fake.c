@@ -7,11 +7,17 @@
 
 struct eeprom_fake eeprom_fake;
 
+void eeprom_fake_reset_to(uint8_t *bytes, uint16_t size)
+{
+    memset(bytes, 0xFF, size);
+    eeprom_fake = (struct eeprom_fake){.bytes = bytes, .size = size, .dead = FAKE_NO_CELL};
+}
+
 void eeprom_fake_reset(void)
 {
-    memset(&eeprom_fake, 0, sizeof eeprom_fake);
-    memset(eeprom_fake.bytes, 0xFF, sizeof eeprom_fake.bytes);
-    eeprom_fake.dead = FAKE_NO_CELL;
+    static uint8_t bytes[FAKE_EEPROM_SIZE];
+
+    eeprom_fake_reset_to(bytes, sizeof bytes);
 }
 
 void eeprom_fake_power_up(void)
@@ -23,10 +29,15 @@ void eeprom_fake_power_up(void)
 
 static bool in_its_place(uint16_t address)
 {
-    bool good = eeprom_fake.busy == 0 && address < FAKE_EEPROM_SIZE;
+    bool good = eeprom_fake.busy == 0 && address < eeprom_fake.size;
 
     eeprom_fake.breaches = (uint16_t)(eeprom_fake.breaches + !good);
     return good;
+}
+
+uint16_t avr_eeprom_size(void)
+{
+    return eeprom_fake.size;
 }
 
 bool avr_eeprom_ready(void)
@@ -39,6 +50,8 @@ bool avr_eeprom_ready(void)
 
 uint8_t avr_eeprom_read(uint16_t address)
 {
+    if (eeprom_fake.has_more && address >= eeprom_fake.size)
+        return 0xFF;
     return in_its_place(address) ? eeprom_fake.bytes[address] : 0;
 }
 

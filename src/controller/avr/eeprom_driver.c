@@ -9,6 +9,11 @@
 #define EEMPE EEMWE
 #endif
 
+uint16_t avr_eeprom_size(void)
+{
+    return E2END + 1;
+}
+
 bool avr_eeprom_ready(void)
 {
     return !(EECR & 1 << EEPE);

@@ -10,6 +10,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+/* Returns the bytes of the chip's EEPROM. Any context. */
+uint16_t avr_eeprom_size(void);
+
 /* True if no write is under way. After a reset a write may still be. Main context. */
 bool avr_eeprom_ready(void);
 

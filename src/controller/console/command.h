@@ -18,6 +18,16 @@
 #endif
 
 struct console;
+struct failsafe;
+struct moves;
+struct motion_store;
+struct robot_operation;
+
+/* What a command does: the functions of struct command. */
+struct command_action {
+    uint8_t (*begin)(struct console *console);
+    bool (*poll)(struct console *console);
+};
 
 struct command {
     /* The name and the arguments. The parser checks a line against this text, and help and
@@ -25,6 +35,8 @@ struct command {
      *   - [ ] encloses an argument that may be missing, and with it all arguments after it
      *   - a|b in small letters: one of these words
      *   - a word in capitals: an argument, stored in `struct command_line`:
+     *   - rows may begin alike: the first word that differs chooses the row. Rows with a small word
+     *     there stand before the row with a NAME
      *
      *   in the usage   argument                        stored in
      *   ID             0 to 253                        id; 254 if it is missing
@@ -33,7 +45,8 @@ struct command {
      *   REG            name or address of a register   address, length
      *   LENGTH         1 to the end of the table       length
      *   COMMAND        name of a command               topic
-     *   NAME           name of a setting               setting
+     *   SETTING        name of a setting               setting
+     *   NAME, POSE     a name of the user              parse_name()
      *   VALUE...       values of registers             the packet
      *   ID:BYTE,...    blocks of a SYNC WRITE          the packet
      *   ID...          0 to 253                        list, a byte each
@@ -60,13 +73,29 @@ struct command_group {
     uint8_t count;
 };
 
+/* Poses and sequences in the EEPROM. */
+struct command_store {
+    struct motion_store *motions;
+    void (*load)(struct motion_store *motions);  // at start-up
+    void (*abort)(struct motion_store *motions); // Ctrl-X has ended a command
+    void (*room)(struct console *console);       // prints a line of `status`
+    void (*wear)(struct console *console);       // prints another one
+    /* At start-up, after the load: begins what plays without a host. NULL: nothing does. */
+    void (*begin)(const struct failsafe *failsafe, struct motion_store *motions);
+};
+
 /* The commands that a profile links. */
 struct command_set {
     const CDS_FLASH struct command_group *const CDS_FLASH *groups; // ends with NULL
     const CDS_FLASH struct command *on_stop;                       // runs after a Ctrl-X
+    const CDS_FLASH char *const CDS_FLASH *errors;                 // messages by number (errors.h)
     /* Called between two lines. Prints reports that no command asked for. Returns false if there is
      * nothing to print. */
     bool (*report)(struct console *console);
+    const CDS_FLASH struct robot_operation *cycle;  // of the group: group_cycle or moves_cycle
+    const CDS_FLASH struct command_action *pose_in; // "pose ... in TIME"
+    struct moves *moves;                            // storage of timed moves, or NULL
+    const CDS_FLASH struct command_store *store;    // NULL: the profile stores nothing
 };
 
 extern const CDS_FLASH struct command_set command_set;

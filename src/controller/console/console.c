@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "cds55xx/motion.h" // CDS_MOTION_TIME_MAX_MS
 #include "console/errors.h"
 #include "host/host_demux.h" // HOST_MARK_DROPPED
 #include "ring_input.h"      // ring_peek(), ring_drop()
@@ -26,9 +27,15 @@ static void begin_line(struct console *console)
     console->state = CONSOLE_READING;
 }
 
-_Static_assert(sizeof(((union console_buffer *)0)->command) <=
+_Static_assert(sizeof(((union console_buffer *)0)->command) + PARSE_NAMES_MAX * PARSE_NAME_SIZE <=
                    sizeof(((union console_buffer *)0)->packet),
                "the longest packet decides");
+
+void console_load(void)
+{
+    if (command_set.store)
+        command_set.store->load(command_set.store->motions);
+}
 
 void console_open(struct console *console, struct failsafe *failsafe, struct cds_ring *input,
                   struct cds_ring *output)
@@ -36,16 +43,23 @@ void console_open(struct console *console, struct failsafe *failsafe, struct cds
     OPTIMIZER_BARRIER(console);
     console->failsafe = failsafe;
     console->robot = failsafe->robot;
+    console->robot->moves = command_set.moves;
+    if (command_set.store && command_set.store->begin)
+        command_set.store->begin(failsafe, command_set.store->motions);
     console->bus = failsafe->robot->bus;
     console->input = input;
     console->looked = input->tail;
     console->printer.ring = output;
-    console->request = (struct cds_request)CDS_REQUEST(console->buffer.packet, console->reply);
+    console->request.packet.bytes = console->buffer.packet;
+    console->request.packet.capacity = sizeof console->buffer.packet;
+    console->request.reply = console->reply;
+    console->request.reply_capacity = sizeof console->reply;
     console->line.request = &console->request;
     begin_line(console);
 }
 
-/* The line is wrong: ignores the rest of it. At the end of the line the reply is `error`. */
+/* The line is wrong: ignores its remaining characters. At the end of the line the reply is `error`.
+ */
 static void spoil(struct console *console, uint8_t error)
 {
     if (!console->skipping) {
@@ -266,6 +280,8 @@ static void interrupt(struct console *console)
         return;
     if (console->printer.within)
         printer_end_of_line(&console->printer);
+    if (command_set.store)
+        command_set.store->abort(command_set.store->motions);
     conclude(console, ERROR_STOPPED);
 }
 
@@ -278,7 +294,18 @@ NOINLINE uint8_t console_number(struct console *console, uint8_t index, enum cds
 
 uint8_t console_ms(struct console *console)
 {
-    return number_ms(&console->line.number[0], &console->raw);
+    uint32_t ms = console->raw;
+    uint8_t error = number_ms(&console->line.number[0], UINT16_MAX, &ms);
+
+    console->raw = (uint16_t)ms;
+    return error;
+}
+
+uint8_t console_move_ms(struct console *console, uint8_t index, uint32_t *ms)
+{
+    uint8_t error = number_ms(&console->line.number[index], CDS_MOTION_TIME_MAX_MS, ms);
+
+    return error == ERROR_OUT_OF_RANGE || (error == 0 && *ms == 0) ? (uint8_t)ERROR_TIME : error;
 }
 
 bool console_waits(struct console *console)
@@ -380,6 +407,14 @@ void console_poll(struct console *console)
 
     look_for_stop(console);
     states[console->state](console);
+}
+
+bool console_say(struct console *console, const CDS_FLASH char *line)
+{
+    if (!printer_ready(&console->printer))
+        return false;
+    printer_line(&console->printer, line);
+    return true;
 }
 
 bool console_idle(const struct console *console)

@@ -1,6 +1,6 @@
 /* The text console: one command a line. The reply is any number of lines, then exactly one line
- * `ok` or `error N: text; remedy`. The console reads the next line when the reply is printed. Input
- * and output are rings. No call waits.
+ * `ok` or `error N: text; remedy`; the profile `console` leaves the remedy out. The console reads
+ * the next line when the reply is printed. Input and output are rings. No call waits.
  *
  * Ctrl-X stops the robot at once, even behind other input. Then the console drops the text before
  * the Ctrl-X, ends a running command with an error, and runs the command command_set.on_stop.
@@ -66,9 +66,10 @@ struct console {
     uint16_t characters;    // number of characters of the line that the parser has taken
     uint8_t state;          // enum console_state
     bool reply_ended : 1;   // the last line of the reply is printed
-    bool skipping : 1;      // the line is wrong: the rest of it is ignored
+    bool skipping : 1;      // the line is wrong: its remaining characters are ignored
     bool stop_asked : 1;    // Ctrl-X has come, and the command on_stop has not begun yet
-    bool line_complete : 1; // the end of the line has come; the parser takes the rest of its text
+    bool line_complete : 1; // the end of the line has come; the parser takes what remains of its
+                            // text
     uint8_t fed;            // locked characters that the parser has taken
     uint8_t looked;         // position in the input ring: there is no Ctrl-X before it
     struct token token;
@@ -78,6 +79,10 @@ struct console {
     uint8_t reply[CDS_REPLY_MAX]; // of its reply
 };
 
+/* Finds the poses and sequences in the EEPROM. Takes up to 15 ms, so call it before the host link
+ * is open. */
+void console_load(void);
+
 /* Zero *console first (static storage is). The robot of `failsafe` must have begun; the console
  * uses its bus. */
 void console_open(struct console *console, struct failsafe *failsafe, struct cds_ring *input,
@@ -86,6 +91,10 @@ void console_open(struct console *console, struct failsafe *failsafe, struct cds
 /* Takes some characters, moves a command on, or prints a piece of the reply. Call it from the main
  * loop, as cds_bus_poll() and robot_poll(). */
 void console_poll(struct console *console);
+
+/* Prints `line`, at most PRINTER_PIECE - 2 characters without a %, between two replies. False:
+ * there is no room now, and nothing was printed. */
+bool console_say(struct console *console, const CDS_FLASH char *line);
 
 /* Ctrl-X has come. Stops the robot at once and drops the input up to the last Ctrl-X. */
 void console_stop(struct console *console);
@@ -110,6 +119,10 @@ uint8_t console_number(struct console *console, uint8_t index, enum cds_unit uni
 /* Converts number 0 of the line to milliseconds (number_ms()). Returns 0, and console->raw is the
  * value; or an error, and console->raw stays as it was. */
 uint8_t console_ms(struct console *console);
+
+/* Converts number `index` of the line, 0 to 2, to the time of a move in milliseconds. Returns 0 and
+ * *ms, 1 to CDS_MOTION_TIME_MAX_MS; ERROR_TIME: out of this range; or an error of number_ms(). */
+uint8_t console_move_ms(struct console *console, uint8_t index, uint32_t *ms);
 
 /* For the poll of a command that has sent line.request. Returns true while the transaction goes on.
  * When it returns false, it has stored the outcome in console->error and console->servo_error. */

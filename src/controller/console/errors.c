@@ -2,17 +2,28 @@
 #include "console/errors.h"
 
 #include "cds55xx/packet.h"   // CDS_ERROR_*
+#include "console/command.h"  // command_set
 #include "console/messages.h" // FLASH_TEXT()
+#include "robot/robot.h"      // enum robot_refusal
 
-static const CDS_FLASH char *const CDS_FLASH texts[] = {
+_Static_assert((int)ERROR_CYCLE == ROBOT_BUSY && (int)ERROR_STOPPED == ROBOT_STOPPED,
+               "the console prints what robot_start() returns");
+
+const CDS_FLASH char *const CDS_FLASH errors_with_remedies[] = {
 #define ROW(name, number, text, remedy) [number] = FLASH_TEXT(text "; " remedy),
+    CDS_RESULTS(ROW) CONSOLE_ERRORS(ROW) MOTION_ERRORS(ROW)
+#undef ROW
+};
+
+const CDS_FLASH char *const CDS_FLASH errors_without_remedies[] = {
+#define ROW(name, number, text, remedy) [number] = FLASH_TEXT(text),
     CDS_RESULTS(ROW) CONSOLE_ERRORS(ROW)
 #undef ROW
 };
 
 const CDS_FLASH char *error_text(uint8_t number)
 {
-    return texts[number];
+    return command_set.errors[number];
 }
 
 uint8_t error_of_servo(uint8_t *bits)

@@ -8,14 +8,14 @@
 #include "cds55xx/result.h" // CDS_RESULTS
 #include "flash.h"          // CDS_FLASH
 
-/* X(name, number, text, remedy) */
+/* X(name, number, text, remedy): errors of every profile with a console. */
 #define CONSOLE_ERRORS(X)                                                                          \
     X(ERROR_UNKNOWN_COMMAND, 30, "unknown command", "'help' lists the commands")                   \
     X(ERROR_COUNT, 31, "wrong number of arguments", "'help COMMAND' shows what it takes")          \
     X(ERROR_NOT_A_NUMBER, 32, "not a number",                                                      \
       "write 90, 90.5deg, 512raw, -30rpm, 0x1F: see 'help COMMAND'")                               \
     X(ERROR_OUT_OF_RANGE, 33, "number out of range",                                               \
-      "IDs are 0 to 253 (254, all, where help says so), bytes 0 to 255; else see 'help COMMAND'")  \
+      "'help COMMAND' or docs/console.md has the range")                                           \
     X(ERROR_UNKNOWN_REGISTER, 34, "unknown register",                                              \
       "name it as in docs/registers.md, or give its address, 0 to 0x31")                           \
     X(ERROR_LINE_TOO_LONG, 35, "line too long", "send at most 1400 characters in a line")          \
@@ -50,13 +50,18 @@
     X(ERROR_STOPPED, 54, "stopped: driving is inhibited",                                          \
       "remove the cause, then 'release', and set torque and goals again")                          \
     X(ERROR_OMITTED, 55, "not in the firmware of this board",                                      \
-      "boards with more flash have it (profile full), and so has the library")                     \
+      "boards with more flash and RAM have it, and so has the library")                            \
+    X(ERROR_TIME, 56, "time of the move out of range", "'help COMMAND' has the range")             \
+    X(ERROR_TOO_FAST, 57, "too fast for a joint",                                                  \
+      "give it the time that the reply names, or more")                                            \
+    X(ERROR_MOTION, 58, "a motion plays",                                                          \
+      "'motion wait' waits for its end, 'motion off' ends it; torque off always works")            \
     X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \
     X(ERROR_SETTING_RANGE, 61, "value out of range of the setting",                                \
       "docs/settings.md has the ranges")                                                           \
     X(ERROR_NOT_SAVED, 62, "the EEPROM does not keep what is written",                             \
       "the older settings stay saved; try again, or replace the chip")                             \
-    X(ERROR_SAVING, 63, "settings are being saved", "try again in 0.2 s")                          \
+    X(ERROR_SAVING, 63, "the EEPROM is being written", "try again in 0.2 s")                       \
     X(ERROR_STOPPING, 64, "torque off is under way", "try again when 'status' says how it went")   \
     X(ERROR_LINK_LOST, 65, "the host link was lost", "'clear' when the link is back")              \
     X(ERROR_SERVO_INSTRUCTION, 20, "servo: instruction error",                                     \
@@ -68,13 +73,39 @@
     X(ERROR_SERVO_ANGLE, 23, "servo: angle limit error",                                           \
       "the goal lies outside CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT")
 
+/* X(name, number, text, remedy): errors of the profile `full`. */
+#define MOTION_ERRORS(X)                                                                           \
+    X(ERROR_GOAL, 70, "the servo does not keep its goal", "torque stays off; look for noise")      \
+    X(ERROR_NAME, 71, "not a name", "a letter, then letters and digits, up to 8 characters")       \
+    X(ERROR_NAME_LONG, 72, "name too long", "at most 8 characters")                                \
+    X(ERROR_KEYWORD, 73, "the name is a word of the console", "choose another name")               \
+    X(ERROR_NO_POSE, 74, "unknown pose", "'pose list' shows the poses")                            \
+    X(ERROR_NO_SEQUENCE, 75, "unknown sequence", "'sequence list' shows the sequences")            \
+    X(ERROR_STORE_FULL, 76, "no room for one more",                                                \
+      "delete one, as by 'pose delete NAME'; 'status' shows the room")                             \
+    X(ERROR_STEPS, 77, "the sequence has 16 steps, the most", "begin another sequence")            \
+    X(ERROR_POSE_GONE, 78, "a step names a deleted pose",                                          \
+      "'sequence show NAME' shows the steps; build it again with 'sequence NAME new'")             \
+    X(ERROR_NO_MOTION, 79, "no motion is under way", "'play NAME' begins one")                     \
+    X(ERROR_JOINTS, 80, "too many joints", "all stored poses together have at most 18 servos")     \
+    X(ERROR_STUCK, 83, "does not follow its goals, the motion has ended",                          \
+      "look what blocks it, and whether its torque is on")                                         \
+    X(ERROR_OVERRIDE, 82, "share of the speed out of range", "10 to 200%")                         \
+    X(ERROR_ABSENT, 81, "a joint of the pose is not in the group",                                 \
+      "'pose show NAME' names the servos that 'group' must have")
+
 enum console_error {
 #define CONSOLE_ERROR_ENUM_(name, number, text, remedy) name = number,
-    CONSOLE_ERRORS(CONSOLE_ERROR_ENUM_)
+    CONSOLE_ERRORS(CONSOLE_ERROR_ENUM_) MOTION_ERRORS(CONSOLE_ERROR_ENUM_)
 #undef CONSOLE_ERROR_ENUM_
 } __attribute__((packed));
 
-/* "text; remedy" of an error of either table, a message for the printer. */
+/* Messages for the printer, by number: "text; remedy", and "text" for the profile `console`, which
+ * leaves the remedies to docs/errors.md. A profile names one of them in its command_set. */
+extern const CDS_FLASH char *const CDS_FLASH errors_with_remedies[];
+extern const CDS_FLASH char *const CDS_FLASH errors_without_remedies[];
+
+/* The message of an error of either table. */
 const CDS_FLASH char *error_text(uint8_t number);
 
 /* The console's error for the packet errors among the CDS_ERROR_* bits `bits` (the highest one, if

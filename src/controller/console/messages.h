@@ -9,6 +9,8 @@
 /* A string in flash for the initialiser of a static table: a plain literal would stand in RAM. */
 #define FLASH_TEXT(string) ((const CDS_FLASH char[]){string})
 
-extern const CDS_FLASH char message_nothing[]; // ""
+extern const CDS_FLASH char message_nothing[];  // ""
+extern const CDS_FLASH char message_servo[];    // "servo %u: %s"
+extern const CDS_FLASH char message_too_fast[]; // "servo %u needs %l ms"
 
 #endif

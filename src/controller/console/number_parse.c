@@ -61,7 +61,7 @@ static bool is_unit(const char *from, const char *end, const CDS_FLASH char *nam
     return *name == '\0';
 }
 
-/* The unit that the rest of the word is, if there is a rest. */
+/* The unit at the end of the word, if there is one. */
 static uint8_t take_unit(const char *from, const char *end, struct number *number)
 {
     const CDS_FLASH struct unit_name *name = unit_names;
@@ -205,15 +205,28 @@ uint8_t number_within(const struct number *number, enum cds_unit unit, uint16_t 
     return error;
 }
 
-uint8_t number_ms(const struct number *number, uint16_t *ms)
+uint8_t number_ms(const struct number *number, uint32_t highest, uint32_t *ms)
 {
     int32_t us;
     uint8_t error = value_of(number, NUMBER_TIME, 3, &us);
 
     if (error)
         return error;
-    if (us < 0 || us > UINT16_MAX * 1000L)
+    if (us < 0 || us > (int32_t)highest * 1000)
         return ERROR_OUT_OF_RANGE;
-    *ms = (uint16_t)(us / 1000);
-    return *ms * 1000L == us ? 0 : ERROR_NOT_A_NUMBER;
+    *ms = (uint32_t)us / 1000;
+    return *ms * 1000 == (uint32_t)us ? 0 : (uint8_t)ERROR_NOT_A_NUMBER;
+}
+
+uint8_t number_percent(const struct number *number, uint8_t *percent)
+{
+    int32_t share;
+    uint8_t error = value_of(number, NUMBER_SHARE, 2, &share);
+
+    if (error)
+        return error;
+    if (share < 0 || share > UINT8_MAX * 100L)
+        return ERROR_OUT_OF_RANGE;
+    *percent = (uint8_t)(share / 100);
+    return *percent * 100 == share ? 0 : (uint8_t)ERROR_NOT_A_NUMBER;
 }

@@ -46,7 +46,12 @@ uint8_t number_register(const struct number *number, enum cds_unit unit, uint16_
 /* number_register(); a raw value that no register of that unit holds is ERROR_OUT_OF_RANGE, too. */
 uint8_t number_within(const struct number *number, enum cds_unit unit, uint16_t *raw);
 
-/* A time in milliseconds, which a bare number is: 0 and *ms; else as number_register(). */
-uint8_t number_ms(const struct number *number, uint16_t *ms);
+/* A share in percent, 0 to 255, which a bare number is: 0 and *percent; else as number_register().
+ */
+uint8_t number_percent(const struct number *number, uint8_t *percent);
+
+/* A time in milliseconds, which a bare number is, from 0 to `highest`, at most 2 000 000: 0 and
+ * *ms; else as number_register(). */
+uint8_t number_ms(const struct number *number, uint32_t highest, uint32_t *ms);
 
 #endif

@@ -19,6 +19,7 @@ enum argument {
     ARGUMENT_LENGTH,
     ARGUMENT_COMMAND,
     ARGUMENT_SETTING,
+    ARGUMENT_NAME,
     ARGUMENT_NUMBER, // and all names that are not below
     ARGUMENT_VALUES, // from here on: one word or more
     ARGUMENT_BLOCKS,
@@ -30,18 +31,11 @@ static const CDS_FLASH struct {
     char name[12]; // at most 11 characters
     uint8_t argument;
 } arguments[] = {
-    {"ID", ARGUMENT_ID},
-    {"OLD", ARGUMENT_ID},
-    {"ID|254", ARGUMENT_ID_OR_ALL},
-    {"NEW", ARGUMENT_NEW_ID},
-    {"REG", ARGUMENT_REGISTER},
-    {"LENGTH", ARGUMENT_LENGTH},
-    {"COMMAND", ARGUMENT_COMMAND},
-    {"NAME", ARGUMENT_SETTING},
-    {"VALUE...", ARGUMENT_VALUES},
-    {"ID:BYTE,...", ARGUMENT_BLOCKS},
-    {"ID...", ARGUMENT_IDS},
-    {"ANGLE...", ARGUMENT_ANGLES},
+    {"ID", ARGUMENT_ID},           {"OLD", ARGUMENT_ID},          {"ID|254", ARGUMENT_ID_OR_ALL},
+    {"NEW", ARGUMENT_NEW_ID},      {"REG", ARGUMENT_REGISTER},    {"LENGTH", ARGUMENT_LENGTH},
+    {"COMMAND", ARGUMENT_COMMAND}, {"SETTING", ARGUMENT_SETTING}, {"NAME", ARGUMENT_NAME},
+    {"POSE", ARGUMENT_NAME},       {"VALUE...", ARGUMENT_VALUES}, {"ID:BYTE,...", ARGUMENT_BLOCKS},
+    {"ID...", ARGUMENT_IDS},       {"ANGLE...", ARGUMENT_ANGLES},
 };
 
 #define ARGUMENTS (sizeof arguments / sizeof arguments[0])
@@ -70,15 +64,27 @@ static bool is_capital(char c)
     return c >= 'A' && c <= 'Z';
 }
 
-/* True if the token is the word at `name`, which ends as an argument or at a '|'. */
-static bool is_word(const struct token *token, const CDS_FLASH char *name)
+/* Which of the words at `usage`, as in a|b, the token is, from 1 on; 0: none of them. */
+NOINLINE static uint8_t choice_of(const CDS_FLASH char *usage, const struct token *token)
 {
-    if (token->length > TOKEN_MAX)
-        return false;
-    for (uint8_t i = 0; i < token->length; i++, name++)
-        if (ends(*name) || *name == '|' || token->text[i] != *name)
-            return false;
-    return ends(*name) || *name == '|';
+    uint8_t index = 1, same = 0; // characters of the token that the word begins with
+
+    for (;; usage++) {
+        char c = *usage;
+
+        if (c == '|' || ends(c)) {
+            if (same == token->length)
+                return index;
+            if (c != '|')
+                return 0;
+            index++;
+            same = 0;
+        } else if (same < TOKEN_MAX && token->text[same] == c) {
+            same++;
+        } else {
+            same = UINT8_MAX; // another word
+        }
+    }
 }
 
 /* True if the argument at `usage` has the name `name`. */
@@ -104,39 +110,86 @@ static uint8_t argument_at(const CDS_FLASH char *usage)
     return ARGUMENT_NUMBER;
 }
 
-/* Goes on to the argument behind the one at line->usage, or to the end. */
-static void move_on(struct command_line *line)
+/* The argument behind the one at `usage`, or the end. */
+static const CDS_FLASH char *behind(const CDS_FLASH char *usage)
 {
-    const CDS_FLASH char *usage = line->usage;
-
     while (!ends(*usage))
         usage++;
     while (*usage == ' ' || *usage == ']')
         usage++;
-    line->usage = usage;
-    line->argument = argument_at(usage);
+    return usage;
 }
 
-/* Commands differ in the first letter, nearly all of them: comparing it first keeps the bus from
- * waiting for a list of names. */
-const CDS_FLASH struct command *parse_command(const struct token *token)
+static void move_on(struct command_line *line)
+{
+    line->usage = behind(line->usage);
+    line->argument = argument_at(line->usage);
+}
+
+static bool is_letter(char c)
+{
+    return (c | 0x20) >= 'a' && (c | 0x20) <= 'z';
+}
+
+/* True if the argument at `usage`, an enum argument, may be the token. Of the arguments in capitals
+ * only a name begins with a letter where another row has something else. */
+static bool takes(const CDS_FLASH char *usage, uint8_t argument, const struct token *token)
+{
+    while (*usage == '[')
+        usage++;
+    if (argument == ARGUMENT_NONE)
+        return choice_of(usage, token);
+    if (argument < ARGUMENT_SETTING) // no row has anything else at its place: saves the search
+        return true;
+    return is_letter(token->text[0]) == (argument == ARGUMENT_NAME);
+}
+
+/* The first row whose usage begins with the `same` characters at `begin` and takes the token next;
+ * NULL: there is none. Rows differ in the first letter, nearly all of them: comparing it first
+ * keeps the bus from waiting for a list of names. */
+static const CDS_FLASH struct command *
+find_row(const CDS_FLASH char *begin, const CDS_FLASH char *end, const struct token *token)
 {
     const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;
-    char first = token->text[0];
+    char first = end ? *begin : token->text[0];
 
     for (; *group; group++) {
         const CDS_FLASH struct command *row = (*group)->rows;
 
-        for (uint8_t left = (*group)->count; left; left--, row++)
-            if (*row->usage == first && is_word(token, row->usage))
+        for (uint8_t left = (*group)->count; left; left--, row++) {
+            const CDS_FLASH char *usage = row->usage, *other = begin;
+
+            if (*usage != first)
+                continue;
+            for (; other < end && *usage == *other; usage++)
+                other++;
+            if (other == end && takes(usage, argument_at(usage), token))
                 return row;
+        }
     }
     return NULL;
 }
 
+const CDS_FLASH struct command *parse_command(const struct token *token)
+{
+    return find_row(NULL, NULL, token);
+}
+
+bool parse_is_keyword(const CDS_FLASH char *usage, const struct token *token)
+{
+    while (*usage) {
+        while (*usage == '[')
+            usage++;
+        if (!is_capital(*usage) && choice_of(usage, token))
+            return true;
+        usage = behind(usage);
+    }
+    return false;
+}
+
 /* ---- words: these functions return the error of the line that the word is, or 0 ---- */
 
-static uint8_t take_name(struct command_line *line, const struct token *token)
+static uint8_t take_command(struct command_line *line, const struct token *token)
 {
     line->command = parse_command(token);
     if (line->command == NULL)
@@ -165,11 +218,6 @@ static void begin_packet(struct command_line *line)
         return;
     cds_packet_begin(&line->request->packet, line->id, instruction);
     cds_packet_put(&line->request->packet, line->address);
-}
-
-static bool is_letter(char c)
-{
-    return (c | 0x20) >= 'a' && (c | 0x20) <= 'z';
 }
 
 static uint8_t take_register(struct command_line *line, const struct token *token)
@@ -281,18 +329,11 @@ static uint8_t take_angle(struct command_line *line, const struct token *token)
 /* One of the words at line->usage. */
 static uint8_t take_choice(struct command_line *line, const struct token *token)
 {
-    const CDS_FLASH char *word = line->usage;
+    uint8_t choice = choice_of(line->usage, token);
 
-    for (uint8_t index = 1;; index++) {
-        if (is_word(token, word)) {
-            line->choice = index;
-            return 0;
-        }
-        while (!ends(*word) && *word != '|')
-            word++;
-        if (*word++ != '|')
-            return ERROR_UNKNOWN_WORD;
-    }
+    if (line->choice == 0)
+        line->choice = choice;
+    return choice ? 0 : ERROR_UNKNOWN_WORD;
 }
 
 static uint8_t take_topic(struct command_line *line, const struct token *token)
@@ -307,6 +348,17 @@ static uint8_t take_setting(struct command_line *line, const struct token *token
     return line->setting < SETTINGS_COUNT ? 0 : ERROR_UNKNOWN_SETTING;
 }
 
+/* A name that the user gives, kept at the end of the request's buffer. */
+static uint8_t take_name(struct command_line *line, const struct token *token)
+{
+    char *name = parse_name(line, line->names++);
+
+    memcpy(name, token->text, PARSE_NAME_SIZE);
+    if (token->length < PARSE_NAME_SIZE)
+        name[token->length] = '\0';
+    return 0;
+}
+
 NOINLINE static uint8_t take_argument(struct command_line *line, const struct token *token,
                                       char separator)
 {
@@ -318,6 +370,7 @@ NOINLINE static uint8_t take_argument(struct command_line *line, const struct to
     case ARGUMENT_LENGTH: return take_length(line, token);
     case ARGUMENT_COMMAND: return take_topic(line, token);
     case ARGUMENT_SETTING: return take_setting(line, token);
+    case ARGUMENT_NAME: return take_name(line, token);
     case ARGUMENT_NUMBER: return number_parse(token, &line->number[line->numbers++]);
     case ARGUMENT_VALUES: return take_value(line, token);
     case ARGUMENT_BLOCKS: return take_block(line, token, separator);
@@ -332,11 +385,29 @@ static bool repeats(const struct command_line *line)
     return line->argument >= ARGUMENT_VALUES;
 }
 
+/* Goes on with the first row that takes this word, if the present one does not. Up to here the two
+ * read the same. */
+static void choose_row(struct command_line *line, const struct token *token)
+{
+    uint8_t same = (uint8_t)(line->usage - line->command->usage);
+    const CDS_FLASH struct command *row;
+
+    if (takes(line->usage, line->argument, token))
+        return;
+    row = find_row(line->command->usage, line->usage, token);
+    if (row == NULL)
+        return;
+    line->command = row;
+    line->usage = row->usage + same;
+    line->argument = argument_at(line->usage);
+}
+
 /* Goes on to the argument that this word is for: a word ends a list of numbers. */
 static void find_argument(struct command_line *line, const struct token *token)
 {
     if (line->argument >= ARGUMENT_IDS && line->values && is_letter(token->text[0]))
         move_on(line);
+    choose_row(line, token);
     while (*line->usage == '[')
         line->usage++;
 }
@@ -346,7 +417,7 @@ void parse_word(struct command_line *line, const struct token *token, char separ
     if (line->error)
         return;
     if (line->words == 0) {
-        line->error = take_name(line, token);
+        line->error = take_command(line, token);
     } else {
         find_argument(line, token);
         line->error = take_argument(line, token, separator);

@@ -11,7 +11,9 @@
 #include "console/token.h"        // struct token
 #include "console/number_parse.h" // struct number
 
-#define PARSE_LIST_MAX 50 // IDs or angles in a line
+#define PARSE_LIST_MAX  50 // IDs or angles in a line
+#define PARSE_NAME_SIZE 9  // bytes of a name: its first 9 characters, or all of them and a zero
+#define PARSE_NAMES_MAX 2  // names in a line
 
 /* A line being read. */
 struct command_line {
@@ -25,7 +27,8 @@ struct command_line {
     uint8_t setting;   // row of settings_table
     uint8_t address;   // of the register named first
     uint8_t length;    // bytes to read, or for each servo
-    uint8_t choice;    // which of several words, from 1 on; 0: none
+    uint8_t choice;    // which of several words, from 1 on; 0: none. The first such word decides
+    uint8_t names;     // count of names
     uint8_t numbers;   // count of `number`
     uint8_t values;    // count of a list, or of values of registers
     uint8_t words;     // so far, the command's name included
@@ -38,6 +41,17 @@ struct command_line {
 
 /* The command named by `token`; NULL: there is none. */
 const CDS_FLASH struct command *parse_command(const struct token *token);
+
+/* Name `index`, 0 or 1, of the line: PARSE_NAME_SIZE bytes at the end of the request's buffer. */
+static inline char *parse_name(const struct command_line *line, uint8_t index)
+{
+    const struct cds_packet *packet = &line->request->packet;
+
+    return (char *)packet->bytes + packet->capacity - PARSE_NAME_SIZE * (index + 1);
+}
+
+/* True if the token is a word in small letters of this usage string. */
+bool parse_is_keyword(const CDS_FLASH char *usage, const struct token *token);
 
 /* Forgets the line and begins a new one. */
 void parse_begin(struct command_line *line);

@@ -148,7 +148,7 @@ static const CDS_FLASH uint32_t powers[] = {1000000000, 100000000, 10000000, 100
 
 void printer_fixed(struct printer *printer, int32_t value, uint8_t decimals)
 {
-    uint32_t rest = value < 0 ? 0 - (uint32_t)value : (uint32_t)value;
+    uint32_t remaining = value < 0 ? 0 - (uint32_t)value : (uint32_t)value;
     bool begun = false;
 
     if (value < 0)
@@ -157,11 +157,11 @@ void printer_fixed(struct printer *printer, int32_t value, uint8_t decimals)
         uint32_t power = powers[DIGITS - left];
         char digit = '0';
 
-        if (left <= decimals && rest == 0)
+        if (left <= decimals && remaining == 0)
             return;
         if (left == decimals)
             printer_char(printer, '.');
-        for (; rest >= power; rest -= power)
+        for (; remaining >= power; remaining -= power)
             digit++;
         begun = begun || digit != '0' || left <= decimals + 1;
         if (begun)

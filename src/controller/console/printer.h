@@ -27,8 +27,8 @@ union printer_value {
 
 struct printer {
     struct cds_ring *ring;
-    const CDS_FLASH char *text;  // rest of the message being printed, or NULL
-    const CDS_FLASH char *outer; // rest of the message that `text` stands in, or NULL
+    const CDS_FLASH char *text;  // what remains of the message being printed, or NULL
+    const CDS_FLASH char *outer; // what remains of the message that has `text` in it, or NULL
     bool ends;                   // the message is the end of its line
     bool within;                 // a line has begun
     uint8_t next;                // index of the next value

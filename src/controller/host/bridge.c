@@ -51,12 +51,10 @@ static void pass(struct bridge *bridge)
     bridge->state = BRIDGE_WAITING;
 }
 
-/* Takes back a packet that still waits for its turn on the bus after HOST_SILENCE_US: the client
- * has given up waiting for the reply. */
+/* Takes back a packet that still waits for its turn on the bus after HOST_SILENCE_US. */
 static void drop_expired(struct bridge *bridge)
 {
-    if (cds_port_now_us() - bridge->taken_us < HOST_SILENCE_US ||
-        cds_bus_cancel(bridge->bus, &bridge->request) != CDS_OK)
+    if (!host_is_late(bridge->taken_us) || cds_bus_cancel(bridge->bus, &bridge->request) != CDS_OK)
         return;
     bridge->host->counters.late++;
     bridge->state = BRIDGE_IDLE;
@@ -100,6 +98,7 @@ static void poll_bulk_read(struct bridge *bridge)
 {
     switch (bulk_read_poll(&bridge->bulk_read)) {
     case BULK_READ_MORE: break;
+    case BULK_READ_DROPPED: bridge->host->counters.late++; // fall through
     case BULK_READ_DONE: bridge->state = BRIDGE_IDLE; break;
     case BULK_READ_ANSWER:
         bridge->request.id = bridge->bulk_read.device_id;
@@ -126,7 +125,7 @@ NOINLINE static void take(struct bridge *bridge)
     uint8_t id, instruction;
 
     packet->bytes = host_demux_take(bridge->host, packet->bytes);
-    bridge->taken_us = bridge->host->whole_us;
+    bridge->taken_us = bridge->host->packet_us;
     packet->size = (uint16_t)(packet->bytes[CDS_AT_LENGTH] + CDS_AT_LENGTH + 1);
     id = packet->bytes[CDS_AT_ID];
     bridge->request.id = id; // a packet that changes the ID is answered with the old one (R2)
@@ -144,7 +143,7 @@ void bridge_poll(struct bridge *bridge)
     OPTIMIZER_BARRIER(bridge);
     switch (bridge->state) {
     case BRIDGE_IDLE:
-        if (bridge->host->whole)
+        if (bridge->host->has_packet)
             take(bridge);
         break;
     case BRIDGE_WAITING: await_reply(bridge); break;
@@ -156,6 +155,28 @@ void bridge_poll(struct bridge *bridge)
         bridge->state = BRIDGE_IDLE;
 }
 
+/* A bulk read that waits for the bus still hands over a status packet that has come. A WRITE to the
+ * device waits, since it may change the rate of the bus. */
+NOINLINE bool bridge_goes_on(struct bridge *bridge)
+{
+    OPTIMIZER_BARRIER(bridge);
+    if (bridge->state == BRIDGE_BULK_READ) {
+        if (!host_is_late(bridge->taken_us))
+            return bulk_read_talks(&bridge->bulk_read);
+        bulk_read_abort(&bridge->bulk_read);
+        return true;
+    }
+    if (bridge->state == BRIDGE_DEVICE && bridge->device->unsettled) {
+        if (host_is_late(bridge->taken_us)) { // the WRITE is carried out; the host waits no longer
+            device_drop_answer(bridge->device);
+            bridge->host->counters.late++;
+            bridge->state = BRIDGE_IDLE;
+        }
+        return false;
+    }
+    return bridge->state != BRIDGE_IDLE;
+}
+
 bool bridge_talks(const struct bridge *bridge)
 {
     return bridge->state == BRIDGE_ANSWERING ||
@@ -164,5 +185,5 @@ bool bridge_talks(const struct bridge *bridge)
 
 bool bridge_idle(const struct bridge *bridge)
 {
-    return bridge->state == BRIDGE_IDLE && !bridge->host->whole;
+    return bridge->state == BRIDGE_IDLE && !bridge->host->has_packet;
 }

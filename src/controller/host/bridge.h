@@ -44,11 +44,11 @@ struct bridge {
     struct device *device;
     struct cds_ring *output;    // to the host
     struct cds_request request; // swaps its packet buffer with the demux
-    struct bulk_read bulk_read;
     struct status_packet status;
     uint32_t taken_us; // when the last byte of the packet came from the host
     uint8_t state;     // enum bridge_state
     struct bridge_counters counters;
+    struct bulk_read bulk_read;
     uint8_t reply[STATUS_PACKET_HEAD + CDS_REPLY_ANY + 1]; // room for a whole status packet: head,
                                                            // parameters, checksum
 };
@@ -61,6 +61,11 @@ void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host_demux *
 /* Moves the packet of the host on. Call it from the main loop after host_demux_poll() and
  * cds_bus_poll(). */
 void bridge_poll(struct bridge *bridge);
+
+/* Call it while an operation has the bus to itself, and bridge_poll() only if it returns true. The
+ * next packet of the host waits. A SYNC READ or BULK READ waits, too; after HOST_SILENCE_US it is
+ * dropped and counts as late. */
+bool bridge_goes_on(struct bridge *bridge);
 
 /* True while a status packet is partly in the ring or waits for room. No other byte may be put into
  * the ring then. */

@@ -60,23 +60,25 @@ static void begin_sync(struct bulk_read *bulk, uint8_t *packet)
         memmove(packet + PACKET_MAX - parameters, packet + CDS_AT_PARAMETERS + 2, parameters);
 }
 
-static bool begin_bulk(struct bulk_read *bulk, const uint8_t *packet)
+static void begin_bulk(struct bulk_read *bulk, const uint8_t *packet)
 {
     uint8_t left = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1);
     const uint8_t *item = packet + CDS_AT_PARAMETERS + 1;
+    uint8_t servos = 0;
 
     bulk->is_bulk = true;
     bulk->servos = 0;
     bulk->next = item;
     if (left > DATA_MAX)
-        return false;
+        return;
     for (; left >= BULK_ITEM; left = (uint8_t)(left - BULK_ITEM)) {
         if (item[1] > CDS_ID_MAX)
-            return false;
+            return;
         item += BULK_ITEM;
-        bulk->servos++;
+        servos++;
     }
-    return left == 0 && bulk->servos;
+    if (left == 0)
+        bulk->servos = servos;
 }
 
 /* ---- one servo after the other ---- */
@@ -120,7 +122,7 @@ static bool ask_device(struct bulk_read *bulk, struct cds_request *read)
 NOINLINE static void keep(struct bulk_read *bulk, const struct cds_request *read)
 {
     uint8_t length = bulk->length;
-    bool is_good = read->result == CDS_OK && read->id <= CDS_ID_MAX && read->length == length;
+    bool is_good = read->result == CDS_OK && read->length == length;
 
     if (!is_good)
         device_note_failure(bulk->device, read->id);
@@ -155,7 +157,9 @@ void bulk_read_open(struct bulk_read *bulk, struct cds_bus *bus, struct device *
                     struct cds_ring *output)
 {
     OPTIMIZER_BARRIER(bulk);
-    *bulk = (struct bulk_read){.bus = bus, .device = device, .output = output};
+    bulk->bus = bus;
+    bulk->device = device;
+    bulk->output = output;
     for (uint8_t i = 0; i < 2; i++) {
         bulk->requests[i].packet.bytes = bulk->packets[i];
         bulk->requests[i].packet.capacity = sizeof bulk->packets[i];
@@ -166,16 +170,15 @@ void bulk_read_open(struct bulk_read *bulk, struct cds_bus *bus, struct device *
 
 bool bulk_read_begin(struct bulk_read *bulk, uint8_t device_id, uint8_t *packet)
 {
-    bool makes_sense = true;
-
     OPTIMIZER_BARRIER(bulk);
     bulk->device_id = device_id;
     bulk->pipeline.result = CDS_OK;
     if (packet[CDS_AT_INSTRUCTION] == INSTRUCTION_SYNC_READ)
         begin_sync(bulk, packet);
     else
-        makes_sense = begin_bulk(bulk, packet);
-    if (makes_sense && bulk->servos) {
+        begin_bulk(bulk, packet);
+    bulk->requests[0].no_retry = bulk->requests[1].no_retry = bulk->is_bulk;
+    if (bulk->servos) {
         cds_read_pipeline_begin(
             &bulk->pipeline, &(struct cds_read_pipeline_config){.bus = bulk->bus,
                                                                 .requests = bulk->requests,
@@ -188,12 +191,22 @@ bool bulk_read_begin(struct bulk_read *bulk, uint8_t device_id, uint8_t *packet)
         cds_read_pipeline_poll(&bulk->pipeline);
     }
     device_forget_failures(bulk->device); // while the first servo is asked
-    return makes_sense;
+    return bulk->servos || !bulk->is_bulk;
+}
+
+void bulk_read_abort(struct bulk_read *bulk)
+{
+    OPTIMIZER_BARRIER(bulk);
+    cds_read_pipeline_abort(&bulk->pipeline);
 }
 
 enum bulk_read_progress bulk_read_poll(struct bulk_read *bulk)
 {
-    if (cds_read_pipeline_poll(&bulk->pipeline) == CDS_PENDING)
+    enum cds_result result = cds_read_pipeline_poll(&bulk->pipeline);
+
+    if (result == CDS_PENDING)
         return BULK_READ_MORE;
+    if (result != CDS_OK)
+        return BULK_READ_DROPPED;
     return bulk->is_bulk ? BULK_READ_DONE : BULK_READ_ANSWER;
 }

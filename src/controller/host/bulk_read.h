@@ -28,9 +28,10 @@
 
 /* What bulk_read_poll() tells. */
 enum bulk_read_progress {
-    BULK_READ_MORE,   // call again
-    BULK_READ_ANSWER, // ended: a status packet of the device is due
-    BULK_READ_DONE,   // ended: nothing more is due
+    BULK_READ_MORE,    // call again
+    BULK_READ_ANSWER,  // ended: a status packet of the device is due
+    BULK_READ_DONE,    // ended: nothing more is due
+    BULK_READ_DROPPED, // ended by bulk_read_abort(): nothing more is due
 } __attribute__((packed));
 
 /* All state of it. The buffers stand last: an AVR reaches the first 64 bytes with less code. */
@@ -52,7 +53,7 @@ struct bulk_read {
     uint8_t replies[2][CDS_REPLY_MAX]; // the device finds its packet there, too
 };
 
-/* Opens it. Call once. */
+/* Opens it; it must be zero. Call once. */
 void bulk_read_open(struct bulk_read *bulk, struct cds_bus *bus, struct device *device,
                     struct cds_ring *output);
 
@@ -66,6 +67,9 @@ bool bulk_read_begin(struct bulk_read *bulk, uint8_t device_id, uint8_t *packet)
 
 /* Moves on; call it after cds_bus_poll(). */
 enum bulk_read_progress bulk_read_poll(struct bulk_read *bulk);
+
+/* Sends no further READ. Poll it until it has ended. */
+void bulk_read_abort(struct bulk_read *bulk);
 
 /* True while a status packet waits for room in the ring. */
 static inline bool bulk_read_talks(const struct bulk_read *bulk)

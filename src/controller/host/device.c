@@ -15,14 +15,24 @@ enum access { RD, RW } __attribute__((packed));
 /* A row of the register table. */
 struct row {
     uint8_t address, bytes, access;
-    uint16_t lowest, highest;
 };
 
 static const CDS_FLASH struct row rows[DEVICE_REGISTER_COUNT] = {
-#define ROW(name, address, bytes, access, lowest, highest, unit, what)                             \
-    {address, bytes, access, lowest, highest},
+#define ROW(name, address, bytes, access, lowest, highest, unit, what) {address, bytes, access},
     DEVICE_REGISTERS(ROW)
 #undef ROW
+};
+
+/* The values of a register that may be written. The table ends with the last such register. */
+static const CDS_FLASH struct {
+    uint16_t lowest, highest;
+} ranges[] = {
+#define RANGE_RD(name, lowest, highest)
+#define RANGE_RW(name, lowest, highest) [DEVICE_##name] = {lowest, highest},
+#define RANGE(name, address, bytes, access, lowest, highest, unit, what)                           \
+    RANGE_##access(name, lowest, highest)
+    DEVICE_REGISTERS(RANGE)
+#undef RANGE
 };
 
 uint8_t device_id(const struct device *device)
@@ -143,7 +153,7 @@ static uint8_t written(const struct device *device, const uint8_t *packet, uint8
 
 static bool may_be(uint8_t reg, uint16_t value)
 {
-    return rows[reg].access == RW && value >= rows[reg].lowest && value <= rows[reg].highest;
+    return rows[reg].access == RW && value >= ranges[reg].lowest && value <= ranges[reg].highest;
 }
 
 static uint8_t write(struct device *device, const uint8_t *packet)

@@ -93,7 +93,8 @@
     X(BRIDGE_UNANSWERED, 0x42, 2, RD, 0, 65535, "packets",                                         \
       "passed, and not answered though a reply was due")                                           \
     X(BRIDGE_REFUSED, 0x44, 2, RD, 0, 65535, "packets",                                            \
-      "not given to the bus: driving is inhibited, or a limit forbids it")                         \
+      "not sent: driving is inhibited; a limit; a RETURN_DELAY that this board cannot receive; "   \
+      "READ at status return level 0; an operation has the bus; a malformed BULK READ")            \
     X(FAILED_IDS, 0x50, 32, RD, 0, 255, "-",                                                       \
       "a bit for each ID that failed in the last SYNC READ or BULK READ: bit ID % 8 of byte "      \
       "ID / 8")
@@ -134,6 +135,13 @@ uint8_t device_id(const struct device *device);
 /* Carries out the whole packet at `packet`. True: device->error and device->length tell the reply,
  * and its parameters stand at `packet`. False: not finished; call again. */
 bool device_obey(struct device *device, uint8_t *packet);
+
+/* The WRITE or RESET that waits for ops->settled() gets no answer. */
+static inline void device_drop_answer(struct device *device)
+{
+    device->unsettled = false;
+    device->left = 0;
+}
 
 /* True while device_obey() has to be called again for the same packet. */
 static inline bool device_is_busy(const struct device *device)

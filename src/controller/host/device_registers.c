@@ -93,12 +93,15 @@ static void set(void *context, uint8_t reg, uint16_t value)
         cds_servos_acknowledge(&registers->failsafe->robot->servos, NULL);
 }
 
-/* The same rules as at the console: neither register may be cleared while torque off is under way,
- * and LINK_LOST must be cleared before INHIBIT. */
+/* The same rules as at the console: nothing is saved while a motion is under way, neither LINK_LOST
+ * nor INHIBIT may be cleared while torque off is under way, and LINK_LOST must be cleared before
+ * INHIBIT. */
 static bool allows(void *context, uint8_t reg)
 {
     const struct failsafe *failsafe = ((const struct device_registers *)context)->failsafe;
 
+    if (reg == DEVICE_SAVE)
+        return !robot_moves(failsafe->robot);
     if (reg != DEVICE_INHIBIT && reg != DEVICE_LINK_LOST)
         return true;
     return !robot_is_stopping(failsafe->robot) && (reg == DEVICE_LINK_LOST || !failsafe->link_lost);

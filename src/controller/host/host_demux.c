@@ -9,7 +9,7 @@
 
 /* Bounds of a poll, since the bus must not wait. */
 #define BYTES_PER_POLL   3  // bytes examined one by one
-#define STALE_PER_POLL   16 // bytes examined one by one after a silence: Ctrl-X must be found soon
+#define CUT_OFF_PER_POLL 16 // bytes examined one by one after a silence: Ctrl-X must be found soon
 #define COUNTED_PER_POLL 32 // bytes that LENGTH counts
 
 void host_demux_open(struct host_demux *demux, struct cds_ring *input, struct cds_ring *text,
@@ -17,6 +17,11 @@ void host_demux_open(struct host_demux *demux, struct cds_ring *input, struct cd
 {
     OPTIMIZER_BARRIER(demux);
     *demux = (struct host_demux){.input = input, .text = text, .bytes = bytes};
+}
+
+NOINLINE bool host_is_late(uint32_t from_us)
+{
+    return cds_port_now_us() - from_us >= HOST_SILENCE_US;
 }
 
 static bool is_open(const struct host_demux *demux)
@@ -84,7 +89,7 @@ static void restart(struct host_demux *demux, uint16_t count)
     demux->bytes[0] = CDS_HEADER;
     demux->from = demux->end = 0;
     demux->count = demux->seen = count;
-    demux->stale = demux->searched_again = false;
+    demux->is_cut_off = demux->searched_again = false;
 }
 
 /* 0xFF: a packet may begin. */
@@ -120,8 +125,8 @@ static void reject(struct host_demux *demux)
 NOINLINE void host_demux_gap(struct host_demux *demux)
 {
     demux->counters.gaps++;
-    demux->stale = is_open(demux);
-    if (is_open(demux) && !demux->whole)
+    demux->is_cut_off = is_open(demux);
+    if (is_open(demux) && !demux->has_packet)
         reject(demux);
     demux->lost = true;
     demux->skipping = true;
@@ -152,7 +157,7 @@ static void move_to_front(struct host_demux *demux)
 static void drop_late(struct host_demux *demux)
 {
     demux->counters.late++;
-    demux->whole = false;
+    demux->has_packet = false;
     demux->from = demux->end;
     demux->seen = (uint16_t)(demux->from + 1);
     demux->end = 0;
@@ -165,20 +170,19 @@ static void drop_late(struct host_demux *demux)
 /* The whole packet is there. With a good checksum its bytes add up to 0xFF. */
 static void check_packet(struct host_demux *demux)
 {
-    uint32_t now_us = cds_port_now_us();
-
     if (demux->sum != UINT8_MAX) {
         reject_malformed(demux);
         return;
     }
-    if (demux->stale || demux->late ||
-        (demux->searched_again && now_us - demux->begun_us >= HOST_SILENCE_US)) {
+    if (demux->is_cut_off || demux->late ||
+        (demux->searched_again && host_is_late(demux->begun_us))) {
         drop_late(demux);
         return;
     }
     demux->counters.packets++;
-    demux->whole_us = now_us;
-    demux->whole = true;
+    demux->packet_us = cds_port_now_us();
+    demux->has_packet = true;
+    demux->searched = cds_ring_begin(demux->input);
 }
 
 /* Examines the next byte. */
@@ -205,7 +209,7 @@ static void examine(struct host_demux *demux)
         demux->end = (uint16_t)(demux->seen + byte);
         if (byte < CDS_LENGTH_MIN || byte > CDS_LENGTH_MAX)
             reject_malformed(demux);
-        else if (demux->stale && demux->end > demux->count)
+        else if (demux->is_cut_off && demux->end > demux->count)
             reject(demux); // the end of the packet will not come
     }
 }
@@ -295,7 +299,7 @@ static void check_silence(struct host_demux *demux)
 {
     if (!is_open(demux) && !demux->skipping && !demux->suspect)
         return;
-    if (cds_port_now_us() - demux->heard_us < HOST_SILENCE_US)
+    if (!host_is_late(demux->heard_us))
         return;
     demux->skipping = false;
     if (demux->suspect)
@@ -304,7 +308,7 @@ static void check_silence(struct host_demux *demux)
     if (is_open(demux)) {
         if (demux->count > 1) // a single 0xFF counts as no packet
             demux->counters.silent++;
-        demux->stale = true;
+        demux->is_cut_off = true;
         reject(demux);
     }
 }
@@ -326,20 +330,82 @@ static void take_following(struct host_demux *demux)
     take_text(demux, byte);
 }
 
+/* Returns the size of what begins at `position` in the input ring: of a good packet, else 1. 0: it
+ * may be a packet, but its end has not come yet. */
+static uint8_t size_at(const struct cds_ring *input, uint8_t position)
+{
+    uint8_t left = cds_ring_distance(position, cds_ring_end(input)), size, sum = 0;
+
+    for (uint8_t at = 0; at < CDS_AT_LENGTH; at++) {
+        if (at == left)
+            return 0;
+        if ((cds_ring_at(input, cds_ring_after(position, at)) == CDS_HEADER) != (at < CDS_AT_ID))
+            return 1; // text, or more than two 0xFF (R27)
+    }
+    if (left == CDS_AT_LENGTH)
+        return 0;
+    size = cds_ring_at(input, cds_ring_after(position, CDS_AT_LENGTH));
+    if (size < CDS_LENGTH_MIN || size > CDS_LENGTH_MAX)
+        return 1;
+    if (size >= left - CDS_AT_LENGTH) // LENGTH counts the bytes after it
+        return 0;
+    size = (uint8_t)(size + CDS_AT_LENGTH + 1);
+    for (uint8_t at = CDS_AT_ID; at < size; at++)
+        sum = (uint8_t)(sum + cds_ring_at(input, cds_ring_after(position, at)));
+    return sum == UINT8_MAX ? size : 1;
+}
+
+/* Ctrl-X stands at `position` in the input ring, behind the packet that waits: drops all that came
+ * before it, since a packet may be a release. */
+static void stop_at(struct host_demux *demux, uint8_t position)
+{
+    uint8_t at = cds_ring_begin(demux->input), size;
+
+    for (; at != position; at = cds_ring_after(at, size)) {
+        size = size_at(demux->input, at);
+        if (size > 1)
+            demux->counters.late++;
+    }
+    size = (uint8_t)(cds_ring_distance(cds_ring_begin(demux->input), position) + 1);
+    demux->old = demux->old > size ? (uint8_t)(demux->old - size) : 0;
+    ring_drop(demux->input, size);
+    drop_late(demux);
+    demux->stop = true;
+}
+
+/* Searches the input ring for Ctrl-X: it must wait neither with the packet that waits for the
+ * bridge nor with packets behind that. Goes on where the last call has ended. */
+static void search_ring(struct host_demux *demux)
+{
+    uint8_t end = cds_ring_end(demux->input), size;
+
+    if (demux->count != demux->end || text_follows(demux))
+        return; // the ring begins within a packet; or take_following() takes the text first
+    if (cds_ring_distance(cds_ring_begin(demux->input), demux->searched) > CDS_RING_SIZE)
+        demux->searched = cds_ring_begin(demux->input); // text was taken
+    while (demux->searched != end && (size = size_at(demux->input, demux->searched))) {
+        if (size == 1 && cds_ring_at(demux->input, demux->searched) == STOP) {
+            stop_at(demux, demux->searched);
+            return;
+        }
+        demux->searched = cds_ring_after(demux->searched, size);
+    }
+}
+
 static void work(struct host_demux *demux)
 {
-    uint8_t left = demux->stale ? STALE_PER_POLL : BYTES_PER_POLL;
+    uint8_t left = demux->is_cut_off ? CUT_OFF_PER_POLL : BYTES_PER_POLL;
 
-    while (!demux->whole || text_follows(demux)) {
+    while (!demux->has_packet || text_follows(demux)) {
         uint8_t done = 1;
 
-        if (demux->whole)
+        if (demux->has_packet)
             take_following(demux);
         else if (demux->seen < demux->count && demux->end)
             done = examine_counted(demux);
         else if (demux->seen < demux->count)
             examine(demux);
-        else if (demux->stale)
+        else if (demux->is_cut_off)
             reject(demux); // the end of the packet will not come; do so before taking another byte
         else if (cds_ring_count(demux->input) == 0)
             break;
@@ -373,7 +439,9 @@ static void watch_time(struct host_demux *demux)
         demux->head = head;
         demux->heard_us = cds_port_now_us();
     }
-    if (demux->whole && cds_port_now_us() - demux->whole_us >= HOST_SILENCE_US) {
+    if (demux->has_packet)
+        search_ring(demux);
+    if (demux->has_packet && host_is_late(demux->packet_us)) {
         demux->old = cds_ring_count(demux->input);
         drop_late(demux);
     }
@@ -393,8 +461,8 @@ bool host_demux_poll(struct host_demux *demux)
     }
     work(demux);
     if (tail != demux->input->tail)
-        return demux->end && !demux->whole;
-    if (!demux->whole && demux->seen == demux->count)
+        return demux->end && !demux->has_packet;
+    if (!demux->has_packet && demux->seen == demux->count)
         check_silence(demux);
     return false;
 }
@@ -411,7 +479,7 @@ uint8_t *host_demux_take(struct host_demux *demux, uint8_t *other)
     demux->bytes = other;
     demux->seen = demux->count ? 1 : 0;
     demux->end = 0;
-    demux->whole = false;
+    demux->has_packet = false;
     if (demux->count && other[0] != CDS_HEADER)
         reject(demux); // bytes within a damaged packet are no text
     return packet;
@@ -419,6 +487,6 @@ uint8_t *host_demux_take(struct host_demux *demux, uint8_t *other)
 
 bool host_demux_idle(const struct host_demux *demux)
 {
-    return !demux->whole && !is_open(demux) && !demux->lost && !demux->skipping &&
+    return !demux->has_packet && !is_open(demux) && !demux->lost && !demux->skipping &&
            cds_ring_count(demux->input) == 0;
 }

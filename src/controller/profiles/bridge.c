@@ -1,7 +1,12 @@
-/* The profile `bridge`: no console. Text of the host is dropped, but for Ctrl-X, which stops the
- * robot; a host releases it by the virtual device. */
+/* Firmware profile `bridge`: the functions of console.h for a firmware without a console. They drop
+ * text of the host, except Ctrl-X, which stops the robot; a host releases the robot by the virtual
+ * device. */
 #include "console/console.h"
 #include "ring_input.h"
+
+void console_load(void)
+{
+}
 
 void console_open(struct console *console, struct failsafe *failsafe, struct cds_ring *input,
                   struct cds_ring *output)
@@ -16,12 +21,20 @@ void console_poll(struct console *console)
 {
     bool stop = false;
 
-    printer_ready(&console->printer); // prints on
     for (; cds_ring_count(console->input); ring_drop(console->input, 1))
         if (ring_peek(console->input, 0) == CONSOLE_STOP)
             stop = true;
     if (stop)
         console_stop(console);
+}
+
+bool console_say(struct console *console, const CDS_FLASH char *line)
+{
+    if (cds_ring_count(console->printer.ring)) // an empty ring has room for a line
+        return false;
+    printer_flash(&console->printer, line);
+    printer_end_of_line(&console->printer);
+    return true;
 }
 
 void console_stop(struct console *console)
@@ -32,5 +45,5 @@ void console_stop(struct console *console)
 
 bool console_idle(const struct console *console)
 {
-    return cds_ring_count(console->input) == 0 && !console->printer.text;
+    return cds_ring_count(console->input) == 0;
 }

@@ -2,7 +2,9 @@
 #include <stddef.h>
 
 #include "console/commands/command_groups.h"
+#include "console/commands/shared.h"
 #include "console/errors.h"
+#include "robot/group_cycle.h"
 
 static uint8_t omitted_begin(struct console *console)
 {
@@ -21,7 +23,8 @@ static const CDS_FLASH struct command omitted_rows[] = {
 
 static const CDS_FLASH struct command_group omitted_commands = {.rows = omitted_rows, .count = 1};
 
-/* In the order of the list. */
+/* In the order of the list of `help`. clang-format would put several groups on a line. */
+// clang-format off
 static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &help_commands,
     &servo_commands,
@@ -37,9 +40,13 @@ static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &controller_commands,
     NULL,
 };
+// clang-format on
 
 const CDS_FLASH struct command_set command_set = {
     .groups = groups,
     .on_stop = stop_rows,
+    .errors = errors_without_remedies,
     .report = alarms_report,
+    .cycle = &group_cycle,
+    .pose_in = &pose_by_servo,
 };

@@ -1,9 +1,42 @@
-/* The profile `full`: all commands. */
+/* The profile `full`: all commands. On a chip with 4 KB of RAM there is no room for timed moves by
+ * a motion: there "pose ... in TIME" gives each servo one goal, as in the profile `console`. */
 #include <stddef.h>
 
-#include "console/commands/command_groups.h"
+#ifdef __AVR__
+#include <avr/io.h> // RAMEND
+#define HAS_MOTION (RAMEND > 0x1FFF)
+#else
+#define HAS_MOTION 1
+#endif
 
-/* In the order of the list. */
+#include "console/commands/command_groups.h"
+#include "console/commands/shared.h"
+#include "console/commands/stored.h"
+#include "console/errors.h"
+#include "robot/autostart.h"
+#include "robot/group_cycle.h"
+#include "robot/moves.h"
+
+#if HAS_MOTION
+/* Only this profile has it, so it stands here and not in main.c. */
+static struct moves moves;
+#endif
+
+static struct motion_store motion_store;
+
+static const CDS_FLASH struct command_store store = {
+    .motions = &motion_store,
+    .load = motion_store_load,
+    .abort = motion_store_abort,
+    .room = stored_room,
+    .wear = stored_wear,
+#if HAS_MOTION
+    .begin = autostart_begin,
+#endif
+};
+
+/* In the order of the list of `help`. clang-format would put several groups on a line. */
+// clang-format off
 static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &help_commands,
     &servo_commands,
@@ -11,17 +44,33 @@ static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &monitor_commands,
     &group_commands,
     &cycle_commands,
+    &teach_commands,
+    &poses_commands,
+    &sequences_commands,
+    &play_commands,
     &stop_commands,
     &setup_commands,
     &bus_commands,
     &diagnose_commands,
     &raw_commands,
     &controller_commands,
+    &autostart_commands,
     NULL,
 };
+// clang-format on
 
 const CDS_FLASH struct command_set command_set = {
     .groups = groups,
     .on_stop = stop_rows,
+    .errors = errors_with_remedies,
     .report = alarms_report,
+    .store = &store,
+#if HAS_MOTION
+    .cycle = &moves_cycle,
+    .pose_in = &pose_moves,
+    .moves = &moves,
+#else
+    .cycle = &group_cycle,
+    .pose_in = &pose_by_servo,
+#endif
 };

@@ -5,15 +5,19 @@
 
 #include <stdint.h>
 
+#include "compiler.h" // ALWAYS_INLINE
+
 #define CRC_BEGIN 0xFFFFu
 
 /* Returns `crc` with one more byte. */
-static inline uint16_t crc_add(uint16_t crc, uint8_t byte)
+ALWAYS_INLINE uint16_t crc_add(uint16_t crc, uint8_t byte)
 {
     uint8_t low = (uint8_t)(byte ^ crc);
 
     low = (uint8_t)(low ^ low << 4);
-    return (uint16_t)(((uint16_t)low << 8 | crc >> 8) ^ low >> 4 ^ (uint16_t)(low << 3));
+    crc = (uint16_t)(((uint16_t)low << 8 | crc >> 8) ^ low >> 4);
+    /* low << 3 in two bytes: an AVR shifts 16 bits in a loop */
+    return (uint16_t)(crc ^ (uint16_t)(low >> 5) << 8 ^ (uint8_t)(low << 3));
 }
 
 #endif

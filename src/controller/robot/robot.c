@@ -4,7 +4,6 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "console/errors.h"
 #include "compiler.h" // NOINLINE
 
 void robot_begin(struct robot *robot, struct cds_bus *bus, uint8_t shortest_delay)
@@ -114,9 +113,9 @@ uint8_t robot_start(struct robot *robot, const CDS_FLASH struct robot_operation 
     enum cds_result begun;
 
     if (robot_is_stopping(robot))
-        return ERROR_STOPPED;
+        return ROBOT_STOPPED;
     if (robot->operation)
-        return ERROR_CYCLE;
+        return ROBOT_BUSY;
     robot->operation = operation;
     robot->result = CDS_PENDING;
     robot->baud_reg = robot->bus->baud_reg;

@@ -31,6 +31,7 @@
 #define ROBOT_HEALTH_DELAY_US 1000000ul
 
 struct robot;
+struct moves; // moves.h
 
 /* A long operation. It stands in flash beside the command that begins it by robot_start(). So a
  * profile without the command does not link the operation. */
@@ -71,6 +72,7 @@ struct robot {
     const CDS_FLASH struct robot_operation *operation; // under way, or NULL
     struct cds_cycle
         *cycle;          // cycle of an operation that shares the bus with other requests, or NULL
+    struct moves *moves; // storage of timed moves; NULL: this firmware has none
     uint8_t result;      // enum cds_result of the operation: CDS_PENDING while it goes on
     uint8_t baud_reg;    // rate of the bus when the operation began, as register 0x04
     bool stop_waits : 1; // a stop begins, or begins again, when the operation ends
@@ -147,9 +149,20 @@ bool robot_idle(const struct robot *robot);
 /* True if a running cycle sets the goal of servo `id`, 0 to 253; CDS_BROADCAST_ID: of any servo. */
 bool robot_cycles(const struct robot *robot, uint8_t id);
 
-/* Begins `operation` with `config`. Returns 0: robot_poll() goes on with it; ERROR_CYCLE: another
- * operation is under way; ERROR_STOPPED: a stop is under way; else the enum cds_result of the begin
- * function of `operation`. */
+/* True while a motion moves the group: its servos are reserved for the goals of the motion. */
+static inline bool robot_moves(const struct robot *robot)
+{
+    return robot->servos.reserved_count;
+}
+
+/* What robot_start() returns beside enum cds_result: numbers of errors in docs/errors.md. */
+enum robot_refusal {
+    ROBOT_BUSY = 43,    // another operation is under way
+    ROBOT_STOPPED = 54, // a stop is under way
+};
+
+/* Begins `operation` with `config`. Returns 0: robot_poll() goes on with it; enum robot_refusal;
+ * else the enum cds_result of the begin function of `operation`. */
 uint8_t robot_start(struct robot *robot, const CDS_FLASH struct robot_operation *operation,
                     const void *config);
 

@@ -23,8 +23,9 @@ enum {
     REPLY_IS_FOUND = 4,    // the state is RECEIVING
 };
 
-/* Bytes in the ring before the bus searches for the head of a reply. */
-#define HEAD_SIZE CDS_AT_ERROR
+/* Bytes in the ring from which on a poll searches for the head of a reply. A head has one byte
+ * more: header, ID and LENGTH are checked while ERROR is still on the wire. */
+#define SEARCH_FROM_BYTES CDS_AT_ERROR
 
 /* A stale reply may come for this time, less the return delay, after the deadline. */
 #define STALE_US (CDS_STALE_REPLY_US - CDS_REPLY_MARGIN_US)
@@ -61,7 +62,7 @@ static NOCLONE enum cds_result wait_for_line(struct cds_bus *bus, struct cds_req
 static COLD enum cds_result line_is_in_use(struct cds_bus *bus, struct cds_request *request)
 {
     if (cds_line_has_unread_bytes(bus))
-        bus->gate |= GATE_SUSPECT; // the next poll examines them, and the rest begins
+        bus->gate |= GATE_SUSPECT; // the next poll examines the bytes and begins a rest
     else
         cds_line_rest(bus, 0); // the line is low within a byte: it may be high at the next look
     return wait_for_line(bus, request);
@@ -463,9 +464,10 @@ static COLD bool wait_on(struct cds_bus *bus)
     uint16_t from = cds_port_ticks();
     uint16_t bytes = 2, more_us = 0; // length of WAIT_LAST_LOOK
 
+    // Unread bytes at WAIT_LAST_LOOK show that the line is in use. This poll may then end the
+    // request, so a later poll examines the bytes: a poll does one thing of bounded length.
     if (phase != WAIT_LAST_LOOK || !cds_line_has_unread_bytes(bus))
-        listen(
-            bus); // else the line is in use, and this poll may end the request: no time for bytes
+        listen(bus);
     if (!(bus->gate & GATE_LINE)) {
         result = send_if_permitted(bus, request);
         if (result == CDS_PENDING)
@@ -518,7 +520,7 @@ bool cds_bus_poll(struct cds_bus *bus)
         if (end != bus->parser.position && !bus->link.broken && !cds_port_timer_expired(bus->port))
             return take(bus, end);
     } else if (state == CDS_BUS_AWAITING_REPLY) {
-        if (cds_ring_distance(cds_ring_begin(&bus->link.rx), end) >= HEAD_SIZE &&
+        if (cds_ring_distance(cds_ring_begin(&bus->link.rx), end) >= SEARCH_FROM_BYTES &&
             bus->link.state == CDS_LINK_LISTENING && !bus->link.broken &&
             !cds_port_timer_expired(bus->port))
             return examine(bus, end);

@@ -9,7 +9,8 @@
 #include "compiler.h"    // ALWAYS_INLINE
 
 /* True if a request that ended with this result sent no packet, not even as a retry. False for
- * CDS_CANCELLED: only the caller of cds_bus_cancel() knows it then. */
+ * CDS_CANCELLED, which does not tell: cds_bus_open() also cancels a packet on the wire, and
+ * cds_bus_cancel() a retry whose first packet was sent. */
 static inline bool cds_was_not_sent(uint8_t result)
 {
     return result == CDS_LINE_BUSY || result == CDS_NO_REPLY_DUE || result == CDS_LIMIT ||

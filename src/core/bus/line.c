@@ -18,8 +18,9 @@ NOCLONE void cds_line_set_deadline(struct cds_bus *bus, uint16_t from, uint16_t 
         bus->deadline_65ms = (uint16_t)(now_65ms() + bus->timer_wraps + 1u);
 }
 
-/* The timer has expired: true if it was for the last time. A poll that comes more than a wrap late
- * sees one expiry of several: then the clock decides. */
+/* If no expiry is left, the deadline is over. A poll that is more than one wrap of the timer late
+ * sees several expiries as one. Therefore the deadline is also over once the clock has passed
+ * `deadline_65ms`. */
 NOCLONE uint8_t cds_line_take_expiry(struct cds_bus *bus)
 {
     if (bus->timer_wraps == 0 || (int16_t)(now_65ms() - bus->deadline_65ms) >= 0)
@@ -29,7 +30,7 @@ NOCLONE uint8_t cds_line_take_expiry(struct cds_bus *bus)
     return false;
 }
 
-/* ---- the rest ---- */
+/* ---- the rest: a pause of the bus ---- */
 
 static uint16_t two_byte_times_us(const struct cds_bus *bus)
 {
@@ -44,7 +45,8 @@ static NOCLONE uint16_t rested_us(const struct cds_bus *bus)
     return elapsed_us > UINT16_MAX ? UINT16_MAX : (uint16_t)elapsed_us;
 }
 
-/* The rest under way counts from now on, and ends when it would have. Returns what remains. */
+/* Moves the begin of the rest under way to now; its end stays. Returns the microseconds that
+ * remain. */
 ALWAYS_INLINE uint16_t count_from_now(struct cds_bus *bus)
 {
     uint16_t elapsed_us = rested_us(bus), rest_us = bus->rest_us;

@@ -9,8 +9,8 @@
 #include "cds55xx/bus.h" // struct cds_bus
 #include "compiler.h"    // ALWAYS_INLINE
 
-/* Bits of `gate`: what a submit or a poll must look at before a packet leaves. GATE_PERMIT holds no
- * packet back: the bus asks the permit, and the packet may then leave at once. */
+/* Bits of bus->gate: what the bus must check before a packet leaves. GATE_PERMIT makes the bus
+ * ask the permit; each other bit holds packets back. */
 enum {
     GATE_SUSPECT = 1, // the line was used or low within the last two byte times
     GATE_FAULT = 2,   // the line was low when these two byte times were over
@@ -34,9 +34,9 @@ ALWAYS_INLINE uint8_t cds_line_check_deadline(struct cds_bus *bus)
     return cds_port_timer_expired(bus->port) ? cds_line_take_expiry(bus) : 0;
 }
 
-/* Begins a rest, because the line was used or a reply failed. From now on every packet waits for
- * two byte times. A packet that expects a reply waits for `stale_us` if that is longer. A longer
- * rest under way goes on. */
+/* Begins a rest, a pause of the bus, because the line was used or a reply failed. From now on every
+ * packet waits for two byte times. A packet that expects a reply waits for `stale_us` if `stale_us`
+ * is longer. A longer rest under way goes on. */
 void cds_line_rest(struct cds_bus *bus, uint16_t stale_us);
 
 /* Clears the line and stale bits of the gate whose time is over. */

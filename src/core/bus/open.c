@@ -5,19 +5,18 @@
 #include "cds55xx/bus.h"
 #include "compiler.h" // OPTIMIZER_BARRIER()
 
-static void cancel_all(struct cds_bus *bus)
+static void cancel_all(struct cds_request *request, const struct cds_bus_hooks *hooks)
 {
-    if (bus->request) {
-        bus->request->result = CDS_CANCELLED;
-        bus->request->retries = 0;
+    if (request) {
+        request->result = CDS_CANCELLED;
+        request->retries = 0;
     }
-    if (bus->hooks)
-        bus->hooks->cancel(bus->hooks->context, NULL);
+    if (hooks)
+        hooks->cancel(hooks->context, NULL);
 }
 
 static void set_rate(struct cds_bus *bus, uint8_t baud_reg)
 {
-    cds_port_open(bus->port, baud_reg);
     bus->baud_reg = baud_reg;
     bus->byte_time_us = (uint16_t)(5u * (baud_reg + 1u)); // ten bits of (baud_reg + 1) / 2 us
     bus->last_id = CDS_NO_ID; // what was asked before is not answered at this rate
@@ -34,7 +33,7 @@ void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud_reg)
     gate = bus->gate & GATE_PERMIT;
     again = bus->state != CDS_BUS_CLOSED;
     cds_port_open(port, baud_reg); // first: no handler may run while the struct is cleared
-    cancel_all(bus);
+    cancel_all(bus->request, hooks);
     memset(bus, 0, sizeof *bus);
     bus->hooks = hooks;
     bus->gate = gate;
@@ -55,6 +54,7 @@ enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud_reg)
         return CDS_BUSY;
     if (bus->baud_reg == baud_reg)
         return CDS_OK;
+    cds_port_open(bus->port, baud_reg);
     set_rate(bus, baud_reg);
     bus->gate &= (uint8_t)~GATE_LINE;
     cds_link_open(&bus->link, bus->port);

@@ -68,14 +68,11 @@ NOINLINE bool cds_written_by(const uint8_t *bytes, uint8_t index, struct cds_wri
     return true;
 }
 
-bool cds_written_next(struct cds_written *written)
+void cds_written_next(struct cds_written *written)
 {
-    if (written->left <= written->length)
-        return false;
     written->left = (uint8_t)(written->left - written->length - 1);
     written->data += (uint8_t)(written->length + 1u);
     written->id = written->data[-1];
-    return true;
 }
 
 NOINLINE const uint8_t *cds_written_byte(const struct cds_written *written, uint8_t reg)
@@ -172,9 +169,9 @@ NOINLINE enum cds_result cds_limits_check_goal(struct cds_servos *servos,
  * NOINLINE: saves 40 bytes. */
 static NOINLINE const uint8_t *word_of(const struct cds_written *written, uint8_t reg)
 {
-    const uint8_t *high = cds_written_byte(written, (uint8_t)(reg + 1));
+    uint8_t index = (uint8_t)(reg - written->address);
 
-    return high && high != written->data ? high - 1 : NULL;
+    return index + 1u < written->length && reg >= written->address ? written->data + index : NULL;
 }
 
 /* Returns the two bits of the angle limit at `reg` after the write, as CDS_HELD_CW_SET and

@@ -42,8 +42,9 @@ uint8_t cds_written_sets(uint8_t address, uint8_t length);
  * the packet writes nothing. */
 bool cds_written_by(const uint8_t *bytes, uint8_t index, struct cds_written *written);
 
-/* Goes on to the next block of a SYNC WRITE. False: there is none; `left` bytes are cut off. */
-bool cds_written_next(struct cds_written *written);
+/* Goes on to the next block of a SYNC WRITE. There is one if `left` is more than `length`; else
+ * `left` bytes are cut off. */
+void cds_written_next(struct cds_written *written);
 
 /* True if the packet is TORQUE_ENABLE = 0, and nothing else. */
 bool cds_written_is_torque_off(const uint8_t *bytes);

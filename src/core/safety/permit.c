@@ -3,6 +3,8 @@
  */
 #include "safety/permit.h"
 
+#include <string.h>
+
 #include "cds55xx/control_table.h" // CDS_REG_*
 #include "cds55xx/packet.h"        // CDS_AT_*
 #include "compiler.h"              // NOINLINE
@@ -12,16 +14,23 @@
 
 /* One packet under check. */
 struct check {
-    struct cds_walk walk; // first, and `written` is first in it: all three have one address
+    struct cds_walk walk; // The first member, as `written` is of struct cds_walk: struct check,
+                          // `walk` and `walk.written` have the same address.
     const uint8_t *bytes;
+    const struct cds_request *request;
     uint8_t refused_id;
     bool has_turn;        // The request leaves next. Only then does the permit check packets to
                           // many servos.
     bool is_goal;         // goal and speed are written, and no other register
-    bool is_of_move;      // the request carries the registered move
     bool inhibit_applies; // driving of all servos is inhibited, or was since the last check of this
                           // packet
 };
+
+/* True if the request carries the registered move. */
+static inline bool is_of_move(const struct check *check)
+{
+    return check->request == check->walk.servos->move_request;
+}
 
 /* ---- one servo ---- */
 
@@ -59,7 +68,7 @@ static uint8_t check_registered(const struct check *check, struct cds_servo_stat
         return CDS_LIMIT;
     if (!servo->has_limits)
         return CDS_OK;
-    if (!check->is_of_move || !check->is_goal)
+    if (!is_of_move(check) || !check->is_goal)
         return CDS_LIMIT;
     return (uint8_t)cds_limits_check_goal(check->walk.servos, servo, written->data);
 }
@@ -71,7 +80,7 @@ static uint8_t check_action(const struct check *check, const struct cds_servo_st
         return CDS_INHIBITED;
     if (!servo->has_limits)
         return CDS_OK;
-    return check->is_of_move && servo->is_registered && check->walk.servos->move_is_answered
+    return is_of_move(check) && servo->is_registered && check->walk.servos->move_is_answered
                ? CDS_OK
                : CDS_LIMIT;
 }
@@ -151,12 +160,13 @@ static NOINLINE uint8_t check_many(struct check *check)
             check->refused_id = walk->written.id;
             return result;
         }
-        walk->servos->walk_epoch = walk->servos->epoch; // the servos checked so far stay good
         if (!check->is_goal && walk->servo && walk->servo->has_limits)
             walk->budget = (int8_t)(walk->budget - 2); // such a check takes twice as long
     }
-    if (result == CDS_PENDING)
+    if (result == CDS_PENDING) {
+        walk->servos->walk_epoch = walk->servos->epoch; // the servos checked so far stay good
         return result;
+    }
     // it is not known how a servo takes a block that is cut
     return check->inhibit_applies && walk->written.left ? CDS_INHIBITED : CDS_OK;
 }
@@ -223,8 +233,8 @@ static inline uint8_t check_packet(struct check *check, struct cds_servo_state *
 {
     uint8_t instruction = check->bytes[CDS_AT_INSTRUCTION], longest = CDS_LENGTH_MIN;
 
-    if (check->is_of_move && !check->walk.servos->move_is_valid &&
-        (instruction == CDS_REG_WRITE || instruction == CDS_ACTION))
+    if ((instruction == CDS_REG_WRITE || instruction == CDS_ACTION) && is_of_move(check) &&
+        !check->walk.servos->move_is_valid)
         return check->inhibit_applies ? CDS_INHIBITED : CDS_LIMIT;
     switch (instruction) {
     case CDS_READ: longest = CDS_LENGTH_MIN + 2; // fall through
@@ -242,6 +252,30 @@ static inline uint8_t check_packet(struct check *check, struct cds_servo_state *
     }
 }
 
+/* Rows 14 and 15. */
+static NOINLINE bool is_reserved(const struct cds_servos *servos, const struct cds_request *request)
+{
+    const uint8_t *bytes = request->packet.bytes;
+    uint8_t id = bytes[CDS_AT_ID];
+    struct cds_written written;
+
+    if (request == servos->reserved_for)
+        return false;
+    switch (bytes[CDS_AT_INSTRUCTION]) {
+    case CDS_SYNC_WRITE: id = CDS_BROADCAST_ID; // fall through
+    case CDS_WRITE:
+    case CDS_REG_WRITE:
+        if (!cds_written_by(bytes, 0, &written) ||
+            !(written.sets & (CDS_SETS_MODE | CDS_SETS_GOAL | CDS_SETS_SPEED)))
+            return false;
+        break;
+    case CDS_ACTION:
+    case CDS_RESET: break;
+    default: return false;
+    }
+    return id > CDS_ID_MAX || memchr(servos->reserved_ids, id, servos->reserved_count);
+}
+
 static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request *request,
                                    struct cds_servo_state *servo)
 {
@@ -251,6 +285,10 @@ static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request
     bool is_submitted = !current && request->permit_epoch == 0, has_turn = current == request;
     uint8_t result;
 
+    if (servos->reserved_count && is_reserved(servos, request)) {
+        servos->refused_id = bytes[CDS_AT_ID];
+        return CDS_RESERVED;
+    }
     if (!servo &&
         (bytes[CDS_AT_INSTRUCTION] == CDS_WRITE || bytes[CDS_AT_INSTRUCTION] == CDS_REG_WRITE))
         servo = cds_servos_meet(servos, bytes[CDS_AT_ID],
@@ -259,14 +297,15 @@ static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request
     check.refused_id = bytes[CDS_AT_ID];
     check.walk.written.sets = check.walk.written.left = 0;
     check.walk.servos = servos;
-    // false while another request is in flight, or is just beginning: the next poll checks
+    // False if another request is in flight, and if cds_bus_start() begins this one: then a later
+    // poll checks a packet to many servos.
     check.has_turn = has_turn || is_submitted;
     check.is_goal = false;
     if (check.has_turn)
         cds_walk_begin(&check.walk, servos, request, servos->epoch);
     if (is_submitted)
         check.walk.budget--; // a submit takes longer than a poll
-    check.is_of_move = request == servos->move_request;
+    check.request = request;
     check.inhibit_applies =
         servos->all_inhibited ||
         (request->permit_epoch && (int16_t)(servos->inhibit_epoch - request->permit_epoch) > 0);

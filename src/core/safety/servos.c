@@ -7,7 +7,8 @@
 #include "safety/permit.h"         // cds_servos_permit()
 #include "safety/servos_internal.h"
 
-#define OLDEST 0x4000u // changes since the last inhibit; a larger number counts as this one
+/* The greatest distance of `inhibit_epoch` behind `epoch`. */
+#define OLDEST 0x4000u
 
 /* ---- the list ---- */
 
@@ -40,7 +41,7 @@ NOINLINE void cds_servos_note_change(struct cds_servos *servos, uint8_t id)
         servos->epoch = 2;
     if ((uint16_t)(servos->epoch - servos->inhibit_epoch) > OLDEST)
         servos->inhibit_epoch =
-            (uint16_t)(servos->epoch - OLDEST); // else the wrapped difference would turn negative
+            (uint16_t)(servos->epoch - OLDEST); // a greater difference would change its sign
     servos->changed_id = id;
 }
 
@@ -155,7 +156,7 @@ NOINLINE uint8_t cds_walk_next(struct cds_walk *walk, uint8_t cost)
         servo = NULL;
         cost = WALK_BUDGET;
     } else {
-        servos->walk_index++;
+        servos->walk_index = (uint8_t)(index + 1u);
     }
     servos->walked++;
     walk->servo = servo;
@@ -415,4 +416,13 @@ void cds_servos_allow_reset(struct cds_servos *servos, bool is_allowed)
 {
     servos->may_reset_all = is_allowed;
     cds_servos_note_change(servos, CDS_BROADCAST_ID);
+}
+
+void cds_servos_reserve(struct cds_servos *servos, const struct cds_request *request,
+                        const uint8_t *ids, uint8_t count)
+{
+    servos->reserved_for = request;
+    servos->reserved_ids = ids;
+    servos->reserved_count = count;
+    cds_servos_note_change(servos, CDS_BROADCAST_ID); // packets that wait are checked again
 }

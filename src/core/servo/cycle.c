@@ -35,8 +35,8 @@ static void goals_ended(struct cds_request *request)
 {
     struct cds_cycle *cycle = (struct cds_cycle *)request->context;
 
-    cycle->is_refused = request->result == CDS_INHIBITED || request->result == CDS_LIMIT;
-    if (request->result != CDS_OK && !cycle->is_refused)
+    cycle->sends_again = request->result == CDS_INHIBITED || request->result == CDS_LIMIT;
+    if (request->result != CDS_OK && !cycle->sends_again)
         count(&cycle->counters.unsent);
 }
 
@@ -151,11 +151,11 @@ static NOINLINE void begin_period(struct cds_cycle *cycle, uint32_t now_us)
     pass_period(cycle);
 }
 
-/* The goals were refused on the bus: now without the servo that was refused, if they do not hold up
- * those of the next period. */
+/* The goals were refused on the bus, or taken back, and were checked since. They leave if they do
+ * not hold up those of the next period. */
 static void send_again(struct cds_cycle *cycle, uint32_t now_us)
 {
-    cycle->is_refused = false;
+    cycle->sends_again = false;
     if (remaining_us(cycle, now_us) < cycle->period_us - cycle->latest_us ||
         cds_cycle_goals_are_empty(cycle) || !send_goals(cycle))
         count(&cycle->counters.unsent);
@@ -243,7 +243,7 @@ static void move_on(struct cds_cycle *cycle, uint32_t now_us)
 
     if (!cds_cycle_check_goals(cycle))
         return;
-    if (cycle->is_refused)
+    if (cycle->sends_again)
         send_again(cycle, now_us);
     remaining = remaining_us(cycle, now_us);
     if (remaining == 0)

@@ -88,7 +88,9 @@ enum cds_result cds_group_read_poll(struct cds_group_read *read)
 {
     enum cds_result result;
 
-    if (cds_read_pipeline_is_awaiting(&read->pipeline))
+    OPTIMIZER_BARRIER(read);
+    if (cds_read_pipeline_is_awaiting(&read->pipeline) &&
+        read->pipeline.current->result == CDS_PENDING) // else it was cancelled
         return CDS_PENDING;
     result = cds_read_pipeline_poll(&read->pipeline);
     return result == CDS_OK ? (enum cds_result)read->first_result : result;

@@ -3,12 +3,23 @@
 
 #include "flash.h" // CDS_FLASH
 
-static const CDS_FLASH struct cds_register registers[] = {
+/* A register in flash, 5 bytes. Its address is the sum of the widths before it; its lowest value is
+ * 0. */
+struct row {
+    uint8_t width : 2, access : 2, area : 1;
+    uint16_t initial, highest;
+};
+
+static const CDS_FLASH struct row registers[] = {
 #define ROW(name, address, width, access, area, initial, lowest, highest)                          \
-    {address, width, CDS_ACCESS_##access, CDS_AREA_##area, initial, lowest, highest},
+    {width, CDS_ACCESS_##access, CDS_AREA_##area, initial, highest},
     CDS_REGISTERS(ROW)
 #undef ROW
 };
+
+#define LOWEST(name, address, width, access, area, initial, lowest, highest) | (lowest)
+_Static_assert((0 CDS_REGISTERS(LOWEST)) == 0, "rows have no lowest value");
+#undef LOWEST
 
 /* All names one after the other, each with its NUL: "ID\0BAUD_RATE\0..." */
 static const CDS_FLASH char names[] =
@@ -22,11 +33,28 @@ static const CDS_FLASH char names[] =
 /* The row that holds the byte `address`, or REGISTERS. */
 static uint8_t row_of(uint8_t address)
 {
-    uint8_t row = 0;
+    uint8_t row = 0, end = 0;
 
-    while (row < REGISTERS && address >= registers[row].address + registers[row].width)
-        row++;
+    for (; row < REGISTERS; row++) {
+        end = (uint8_t)(end + registers[row].width);
+        if (address < end)
+            break;
+    }
     return row;
+}
+
+static void describe(uint8_t row, struct cds_register *out)
+{
+    uint8_t address = 0;
+
+    for (uint8_t i = 0; i < row; i++)
+        address = (uint8_t)(address + registers[i].width);
+    *out = (struct cds_register){.address = address,
+                                 .width = registers[row].width,
+                                 .access = registers[row].access,
+                                 .area = registers[row].area,
+                                 .initial = registers[row].initial,
+                                 .highest = registers[row].highest};
 }
 
 static const CDS_FLASH char *name_of(uint8_t row)
@@ -47,7 +75,7 @@ bool cds_register_at(uint8_t address, struct cds_register *out)
 
     if (row == REGISTERS)
         return false;
-    *out = registers[row];
+    describe(row, out);
     return true;
 }
 
@@ -72,7 +100,7 @@ bool cds_register_named(const char *name, uint8_t length, struct cds_register *o
 
     for (uint8_t row = 0; row < REGISTERS; row++) {
         if (same(name, length, stored)) {
-            *out = registers[row];
+            describe(row, out);
             return true;
         }
         while (*stored)

@@ -5,7 +5,7 @@
 
 #include "compiler.h" // NOINLINE
 
-#define SUM_OF_PACKET UINT8_MAX // from the ID on, with the checksum, which is ~ of the rest
+#define SUM_OF_PACKET UINT8_MAX // from the ID on, with the checksum, which is ~ of the others
 
 /* As cds_ring_at(). The barrier lets gcc use X: two registers less to save, 8 cycles a call. */
 ALWAYS_INLINE uint8_t byte_at(const struct cds_ring *ring, uint8_t position)

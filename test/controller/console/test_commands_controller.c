@@ -23,6 +23,7 @@ void setUp(void)
 {
     port_fake_reset();
     eeprom_fake_reset();
+    eeprom_fake.has_more = true; // poses and sequences
     memset(&bus, 0, sizeof bus);
     memset(&console, 0, sizeof console);
     memset(&input, 0, sizeof input);
@@ -215,6 +216,8 @@ void test_status_tells_all_there_is(void)
                              "last stop: none\r\nCtrl-X in damaged packets: 0\r\n"
                              "bus: busy\r\nservos: 1, inhibited 0, offline 0\r\n"
                              "RETURN_DELAY refused: 0; this board bears 0 or more\r\n"
+                             "poses: 0, room for 20; sequences: 0, room for 8\r\n"
+                             "EEPROM: 0 saves of poses and sequences, 0 are damaged\r\n"
                              "stack: 1234 of 2000 bytes never used\r\nok\r\n",
                              reply_to("status"));
 }

@@ -51,15 +51,28 @@ static void assert_error(uint8_t error, const char *from, enum cds_unit unit)
     TEST_ASSERT_EQUAL_HEX16_MESSAGE(0x5A5A, raw, from);
 }
 
-static const char *written(enum cds_unit unit, uint16_t raw)
+/* Parses a time. Returns 0 or an error. */
+static uint8_t parse_ms(const char *from, uint32_t *ms)
+{
+    TEST_ASSERT_EQUAL_UINT8_MESSAGE(0, number_parse(word(from), &number), from);
+    return number_ms(&number, UINT16_MAX, ms);
+}
+
+/* Returns what the printer has written, and empties the ring. */
+static const char *printed(void)
 {
     uint8_t length = 0;
 
-    number_print(&printer, unit, raw);
     for (; cds_ring_count(&ring); ring_drop(&ring, 1))
         text[length++] = (char)ring_peek(&ring, 0);
     text[length] = '\0';
     return text;
+}
+
+static const char *written(enum cds_unit unit, uint16_t raw)
+{
+    number_print(&printer, unit, raw);
+    return printed();
 }
 
 void test_angles(void)
@@ -177,22 +190,21 @@ void test_whole_numbers(void)
 
 void test_times(void)
 {
-    uint16_t ms = 0;
+    uint32_t ms = 0;
 
-    TEST_ASSERT_EQUAL_UINT8(0, number_parse(word("4"), &number));
-    TEST_ASSERT_EQUAL_UINT8(0, number_ms(&number, &ms));
-    TEST_ASSERT_EQUAL_UINT16(4, ms);
-    TEST_ASSERT_EQUAL_UINT8(0, number_parse(word("1.5s"), &number));
-    TEST_ASSERT_EQUAL_UINT8(0, number_ms(&number, &ms));
-    TEST_ASSERT_EQUAL_UINT16(1500, ms);
-    TEST_ASSERT_EQUAL_UINT8(0, number_parse(word("4500us"), &number));
-    TEST_ASSERT_EQUAL_UINT8(ERROR_NOT_A_NUMBER, number_ms(&number, &ms));
-    TEST_ASSERT_EQUAL_UINT8(0, number_parse(word("4deg"), &number));
-    TEST_ASSERT_EQUAL_UINT8(ERROR_UNIT, number_ms(&number, &ms));
-    TEST_ASSERT_EQUAL_UINT8(0, number_parse(word("66s"), &number));
-    TEST_ASSERT_EQUAL_UINT8(ERROR_OUT_OF_RANGE, number_ms(&number, &ms));
-    TEST_ASSERT_EQUAL_UINT8(0, number_parse(word("-4"), &number));
-    TEST_ASSERT_EQUAL_UINT8(ERROR_OUT_OF_RANGE, number_ms(&number, &ms));
+    TEST_ASSERT_EQUAL_UINT8(0, parse_ms("4", &ms));
+    TEST_ASSERT_EQUAL_UINT32(4, ms);
+    TEST_ASSERT_EQUAL_UINT8(0, parse_ms("1.5s", &ms));
+    TEST_ASSERT_EQUAL_UINT32(1500, ms);
+    TEST_ASSERT_EQUAL_UINT8(ERROR_NOT_A_NUMBER, parse_ms("4500us", &ms));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_UNIT, parse_ms("4deg", &ms));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_OUT_OF_RANGE, parse_ms("66s", &ms));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_OUT_OF_RANGE, parse_ms("-4", &ms));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_OUT_OF_RANGE, parse_ms("2147.483647s", &ms));
+    TEST_ASSERT_EQUAL_UINT8(0, number_parse(word("600s"), &number));
+    TEST_ASSERT_EQUAL_UINT8(0, number_ms(&number, 600000, &ms));
+    TEST_ASSERT_EQUAL_UINT32(600000, ms);
+    TEST_ASSERT_EQUAL_UINT8(ERROR_OUT_OF_RANGE, number_ms(&number, 599999, &ms));
 }
 
 void test_writing(void)
@@ -242,13 +254,8 @@ void test_fixed_point(void)
                  {INT32_MIN, 3, "-2147483.648"}};
 
     for (uint8_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        uint8_t length = 0;
-
         printer_fixed(&printer, cases[i].value, cases[i].decimals);
-        for (; cds_ring_count(&ring); ring_drop(&ring, 1))
-            text[length++] = (char)ring_peek(&ring, 0);
-        text[length] = '\0';
-        TEST_ASSERT_EQUAL_STRING(cases[i].text, text);
+        TEST_ASSERT_EQUAL_STRING(cases[i].text, printed());
     }
 }
 

@@ -84,6 +84,17 @@ void test_every_row_is_whole(void)
     each_command(check_row);
 }
 
+/* True if the usage of `command` begins with the token. */
+static bool is_named(const CDS_FLASH struct command *command, const struct token *token)
+{
+    const CDS_FLASH char *usage = command->usage;
+
+    for (uint8_t i = 0; i < token->length; i++)
+        if (*usage++ != token->text[i])
+            return false;
+    return *usage == ' ' || *usage == '\0';
+}
+
 static void check_name(const CDS_FLASH struct command *command)
 {
     struct token token = {0};
@@ -91,7 +102,7 @@ static void check_name(const CDS_FLASH struct command *command)
     for (const CDS_FLASH char *c = command->usage; *c && *c != ' '; c++)
         token_add(&token, *c);
     TEST_ASSERT_LESS_THAN(TOKEN_MAX, token.length);
-    TEST_ASSERT_TRUE(command == parse_command(&token));
+    TEST_ASSERT_TRUE(is_named(parse_command(&token), &token)); // the first of its rows
     token_add(&token, 'x');
     TEST_ASSERT_TRUE(parse_command(&token) == NULL);
     token.length = (uint8_t)(token.length - 2);

@@ -1,165 +1,15 @@
-/* Bridge, virtual device, SYNC READ and BULK READ: bytes of the host in and out, packets on the
- * bus. */
-#include <string.h>
-
-#include "host/bridge.h"
-#include "cds55xx/control_table.h"
+/* Bridge and virtual device: bytes of the host in and out, packets on the bus. */
+#include "bridge_rig.h"
 #include "cds55xx/servo.h"
-#include "eeprom_fake.h"
-#include "ring_input.h"
-#include "port_fake.h"
-#include "unity.h"
-#include "host/device_registers.h"
-
-static struct cds_bus bus;
-static struct cds_ring input, text, output;
-static struct host_demux host;
-static struct bridge bridge;
-static struct device device;
-static struct device_registers registers;
-static struct robot robot;
-static struct settings settings;
-static struct settings_store store;
-static struct failsafe failsafe;
-static uint8_t buffers[2][STATUS_PACKET_HEAD + HOST_PACKET_MAX];
-static uint16_t gaps;
-
-/* Bytes that the host has received. */
-static uint8_t heard[300];
-static uint16_t heard_size;
-
-static void attach(const struct cds_bus_hooks *hooks)
-{
-    bus.hooks = NULL;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_attach(&bus, hooks));
-}
 
 void setUp(void)
 {
-    port_fake_reset();
-    memset(&input, 0, sizeof input);
-    memset(&text, 0, sizeof text);
-    memset(&output, 0, sizeof output);
-    memset(&device, 0, sizeof device);
-    memset(&bus, 0, sizeof bus);
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    host_demux_open(&host, &input, &text, buffers[0] + STATUS_PACKET_HEAD);
-    eeprom_fake_reset();
-    memset(&store, 0, sizeof store);
-    memset(&robot, 0, sizeof robot);
-    robot_begin(&robot, &bus, 0);
-    attach(&robot.queue.hooks); // no permit: the replies here contradict each other
-    settings_default(&settings);
-    failsafe = (struct failsafe){.settings = &settings, .store = &store, .robot = &robot};
-    device_registers_open(&registers, &failsafe, &host, &bridge, &gaps);
-    device.ops = &device_registers_ops;
-    device.context = &registers;
-    bridge_open(&bridge, &bus, &host, &device, &output, buffers[1] + STATUS_PACKET_HEAD);
-    heard_size = 0;
+    open_all();
 }
 
 void tearDown(void)
 {
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
-}
-
-static void turn(void)
-{
-    port_fake.now_us += 2;
-    cds_bus_poll(&bus);
-    host_demux_poll(&host);
-    bridge_poll(&bridge);
-    for (; cds_ring_count(&output); ring_drop(&output, 1))
-        if (heard_size < sizeof heard)
-            heard[heard_size++] = ring_peek(&output, 0);
-}
-
-static void turns(uint16_t count)
-{
-    while (count--)
-        turn();
-}
-
-/* The host sends a packet. */
-static void say(uint8_t id, uint8_t instruction, const uint8_t *parameters, uint8_t count)
-{
-    uint8_t head[5] = {0xFF, 0xFF, id, (uint8_t)(count + 2), instruction};
-    uint8_t sum = (uint8_t)(id + head[3] + instruction);
-
-    heard_size = 0;
-    for (uint16_t i = 0; i < count + 6u; i++) {
-        uint8_t byte = i < 5 ? head[i] : i < count + 5u ? parameters[i - 5] : (uint8_t)~sum;
-
-        if (i >= 5)
-            sum = (uint8_t)(sum + byte);
-        while (!cds_ring_put(&input, byte))
-            turn();
-    }
-    turns(60);
-}
-
-#define SAY(id, instruction, ...)                                                                  \
-    do {                                                                                           \
-        const uint8_t parameters_[] = {__VA_ARGS__};                                               \
-        say(id, instruction, parameters_, sizeof parameters_);                                     \
-    } while (0)
-
-/* True if the bus sends a packet; the packet has then left. */
-static bool sent(void)
-{
-    for (uint16_t i = 0; i < 1200 && bus.link.state != CDS_LINK_TALKING; i++)
-        turn();
-    return port_fake_transmit(&bus.link, 0);
-}
-
-static void assert_sent(uint8_t id, uint8_t instruction, const uint8_t *parameters, uint8_t count)
-{
-    TEST_ASSERT_TRUE(sent());
-    TEST_ASSERT_EQUAL_UINT16(count + 6u, port_fake.sent_size);
-    TEST_ASSERT_EQUAL_UINT8(id, port_fake.sent[2]);
-    TEST_ASSERT_EQUAL_UINT8(count + 2, port_fake.sent[3]);
-    TEST_ASSERT_EQUAL_UINT8(instruction, port_fake.sent[4]);
-    if (count)
-        TEST_ASSERT_EQUAL_UINT8_ARRAY(parameters, &port_fake.sent[5], count);
-}
-
-static void answer(uint8_t id, uint8_t error, const uint8_t *parameters, uint8_t count)
-{
-    port_fake_answer(&bus.link, id, error, parameters, count);
-    turns(20);
-}
-
-/* The host has received this status packet and no other byte. */
-static void assert_heard(uint8_t id, uint8_t error, const uint8_t *parameters, uint8_t count)
-{
-    uint8_t sum = (uint8_t)(id + count + 2 + error);
-
-    for (uint8_t i = 0; i < count; i++)
-        sum = (uint8_t)(sum + parameters[i]);
-    TEST_ASSERT_EQUAL_UINT16(count + 6u, heard_size);
-    TEST_ASSERT_EQUAL_HEX8(0xFF, heard[0]);
-    TEST_ASSERT_EQUAL_HEX8(0xFF, heard[1]);
-    TEST_ASSERT_EQUAL_UINT8(id, heard[2]);
-    TEST_ASSERT_EQUAL_UINT8(count + 2, heard[3]);
-    TEST_ASSERT_EQUAL_HEX8(error, heard[4]);
-    if (count)
-        TEST_ASSERT_EQUAL_HEX8_ARRAY(parameters, &heard[5], count);
-    TEST_ASSERT_EQUAL_HEX8((uint8_t)~sum, heard[5 + count]);
-    heard_size = 0;
-}
-
-static void wait_for_deadline(void)
-{
-    turns(1500); // 3 ms
-    TEST_ASSERT_TRUE(bridge_idle(&bridge));
-}
-
-static uint8_t data[255];
-
-static void fill(uint8_t count, uint8_t from)
-{
-    for (uint8_t i = 0; i < count; i++)
-        data[i] = (uint8_t)(from + i);
 }
 
 void test_packet_of_any_length_goes_out_unchanged(void)
@@ -300,8 +150,6 @@ void test_reply_without_room_in_the_ring_comes_later_and_whole(void)
 
 /* ---- the device ---- */
 
-#define DEVICE_IS 253
-
 void test_registers_do_not_overlap_and_lie_within_the_table(void)
 {
     static const uint8_t row[][2] = {
@@ -411,6 +259,24 @@ void test_device_save_keeps_settings_and_tells_its_end(void)
     settings_load(&store, &settings);
     TEST_ASSERT_EQUAL_UINT8(16, settings.host_baud);
     TEST_ASSERT_EQUAL_UINT8(3, store.sequence + 1); // two saves
+}
+
+void test_answer_to_a_write_that_an_operation_delays_is_dropped_after_15_ms(void)
+{
+    SAY(DEVICE_IS, CDS_WRITE, 0x10, 1);
+    SAY(DEVICE_IS, CDS_WRITE, 0x10, 1); // waits for the save before it
+    heard_size = 0;
+    begin_operation();
+    turns(HOST_SILENCE_US / 2 + 10);
+    TEST_ASSERT_TRUE(bridge_idle(&bridge));
+    TEST_ASSERT_EQUAL_UINT16(1, host.counters.late);
+    while (settings_save_poll(&store)) {
+    }
+    end_operation();
+    turns(100);
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    SAY(DEVICE_IS, CDS_PING);
+    TEST_ASSERT_EQUAL_UINT16(6, heard_size);
 }
 
 void test_device_save_that_fails_reads_2(void)
@@ -563,7 +429,6 @@ void test_packet_that_waits_15_ms_for_the_bus_is_dropped(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
 }
 
-/* The bridge is not polled, as while an operation has the bus to itself. */
 void test_packet_that_waits_15_ms_for_the_bridge_is_dropped(void)
 {
     static const uint8_t ping_7[] = {0xFF, 0xFF, 7, 2, 1, 0xF5},
@@ -573,17 +438,77 @@ void test_packet_that_waits_15_ms_for_the_bridge_is_dropped(void)
         cds_ring_put(&input, ping_7[i]);
     for (uint8_t i = 0; i < sizeof read_24; i++)
         cds_ring_put(&input, read_24[i]);
+    begin_operation();
     for (uint8_t i = 0; i < 200; i++) {
         port_fake.now_us += 100;
-        host_demux_poll(&host);
+        turn();
     }
-    TEST_ASSERT_FALSE(host.whole);
+    end_operation();
+    TEST_ASSERT_FALSE(host.has_packet);
     TEST_ASSERT_EQUAL_UINT16(2, host.counters.late);
     TEST_ASSERT_FALSE(host.stop); // the 0x18 stands in a good packet
     turns(200);
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
     SAY(7, CDS_PING);
     assert_sent(7, CDS_PING, NULL, 0);
+}
+
+void test_answer_without_room_leaves_beside_an_operation(void)
+{
+    static const uint8_t bulk_read[] = {0, 1, 1, 3}, read[] = {3, 1};
+
+    for (uint8_t is_bulk = 0; is_bulk < 2; is_bulk++) {
+        say(is_bulk ? 254 : 1, is_bulk ? INSTRUCTION_BULK_READ : CDS_READ,
+            is_bulk ? bulk_read : read, is_bulk ? sizeof bulk_read : sizeof read);
+        TEST_ASSERT_TRUE(sent());
+        while (cds_ring_put(&output, 'x')) {
+        }
+        port_fake_answer(&bus.link, 1, 0, data, 1);
+        for (uint8_t i = 0; i < 20; i++) {
+            cds_bus_poll(&bus);
+            bridge_poll(&bridge);
+        }
+        TEST_ASSERT_TRUE(bridge_talks(&bridge));
+        begin_operation();
+        turns(20);
+        TEST_ASSERT_FALSE(bridge_talks(&bridge)); // the console may print
+        TEST_ASSERT_EQUAL_UINT16(64 + 7, heard_size);
+        end_operation();
+        turns(20);
+    }
+}
+
+void test_device_read_beside_an_operation_is_answered(void)
+{
+    static const uint8_t read_all[] = {0xFF, 0xFF, DEVICE_IS, 4, CDS_READ, 0, 0x70, 0x8C};
+
+    for (uint8_t i = 0; i < sizeof read_all; i++)
+        cds_ring_put(&input, read_all[i]);
+    while (bridge.state != BRIDGE_DEVICE)
+        turn();
+    begin_operation();
+    turns(200);
+    TEST_ASSERT_TRUE(bridge_idle(&bridge));
+    TEST_ASSERT_EQUAL_UINT16(0x70 + 6, heard_size);
+    end_operation();
+}
+
+void test_device_write_waits_for_the_end_of_an_operation(void)
+{
+    static uint8_t bytes[64];
+    struct cds_request other = CDS_REQUEST_WITHOUT_DATA(bytes);
+
+    cds_packet_ping(&other.packet, 5);
+    other.reply_parameters = 0;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &other));
+    SAY(DEVICE_IS, CDS_WRITE, 0x05, 34);
+    begin_operation();
+    TEST_ASSERT_TRUE(sent());
+    turns(2000);
+    TEST_ASSERT_EQUAL_UINT8(1, bus.baud_reg);
+    end_operation();
+    turns(20);
+    TEST_ASSERT_EQUAL_UINT8(34, bus.baud_reg);
 }
 
 void test_device_answer_that_waits_has_the_id_that_was_asked(void)
@@ -644,290 +569,4 @@ void test_device_counter_registers_match_their_counters(void)
     SAY(DEVICE_IS, CDS_READ, 0x3C, 2);
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x21\x43", 2);
     gaps = 0;
-}
-
-/* ---- SYNC READ and BULK READ ---- */
-
-#define SYNC_READ INSTRUCTION_SYNC_READ
-#define BULK_READ INSTRUCTION_BULK_READ
-
-static void read_and_answer(uint8_t id, uint8_t address, uint8_t count, uint8_t error,
-                            uint8_t answered)
-{
-    const uint8_t parameters[] = {address, count};
-
-    assert_sent(id, CDS_READ, parameters, 2);
-    fill(answered, (uint8_t)(10 * id));
-    answer(id, error, data, answered);
-}
-
-void test_sync_read_puts_all_servos_into_one_packet(void)
-{
-    SAY(254, SYNC_READ, 0x24, 2, 3, 1, DEVICE_IS, 2);
-    read_and_answer(3, 0x24, 2, 0, 2);
-    read_and_answer(1, 0x24, 2, CDS_ERROR_OVERLOAD, 2);
-    read_and_answer(2, 0x24, 2, 0, 2);
-    turns(20);
-    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x1E\x1F\x0A\x0B\x00\x00\x14\x15", 8);
-    TEST_ASSERT_EQUAL_UINT8(0, device.failed);
-}
-
-void test_sync_read_marks_the_servos_that_failed(void)
-{
-    SAY(DEVICE_IS, SYNC_READ, 0x24, 2, 1, 2, 3, 254, 5);
-    TEST_ASSERT_TRUE(sent());
-    turns(450); // 1 is absent
-    read_and_answer(2, 0x24, 2, 0, 2);
-    read_and_answer(3, 0x24, 2, CDS_ERROR_RANGE, 0); // refuses
-    read_and_answer(5, 0x24, 2, 0, 2);
-    turns(20);
-    assert_heard(DEVICE_IS, 0x80, (const uint8_t *)"\xFF\xFF\x14\x15\xFF\xFF\xFF\xFF\x32\x33", 10);
-    TEST_ASSERT_EQUAL_UINT8(3, device.failed);
-    SAY(DEVICE_IS, CDS_READ, 0x50, 32);
-    TEST_ASSERT_EQUAL_HEX8(0x0A, heard[5]);
-    TEST_ASSERT_EQUAL_HEX8(0x40, heard[5 + 31]);
-    SAY(DEVICE_IS, SYNC_READ, 0x24, 2, 5);
-    read_and_answer(5, 0x24, 2, 0, 2);
-    turns(20);
-    TEST_ASSERT_EQUAL_UINT8(0, device.failed);
-    SAY(DEVICE_IS, CDS_READ, 0x50, 1);
-    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
-}
-
-void test_sync_read_with_retries_sends_a_read_again(void)
-{
-    cds_queue_set_retries(&robot.queue, 1);
-    SAY(254, SYNC_READ, 0x24, 2, 1);
-    TEST_ASSERT_TRUE(sent());
-    turns(450);
-    read_and_answer(1, 0x24, 2, 0, 2);
-    turns(20);
-    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x0A\x0B", 2);
-}
-
-void test_sync_read_of_more_data_than_ids(void)
-{
-    uint8_t list[14] = {0x24, 21, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1}, expected[252];
-
-    say(254, SYNC_READ, list, 14);
-    for (uint8_t id = 12; id; id--) {
-        read_and_answer(id, 0x24, 21, 0, 21);
-        memcpy(&expected[21 * (12 - id)], data, 21);
-    }
-    turns(40);
-    assert_heard(DEVICE_IS, 0, expected, 252);
-}
-
-void test_sync_read_of_all_that_one_packet_holds(void)
-{
-    uint8_t list[254] = {0x03, 1};
-
-    for (uint8_t i = 0; i < 250; i++)
-        list[2 + i] = i;
-    say(254, SYNC_READ, list, 252);
-    for (uint8_t i = 0; i < 250; i++)
-        read_and_answer(i, 3, 1, 0, 1);
-    turns(40);
-    for (uint8_t i = 0; i < 250; i++)
-        list[i] = (uint8_t)(10 * i);
-    assert_heard(DEVICE_IS, 0, list, 250);
-}
-
-void test_sync_read_of_too_much_or_nothing_is_a_range_error(void)
-{
-    SAY(254, SYNC_READ, 0, 85, 1, 2, 3);
-    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
-    SAY(254, SYNC_READ, 0, 0, 1, 2, 3);
-    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
-    SAY(254, SYNC_READ, 0, 4);
-    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
-}
-
-void test_bulk_read_hands_over_a_reply_during_the_next_read(void)
-{
-    SAY(254, BULK_READ, 0, 8, 1, 0x24, 1, DEVICE_IS, 3, 2, 2, 0x24);
-    read_and_answer(1, 0x24, 8, 0, 8);
-    TEST_ASSERT_EQUAL(CDS_LINK_TALKING, bus.link.state); // servo 3, since 2 is the device
-    TEST_ASSERT_EQUAL_UINT16(14 + 7, heard_size);
-    TEST_ASSERT_EQUAL_UINT8(DEVICE_IS, heard[14 + 2]);
-    heard_size = 14;
-    assert_heard(1, 0, data, 8);
-    read_and_answer(2, 0x24, 2, CDS_ERROR_VOLTAGE, 2);
-    assert_heard(2, CDS_ERROR_VOLTAGE, data, 2);
-    turns(20);
-    TEST_ASSERT_TRUE(bridge_idle(&bridge));
-}
-
-void test_bulk_read_sends_the_next_read_in_the_poll_that_ends_one(void)
-{
-    SAY(254, BULK_READ, 0, 8, 1, 0x24, 1, 2, 3);
-    TEST_ASSERT_TRUE(sent());
-    turns(3);
-    fill(8, 0);
-    port_fake_answer(&bus.link, 1, 0, data, 8);
-    for (uint8_t i = 0; i < 3; i++)
-        cds_bus_poll(&bus);
-    TEST_ASSERT_EQUAL(CDS_LINK_TALKING, bus.link.state);
-    TEST_ASSERT_EQUAL_UINT8(14, cds_ring_count(&output));
-    read_and_answer(2, 3, 1, 0, 1);
-}
-
-void test_bulk_read_reply_wraps_around_the_end_of_the_ring(void)
-{
-    for (uint8_t head = 48; head <= 64; head++) { // from its last 14 bytes on, then over its end
-        output.head = output.tail = head;
-        SAY(254, BULK_READ, 0, 8, 1, 0x24);
-        read_and_answer(1, 0x24, 8, 0, 8);
-        assert_heard(1, 0, data, 8);
-    }
-    SAY(254, BULK_READ, 0, 8, 1, 0x24);
-    read_and_answer(1, 0x24, 8, CDS_ERROR_RANGE, 0);
-    assert_heard(1, CDS_ERROR_RANGE, NULL, 0);
-}
-
-void test_bulk_read_reply_that_just_fits_the_ring_does_not_wait(void)
-{
-    for (uint8_t room = 13; room <= 14; room++) {
-        SAY(254, BULK_READ, 0, 8, 1, 0x24);
-        TEST_ASSERT_TRUE(sent());
-        turns(3);
-        while (cds_ring_count(&output) < 64 - room)
-            cds_ring_put(&output, 'x');
-        fill(8, 0);
-        port_fake_answer(&bus.link, 1, 0, data, 8);
-        for (uint8_t i = 0; i < 3; i++)
-            cds_bus_poll(&bus);
-        TEST_ASSERT_EQUAL_UINT8(room == 14 ? 64 : 64 - 13, cds_ring_count(&output));
-        turns(20);
-    }
-}
-
-void test_bulk_read_waits_for_room_in_the_ring(void)
-{
-    SAY(254, BULK_READ, 0, 1, 1, 3, 1, 2, 3, 1, 4, 3);
-    while (cds_ring_put(&output, 'x')) {
-    }
-    for (uint8_t id = 1; id <= 2; id++) {
-        TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
-        TEST_ASSERT_EQUAL_UINT8(id, port_fake.sent[2]);
-        port_fake_answer(&bus.link, id, 0, &id, 1);
-        for (uint8_t i = 0; i < 20; i++) {
-            cds_bus_poll(&bus);
-            bridge_poll(&bridge);
-        }
-    }
-    TEST_ASSERT_EQUAL(CDS_LINK_LISTENING, bus.link.state); // both reply buffers are full
-    TEST_ASSERT_TRUE(bridge_talks(&bridge));               // no text may be put between
-    turns(20);
-    TEST_ASSERT_EQUAL_UINT16(64 + 7 + 7, heard_size);
-    TEST_ASSERT_EQUAL_UINT8(1, heard[64 + 2]);
-    TEST_ASSERT_EQUAL_UINT8(2, heard[64 + 7 + 2]);
-    heard_size = 0;
-    read_and_answer(4, 3, 1, 0, 1);
-    assert_heard(4, 0, data, 1);
-}
-
-/* Servo 3 gets a READ and answers 500 us later. */
-static void hear_slow_servo_3(void)
-{
-    TEST_ASSERT_TRUE(sent());
-    turns(250);
-    fill(1, 30);
-    answer(3, 0, data, 1);
-    turns(20);
-}
-
-void test_sync_read_marks_a_servo_that_the_permit_refuses(void)
-{
-    attach(&robot.servos.hooks);
-    cds_servos_add(&robot.servos, 2);
-    cds_servos_add(&robot.servos, 3);
-    robot.states[0].status_return_level = 0; // answers PING only
-    robot.states[1].return_delay = 250;      // 500 us
-    cds_bus_set_return_delay(&bus, 2);
-    SAY(254, SYNC_READ, 0x24, 1, 1, 2, 3);
-    read_and_answer(1, 0x24, 1, 0, 1);
-    hear_slow_servo_3();
-    assert_heard(DEVICE_IS, 0x80, (const uint8_t *)"\x0A\xFF\x1E", 3);
-    TEST_ASSERT_EQUAL_UINT16(2, port_fake.packets);
-}
-
-void test_sync_read_uses_the_return_delay_of_each_servo(void)
-{
-    attach(&robot.servos.hooks);
-    cds_servos_add(&robot.servos, 3);
-    robot.states[0].return_delay = 250; // 500 us
-    cds_bus_set_return_delay(&bus, 2);
-    SAY(254, SYNC_READ, 0x24, 1, 1, 3);
-    read_and_answer(1, 0x24, 1, 0, 1);
-    hear_slow_servo_3();
-    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x0A\x1E", 2);
-}
-
-void test_sync_read_lets_a_waiting_request_go_first(void)
-{
-    static uint8_t bytes[2][16];
-    struct cds_request ping = CDS_REQUEST_WITHOUT_DATA(bytes[0]),
-                       torque = CDS_REQUEST_WITHOUT_DATA(bytes[1]);
-
-    attach(&robot.servos.hooks);
-    cds_servos_add(&robot.servos, 7);
-    SAY(254, SYNC_READ, 0x24, 1, 1, 2, 3);
-    cds_servo_ping(&bus, &ping, 7);
-    read_and_answer(1, 0x24, 1, 0, 1);
-    assert_sent(7, CDS_PING, NULL, 0);
-    answer(7, 0, NULL, 0);
-    cds_servo_write(&bus, &torque, 7, CDS_REG_TORQUE_ENABLE, (const uint8_t *)"\1", 1);
-    TEST_ASSERT_EQUAL(CDS_PENDING, torque.result);
-    robot_inhibit(&robot);
-    read_and_answer(2, 0x24, 1, 0, 1);
-    TEST_ASSERT_EQUAL(CDS_INHIBITED, torque.result);
-    read_and_answer(3, 0x24, 1, 0, 1);
-    turns(20);
-    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x0A\x14\x1E", 3);
-}
-
-void test_bulk_read_stops_after_a_servo_that_does_not_answer(void)
-{
-    SAY(254, BULK_READ, 0, 1, 1, 3, 1, 9, 3, 1, 2, 3, 1, 4, 3);
-    read_and_answer(1, 3, 1, 0, 1);
-    assert_heard(1, 0, data, 1);
-    TEST_ASSERT_TRUE(sent()); // 9
-    TEST_ASSERT_FALSE(bridge_idle(&bridge));
-    turns(650);
-    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
-    TEST_ASSERT_EQUAL_UINT16(2, port_fake.packets);
-    TEST_ASSERT_TRUE(bridge_idle(&bridge));
-    TEST_ASSERT_EQUAL_UINT8(1, device.failed);
-    SAY(3, CDS_PING);
-    TEST_ASSERT_TRUE(sent());
-    answer(3, 0, NULL, 0);
-    assert_heard(3, 0, NULL, 0);
-}
-
-void test_bulk_read_that_is_malformed_is_dropped(void)
-{
-    memset(buffers, 1, sizeof buffers); // a valid ID where the packet has none
-    say(254, BULK_READ, NULL, 0);
-    SAY(254, BULK_READ, 0);
-    SAY(254, BULK_READ, 0, 1, 1);
-    SAY(254, BULK_READ, 0, 1, 254, 3);
-    SAY(254, BULK_READ, 0, 1, 1, 3, 1);
-    TEST_ASSERT_EQUAL_UINT16(5, bridge.counters.refused);
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
-    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
-}
-
-void test_sync_and_bulk_read_without_a_device_go_out_unchanged(void)
-{
-    SAY(DEVICE_IS, CDS_WRITE, 0x03, DEVICE_OFF);
-    SAY(254, BULK_READ, 0, 1, 1, 3);
-    assert_sent(254, BULK_READ, (const uint8_t *)"\0\1\1\3", 4);
-    turns(3);
-    SAY(DEVICE_IS, SYNC_READ, 3, 1, 1);
-    assert_sent(DEVICE_IS, SYNC_READ, (const uint8_t *)"\3\1\1", 3);
-    wait_for_deadline();
-    SAY(254, SYNC_READ, 3, 1, 1);
-    assert_sent(254, SYNC_READ, (const uint8_t *)"\3\1\1", 3);
 }

@@ -61,7 +61,7 @@ static void take_text(void)
 static void turn(void)
 {
     host_demux_poll(&host);
-    if (host.whole)
+    if (host.has_packet)
         take_packet();
     take_text();
 }
@@ -188,7 +188,7 @@ void test_damage_to_any_byte_drops_one_packet(void)
         if (at == 3)
             damaged[at] = 1;
         feed(damaged, sizeof damaged, 3);
-        if (at == 3) // the rest of the packet is text, up to the next packet
+        if (at == 3) // the bytes after it are text, up to the next packet
             feed(ping, sizeof ping, 3);
         else
             type("help\r");
@@ -373,16 +373,90 @@ void test_stop_behind_a_packet_that_waits_drops_the_packet(void)
         cds_ring_put(&input, ping[i]);
     for (uint8_t i = 0; i < 20; i++)
         host_demux_poll(&host);
-    TEST_ASSERT_TRUE(host.whole);
+    TEST_ASSERT_TRUE(host.has_packet);
     cds_ring_put(&input, 'a');
     host_demux_poll(&host);
-    TEST_ASSERT_TRUE(host.whole);
+    TEST_ASSERT_TRUE(host.has_packet);
     cds_ring_put(&input, 0x18);
     host_demux_poll(&host);
     TEST_ASSERT_TRUE(host.stop);
-    TEST_ASSERT_FALSE(host.whole);
+    TEST_ASSERT_FALSE(host.has_packet);
     feed(ping, sizeof ping, 1);
     assert_ping_found(1);
+}
+
+static void put_all(const void *bytes, uint8_t size)
+{
+    for (uint8_t i = 0; i < size; i++)
+        cds_ring_put(&input, ((const uint8_t *)bytes)[i]);
+}
+
+/* A packet waits for the bridge, and these bytes come after it. */
+static void come_behind_a_packet(const void *bytes, uint8_t size)
+{
+    put_all(ping, sizeof ping);
+    for (uint8_t i = 0; i < 20; i++)
+        host_demux_poll(&host);
+    TEST_ASSERT_TRUE(host.has_packet);
+    put_all(bytes, size);
+    host_demux_poll(&host);
+}
+
+static const uint8_t with_stops[] = {0xFF, 0xFF, 2, 5, 3, 0x18, 0x18, 0, 0xC5}; // as data
+
+void test_stop_behind_packets_that_wait_drops_them(void)
+{
+    come_behind_a_packet(with_stops, sizeof with_stops);
+    TEST_ASSERT_FALSE(host.stop);
+    put_all(ping, sizeof ping);
+    put_all("\x18", 1);
+    host_demux_poll(&host);
+    TEST_ASSERT_TRUE(host.stop);
+    TEST_ASSERT_FALSE(host.has_packet);
+    TEST_ASSERT_EQUAL_UINT16(3, host.counters.late);
+    TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&input));
+    host.stop = false;
+    feed(ping, sizeof ping, 1);
+    assert_ping_found(1);
+}
+
+void test_data_of_a_packet_that_waits_is_no_stop_before_its_end_comes(void)
+{
+    come_behind_a_packet(with_stops, 6);
+    TEST_ASSERT_FALSE(host.stop);
+    put_all(with_stops + 6, 3);
+    host_demux_poll(&host);
+    TEST_ASSERT_FALSE(host.stop);
+    TEST_ASSERT_TRUE(host.has_packet);
+}
+
+void test_data_of_a_packet_longer_than_the_ring_is_no_stop(void)
+{
+    for (uint16_t length = 57; length <= CDS_LENGTH_MAX; length++) {
+        const uint8_t bytes[] = {0xFF, 0xFF, 254, (uint8_t)length, 0x83, 0x18, 0x18};
+
+        setUp();
+        come_behind_a_packet(bytes, sizeof bytes);
+        TEST_ASSERT_FALSE(host.stop);
+        TEST_ASSERT_TRUE(host.has_packet);
+    }
+}
+
+void test_stop_in_a_damaged_packet_behind_one_that_waits(void)
+{
+    static const uint8_t bytes[] = {0xFF, 0xFF, 2, 5, 3, 0x18, 0x18, 0, 0xC6};
+
+    come_behind_a_packet(bytes, sizeof bytes);
+    TEST_ASSERT_TRUE(host.stop);
+    TEST_ASSERT_FALSE(host.has_packet);
+}
+
+void test_stop_behind_bytes_that_are_no_packet(void)
+{
+    static const uint8_t bytes[] = {0xFF, 0xFF, 0xFF, 2, 1, 0xFF, 'a', 0xFF, 0xFF, 3, 255, 0x18};
+
+    come_behind_a_packet(bytes, sizeof bytes);
+    TEST_ASSERT_TRUE(host.stop);
 }
 
 void test_stop_behind_a_damaged_packet_counts_once(void)
@@ -451,7 +525,7 @@ void test_packet_that_waits_keeps_the_next_from_being_taken(void)
         cds_ring_put(&input, ping[i % sizeof ping]);
     for (uint8_t i = 0; i < 20; i++)
         host_demux_poll(&host);
-    TEST_ASSERT_TRUE(host.whole);
+    TEST_ASSERT_TRUE(host.has_packet);
     TEST_ASSERT_EQUAL_UINT8(sizeof ping, cds_ring_count(&input));
     settle();
     assert_ping_found(2);
@@ -495,7 +569,7 @@ void test_gap_after_a_packet_that_waits_keeps_the_packet(void)
         cds_ring_put(&input, ping[i % sizeof ping]);
     for (uint8_t i = 0; i < 10; i++)
         host_demux_poll(&host);
-    TEST_ASSERT_TRUE(host.whole);
+    TEST_ASSERT_TRUE(host.has_packet);
     ring_drop(&input, 2);
     host_demux_gap(&host);
     settle();
@@ -528,7 +602,7 @@ void test_packet_passes_while_the_text_ring_is_full(void)
         cds_ring_put(&input, ping[i]);
     for (uint8_t i = 0; i < sizeof ping; i++)
         host_demux_poll(&host);
-    TEST_ASSERT_TRUE(host.whole);
+    TEST_ASSERT_TRUE(host.has_packet);
     take_packet();
     assert_ping_found(1);
     TEST_ASSERT_EQUAL_UINT8(64, cds_ring_count(&text));
@@ -613,7 +687,7 @@ void test_poll_returns_true_while_a_packet_comes_in(void)
         TEST_ASSERT_EQUAL(i == CDS_AT_LENGTH || i == CDS_AT_INSTRUCTION, host_demux_poll(&host));
         TEST_ASSERT_FALSE(host_demux_poll(&host)); // no byte has come since
     }
-    TEST_ASSERT_TRUE(host.whole);
+    TEST_ASSERT_TRUE(host.has_packet);
     cds_ring_put(&input, 'x');
     TEST_ASSERT_FALSE(host_demux_poll(&host));
 }

@@ -1301,7 +1301,7 @@ void test_the_longest_reply_behind_noise_is_taken_however_late(void)
                              rig_stats().unexpected_packets); // what is taken is not searched
 }
 
-/* A poll sets the deadline, one finds the head, one takes the rest. */
+/* A poll sets the deadline, one finds the head, one takes the parameters. */
 void test_reply_of_twelve_bytes_after_its_head_takes_three_polls(void)
 {
     static const uint8_t values[CDS_PARSER_TAKEN_MAX - 1] = {0};

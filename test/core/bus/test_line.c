@@ -47,6 +47,15 @@ static void polls_at(uint32_t after_us)
         cds_bus_poll(&bus);
 }
 
+/* The packet leaves after `us`, and not a microsecond sooner. */
+static void assert_leaves_after_us(uint16_t us)
+{
+    rig_poll_after(us - 1u);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(1);
+    TEST_ASSERT_TRUE(rig_is_sending());
+}
+
 static void assert_answered(struct cds_request *asked, uint8_t id)
 {
     TEST_ASSERT_TRUE(rig_is_sending());
@@ -71,9 +80,7 @@ void test_line_is_suspect_for_two_byte_times_after_a_byte(void)
     rig_poll_after(0);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    rig_poll_after(QUIET_US - 1);
-    TEST_ASSERT_FALSE(rig_is_sending());
-    rig_poll_after(1);
+    assert_leaves_after_us(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
     assert_answered(&request, 5);
 }
@@ -166,9 +173,7 @@ void test_nothing_is_sent_while_the_line_is_low(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_FALSE(rig_is_sending());
     port_fake.low = false; // a bit of somebody's byte
-    rig_poll_after(QUIET_US - 1);
-    TEST_ASSERT_FALSE(rig_is_sending());
-    rig_poll_after(1);
+    assert_leaves_after_us(QUIET_US);
     assert_answered(&request, 5);
 }
 
@@ -178,9 +183,7 @@ void test_one_low_look_at_submit_delays_the_packet(void)
     port_fake.low_looks = 1;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_FALSE(rig_is_sending());
-    rig_poll_after(QUIET_US - 1);
-    TEST_ASSERT_FALSE(rig_is_sending());
-    rig_poll_after(1);
+    assert_leaves_after_us(QUIET_US);
     assert_answered(&request, 5);
 }
 
@@ -643,10 +646,7 @@ void test_packets_without_reply_are_sent_in_the_rest(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     other.priority = CDS_PRIORITY_HIGH;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &other, CDS_BROADCAST_ID));
-    rig_poll_after(QUIET_US - 1);
-    TEST_ASSERT_FALSE(rig_is_sending());
-    rig_poll_after(1);
-    TEST_ASSERT_TRUE(rig_is_sending());
+    assert_leaves_after_us(QUIET_US);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     polls_at(100);
     TEST_ASSERT_EQUAL(CDS_OK, other.result);
@@ -667,10 +667,7 @@ void test_low_line_in_the_rest_delays_packets_without_reply(void)
     rig_poll_after(1);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
-    rig_poll_after(QUIET_US - 1);
-    TEST_ASSERT_FALSE(rig_is_sending());
-    rig_poll_after(1);
-    TEST_ASSERT_TRUE(rig_is_sending());
+    assert_leaves_after_us(QUIET_US);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
 }
 
@@ -764,10 +761,7 @@ void test_corrupt_reply_is_followed_by_two_byte_times(void)
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_CORRUPT, request.result);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
-    rig_poll_after(QUIET_US - 1);
-    TEST_ASSERT_FALSE(rig_is_sending());
-    rig_poll_after(1);
-    TEST_ASSERT_TRUE(rig_is_sending());
+    assert_leaves_after_us(QUIET_US);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
 }
 
@@ -783,9 +777,7 @@ void test_open_again_rests_for_2_ms(void)
     open_again();
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, CDS_BAUD_1M));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    rig_poll_after(CDS_STALE_REPLY_US - 1);
-    TEST_ASSERT_FALSE(rig_is_sending());
-    rig_poll_after(1);
+    assert_leaves_after_us(CDS_STALE_REPLY_US);
     assert_answered(&request, 5);
 }
 
@@ -793,9 +785,7 @@ void test_open_again_sends_packets_without_reply_after_20_us(void)
 {
     open_again();
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
-    rig_poll_after(QUIET_US - 1);
-    TEST_ASSERT_FALSE(rig_is_sending());
-    rig_poll_after(1);
+    assert_leaves_after_us(QUIET_US);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
 }
 
@@ -806,9 +796,7 @@ void test_rest_goes_on_at_another_rate(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, 3));
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, CDS_BAUD_1M));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    rig_poll_after(REST_US - 1);
-    TEST_ASSERT_FALSE(rig_is_sending());
-    rig_poll_after(1);
+    assert_leaves_after_us(REST_US);
     assert_answered(&request, 5);
 }
 

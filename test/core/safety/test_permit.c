@@ -234,6 +234,9 @@ void test_02_ping_and_read_pass(void)
     cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
     pass(cds_servo_ping(&bus, &request, 1));
     silence(cds_servo_read(&bus, &request, 1, 0x24, 2));
+    cds_servos_inhibit_all(&servos);
+    pass(cds_servo_ping(&bus, &request, 1));
+    silence(cds_servo_read(&bus, &request, 77, 0x24, 2));
 }
 
 void test_03_inhibited_refuses_every_write_that_may_move(void)
@@ -369,6 +372,18 @@ void test_08_nor_a_long_packet_amid_its_check(void)
     TEST_ASSERT_EQUAL(CDS_INHIBITED, request.result);
 }
 
+void test_08_a_read_of_odd_length_that_waited_passes(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 2));
+    TEST_ASSERT_EQUAL(CDS_OK, raw(1, CDS_READ, 3));
+    cds_servos_inhibit_all(&servos);
+    cds_servos_release_all(&servos);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake_answer(&bus.link, 2, 0, NULL, 0);
+    look();
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
+}
+
 void test_09_an_unknown_servo_passes(void)
 {
     limit_goal(one);
@@ -380,6 +395,8 @@ void test_09_an_unknown_servo_passes(void)
     pass(registers(77, CDS_REG_ID, (const uint8_t[]){5}, 1));
     pass(byte(77, CDS_REG_ID, 78));
     pass(sync(CDS_REG_LED, 0, 77, 1));
+    cds_servos_inhibit_all(&servos);
+    pass(byte(77, CDS_REG_LED, 1));
 }
 
 /* ---- a known servo ---- */
@@ -434,6 +451,52 @@ void test_13_what_does_not_drive_passes_to_an_inhibited_servo(void)
     pass(byte(1, CDS_REG_REGISTERED_INSTRUCTION, 0));
     pass(byte(1, CDS_REG_ID, 9));
     pass(reset(9));
+}
+
+/* ---- a reserved servo ---- */
+
+/* Servo 9 is not known. */
+void test_14_only_one_request_sets_goals_of_reserved_servos(void)
+{
+    static const uint8_t ids[] = {2, 9}, value = 1;
+    static struct cds_request goals;
+
+    cds_servos_reserve(&servos, &goals, ids, 2);
+    for (uint8_t i = 0; i < 2; i++) {
+        for (uint8_t reg = 0; reg < CDS_TABLE_SIZE; reg++) {
+            if ((reg >= 6 && reg <= 9) || (reg >= 0x1E && reg <= 0x21)) {
+                refuse(CDS_RESERVED, byte(ids[i], reg, 1));
+                refuse(CDS_RESERVED, byte(CDS_BROADCAST_ID, reg, 1));
+            }
+        }
+        refuse(CDS_RESERVED, goal(ids[i], 500, 100));
+        refuse(CDS_RESERVED, registers(ids[i], 0x1E, &value, 1));
+        refuse(CDS_RESERVED, sync_goals(500, ids[i], 500));
+        pass(torque(ids[i]));
+        pass(byte(ids[i], CDS_REG_TORQUE_ENABLE, 0));
+        pass(byte(ids[i], CDS_REG_LED, 1));
+        pass(sync(CDS_REG_TORQUE_ENABLE, 0, ids[i], 1));
+    }
+    pass(goal(1, 500, 100));
+    refuse(CDS_RESERVED, sync_goals(500, 3, 500)); // to whatever servos
+    cds_servos_reserve(&servos, &request, ids, 2); // the request of these functions
+    pass(goal(2, 500, 100));
+    pass(sync_goals(500, 2, 500));
+    cds_servos_reserve(&servos, &goals, ids, 0);
+    pass(goal(2, 500, 100));
+}
+
+void test_15_no_action_and_no_reset_reaches_a_reserved_servo(void)
+{
+    static const uint8_t ids[] = {2};
+    static struct cds_request goals;
+
+    cds_servos_reserve(&servos, &goals, ids, 1);
+    refuse(CDS_RESERVED, action(2));
+    refuse(CDS_RESERVED, action(CDS_BROADCAST_ID));
+    refuse(CDS_RESERVED, reset(2));
+    refuse(CDS_RESERVED, reset(CDS_BROADCAST_ID));
+    pass(action(1));
 }
 
 /* ---- registered writes ---- */
@@ -1186,7 +1249,7 @@ void test_while_paused_replies_tell_nothing(void)
     look();
     TEST_ASSERT_EQUAL_HEX8(0, servos.alarms);
     cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
-    refuse(CDS_INHIBITED, torque(1)); // the door stays shut
+    refuse(CDS_INHIBITED, torque(1)); // driving stays inhibited
 }
 
 void test_news_count_errors_and_presence_only(void)

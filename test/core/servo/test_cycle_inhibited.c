@@ -610,6 +610,18 @@ void test_goals_beyond_a_new_limit_leave_the_queue_without_it(void)
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.unsent);
 }
 
+void test_change_while_goals_wait_checks_one_goal(void)
+{
+    run_until_goals_wait();
+    checks = 0;
+    set_limits(1, 0, 900, CDS_VALUE_MAX);
+    run_periods(1);
+    TEST_ASSERT_EQUAL_UINT16(1, goals_sent);
+    TEST_ASSERT_EQUAL_UINT16(1, checks);
+    assert_told(500, 501, 502);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.unsent);
+}
+
 void test_goals_of_servos_all_inhibited_in_the_queue_are_unsent(void)
 {
     run_until_goals_wait();

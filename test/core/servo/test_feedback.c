@@ -291,6 +291,16 @@ void test_group_read_no_capacity_or_busy_request_is_refused(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_again(ids, 3, 2));
 }
 
+void test_group_read_whose_read_is_cancelled_ends(void)
+{
+    begin_group(ids, 2);
+    cds_group_read_poll(&group);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_group_read_poll(&group));
+    rig_transmit();
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, cds_group_read_poll(&group));
+}
+
 void test_group_read_aborted_keeps_the_reply_in_flight(void)
 {
     static const uint8_t value[] = {1, 2}, all[] = {1, 2, 0xEE, 0xEE, 0xEE, 0xEE};

@@ -77,6 +77,14 @@ static void poll_pending(void)
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_read_pipeline_poll(&pipeline));
 }
 
+/* The operation ends within a few polls, without a further packet. */
+static void assert_ends(enum cds_result result)
+{
+    for (uint8_t i = 0; i < 5 && pipeline.result == CDS_PENDING; i++)
+        cds_read_pipeline_poll(&pipeline);
+    TEST_ASSERT_EQUAL(result, pipeline.result);
+}
+
 /* Servo 10 + i replies to the READ of item i. */
 static void answer_item(uint8_t i)
 {
@@ -295,6 +303,86 @@ void test_pipeline_item_beyond_the_reply_buffer_has_no_room(void)
     assert_taken(1, CDS_NO_ROOM);
     poll_pending();
     answer_item(2);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_read_pipeline_poll(&pipeline));
+}
+
+/* A READ of more bytes than any servo sends is answered with a range error and no data. */
+void test_pipeline_item_beyond_any_reply_is_sent_and_refused(void)
+{
+    items[0].length = CDS_REPLY_MAX + 1;
+    items[1].length = CDS_REPLY_MAX;
+    is_sent[2] = false;
+    begin();
+    poll_pending();
+    rig_answer(10, CDS_ERROR_RANGE, NULL, 0);
+    assert_taken(1, CDS_NO_ROOM);
+    assert_ends(CDS_OK);
+    TEST_ASSERT_EQUAL_UINT8(CDS_ERROR_RANGE, ended[0].error);
+    TEST_ASSERT_EQUAL_UINT8(0, ended[0].length);
+    TEST_ASSERT_EQUAL_UINT16(1, port_fake.packets);
+    TEST_ASSERT_EQUAL_UINT8(3, taken);
+}
+
+void test_pipeline_item_not_sent_has_no_error_and_no_data(void)
+{
+    is_sent[2] = false;
+    begin();
+    poll_pending();
+    rig_answer(10, CDS_ERROR_OVERLOAD, (const uint8_t *)"1", 1);
+    TEST_ASSERT_EQUAL_UINT8(CDS_ERROR_OVERLOAD, ended[0].error);
+    poll_pending();
+    answer_item(1);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_read_pipeline_poll(&pipeline));
+    assert_taken(2, CDS_OK);
+    TEST_ASSERT_EQUAL_UINT8(0, ended[2].error); // the third item has the request of the first
+    TEST_ASSERT_EQUAL_UINT8(0, ended[2].length);
+}
+
+void test_pipeline_reply_of_another_length_is_not_taken(void)
+{
+    requests[0].any_length = requests[1].any_length = true; // of a use before
+    begin();
+    poll_pending();
+    rig_answer(10, 0, (const uint8_t *)"12", 2);
+    TEST_ASSERT_EQUAL_UINT8(0, taken);
+    port_fake.now_us += 10000;
+    port_fake_look(&bus);
+    TEST_ASSERT_EQUAL_UINT8(1, taken);
+    TEST_ASSERT_NOT_EQUAL(CDS_OK, ended[0].result);
+    cds_read_pipeline_abort(&pipeline);
+    assert_ends(CDS_CANCELLED);
+}
+
+void test_pipeline_that_stops_on_failure_stops_at_a_refusal(void)
+{
+    config.stops_on_failure = true;
+    items[0].length = CDS_REPLY_MAX; // beyond the reply buffer
+    begin();
+    assert_ends(CDS_OK);
+    TEST_ASSERT_EQUAL_UINT8(1, taken);
+    assert_taken(0, CDS_NO_ROOM);
+    TEST_ASSERT_NULL(bus.request);
+}
+
+void test_pipeline_aborted_after_its_end_leaves_the_requests(void)
+{
+    static uint8_t bytes[8];
+    struct cds_request ping = CDS_REQUEST_WITHOUT_DATA(bytes);
+
+    config.count = 1;
+    begin();
+    poll_pending();
+    answer_item(0);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_read_pipeline_poll(&pipeline));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &ping, 77));
+    for (uint8_t i = 0; i < 2; i++)
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &requests[i], i)); // waits in the queue
+    cds_read_pipeline_abort(&pipeline);
+    TEST_ASSERT_EQUAL(CDS_PENDING, requests[0].result);
+    TEST_ASSERT_EQUAL(CDS_PENDING, requests[1].result);
+    rig_answer(77, 0, NULL, 0);
+    rig_answer(0, 0, NULL, 0);
+    rig_answer(1, 0, NULL, 0);
     TEST_ASSERT_EQUAL(CDS_OK, cds_read_pipeline_poll(&pipeline));
 }
 

@@ -112,43 +112,39 @@ static void assert_written(uint8_t count, uint8_t length, uint8_t packets, uint1
     TEST_ASSERT_EQUAL_UINT8(count, group.next);
 }
 
+/* Begins with the longest packets, and sees all of them leave. */
+static void assert_takes_packets(uint8_t packets, uint8_t count, uint8_t length)
+{
+    begin(count, length);
+    assert_written(count, length, packets, 258);
+}
+
 void test_what_fits_is_one_packet(void)
 {
-    begin(1, 1);
-    assert_written(1, 1, 1, 258);
-    begin(50, 4); // R23
-    assert_written(50, 4, 1, 258);
-    begin(83, 2);
-    assert_written(83, 2, 1, 258);
-    begin(125, 1);
-    assert_written(125, 1, 1, 258);
+    assert_takes_packets(1, 1, 1);
+    assert_takes_packets(1, 50, 4); // R23
+    assert_takes_packets(1, 83, 2);
+    assert_takes_packets(1, 125, 1);
 }
 
 void test_one_servo_more_is_one_packet_more(void)
 {
-    begin(51, 4);
-    assert_written(51, 4, 2, 258);
-    begin(84, 2);
-    assert_written(84, 2, 2, 258);
-    begin(126, 1);
-    assert_written(126, 1, 2, 258);
+    assert_takes_packets(2, 51, 4);
+    assert_takes_packets(2, 84, 2);
+    assert_takes_packets(2, 126, 1);
 }
 
 void test_all_254_servos(void)
 {
-    begin(254, 4);
-    assert_written(254, 4, 6, 258);
-    begin(254, 1);
-    assert_written(254, 1, 3, 258);
+    assert_takes_packets(6, 254, 4);
+    assert_takes_packets(3, 254, 1);
 }
 
 /* 50 bytes: five servos of 51 make 263, so four in a packet. */
 void test_the_whole_table_of_each(void)
 {
-    begin(4, 50);
-    assert_written(4, 50, 1, 258);
-    begin(20, 50);
-    assert_written(20, 50, 5, 258);
+    assert_takes_packets(1, 4, 50);
+    assert_takes_packets(5, 20, 50);
 }
 
 void test_a_servo_with_a_short_buffer_sets_the_limit(void)
@@ -254,8 +250,7 @@ void test_a_request_on_its_way_is_not_taken(void)
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     port_fake_look(&bus);
     TEST_ASSERT_FALSE(cds_bus_is_busy(&bus));
-    begin(60, 4);
-    assert_written(60, 4, 2, 258);
+    assert_takes_packets(2, 60, 4);
 }
 
 void test_request_that_is_in_use_at_first_is_awaited(void)
@@ -324,7 +319,7 @@ void test_requests_of_a_higher_priority_slip_in(void)
     assert_packet(50, 4);
 }
 
-/* A transmitter that is dead, a bus that is opened anew: the rest stays unsent. */
+/* A transmitter that is dead, a bus that is opened anew: the remaining packets stay unsent. */
 void test_a_packet_that_never_leaves_ends_it(void)
 {
     begin(120, 4);

@@ -55,7 +55,8 @@ void test_open_listens(void)
     TEST_ASSERT_EQUAL_UINT16(2, port_fake.verbs);
 }
 
-/* A byte heard in high impedance is no harm: it is thrown away with the rest when talk begins. */
+/* A byte heard in high impedance is no harm: it is dropped with all other bytes when talk begins.
+ */
 void test_byte_heard_in_high_z_changes_no_direction(void)
 {
     memset(&link_, 0, sizeof link_);

@@ -10,7 +10,8 @@
 
 #define CANARY 0xA5
 
-/* A buffer of which a test lends the first `capacity` bytes; the rest must stay as it is. */
+/* A buffer of which a test lends the first `capacity` bytes; the other bytes must stay as they are.
+ */
 static uint8_t buffer[264];
 static struct cds_packet packet;
 

@@ -4,7 +4,7 @@
  * at the end.
  *
  * The program calls the library when the handlers of the bus have worked, and on a tick. PB0 is
- * high while the library runs. The rest of the CPU time is free for the robot. */
+ * high while the library runs. The remaining CPU time is free for the robot. */
 #include <avr/eeprom.h>
 #include <cds55xx/cycle.h>
 #include <cds55xx/queue.h>
@@ -21,7 +21,7 @@
 #define TICKS_PER_US  ((uint16_t)(F_CPU / 8000000u)) // of the clock's timer
 #define TICK          (1000u * TICKS_PER_US)
 #define MARK          (1 << PB0)
-#define MOST          (CDS_PACKET_SIZE(CDS_FEEDBACK_SIZE) - 8) // of a reply: the rest is polled for
+#define MOST          (CDS_PACKET_SIZE(CDS_FEEDBACK_SIZE) - 8) // of a reply: polls wait for the other bytes
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)

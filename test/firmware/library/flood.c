@@ -1,7 +1,7 @@
 /* The controller's firmware, main.c, which begins a cycle at once: 18 servos at 250 Hz, all goals,
- * and READs in the rest of each period. For tests whose host floods the link meanwhile. The cycle
- * is the one of the firmware: a second one would not fit into 4 KiB of RAM. */
-#include "console/commands/shared.h" // cycle_operation
+ * and READs in the remaining time of each period. For tests whose host floods the link meanwhile.
+ * The cycle is the one of the firmware: a second one would not fit into 4 KiB of RAM. */
+#include "robot/group_cycle.h" // group_cycle
 #include "robot/robot.h"
 
 static void begin_once(void);
@@ -20,7 +20,7 @@ static void begin_once(void)
     for (uint8_t i = 0; i < ROBOT_SERVOS; i++)
         robot->group[i] = (uint8_t)(i + 1);
     robot->group_count = ROBOT_SERVOS;
-    robot_start(robot, &cycle_operation, &(uint16_t){CDS_CYCLE_PERIOD_US});
+    robot_start(robot, &group_cycle, &(uint16_t){CDS_CYCLE_PERIOD_US});
     for (uint8_t i = 0; i < ROBOT_SERVOS; i++)
         cds_cycle_goal(cycle, i, 512, 0);
     cds_cycle_commit(cycle);

@@ -1,5 +1,5 @@
-/* Two bytes and the shift register is all that a receiver holds; the rest is lost, and DOR says so.
- * simavr keeps 63. Servo 1 sends six bytes that nobody reads in time. */
+/* Two bytes and the shift register is all that a receiver holds; later bytes are lost, and DOR says
+ * so. simavr keeps 63. Servo 1 sends six bytes that nobody reads in time. */
 #include "chip.h"
 
 int main(void)

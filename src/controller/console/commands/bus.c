@@ -15,6 +15,7 @@ static const CDS_FLASH char message_found_model[] = " model %u";
 static const CDS_FLASH char message_found_rate[] = " at %b";
 static const CDS_FLASH char message_found[] = "id %u%s%s%s";
 static const CDS_FLASH char message_found_in_all[] = "%u found, %u asked";
+static const CDS_FLASH char message_counter[] = "%s %u";
 static const CDS_FLASH char message_asked[] = "%u of %u asked, now at %b";
 
 /* ---- scan ---- */
@@ -146,25 +147,25 @@ static bool scan_poll(struct console *console)
 
 /* ---- counters ---- */
 
-static const CDS_FLASH char *const CDS_FLASH counter_lines[] = {
-    FLASH_TEXT("sent %u"),
-    FLASH_TEXT("retried %u"),
-    FLASH_TEXT("ok %u"),
-    FLASH_TEXT("timeouts %u"),
-    FLASH_TEXT("corrupt %u"),
-    FLASH_TEXT("line busy %u"),
-    FLASH_TEXT("malformed %u"),
-    FLASH_TEXT("noise bytes %u"),
-    FLASH_TEXT("stale replies %u"),
-    FLASH_TEXT("duplicate replies %u"),
-    FLASH_TEXT("unexpected packets %u"),
-    FLASH_TEXT("framing errors %u"),
-    FLASH_TEXT("overruns %u"),
-    FLASH_TEXT("ring overflows %u"),
-    FLASH_TEXT("echo errors %u"),
+static const CDS_FLASH char *const CDS_FLASH counter_names[] = {
+    FLASH_TEXT("sent"),
+    FLASH_TEXT("retried"),
+    FLASH_TEXT("ok"),
+    FLASH_TEXT("timeouts"),
+    FLASH_TEXT("corrupt"),
+    FLASH_TEXT("line busy"),
+    FLASH_TEXT("malformed"),
+    FLASH_TEXT("noise bytes"),
+    FLASH_TEXT("stale replies"),
+    FLASH_TEXT("duplicate replies"),
+    FLASH_TEXT("unexpected packets"),
+    FLASH_TEXT("framing errors"),
+    FLASH_TEXT("overruns"),
+    FLASH_TEXT("ring overflows"),
+    FLASH_TEXT("echo errors"),
 };
 
-/* The counters of a servo, in the order of their struct: index of their line in counter_lines. */
+/* The counters of a servo, in the order of their struct: index of their name in counter_names. */
 static const CDS_FLASH uint8_t servo_counters[] = {2, 3, 4, 8, 9, 10, 14};
 
 #define SERVO_COUNTERS (sizeof servo_counters)
@@ -196,7 +197,7 @@ static bool counters_poll(struct console *console)
 {
     struct cds_stats counters;
     uint8_t index = console->index++, name = index, count = BUS_COUNTERS;
-    uint16_t *value = &console->printer.values[0].number;
+    uint16_t *value = &console->printer.values[1].number;
 
     if (console->line.id != CDS_BROADCAST_ID) {
         const struct cds_servo_state *servo = console_servo(console);
@@ -212,7 +213,8 @@ static bool counters_poll(struct console *console)
         cds_bus_stats(console->bus, &counters);
         memcpy(value, (const uint8_t *)&counters + 2 * index, sizeof *value);
     }
-    printer_line(&console->printer, counter_lines[name]);
+    console->printer.values[0].text = counter_names[name];
+    printer_line(&console->printer, message_counter);
     return console->index < count;
 }
 

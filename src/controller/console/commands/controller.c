@@ -6,6 +6,7 @@
 #include "console/reply.h" // reply_condition()
 #include "console/messages.h"
 
+static const CDS_FLASH char message_origin[] = "settings at start: %s";
 static const CDS_FLASH char message_of_others[] = "of others";
 static const CDS_FLASH char message_decimal[] = "%u";
 static const CDS_FLASH char message_alarm[] = "alarm %s: %s";
@@ -15,9 +16,9 @@ static const CDS_FLASH char message_link_on[] = "host link: watched";
 static const CDS_FLASH char message_link_off[] = "host link: not watched";
 static const CDS_FLASH char message_torque_pending[] = "last stop: under way";
 static const CDS_FLASH char message_torque_never[] = "last stop: none";
-static const CDS_FLASH char message_torque_some_on[] =
-    "last stop: %u of %u servos read back as off, some are on%s";
-static const CDS_FLASH char message_torque_read[] = "last stop: %u of %u servos read back as off%s";
+static const CDS_FLASH char message_torque_read[] =
+    "last stop: %u of %u servos read back as off%s%s";
+static const CDS_FLASH char message_some_on[] = ", some are on";
 static const CDS_FLASH char message_unlisted[] = "; up to %u more were not checked";
 static const CDS_FLASH char message_inhibit_off[] = "driving: allowed";
 static const CDS_FLASH char message_inhibit_link[] = "driving: inhibited until 'clear'";
@@ -32,21 +33,19 @@ static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes never used"
 /* ---- settings, save, defaults ---- */
 
 static const CDS_FLASH char *const CDS_FLASH origins[] = {
-    [SETTINGS_NONE] = FLASH_TEXT("settings at start: defaults: nothing was ever saved"),
-    [SETTINGS_DAMAGED] = FLASH_TEXT("settings at start: defaults: what was saved is damaged"),
-    [SETTINGS_OTHER_VERSION] =
-        FLASH_TEXT("settings at start: defaults: what was saved is of another version"),
-    [SETTINGS_OLDER] =
-        FLASH_TEXT("settings at start: as saved by an older firmware; new ones are defaults"),
-    [SETTINGS_NEWER] = FLASH_TEXT("settings at start: as saved by a newer firmware"),
-    [SETTINGS_STORED] = FLASH_TEXT("settings at start: as saved"),
-    [SETTINGS_CORRECTED] =
-        FLASH_TEXT("settings at start: as saved, but one was out of range and is its default"),
+    [SETTINGS_NONE] = FLASH_TEXT("defaults: nothing was ever saved"),
+    [SETTINGS_DAMAGED] = FLASH_TEXT("defaults: what was saved is damaged"),
+    [SETTINGS_OTHER_VERSION] = FLASH_TEXT("defaults: what was saved is of another version"),
+    [SETTINGS_OLDER] = FLASH_TEXT("as saved by an older firmware; new ones are defaults"),
+    [SETTINGS_NEWER] = FLASH_TEXT("as saved by a newer firmware"),
+    [SETTINGS_STORED] = FLASH_TEXT("as saved"),
+    [SETTINGS_CORRECTED] = FLASH_TEXT("as saved, but one was out of range and is its default"),
 };
 
 static void print_origin(struct console *console)
 {
-    printer_line(&console->printer, origins[console->failsafe->store->origin]);
+    console->printer.values[0].text = origins[console->failsafe->store->origin];
+    printer_line(&console->printer, message_origin);
 }
 
 /* "link_loss_ms = 500 ms" */
@@ -114,6 +113,8 @@ static uint8_t save_begin(struct console *console)
 {
     struct failsafe *failsafe = console->failsafe;
 
+    if (robot_moves(console->robot)) // it may read the EEPROM
+        return ERROR_MOTION;
     return settings_save(failsafe->store, failsafe->settings) ? 0 : ERROR_SAVING;
 }
 
@@ -226,7 +227,7 @@ static const CDS_FLASH char *stop_text(const struct robot *robot)
         return message_torque_pending;
     if (!robot->stop.servos)
         return message_torque_never;
-    return robot->stop.steps.result == CDS_REFUSED ? message_torque_some_on : message_torque_read;
+    return message_torque_read;
 }
 
 /* "last stop: 2 of 3 servos read back as off; up to 251 more were not looked at". A servo that
@@ -241,8 +242,10 @@ static void print_torque(struct printer *printer, const struct robot *robot)
             off++;
     printer->values[0].number = off;
     printer->values[1].number = robot->servos.count;
-    printer->values[2].text = unlisted ? message_unlisted : message_nothing;
-    printer->values[3].number = unlisted;
+    printer->values[2].text =
+        robot->stop.steps.result == CDS_REFUSED ? message_some_on : message_nothing;
+    printer->values[3].text = unlisted ? message_unlisted : message_nothing;
+    printer->values[4].number = unlisted;
     printer_line(printer, stop_text(robot));
 }
 
@@ -309,6 +312,14 @@ static bool status_poll(struct console *console)
     case 6: printer_line(printer, bus_states[cds_bus_line(console->bus)]); return true;
     case 7: print_servos(printer, &console->robot->servos); return true;
     case 8: print_delays(printer, &console->robot->servos); return true;
+    case 9:
+        if (command_set.store)
+            command_set.store->room(console);
+        return true;
+    case 10:
+        if (command_set.store)
+            command_set.store->wear(console);
+        return true;
     default:
         if (console->failsafe->counts_stack) {
             console->step--; // repeats this step
@@ -323,8 +334,9 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("status"),
         .what = FLASH_TEXT("state of the controller"),
-        .details =
-            COMMAND_DETAILS("Reset, settings, host link, inhibit, torque off, bus, servos, stack"),
+        .details = COMMAND_DETAILS(
+            "Reset, settings, host link, inhibit, torque off, bus, servos, poses and "
+            "sequences, stack"),
         .example = COMMAND_DETAILS("status"),
         .poll = status_poll,
     },
@@ -345,7 +357,7 @@ static const CDS_FLASH struct command controller_rows[] = {
         .begin = clear_begin,
     },
     {
-        .usage = FLASH_TEXT("settings [NAME [VALUE]]"),
+        .usage = FLASH_TEXT("settings [SETTING [VALUE]]"),
         .what = FLASH_TEXT("the controller's settings, or one of them"),
         .details = COMMAND_DETAILS("As in docs/settings.md. A value is in force at once, and after "
                                    "power-off only if saved"),

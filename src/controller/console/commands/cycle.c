@@ -8,50 +8,17 @@
 #include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
 #include "console/messages.h"
+#include "robot/group_cycle.h"
 
 static const CDS_FLASH char message_inhibited[] = " inhibited";
-static const CDS_FLASH char message_cycle_servo[] = "servo %u: %s";
 static const CDS_FLASH char message_cycle_servo_known[] = "servo %u: %a %r %v %c%s";
 static const CDS_FLASH char message_cycle_bus[] = ", bus ";
 
 #define PERIOD_MIN_MS 2
 #define PERIOD_MAX_MS 65
-#define KNOWN_US      1000000 // time in which each servo must have answered once
 
 enum cycle_choice { CHOICE_NONE, CHOICE_EVERY, CHOICE_OFF } __attribute__((packed));
 enum cycle_phase { CYCLE_TELL, CYCLE_LOOK, CYCLE_GOALS, CYCLE_END } __attribute__((packed));
-
-/* `config`: the period in us, a uint16_t. */
-static enum cds_result begin_cycle(struct robot *robot, const void *config)
-{
-    union robot_work *work = &robot->work;
-    enum cds_result result;
-
-    memset(work, 0, sizeof *work);
-    result = cds_cycle_begin(&work->cycle.cycle,
-                             &(struct cds_cycle_config){.bus = robot->bus,
-                                                        .ids = robot->group,
-                                                        .packets = work->cycle.packets,
-                                                        .feedback = work->cycle.feedback,
-                                                        .count = robot->group_count,
-                                                        .period_us = *(const uint16_t *)config});
-    if (result == CDS_OK)
-        robot_share_bus(robot, &work->cycle.cycle);
-    return result;
-}
-
-static enum cds_result poll_cycle(struct robot *robot)
-{
-    return cds_cycle_poll(&robot->work.cycle.cycle);
-}
-
-static void abort_cycle(struct robot *robot)
-{
-    cds_cycle_abort(&robot->work.cycle.cycle);
-}
-
-const CDS_FLASH struct robot_operation cycle_operation = {
-    .begin = begin_cycle, .poll = poll_cycle, .abort = abort_cycle};
 
 /* The period of the line or of the settings, in us, into console->raw. Returns an error or 0. */
 static uint8_t period(struct console *console)
@@ -69,26 +36,43 @@ static uint8_t period(struct console *console)
     return error;
 }
 
-static uint8_t start(struct console *console)
+uint8_t cycle_start(struct console *console, uint16_t period_us)
 {
     struct robot *robot = console->robot;
-    uint8_t error = period(console);
 
-    if (error)
-        return error;
     if (robot->group_count == 0)
         return ERROR_NO_GROUP;
-    console->phase = CYCLE_LOOK;
-    *(uint32_t *)console_job(console) = cds_port_now_us(); // when it began
-    return robot_start(robot, &cycle_operation, &console->raw);
+    move_job(console)->begun_us = cds_port_now_us();
+    return robot_start(robot, command_set.cycle, &period_us);
+}
+
+enum cds_result cycle_look(struct console *console)
+{
+    struct robot *robot = console->robot;
+    enum cds_result result = CDS_CANCELLED;
+
+    if (robot->cycle == NULL) {
+        console->error = ERROR_STOPPED;
+        return result;
+    }
+    result = group_cycle_look(robot, move_job(console)->begun_us);
+    if (result != CDS_OK && result != CDS_PENDING) {
+        console->error = (uint8_t)result;
+        robot_abort(robot);
+    }
+    return result;
 }
 
 static uint8_t cycle_begin(struct console *console)
 {
     struct robot *robot = console->robot;
+    uint8_t error;
 
-    if (console->line.choice == CHOICE_EVERY)
-        return start(console);
+    if (console->line.choice == CHOICE_EVERY) {
+        console->phase = CYCLE_LOOK;
+        error = period(console);
+        return error ? error : cycle_start(console, console->raw);
+    }
     if (robot->cycle == NULL)
         return ERROR_NO_CYCLE;
     if (console->line.choice == CHOICE_OFF) {
@@ -105,24 +89,12 @@ static uint8_t cycle_begin(struct console *console)
 /* The first goals are the present positions: none is sent until all servos have answered. */
 static bool look_poll(struct console *console)
 {
-    struct robot *robot = console->robot;
-    const struct cds_feedback *feedback = robot->work.cycle.feedback;
+    enum cds_result result = cycle_look(console);
 
-    if (robot->cycle == NULL) {
-        console->error = ERROR_STOPPED;
-        return false;
-    }
-    for (uint8_t left = robot->group_count; left; left--, feedback++) {
-        if (feedback->known)
-            continue;
-        if (cds_port_now_us() - *(const uint32_t *)console_job(console) > KNOWN_US) {
-            console->error = feedback->result;
-            robot_abort(robot);
-            console->phase = CYCLE_END;
-        }
-        return true;
-    }
-    console->phase = CYCLE_GOALS;
+    if (console->error)
+        console->phase = CYCLE_END;
+    else if (result == CDS_OK)
+        console->phase = CYCLE_GOALS;
     return true;
 }
 
@@ -153,7 +125,7 @@ static void print_servo(struct console *console, uint8_t index)
     printer->values[0].number = robot->group[index];
     printer->values[1].text = inhibited;
     if (!feedback->known) {
-        printer_line(printer, message_cycle_servo);
+        printer_line(printer, message_servo);
         return;
     }
     printer->values[1].number = feedback->position;

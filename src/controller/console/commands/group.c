@@ -5,6 +5,7 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
+#include "console/commands/shared.h"
 #include "console/messages.h"
 
 static const CDS_FLASH char message_by_action[] = " action";
@@ -32,24 +33,32 @@ static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
     return true;
 }
 
+uint8_t group_choose(struct robot *robot, const uint8_t *ids, uint8_t count)
+{
+    if (robot->operation)
+        return ERROR_CYCLE;
+    if (!fit(robot, ids, count))
+        return ERROR_TOO_MANY;
+    for (uint8_t i = 0; i < count; i++)
+        robot_add(robot, ids[i]);
+    memcpy(robot->group, ids, count);
+    robot->group_count = count;
+    robot->group_acts = false;
+    return 0;
+}
+
 static uint8_t group_begin(struct console *console)
 {
     const struct command_line *line = &console->line;
-    const uint8_t *ids = line->request->packet.bytes;
     struct robot *robot = console->robot;
+    uint8_t error;
 
     if (line->values == 0)
         return robot->group_count ? 0 : ERROR_NO_GROUP;
-    if (robot->operation)
-        return ERROR_CYCLE;
-    if (!fit(robot, ids, line->values))
-        return ERROR_TOO_MANY;
-    for (uint8_t i = 0; i < line->values; i++)
-        robot_add(robot, ids[i]);
-    memcpy(robot->group, ids, line->values);
-    robot->group_count = line->values;
-    robot->group_acts = line->choice == 2;
-    return 0;
+    error = group_choose(robot, line->request->packet.bytes, line->values);
+    if (error == 0)
+        robot->group_acts = line->choice == 2;
+    return error;
 }
 
 /* Prints "group 1 2 3 sync", one ID in each call. */
@@ -70,9 +79,10 @@ static bool group_poll(struct console *console)
 
 /* ---- pose ---- */
 
+enum pose_choice { POSE_AT_DEFAULT, POSE_AT, POSE_IN } __attribute__((packed));
 enum pose_phase { POSE_SYNC, POSE_ACTION, POSE_CYCLE } __attribute__((packed));
 
-static uint16_t angle_of(const struct console *console, uint8_t index)
+uint16_t pose_angle(const struct console *console, uint8_t index)
 {
     const uint8_t *words = console->line.request->packet.bytes;
 
@@ -80,14 +90,14 @@ static uint16_t angle_of(const struct console *console, uint8_t index)
 }
 
 /* Copies the goals out of the request's buffer, which the packet needs. */
-static void keep_goals(struct console *console)
+void pose_keep_goals(struct console *console)
 {
     struct robot *robot = console->robot;
     struct cds_goal *goal = robot->work.move.goals;
 
     for (uint8_t i = 0; i < robot->group_count; i++)
         *goal++ = (struct cds_goal){
-            .id = robot->group[i], .position = angle_of(console, i), .speed = console->raw};
+            .id = robot->group[i], .position = pose_angle(console, i), .speed = console->raw};
 }
 
 static uint8_t sync(struct console *console)
@@ -128,25 +138,45 @@ static uint8_t act(struct console *console)
                                                             .verify = true});
 }
 
+uint8_t pose_send(struct console *console)
+{
+    return console->robot->group_acts ? act(console) : sync(console);
+}
+
+/* The speed of the pose into console->raw, or its time into the struct move_job. Returns an error
+ * or 0. */
+static uint8_t take_number(struct console *console)
+{
+    console->raw = POSE_SPEED;
+    switch (console->line.choice) {
+    case POSE_AT: return console_number(console, 0, CDS_UNIT_MRPM);
+    case POSE_IN: return console_move_ms(console, 0, &move_job(console)->ms);
+    default: return 0;
+    }
+}
+
 static uint8_t pose_begin(struct console *console)
 {
-    struct command_line *line = &console->line;
-    uint8_t error;
+    const struct command_line *line = &console->line;
+    struct robot *robot = console->robot;
+    uint8_t error = take_number(console);
 
-    console->raw = POSE_SPEED;
-    error = line->numbers ? console_number(console, 0, CDS_UNIT_MRPM) : 0;
     if (error)
         return error;
-    if (console->robot->group_count == 0)
+    if (robot->group_count == 0)
         return ERROR_NO_GROUP;
-    if (line->values != console->robot->group_count)
+    if (line->values != robot->group_count)
         return ERROR_GROUP_SIZE;
-    if (console->robot->cycle) {
+    if (line->choice == POSE_IN)
+        return command_set.pose_in->begin(console);
+    if (robot_moves(robot))
+        return ERROR_MOTION;
+    if (robot->cycle) {
         console->phase = POSE_CYCLE;
         return 0;
     }
-    keep_goals(console);
-    return console->robot->group_acts ? act(console) : sync(console);
+    pose_keep_goals(console);
+    return pose_send(console);
 }
 
 /* Puts the goals into the next packet of the cycle, which is busy for one period at most. */
@@ -161,7 +191,7 @@ static bool cycle_poll_goals(struct console *console)
         return false;
     }
     while (*index < console->robot->group_count) {
-        result = cds_cycle_goal(cycle, *index, angle_of(console, *index), console->raw);
+        result = cds_cycle_goal(cycle, *index, pose_angle(console, *index), console->raw);
         if (result == CDS_BUSY)
             return true;
         if (console->error == 0)
@@ -197,13 +227,16 @@ static bool action_poll(struct console *console)
     return false;
 }
 
+bool pose_sent_poll(struct console *console)
+{
+    return console->phase == POSE_ACTION ? action_poll(console) : console_waits(console);
+}
+
 static bool pose_poll(struct console *console)
 {
-    switch (console->phase) {
-    case POSE_CYCLE: return cycle_poll_goals(console);
-    case POSE_ACTION: return action_poll(console);
-    default: return console_waits(console);
-    }
+    if (console->line.choice == POSE_IN)
+        return command_set.pose_in->poll(console);
+    return console->phase == POSE_CYCLE ? cycle_poll_goals(console) : pose_sent_poll(console);
 }
 
 static const CDS_FLASH struct command group_rows[] = {
@@ -218,11 +251,12 @@ static const CDS_FLASH struct command group_rows[] = {
         .poll = group_poll,
     },
     {
-        .usage = FLASH_TEXT("pose ANGLE... [at SPEED]"),
+        .usage = FLASH_TEXT("pose ANGLE... [at|in SPEED|TIME]"),
         .what = FLASH_TEXT("move all servos of the group at once"),
         .details = COMMAND_DETAILS(
             "An angle for each servo of the group, in its order, 0 to 300deg; SPEED: 0 to 62rpm, 0 "
-            "as fast as it can, default 20rpm. A running cycle takes over the goals"),
+            "as fast as it can, default 20rpm. In TIME, 1ms to 600s: all servos arrive together. A "
+            "running cycle takes over the goals"),
         .example = COMMAND_DETAILS("pose 90 150.5 210 at 20rpm"),
         .begin = pose_begin,
         .poll = pose_poll,

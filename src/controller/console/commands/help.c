@@ -14,54 +14,72 @@ static const CDS_FLASH char message_example_is[] = "Example: %s";
 
 static const CDS_FLASH char version_text[] = "cds55xx " CDS_VERSION " " BOARD_NAME;
 
-/* The next command, or the heading before it. */
-static bool list_poll(struct console *console)
+/* Prints a line of the list: the heading before the row, then the row. True: the row is next. */
+static bool list_line(struct console *console, const CDS_FLASH struct command_group *group,
+                      const CDS_FLASH struct command *row)
 {
-    uint8_t *index = &console->index;
-    const CDS_FLASH struct command_group *group = command_set.groups[console->part];
-    const CDS_FLASH struct command *row;
-
-    if (group == NULL)
-        return false;
-    if (*index == 0 && group->heading && !console->phase) {
-        console->phase = 1; // the heading is printed
-        printer_line(&console->printer, group->heading);
-        return true;
-    }
-    row = &group->rows[*index];
-    console->printer.values[0].text = row->usage;
-    console->printer.values[1].text = row->what;
-    printer_line(&console->printer, message_listed);
-    if (++*index == group->count) {
-        *index = 0;
-        console->phase = 0;
-        console->part++;
-    }
-    return true;
-}
-
-static bool help_poll(struct console *console)
-{
-    const CDS_FLASH struct command *topic = console->line.topic;
     struct printer *printer = &console->printer;
 
-    if (topic == NULL)
-        return list_poll(console);
-    if (console->step == 0) {
-        printer->values[0].text = topic->usage;
-        printer->values[1].text = topic->what;
+    if (console->index == 0 && group->heading && console->phase++ == 0) {
+        printer_line(printer, group->heading);
+        return true;
+    }
+    printer->values[0].text = row->usage;
+    printer->values[1].text = row->what;
+    printer_line(printer, message_listed);
+    return false;
+}
+
+/* True if both usage strings begin with the same command. */
+static bool are_alike(const CDS_FLASH char *a, const CDS_FLASH char *b)
+{
+    for (; *a == *b; a++, b++)
+        if (*a == ' ' || *a == '\0')
+            return true;
+    return false;
+}
+
+/* Prints a line of all that help knows of the row. True: there is one more. */
+static bool topic_line(struct console *console, const CDS_FLASH struct command *row)
+{
+    struct printer *printer = &console->printer;
+    uint8_t line = console->phase++;
+
+    if (line == 0) {
+        printer->values[0].text = row->usage;
+        printer->values[1].text = row->what;
         printer_line(printer, message_usage);
         return true;
     }
-    if (topic->details == NULL)
+    if (row->details == NULL)
         return false;
-    if (console->step == 1) {
-        printer_line(printer, topic->details);
+    if (line == 1) {
+        printer_line(printer, row->details);
         return true;
     }
-    printer->values[0].text = topic->example;
+    printer->values[0].text = row->example;
     printer_line(printer, message_example_is);
     return false;
+}
+
+/* Goes through all rows of all groups, at most one line in each call. */
+static bool help_poll(struct console *console)
+{
+    const CDS_FLASH struct command *topic = console->line.topic, *row;
+    const CDS_FLASH struct command_group *group = command_set.groups[console->part];
+
+    if (group == NULL)
+        return false;
+    row = &group->rows[console->index];
+    if (topic == NULL ? list_line(console, group, row)
+                      : are_alike(topic->usage, row->usage) && topic_line(console, row))
+        return true;
+    console->phase = 0;
+    if (++console->index == group->count) {
+        console->index = 0;
+        console->part++;
+    }
+    return true;
 }
 
 static bool version_poll(struct console *console)

@@ -45,6 +45,33 @@ uint8_t servo_write(struct console *console, uint8_t address, uint8_t length)
                                     set_job(console)->data, length);
 }
 
+/* Returns an error if a cycle sets the goal of servo line.id: its next goals would replace the goal
+ * of this command. */
+static uint8_t cycled(const struct console *console)
+{
+    if (!robot_cycles(console->robot, console->line.id))
+        return 0;
+    return robot_moves(console->robot) ? (uint8_t)ERROR_MOTION : (uint8_t)ERROR_CYCLE;
+}
+
+uint8_t servo_outcome(struct console *console)
+{
+    uint8_t error = console->error;
+
+    if (error == 0)
+        error = error_of_servo(&console->servo_error);
+    console->error = 0;
+    console->servo_error = 0;
+    return error;
+}
+
+void servo_failed(struct console *console, uint8_t error)
+{
+    console->printer.values[0].number = console->line.id;
+    console->printer.values[1].text = error_text(error);
+    printer_line(&console->printer, message_servo);
+}
+
 static uint8_t move_begin(struct console *console)
 {
     struct command_line *line = &console->line;
@@ -52,8 +79,8 @@ static uint8_t move_begin(struct console *console)
 
     if (result == 0 && line->numbers == 2)
         result = take_raw(console, 1, CDS_UNIT_MRPM);
-    if (result == 0 && robot_cycles(console->robot, line->id))
-        result = ERROR_CYCLE; // the next goals of the cycle would replace this goal
+    if (result == 0)
+        result = cycled(console);
     if (result)
         return result;
     if (line->id != CDS_BROADCAST_ID)
@@ -95,8 +122,8 @@ static uint8_t turn_begin(struct console *console)
     const uint8_t *no_limits = set_job(console)->no_limits; // a job begins zeroed
     uint8_t error = take_raw(console, 0, CDS_UNIT_SIGNED_MRPM);
 
-    if (error == 0 && robot_cycles(console->robot, console->line.id))
-        error = ERROR_CYCLE;
+    if (error == 0)
+        error = cycled(console);
     if (error)
         return error;
     return setup_write(console, CDS_REG_CW_ANGLE_LIMIT, no_limits, 4);

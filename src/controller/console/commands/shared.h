@@ -10,8 +10,58 @@
 
 _Static_assert(sizeof(struct cds_setup) + 8 <= CONSOLE_JOB_SIZE, "the job must fit");
 
-/* In cycle.c. Its `config` is the period in us, a uint16_t; its servos are robot->group. */
-extern const CDS_FLASH struct robot_operation cycle_operation;
+/* The job of a command that may start the cycle. */
+struct move_job {
+    uint32_t begun_us; // when the cycle was started
+    uint32_t ms;       // time of the move
+};
+
+static inline struct move_job *move_job(struct console *console)
+{
+    return console_job(console);
+}
+
+/* In cycle.c: starts the cycle of the group. Returns an error, or 0. */
+uint8_t cycle_start(struct console *console, uint16_t period_us);
+
+/* In cycle.c, for the poll of a command that has called cycle_start(). Returns CDS_PENDING until
+ * each servo has answered once, then CDS_OK. Else it has stored console->error, and the cycle ends.
+ */
+enum cds_result cycle_look(struct console *console);
+
+/* In group.c: chooses `count` servos, 1 to ROBOT_SERVOS, as the group, moved by SYNC WRITE. Returns
+ * an error, or 0. */
+uint8_t group_choose(struct robot *robot, const uint8_t *ids, uint8_t count);
+
+/* In group.c: angle `index` of the line. */
+uint16_t pose_angle(const struct console *console, uint8_t index);
+
+/* In group.c: the goals of the group, with the angles of the line and the speed in console->raw.
+ * They stand in robot->work.move; no operation may be under way. */
+void pose_keep_goals(struct console *console);
+
+/* In group.c: sends these goals, as `group` says. Returns an error, or 0. */
+uint8_t pose_send(struct console *console);
+
+/* In group.c: the poll of a command that has called pose_send(). */
+bool pose_sent_poll(struct console *console);
+
+/* In pose_by_servo.c and pose_moves.c: "pose ... in TIME", pose_in of struct command_set. */
+extern const CDS_FLASH struct command_action pose_by_servo, pose_moves;
+
+/* In pose_moves.c, for a command that begins a motion, in the running cycle or in one that it
+ * starts. Its job begins with a struct move_job. Returns ERROR_MOTION or 0. */
+uint8_t moves_command_begin(struct console *console);
+
+/* In pose_moves.c: the poll of such a command. `move` begins the motion, and is called again while
+ * it returns CDS_BUSY; `ends_cycle`: the cycle was started for it. Returns true until the first
+ * move has begun or was refused. Then console->error is stored. */
+bool moves_command_poll(struct console *console,
+                        enum cds_result (*move)(struct console *console, bool ends_cycle));
+
+/* In pose_moves.c: prints why the motion was refused or has ended, console->error, and for which
+ * joint of the group. */
+void motion_failed(struct console *console, uint8_t joint);
 
 /* The job of a command that writes registers. */
 struct set_job {
@@ -29,6 +79,13 @@ static inline struct set_job *set_job(struct console *console)
  * They return enum cds_result. */
 uint8_t servo_read(struct console *console, uint8_t address, uint8_t length);
 uint8_t servo_write(struct console *console, uint8_t address, uint8_t length);
+
+/* In servo.c: after console_waits() has returned false for a request to one of several servos.
+ * Returns the error of this servo, or 0, and clears both errors of the console. */
+uint8_t servo_outcome(struct console *console);
+
+/* In servo.c: prints "servo 3: no reply by the deadline" for line.id. */
+void servo_failed(struct console *console, uint8_t error);
 
 /* In setup.c: begins a setup in the struct set_job that writes `data` to line.id. Returns enum
  * cds_result. */

@@ -14,6 +14,7 @@ static const CDS_FLASH char message_stop_unlisted[] =
     "up to %u more servos were told and not checked";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", alarms: %s";
+static const CDS_FLASH char message_presence[] = "servo %u: %s, torque %s";
 static const CDS_FLASH char message_on[] = "on";
 static const CDS_FLASH char message_off[] = "off";
 static const CDS_FLASH char message_lost[] = ", inhibited: lost its state, torque went off";
@@ -23,10 +24,10 @@ static const CDS_FLASH char message_nobody[] = "no servo is known: 'scan' finds 
 /* ---- stop ---- */
 
 static const CDS_FLASH char *const CDS_FLASH stop_outcomes[] = {
-    [CDS_TORQUE_OFF_UNKNOWN] = FLASH_TEXT("servo %u: not checked"),
-    [CDS_TORQUE_OFF_ON] = FLASH_TEXT("servo %u: torque is still on"),
-    [CDS_TORQUE_OFF_SILENT] = FLASH_TEXT("servo %u: no answer"),
-    [CDS_TORQUE_OFF_MUTE] = FLASH_TEXT("servo %u: told, but set not to answer"),
+    [CDS_TORQUE_OFF_UNKNOWN] = FLASH_TEXT("not checked"),
+    [CDS_TORQUE_OFF_ON] = FLASH_TEXT("torque is still on"),
+    [CDS_TORQUE_OFF_SILENT] = FLASH_TEXT("no answer"),
+    [CDS_TORQUE_OFF_MUTE] = FLASH_TEXT("told, but set not to answer"),
 };
 
 static uint8_t stop_begin(struct console *console)
@@ -50,7 +51,8 @@ static bool stop_poll(struct console *console)
         if (servo->torque_off == CDS_TORQUE_OFF_OFF)
             continue;
         console->printer.values[0].number = servo->id;
-        printer_line(&console->printer, stop_outcomes[servo->torque_off]);
+        console->printer.values[1].text = stop_outcomes[servo->torque_off];
+        printer_line(&console->printer, message_servo);
         return true;
     }
     console->printer.values[0].number = robot_unlisted(robot);
@@ -132,10 +134,10 @@ static uint8_t servos_begin(struct console *console)
 }
 
 static const CDS_FLASH char *const CDS_FLASH presences[] = {
-    [CDS_PRESENCE_UNKNOWN] = FLASH_TEXT("servo %u: not asked yet, torque %s"),
-    [CDS_PRESENCE_ONLINE] = FLASH_TEXT("servo %u: online, torque %s"),
-    [CDS_PRESENCE_OFFLINE] = FLASH_TEXT("servo %u: offline, torque %s"),
-    [CDS_PRESENCE_RETURNED] = FLASH_TEXT("servo %u: returned, being checked, torque %s"),
+    [CDS_PRESENCE_UNKNOWN] = FLASH_TEXT("not asked yet"),
+    [CDS_PRESENCE_ONLINE] = FLASH_TEXT("online"),
+    [CDS_PRESENCE_OFFLINE] = FLASH_TEXT("offline"),
+    [CDS_PRESENCE_RETURNED] = FLASH_TEXT("returned, being checked"),
 };
 
 /* Prints the condition `index`, if its bit in `alarms` is set. */
@@ -156,8 +158,9 @@ NOINLINE static void servo_part(struct printer *printer, const struct cds_servos
     switch (part) {
     case PART_STATE:
         printer->values[0].number = servo->id;
-        printer->values[1].text = servo->torque ? message_on : message_off;
-        printer_text(printer, presences[servo->presence]);
+        printer->values[1].text = presences[servo->presence];
+        printer->values[2].text = servo->torque ? message_on : message_off;
+        printer_text(printer, message_presence);
         break;
     case PART_LOST:
         if (servo->inhibits & CDS_INHIBIT_STATE_LOST)

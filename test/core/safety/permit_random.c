@@ -2,7 +2,7 @@
  * sanitizers. A model of three servos receives the packets on the wire. The model decides whether a
  * packet was allowed; what the library reports is not used.
  *
- * usage: door_random STEPS [SEED]
+ * usage: permit_random STEPS [SEED]
  *
  * Steps: requests of every kind, which wait in the queue and are retried; limits, inhibits and
  * releases; lost packets and replies; power losses; changes of ID, resets, status return levels; a
@@ -579,7 +579,7 @@ int main(int argc, char **argv)
     uint32_t steps;
 
     if (argc < 2) {
-        fprintf(stderr, "usage: door_random STEPS [SEED]\n");
+        fprintf(stderr, "usage: permit_random STEPS [SEED]\n");
         return 2;
     }
     steps = (uint32_t)strtoul(argv[1], NULL, 0);

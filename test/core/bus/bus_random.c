@@ -1,8 +1,8 @@
-/* Compares a bus and its queue ("the engine") with a model, on this machine under the sanitizers.
+/* Compares a bus and its queue with a model, on this machine under the sanitizers.
  * Requests, servos and line are random. The model decides for each request which outcomes are
  * allowed.
  *
- * usage: engine_random TRANSACTIONS [SEED [TRACE_FROM]]
+ * usage: bus_random TRANSACTIONS [SEED [TRACE_FROM]]
  *
  * Every reply carries the tag of the packet that it answers, so that the model notices a stale
  * reply taken for a new one. Replies are in time, late, damaged, cut, doubled or missing. Other
@@ -85,7 +85,7 @@ static uint32_t emission_count;
 static struct {
     uint32_t tag;
     uint8_t id, error;
-} unreported[UNREPORTED_MAX]; // whole packets that the engine has not reported yet
+} unreported[UNREPORTED_MAX]; // whole packets that the bus has not reported yet
 static uint8_t unreported_count;
 static uint16_t return_delays_us[SERVOS], bus_delay_us;
 static enum mode mode;
@@ -93,7 +93,7 @@ static uint8_t max_retries;
 static bool is_locked;
 static const struct cds_bus_lock lock;
 
-/* The state of the line, as far as the engine can know it. */
+/* The state of the line, as far as the bus can know it. */
 static uint32_t last_rx_us, low_us, failed_us, stale_floor_us, stale_until_us, active_us, hold_us;
 static bool is_rx_exempt, is_low_known, is_failure_known, is_stale, is_active, holds;
 static bool was_low, wire_is_clean, is_harmed, permit_pending, sending_goes_on, sending_was_asked;
@@ -467,7 +467,7 @@ static bool level_is_low(void)
 static void note_harm(bool is_mark)
 {
     wire_is_clean = false;
-    unreported_count = 0; // the engine drops bytes between two damaged bytes
+    unreported_count = 0; // the bus drops bytes between two damaged bytes
     if (!flying || !flying->has_left)
         return;
     flying->is_dirty = flying->is_hidden = true;
@@ -680,7 +680,7 @@ static void wait_no_more(struct job *job)
 
 /* ---- a packet begins ---- */
 
-/* False if the line certainly was in use less than two byte times ago. The engine tests the line at
+/* False if the line certainly was in use less than two byte times ago. The bus tests the line at
  * times that the model does not know, so it may see the line in use for longer: is_active. */
 static bool line_may_be_quiet(void)
 {
@@ -733,7 +733,7 @@ static void note_begin(void)
     count.sent++;
 }
 
-/* The engine has tested the line and found it low. */
+/* The bus has tested the line and found it low. */
 static void note_low(void)
 {
     if (port_fake.low_seen) {
@@ -1194,7 +1194,7 @@ static void cancel(struct job *job)
     check_waiter();
 }
 
-/* ---- the rest of what a program does ---- */
+/* ---- what else a program does ---- */
 
 static uint8_t any_rate(void)
 {
@@ -1427,8 +1427,7 @@ static void poll(void)
     if (was_low && since(low_us) >= quiet_us()) {
         is_active = true;
         active_us =
-            port_fake
-                .now_us; // the engine waits two byte times from the poll that finds the line high
+            port_fake.now_us; // the bus waits two byte times from the poll that finds the line high
         was_low = false;
     }
     permit_pending = sending_goes_on = sending_was_asked = false;
@@ -1455,7 +1454,7 @@ static void poll(void)
         return;
     if (permit_pending || !is_active || since(active_us) >= quiet_us())
         wait_job = NULL;                 // a permit check, or a rest on a quiet line, is no wait
-    wait_restarts = line_may_be_quiet(); // the engine may have found the line quiet
+    wait_restarts = line_may_be_quiet(); // the bus may have found the line quiet
     if (head && !permit_pending && ends == ends_before && bus.state == CDS_BUS_WAITING_FOR_LINE &&
         bus.request == &head->request)
         check_wait(head);
@@ -1503,7 +1502,7 @@ static void check_stats(void)
 static void end_all(void)
 {
     for (uint32_t i = 0; flying || waiting_count; i++) {
-        RULE(i < 100000, flying, "the bus does not come to rest");
+        RULE(i < 100000, flying, "the bus does not become idle");
         step();
     }
     for (uint8_t i = 0; i < 20; i++) {
@@ -1585,7 +1584,7 @@ int main(int argc, char **argv)
     uint32_t wanted;
 
     if (argc < 2) {
-        fprintf(stderr, "usage: engine_random TRANSACTIONS [SEED [TRACE_FROM]]\n");
+        fprintf(stderr, "usage: bus_random TRANSACTIONS [SEED [TRACE_FROM]]\n");
         return 2;
     }
     wanted = (uint32_t)strtoul(argv[1], NULL, 0);

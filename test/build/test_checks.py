@@ -6,14 +6,14 @@ import os
 import pathlib
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
 
-from simulator import ROOT, SIM, call as run
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path += [str(ROOT / "test/runs"), str(ROOT / "scripts")]
 
-sys.path.insert(0, str(ROOT / "scripts"))
+from simulator import SIM, call as run
 import elf
 
 
@@ -65,6 +65,12 @@ class Layering(unittest.TestCase):
         self.breach("src/core/safety/servos.c", '#include "cds55xx/scan.h"')
         self.breach("src/core/safety/permit.c", '#include "cds55xx/cycle.h"')
         self.breach("src/core/wire/packet.c", '#include "cds55xx/units.h"')
+
+    def test_a_lower_folder_of_the_controller_includes_no_higher_one(self):
+        self.breach("src/controller/avr/memory.c", '#include "robot/robot.h"')
+        self.breach("src/controller/robot/robot.c", '#include "console/errors.h"')
+        self.breach("src/controller/robot/failsafe.c", '#include "host/host_demux.h"')
+        self.breach("src/controller/host/bridge.c", '#include "console/console.h"')
 
     def test_a_header_or_folder_without_a_storey_is_told(self):
         (self.root / "src/core/new").mkdir()
@@ -228,7 +234,7 @@ class MachineCode(unittest.TestCase):
 class Scripts(unittest.TestCase):
     def test_a_gem_that_does_not_come_is_told_from_a_wrong_one(self):
         """gem may fail with status 0, as without certificates."""
-        wrong = 'echo x > "$2-$4.gem"'
+        wrong = 'mkdir "$3/cache" && echo x > "$3/cache/$6-$8.gem"'  # gem install --install-dir DIR ...
         for gem, complaint in [("echo 'ERROR: SSL' >&2", "could not be fetched; without the network: make UNITY=dir"),
                                ("exit 2", "could not be fetched; without the network: make UNITY=dir"),
                                (wrong, "is not the one we know (SHA-256 differs)")]:
@@ -280,17 +286,43 @@ class Links(unittest.TestCase):
             file.flush()
             return run(ROOT / "scripts/links.py", file.name, cwd=ROOT)
 
-    def test_good_links_pass(self):
-        text = f"[a](#a-title) [b]({ROOT}/README.md#map) [c](https://x.y/z) `src/core/bus/bus.c`"
-        self.assertEqual(self.links(text), (0, ""))
+    def complaint(self, text, complaint):
+        status, output = self.links(text)
+        self.assertEqual(status, 1, text)
+        self.assertEqual(output.count("\n"), 1, output)
+        self.assertIn(complaint, output)
 
-    def test_a_missing_file_heading_or_source_is_named(self):
-        for text, complaint in [("[a](gone.md)", "gone.md: there is no such file"),
-                                ("[a](#gone)", "#gone: there is no such heading"),
-                                ("`src/core/gone.c`", "src/core/gone.c: there is no such file")]:
-            status, output = self.links(text)
-            self.assertEqual(status, 1)
-            self.assertIn(complaint, output)
+    def test_good_links_pass(self):
+        root = os.path.relpath(ROOT, tempfile.gettempdir())
+        for text in ["[a](#a-title) [c](https://x.y/z)", f"[b]({root}/README.md#map)",
+                     f"[b](<{root}/README.md#map> 'the map')", f"![b]({root}/docs/img/bus.svg)",
+                     f"[folder]({root}/docs/) `docs/` `src/core/bus/bus.c` `src/core/*/bus.c`",
+                     "[a][label] [label][]\n\n[label]: #a-title\n",
+                     "<a id='here'></a> [a](#here)", "## Twice\n## Twice\n[a](#twice-1)",
+                     "## [b](#a-title) and `c`\n[a](#b-and-c)", "Under\n=====\n[a](#under)",
+                     "`[a](gone.md)`", "1. a\n\n   ```c\n   [a](gone.md)\n   ```\n"]:
+            self.assertEqual(self.links(text), (0, ""), text)
+
+    def test_a_missing_file_is_named(self):
+        for text in ["[a](gone.md)", "[a](gone.md 'title')", "[a](<gone.md>)", "![a](gone.md)",
+                     "[![a](https://x.y/z)](gone.md)", "[a][b]\n\n[b]: gone.md\n",
+                     "<a href='gone.md'>a</a>", '<img alt="a"\n  src="gone.md">', "[a](gone.md#b)"]:
+            self.complaint(text, "gone.md")
+        self.complaint(f"[a]({ROOT}/README.md)", "README.md: there is no such file")
+        for name in ["src/core/gone.c", "docs/gone.md"]:
+            self.complaint(f"`{name}`", f"{name}: there is no such file")
+
+    def test_a_file_that_is_not_in_git_is_named(self):
+        root = os.path.relpath(ROOT, tempfile.gettempdir())
+        self.complaint(f"[a]({root}/build/atmega128/libcds55xx.a)", "there is no such file")
+
+    def test_a_missing_heading_or_label_is_named(self):
+        root = os.path.relpath(ROOT, tempfile.gettempdir())
+        for text in ["[a](#gone)", f"[a]({root}/README.md#gone)", f"[a]({root}/Makefile#gone)",
+                     f"[a]({root}/docs#gone)", "## Once\n[a](#once-1)",
+                     "   ~~~\n# gone\n   ~~~\n[a](#gone)"]:
+            self.complaint(text, "there is no such heading")
+        self.complaint("[a][gone]", "[gone]: there is no such label")
 
 
 class Readme(unittest.TestCase):
@@ -307,6 +339,17 @@ class Readme(unittest.TestCase):
                                  "--servos", "1,2", "--seconds", "2.5")
         self.assertEqual(status, 0, output)
         self.assertIn("3 packets in, 0 out, 0 damaged", output)
+
+    def test_program_and_library_for_two_chips_do_not_link(self):
+        for chip, board, flags in [("atmega2560", "arduino-mega", ["-flto"]),
+                                   ("atmega1284p", "arbotix", ["-fno-lto"])]:  # avr51, as atmega128
+            with tempfile.TemporaryDirectory() as folder:
+                status, output = run("avr-gcc", f"-mmcu={chip}", "-DF_CPU=16000000UL", "-std=gnu99",
+                                     "-Os", *flags, "-Iinclude", "-Isrc/avr", f"-Iboards/{board}",
+                                     "examples/two_servos.c", "build/atmega128/libcds55xx.a", "-o",
+                                     f"{folder}/robot.elf", cwd=ROOT)
+            self.assertNotEqual(status, 0)
+            self.assertIn("undefined reference to `cds_avr_clock_for_atmega128'", output)
 
     def test_unoptimised_programs_are_refused_with_the_remedy(self):
         status, output = run("avr-gcc", "-mmcu=atmega128", "-DF_CPU=16000000UL", "-O0", "-Iinclude",
@@ -328,37 +371,6 @@ class Turnaround(unittest.TestCase):
                        ROOT / f"build/{board}/controller.elf")[1]
             body = re.search(rf"<__vector_{vector}>:\n((?:.+\n)+)", code)[1]
             self.assertEqual(re.findall(r":\s+([a-z]+)", body), turns, body)
-
-
-class Runner(unittest.TestCase):
-    """run-tests.py takes nothing for passed that did not say so."""
-
-    def outcome(self, body):
-        with tempfile.TemporaryDirectory() as folder:
-            program = pathlib.Path(folder) / "suite"
-            program.write_text("#!/bin/sh\n" + body)
-            program.chmod(0o755)
-            status, output = run(ROOT / "scripts/run-tests.py", program)
-            return status, output.strip().splitlines()[-1]
-
-    def test_a_passing_suite(self):
-        self.assertEqual(self.outcome("echo '3 Tests 0 Failures 0 Ignored'"), (0, "3 passed, 0 failed"))
-
-    def test_a_failing_suite(self):
-        self.assertEqual(self.outcome("echo '3 Tests 1 Failures 0 Ignored'; exit 1"),
-                         (1, "2 passed, 1 failed"))
-
-    def test_ignored_tests_have_not_passed(self):
-        self.assertEqual(self.outcome("echo '3 Tests 0 Failures 2 Ignored'"), (1, "1 passed, 2 failed"))
-
-    def test_a_crash_after_the_summary(self):
-        self.assertEqual(self.outcome("echo '3 Tests 0 Failures 0 Ignored'; exit 139")[0], 1)
-
-    def test_silence_is_a_failure(self):
-        self.assertEqual(self.outcome("exit 0"), (1, "0 passed, 1 failed"))
-
-    def test_no_tests_is_a_failure(self):
-        self.assertEqual(self.outcome("echo '0 Tests 0 Failures 0 Ignored'")[0], 1)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,78 @@
+/* Finds a joint that does not follow its goals: a collision, an overload, an output that is
+ * blocked. It compares the goals of a cycle (cycle.h) with the feedback. The goals come from
+ * motion.h, gait.h or the program itself.
+ *
+ *     static struct cds_follow_joint joints[SERVOS];
+ *     cds_follow_begin(&follow, &(struct cds_follow_config){.cycle = &cycle, .joints = joints});
+ *     ...
+ *     cds_motion_poll(&motion);
+ *     if (cds_follow_poll(&follow) == CDS_TIMEOUT)
+ *         cds_motion_abort(&motion, 8000), then what the robot does if it fails: follow.joint
+ *
+ * Poll it while torque is on. Defaults, and the time until a report: docs/internals/motion.md.
+ * Manual: registers 0x1E and 0x24. All functions: main context. */
+#ifndef CDS_FOLLOW_H
+#define CDS_FOLLOW_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "cds55xx/cycle.h" // struct cds_cycle
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Defaults: simulated servos lag 55 steps behind in moves at their highest speed, and 81 steps for
+ * 32 ms if they also carry 40 % of their stall torque. */
+#define CDS_FOLLOW_STEPS 80
+#define CDS_FOLLOW_MS    200
+
+/* A joint that has come nearer to its goal by so many steps is on its way. */
+#define CDS_FOLLOW_PROGRESS_STEPS 3
+
+/* What is compared. It is copied; what the pointers point to stays in place. */
+struct cds_follow_config {
+    const struct cds_cycle *cycle;   // begun
+    struct cds_follow_joint *joints; // one for each servo of the cycle
+    uint16_t steps;   // a joint may be so far from its goal, 1 to 1023; 0: CDS_FOLLOW_STEPS
+    uint16_t time_ms; // a joint may be further away for so long, up to 60000; 0: CDS_FOLLOW_MS
+};
+
+/* One joint. The fields are internal. */
+struct cds_follow_joint {
+    uint16_t distance; // from its goal, when `since` was set; 0: it follows
+    uint16_t position; // at that time
+    uint16_t since;    // time of that feedback, in 1024 us
+};
+
+/* Zero it (static storage is), then cds_follow_begin(). The program reads `result` and `joint`. */
+struct cds_follow {
+    uint8_t result; // CDS_PENDING: all joints follow; CDS_TIMEOUT: `joint` does not
+    uint8_t joint;  // that is compared next, or that does not follow
+    struct cds_follow_config config;
+};
+
+/* Begins; also begins again after a report. CDS_OK; CDS_BAD_ARGUMENT: the cycle was not begun, or a
+ * value is out of range. */
+enum cds_result cds_follow_begin(struct cds_follow *follow, const struct cds_follow_config *config);
+
+/* Compares one joint. Call it after cds_cycle_poll() from the main loop. Returns follow.result:
+ *
+ *   CDS_PENDING  all joints follow
+ *   CDS_TIMEOUT  follow.joint is further than `steps` from its goal for `time_ms`, and did not come
+ *                nearer; or it has not reported for `time_ms` + CDS_FOLLOW_MS. It stays so until
+ *                cds_follow_begin()
+ *
+ * From the moment when the goal is further away than `steps`, the report comes after `time_ms` and
+ * twice the age that feedback reaches (counters.oldest_us of the cycle) at the latest, if the
+ * program polls once for each servo meanwhile. A joint that never reported and one that is left out
+ * of the goals is not compared: the presence of servos.h tells about these. In a move by servo
+ * (CDS_MOTION_BY_SERVO) a joint must go 3 steps in `time_ms`. */
+enum cds_result cds_follow_poll(struct cds_follow *follow);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

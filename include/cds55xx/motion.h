@@ -1,0 +1,226 @@
+/* Timed moves: the joints of a robot go to a pose in a given time and arrive together. In each
+ * period of a cycle (cycle.h) every joint gets the next goal on its curve, and the speed that leads
+ * there. Formulas and bounds: docs/internals/motion.md.
+ *
+ *     static struct cds_motion_joint joints[SERVOS];
+ *     cds_motion_begin(&motion, &(struct cds_motion_config){
+ *         .cycle = &cycle, .servos = &servos, .joints = joints});
+ *     cds_motion_move(&motion, &(struct cds_move){.pose = stand, .time_ms = 1500});
+ *     for (;;) {
+ *         cds_bus_poll(&bus);
+ *         cds_cycle_poll(&cycle);
+ *         cds_motion_poll(&motion);
+ *     }
+ *
+ * The program sets no goals (cds_cycle_goal()) of joints that move. Manual: 2.4.7, registers 0x1E
+ * and 0x20; R8, R10. All functions: main context. */
+#ifndef CDS_MOTION_H
+#define CDS_MOTION_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "cds55xx/cycle.h"  // struct cds_cycle
+#include "cds55xx/servos.h" // struct cds_servos
+#include "cds55xx/units.h"  // struct cds_register_profile
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define CDS_MOTION_TIME_MAX_MS 600000ul
+
+/* The curve from the beginning to the end of a move. */
+enum cds_motion_curve {
+    CDS_MOTION_MINIMUM_JERK, // smooth start and end; the highest speed is 15/8 of the mean speed
+    CDS_MOTION_LINEAR,       // the same speed all the time
+    CDS_MOTION_TRAPEZOID,    // speeds up, keeps the speed, slows down: at move.acceleration
+    CDS_MOTION_BY_SERVO,     // one goal; each joint gets the speed at which all arrive together
+} __attribute__((packed));
+
+/* In a pose: the joint takes no part in the move. */
+#define CDS_POSE_NONE UINT16_MAX
+
+/* A joint that is at rest and further than this from its last goal starts from where it is. */
+#define CDS_MOTION_NEAR_STEPS 16
+
+/* What a motion works on. It is copied; what the pointers point to stays in place. */
+struct cds_motion_config {
+    struct cds_cycle *cycle;         // begun; its servos are the joints, in the same order
+    struct cds_servos *servos;       // their soft limits; NULL: none
+    struct cds_motion_joint *joints; // one for each servo of the cycle
+    const struct cds_register_profile *const *profiles; // one for each joint; NULL: all CDS55xx
+    uint16_t acceleration; // the most, in speed register units (62/1023 RPM) per second; 0: not
+                           // checked: cds_motion_acceleration()
+};
+
+/* Returns the acceleration that a CDS55xx has with the value `acc`, 0 to 255, in register 0x22 or
+ * 0x23, as far as is known; 0 if it has no ramp. Factory value 32: 8000. The manual gives no unit
+ * (R40): the simulated servo changes its speed by `acc` units each 4 ms. Measure a real one. */
+static inline uint16_t cds_motion_acceleration(uint8_t acc)
+{
+    return (uint16_t)(250u * acc);
+}
+
+/* A move. What the pointers point to stays in place until the move is over. */
+struct cds_move {
+    const uint16_t *pose;      // position of each joint, 0 to 1023, or CDS_POSE_NONE
+    uint32_t time_ms;          // 1 to CDS_MOTION_TIME_MAX_MS, rounded up to periods of the cycle
+    uint8_t curve;             // enum cds_motion_curve
+    bool may_take_longer;      // a time that is too short is stretched, not refused
+    bool waits;                // for the end of the move under way; else it takes its place at once
+    uint16_t acceleration;     // of a trapezoid: of the joint with the longest way, in speed
+                               // register units per second, 1 or more
+    const uint16_t *next_pose; // NULL: the joints stop at the pose. Else they pass it on their way
+    uint32_t next_ms;          // to this pose, which they reach in this time: the next move, which
+                               // waits
+};
+
+/* The curve that all joints of a move share. Its fields are internal. */
+struct cds_curve {
+    uint8_t kind;      // enum cds_motion_curve
+    uint16_t ramp;     // trapezoid: share of the time that speeding up takes, 1/65536
+    uint16_t per_ramp; // 1 / that share, in 1/1024
+    uint16_t rate;     // the highest speed, in 1/16384 of the mean speed
+};
+
+/* One joint. A position is in 1/8 step, a speed in 1/16 of a register's unit. The fields are
+ * internal. */
+struct cds_motion_joint {
+    uint16_t scale;      // speed of one step per period
+    uint16_t fastest;    // the most that is sent, in 1/4 of a register's unit
+    uint16_t start;      // where the move began
+    int16_t distance;    // that the curve takes it
+    int16_t braking;     // twice the distance in which it brakes from begin_speed
+    int16_t passing;     // twice the distance in which it speeds up to end_speed
+    int16_t mean_speed;  // of `distance` over the duration
+    int16_t begin_speed; // when the move began
+    int16_t end_speed;   // when it ends
+    bool has_speeds : 1; // at the beginning or at the end
+    bool is_known : 1;   // its position is
+    bool is_moving : 1;  // takes part in the move
+};
+
+/* What one moment of a move means for all its joints. The fields are internal. */
+struct cds_motion_basis {
+    uint16_t way;          // of the curve, in 1/65536 of the distance
+    uint16_t rate;         // of the curve, in 1/16384 of the mean speed
+    uint16_t sent_rate;    // `rate`, and a reserve
+    uint16_t braking_way;  // in 1/65536 of `braking`
+    uint16_t braking_rate; // in 1/16384 of the speed at the beginning
+    uint16_t passing_way;  // in 1/65536 of `passing`
+    uint16_t passing_rate; // in 1/16384 of the speed at the end
+    bool is_end;           // the whole way
+    bool is_at_rest;       // no speed
+};
+
+/* A time that passes from 0 to 1, in 1/2^32, the low part in 1/2^48. The fields are internal. */
+struct cds_motion_clock {
+    uint32_t time;
+    uint32_t step; // in a period
+    uint16_t time_low, step_low;
+};
+
+/* How a move passes. The fields are internal. */
+struct cds_motion_plan {
+    struct cds_motion_clock time;
+    struct cds_motion_clock braking_time;
+    struct cds_curve curve;
+    uint32_t duration;      // in periods
+    uint32_t next_duration; // of the move behind it, if it passes
+    uint32_t peak;          // highest speed of a joint, in 1/16 unit
+    uint32_t rate_most;     // how fast the time may run, in 1/65536
+    uint32_t window;        // of braking, in periods
+    bool passes;            // the joints may have a speed at the end
+};
+
+/* A motion. Zero it (static storage is), then cds_motion_begin(). The program reads the first four
+ * fields; the rest is internal. */
+struct cds_motion {
+    uint8_t result;       // of the last move: CDS_PENDING while it is under way or paused
+    uint8_t move_result;  // of the last cds_motion_move(): CDS_PENDING while it is checked, CDS_OK
+                          // once the move has begun, or why it was refused
+    uint8_t joint;        // for which the move was refused or ended
+    uint32_t shortest_ms; // refused as CDS_LIMIT: the time in which the move works, or 0: none
+    struct cds_motion_config config;
+    struct cds_motion_basis basis; // of the goals that are set now
+    uint8_t count;                 // of joints
+    uint8_t index;                 // joint whose goal is set next; `count`: none in this period
+    uint8_t taken_up;              // joint that takes up the move next
+    uint8_t checked;               // joint, or step of the plan, that is next
+    uint8_t outcome;               // of a motion that is ending
+    bool is_paused : 1;            // until cds_motion_resume(), or the motion has ended
+    bool is_ready : 1;             // the move is checked, and begins with the next goals
+    bool is_under_way : 1;
+    bool is_ending : 1;                 // ends as soon as it is at rest
+    uint32_t periods;                   // of the cycle, when the last goals were set
+    uint32_t rate;                      // at which the time runs, in 1/65536
+    uint16_t carry;                     // of speeds that the next move takes over, in 1/4096
+    uint32_t rate_goal;                 // what it becomes
+    uint32_t rate_step;                 // its change in a period
+    uint32_t override;                  // what the program has set
+    struct cds_motion_plan plan;        // of the move under way
+    struct cds_motion_basis last_basis; // of the goals before it
+    struct cds_move next;               // the move that is checked
+    struct cds_motion_plan next_plan;   // of that move
+    uint32_t shortest;                  // periods that it takes
+    uint32_t tried;   // duration in which joints that move at begin or end stay slow enough
+    uint32_t longest; // way of its joints: register units x periods
+};
+
+/* Begins, at rest. CDS_OK; CDS_BAD_ARGUMENT: the cycle was not begun. */
+enum cds_result cds_motion_begin(struct cds_motion *motion, const struct cds_motion_config *config);
+
+/* Checks a move, then begins it: from where the joints are, or if they move, from the goals under
+ * way with their speed. cds_motion_poll() checks one joint each time; until then a move under way
+ * goes on. Joints that moved and are not in the pose brake. motion.move_result tells:
+ *
+ *   CDS_OK            the move has begun
+ *   CDS_LIMIT         a goal is beyond a soft limit: shortest_ms is 0; or the time is too short for
+ *                     motion.joint, and shortest_ms works
+ *   CDS_INHIBITED     motion.joint may not be driven
+ *   CDS_TIMEOUT       the position of motion.joint is not known: the cycle has not read it yet
+ *
+ * Returns CDS_OK: it is checked now. CDS_BUSY: the move before is still checked. CDS_BAD_ARGUMENT:
+ * time, curve, acceleration or a position is out of range, or no joint is in the pose; nothing was
+ * changed. */
+enum cds_result cds_motion_move(struct cds_motion *motion, const struct cds_move *move);
+
+/* True while cds_motion_move() returns CDS_BUSY. */
+static inline bool cds_motion_is_busy(const struct cds_motion *motion)
+{
+    return motion->move_result == CDS_PENDING || motion->taken_up < motion->count;
+}
+
+/* Moves on; call it after cds_cycle_poll() from the main loop. Each call checks one joint, and sets
+ * the goals of at most 6. Returns motion.result:
+ *
+ *   CDS_PENDING    a move is under way or paused
+ *   CDS_OK         the last goals were sent, or nothing has moved yet
+ *   CDS_CANCELLED  aborted; the joints stand still
+ *   CDS_LIMIT, CDS_INHIBITED  the permit refused a goal of motion.joint; the other joints have
+ *                  stopped where they were */
+enum cds_result cds_motion_poll(struct cds_motion *motion);
+
+/* Brings the joints to a standstill on their way, at `deceleration` at most (speed register units
+ * per second, 1 or more; what the curve itself slows down adds to that). cds_motion_resume() speeds
+ * up at the same rate. A move that is still checked, or waits, begins only when it is resumed. A
+ * move by the servo (CDS_MOTION_BY_SERVO) goes on to its goal. Does nothing if no move is under way
+ * or checked. */
+void cds_motion_pause(struct cds_motion *motion, uint16_t deceleration);
+void cds_motion_resume(struct cds_motion *motion);
+
+/* As cds_motion_pause(), then the move has ended as CDS_CANCELLED. A move that is checked is not
+ * begun. */
+void cds_motion_abort(struct cds_motion *motion, uint16_t deceleration);
+
+/* Lets the time of this and later moves run at `percent`, 10 to 200, as far as speed limits and
+ * config.acceleration permit. Changes within a quarter of a second. CDS_OK; CDS_BAD_ARGUMENT: out
+ * of range. */
+enum cds_result cds_motion_set_override(struct cds_motion *motion, uint8_t percent);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,265 @@
+/* The one object most programs need: a bus, the servos of a robot with their limits, goals and
+ * feedback at 250 Hz, the state check, and torque off. A table in flash describes the joints.
+ * Example: examples/two_joints.c. Manual: 2.4, 3.1.
+ *
+ *     CDS_JOINTS(joints) = {CDS_JOINT(1, CDS_FORWARD, 150000, -90000, 90000, 30000,
+ *                                     CDS_JOINT_CDS55XX, "hip")};
+ *     CDS_ROBOT(robot, joints);
+ *
+ *     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
+ *     cds_robot_start(&robot);
+ *     for (;;)
+ *         if (cds_robot_poll(&robot) == CDS_ROBOT_RUNNING)
+ *             cds_robot_set_goal_mdeg(&robot, 0, 45000);
+ *
+ * A program that needs more uses the parts: robot.bus, robot.cycle. All functions: main context. */
+#ifndef CDS_ROBOT_H
+#define CDS_ROBOT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "cds55xx/cycle.h"      // struct cds_cycle
+#include "cds55xx/health.h"     // struct cds_health
+#include "cds55xx/motion.h"     // struct cds_motion
+#include "cds55xx/servos.h"     // struct cds_servos
+#include "cds55xx/torque_off.h" // struct cds_torque_off
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A constant that stands in flash, in C and in C++. On an AVR a program cannot read it through a
+ * pointer: cds_robot_joint() copies a row of the table. */
+#ifdef __AVR__
+#define CDS_IN_FLASH __attribute__((__progmem__))
+#else
+#define CDS_IN_FLASH
+#endif
+
+/* `direction` of a joint. */
+#define CDS_FORWARD  1    // the angle of the joint grows with the position of the servo
+#define CDS_REVERSED (-1) // the angle of the joint falls with the position of the servo
+
+/* `profile` of a joint. */
+enum cds_joint_profile { CDS_JOINT_CDS55XX, CDS_JOINT_AX12 } __attribute__((packed));
+
+#define CDS_JOINT_NAME_SIZE 9 // 8 characters and a 0
+
+/* One joint. Its angle is 0 where its servo is at offset_mdeg. */
+struct cds_joint {
+    uint8_t id;            // of the servo, 0 to 253
+    int8_t direction;      // CDS_FORWARD or CDS_REVERSED
+    uint8_t profile;       // enum cds_joint_profile
+    int32_t offset_mdeg;   // 0 to 300000
+    int32_t lowest_mdeg;   // limits of the angle; the servo stays within 0 to 300000
+    int32_t highest_mdeg;  // lowest_mdeg or more
+    uint32_t fastest_mrpm; // limit of the speed, 1 to 62000 (AX-12: 113553); goals have this speed
+    char name[CDS_JOINT_NAME_SIZE];
+};
+
+/* A row of the table, in C99 and C++11. */
+#define CDS_JOINT(id, direction, offset_mdeg, lowest_mdeg, highest_mdeg, fastest_mrpm, profile,    \
+                  name)                                                                            \
+    {                                                                                              \
+        (id), (direction), (profile), (offset_mdeg), (lowest_mdeg), (highest_mdeg),                \
+            (fastest_mrpm), name                                                                   \
+    }
+
+/* Begins the definition of a table: CDS_JOINTS(name) = {CDS_JOINT(...), ...}; at file scope. */
+#define CDS_JOINTS(name) static const struct cds_joint name[] CDS_IN_FLASH
+
+/* A table and the storage for its joints. CDS_ROBOT() defines one. */
+struct cds_robot_config {
+    const struct cds_joint *joints; // in flash
+    struct cds_servo_state *states; // one for each joint
+    struct cds_feedback *feedback;  // one for each joint
+    uint8_t *ids;                   // one for each joint
+    uint8_t *reported;              // one for each joint: events that on_event has learnt of
+    uint8_t *packets;               // CDS_CYCLE_PACKETS_SIZE(count) bytes
+    uint8_t count;                  // of joints, 1 to CDS_CYCLE_SERVOS_MAX
+};
+
+/* Joints of the table `joints`, a constant. */
+#define CDS_JOINT_COUNT(joints) (sizeof(joints) / sizeof((joints)[0]))
+
+/* Defines struct cds_robot `name`, its storage, and name_config, all with static storage. `joints`:
+ * a table of CDS_JOINTS(). */
+#define CDS_ROBOT(name, joints)                                                                    \
+    static struct cds_robot name;                                                                  \
+    static struct cds_servo_state name##_states[CDS_JOINT_COUNT(joints)];                          \
+    static struct cds_feedback name##_feedback[CDS_JOINT_COUNT(joints)];                           \
+    static uint8_t name##_ids[CDS_JOINT_COUNT(joints)];                                            \
+    static uint8_t name##_reported[CDS_JOINT_COUNT(joints)];                                       \
+    static uint8_t name##_packets[CDS_CYCLE_PACKETS_SIZE(CDS_JOINT_COUNT(joints))];                \
+    static const struct cds_robot_config name##_config CDS_IN_FLASH = {                            \
+        joints,                                                                                    \
+        name##_states,                                                                             \
+        name##_feedback,                                                                           \
+        name##_ids,                                                                                \
+        name##_reported,                                                                           \
+        name##_packets,                                                                            \
+        (uint8_t)CDS_JOINT_COUNT(joints)}
+
+enum cds_robot_state {
+    CDS_ROBOT_CLOSED,
+    CDS_ROBOT_OPEN,     // driving is inhibited
+    CDS_ROBOT_STARTING, // servos are checked and get their first goals
+    CDS_ROBOT_RUNNING,  // torque is on, and goals are sent
+    CDS_ROBOT_STOPPING, // driving is inhibited; torque is switched off
+    CDS_ROBOT_STOPPED,  // driving is inhibited
+} __attribute__((packed));
+
+enum cds_robot_event_kind {
+    CDS_ROBOT_STARTED,      // torque is on
+    CDS_ROBOT_START_FAILED, // `joint` is not well: `why`, `result`. One event for each such joint
+    CDS_ROBOT_ALARM,        // `joint` reports CDS_ERROR_* bits of a condition: `alarms`
+    CDS_ROBOT_OFFLINE,      // `joint` does not answer any more
+    CDS_ROBOT_STATE_LOST,   // `joint` had torque on and has it off: power failed, or an alarm
+    CDS_ROBOT_WAS_STOPPED,  // the stop is over: `result` of cds_torque_off_poll()
+} __attribute__((packed));
+
+/* Why a joint is not well. */
+enum cds_robot_reason {
+    CDS_REASON_NONE,
+    CDS_REASON_NO_REPLY,     // no good reply; `result`: CDS_TIMEOUT, CDS_CORRUPT or CDS_LINE_BUSY
+    CDS_REASON_ALARM,        // voltage, temperature or load: `alarms`
+    CDS_REASON_RETURN_DELAY, // the servo does not take the return delay; is it locked (0x2F)?
+    CDS_REASON_MODE,         // endless turn: both angle limits, 0x06 and 0x08, are 0
+    CDS_REASON_VOLTAGE,      // outside of registers 0x0C and 0x0D of the servo
+    CDS_REASON_POSITION,     // the joint is outside of its limits: turn it back by hand
+    CDS_REASON_REFUSED,      // the servo does not take goal or torque
+    CDS_REASON_INHIBITED,    // the program has inhibited driving, or reserved the servo
+} __attribute__((packed));
+
+/* An event; a field that its kind does not name is 0. */
+struct cds_robot_event {
+    uint8_t kind;   // enum cds_robot_event_kind
+    uint8_t joint;  // index in the table
+    uint8_t why;    // enum cds_robot_reason
+    uint8_t result; // enum cds_result
+    uint8_t alarms; // CDS_ERROR_* bits
+};
+
+/* The return delay that every servo gets, unless the program sets another one. */
+#define CDS_ROBOT_RETURN_DELAY_US 10
+
+/* For so long after cds_robot_start() a servo may be silent: it starts up. */
+#define CDS_ROBOT_PATIENCE_US 2000000ul
+
+/* From the first to the last register that the start reads: 0x05 to 0x2E. */
+#define CDS_ROBOT_READ_SIZE 42
+
+/* A robot; CDS_ROBOT() defines one. The program reads `state` and `event`, sets the fields from
+ * `tolerates` to `context` after cds_robot_open(), and uses the parts from `bus` to `torque_off` by
+ * their own headers. */
+struct cds_robot {
+    uint8_t state;                // enum cds_robot_state
+    struct cds_robot_event event; // the last one
+    // the program may set:
+    uint8_t tolerates;        // bits 1 << CDS_ROBOT_ALARM, _OFFLINE, _STATE_LOST: events after
+                              // which the robot goes on. After the others it stops. At first 0
+    uint16_t return_delay_us; // of all servos, 0 to 508, 2 or more if the board has enables:
+                              // register 0x05. At first 10
+    uint16_t period_us;       // of the cycle. At first CDS_CYCLE_PERIOD_US
+    void (*on_event)(struct cds_robot *robot); // from cds_robot_poll(): robot->event is new. NULL:
+                                               // none. May call any function of this header
+    void (*on_poll)(struct cds_robot *robot);  // from each cds_robot_poll() until the robot has
+                                               // stopped, or NULL: cds_robot_begin_motion()
+    void *context;                             // of on_poll
+    // internal:
+    const struct cds_robot_config *config; // in flash
+    uint8_t count;                         // of joints
+    uint8_t joint;                         // of the step of the start
+    uint8_t phase;                         // of the start
+    uint8_t looked;                        // joints before this one have been looked at; while the
+                                           // robot starts: have their first goal in the cycle
+    uint8_t news;                          // of the servos, when the last look began
+    uint8_t unread_writes;                 // of the return delay of `joint`: it did not reply
+    bool is_delay_written;                 // return delay of `joint`, after it was read
+    bool has_failed;                       // a joint is not well
+    bool has_goals;                        // goals were set and not committed
+    uint32_t begun_us;                     // when the start began
+    struct cds_steps steps;                // of the start
+    struct cds_request request;            // of the start
+    uint8_t packet[CDS_PACKET_SIZE(5)];
+    uint8_t reply[CDS_ROBOT_READ_SIZE];
+    // the parts:
+    struct cds_servos servos;
+    struct cds_cycle cycle; // begins with CDS_ROBOT_STARTED
+    struct cds_health health;
+    struct cds_torque_off torque_off;
+    struct cds_queue queue;
+    struct cds_bus bus;
+};
+
+/* Opens the bus on `port` at `baud_reg` (see cds_bus_open()) and sets the limits of all joints.
+ * Sends nothing. Driving is inhibited until a start has checked all servos. `config`: name_config
+ * of CDS_ROBOT(). CDS_OK; CDS_BUSY: the robot is starting, running or stopping; CDS_BAD_ARGUMENT:
+ * an ID is out of range or stands twice, or another value of joint event.joint is out of range; the
+ * robot is closed. Divides 32-bit numbers: not for the hot path. */
+enum cds_result cds_robot_open(struct cds_robot *robot, const struct cds_robot_config *config,
+                               uint8_t port, uint8_t baud_reg);
+
+/* Begins to start the robot; cds_robot_poll() goes on with it, until CDS_ROBOT_STARTED or
+ * CDS_ROBOT_START_FAILED:
+ *
+ *   1. Each servo is read: it is there, has no alarm, is in position mode, and its voltage and its
+ *      position are within their limits. Its return delay is set if it differs (EEPROM).
+ *   2. If all are well, inhibits end, and each servo gets its position as its goal.
+ *   3. Torque is switched on, servo by servo, and the cycle begins.
+ *
+ * If a servo is not well, the robot stops as by cds_robot_stop(). A silent servo is asked for
+ * CDS_ROBOT_PATIENCE_US; its return delay is written unread, since it may reply before the board
+ * can receive. CDS_OK; CDS_BUSY: the robot is starting, running or stopping;
+ * CDS_BAD_ARGUMENT: it is not open, return_delay_us is out of range, or goals of all joints do not
+ * fit period_us. */
+enum cds_result cds_robot_start(struct cds_robot *robot);
+
+/* Moves all of the robot on: bus, start, cycle, state check, stop. Call it from the main loop, as
+ * often as possible; it is the only poll. Returns robot->state. */
+enum cds_robot_state cds_robot_poll(struct cds_robot *robot);
+
+/* Stops the robot: inhibits driving, ends start and cycle, and switches torque off for all servos
+ * on the bus (torque_off.h), before any other request. Begins again if the robot has stopped. Does
+ * nothing while it is stopping, or if it is not open. */
+void cds_robot_stop(struct cds_robot *robot);
+
+/* Sets the goal of `joint` (index in the table) to the angle `mdeg`, at the speed of its limit. All
+ * goals set between two polls leave together in the next period.
+ *
+ *   CDS_OK
+ *   CDS_BAD_ARGUMENT  there is no such joint
+ *   CDS_LIMIT         outside of the limits of the joint; it keeps its goal
+ *   CDS_INHIBITED     the robot is not running, or the servo may not be driven */
+enum cds_result cds_robot_set_goal_mdeg(struct cds_robot *robot, uint8_t joint, int32_t mdeg);
+
+/* Sets *mdeg to the angle of `joint` that its servo has reported last. robot.cycle.feedback tells
+ * its age. CDS_OK; CDS_BAD_ARGUMENT: there is no such joint; CDS_TIMEOUT: it is not known yet. */
+enum cds_result cds_robot_position_mdeg(const struct cds_robot *robot, uint8_t joint,
+                                        int32_t *mdeg);
+
+/* Sets *position to the position of the servo, 0 to 1023, where `joint` has the angle `mdeg`: for
+ * poses (motion.h) and for cds_cycle_goal(). CDS_OK; CDS_BAD_ARGUMENT: there is no such joint;
+ * CDS_LIMIT: outside of its limits. */
+enum cds_result cds_robot_to_position(const struct cds_robot *robot, uint8_t joint, int32_t mdeg,
+                                      uint16_t *position);
+
+/* Copies the row of `joint` from the table to *row: its ID, its name. CDS_OK; CDS_BAD_ARGUMENT:
+ * there is no such joint. */
+enum cds_result cds_robot_joint(const struct cds_robot *robot, uint8_t joint,
+                                struct cds_joint *row);
+
+/* Begins timed moves of all joints; call it after each CDS_ROBOT_STARTED. cds_robot_poll() then
+ * polls `motion`, too; after a stop a move under way ends as CDS_INHIBITED. `joints`: one for each
+ * joint. `profiles`: as in struct cds_motion_config. A program that does not call it does not link
+ * motion.h. CDS_OK; CDS_INHIBITED: the robot is not running; else as cds_motion_begin(). */
+enum cds_result cds_robot_begin_motion(struct cds_robot *robot, struct cds_motion *motion,
+                                       struct cds_motion_joint *joints,
+                                       const struct cds_register_profile *const *profiles);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,93 @@
+/* Sequences of poses: step after step by timed moves (motion.h), with rests between them or through
+ * a pose without a stop, once, several times or for ever.
+ *
+ *     cds_sequence_begin(&sequence, &(struct cds_sequence_config){
+ *         .motion = &motion, .read = read_step, .poses = poses, .repeats = 3});
+ *     for (;;) {
+ *         cds_bus_poll(&bus);
+ *         cds_cycle_poll(&cycle);
+ *         cds_sequence_poll(&sequence);
+ *     }
+ *
+ * The steps come from a function of the program, so they may stand in flash, RAM or EEPROM. Pause,
+ * resume and override: those of the motion. Manual: nothing. All functions: main context. */
+#ifndef CDS_SEQUENCE_H
+#define CDS_SEQUENCE_H
+
+#include "cds55xx/motion.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* One step: the way to a pose, and how long the joints stay there. */
+struct cds_sequence_step {
+    uint32_t time_ms;      // of the way: 1 to CDS_MOTION_TIME_MAX_MS
+    uint16_t dwell_ms;     // rest at the pose; a step that passes has none
+    uint16_t acceleration; // of a trapezoid, as in struct cds_move
+    uint8_t curve;         // enum cds_motion_curve
+    uint8_t event;         // handed to on_pose
+    bool passes;           // the joints pass the pose on their way to that of the next step
+    bool may_take_longer;  // a time that is too short is stretched
+};
+
+/* What a sequence works on. It is copied; what the pointers point to stays in place. */
+struct cds_sequence_config {
+    struct cds_motion *motion; // begun
+    uint16_t *poses;           // room for two poses: twice as many positions as there are joints
+    void *context;             // handed to the functions
+    /* Reads step `index` and its pose, CDS_POSE_NONE for each joint that takes no part. False:
+     * there is no such step. Called twice for a step that follows one that passes. */
+    bool (*read)(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose);
+    bool (*may_begin)(void *context, uint8_t index); // asked again with each poll until it is true;
+                                                     // NULL: always
+    void (*on_pose)(void *context, uint8_t index, uint8_t event); // the pose of this step was sent;
+                                                                  // NULL: nobody wants to know
+    uint16_t repeats; // how often the sequence runs; 0: for ever
+};
+
+/* A step that was read. The fields are internal. */
+struct cds_sequence_place {
+    struct cds_sequence_step step;
+    uint8_t index;
+    uint16_t run;
+};
+
+/* A sequence. Zero it (static storage is), then cds_sequence_begin(). The program reads the first
+ * three fields; the rest is internal. */
+struct cds_sequence {
+    uint8_t result; // CDS_PENDING while it runs; then how it ended
+    uint8_t step;   // under way, from 0 on
+    uint16_t run;   // under way, from 0 on
+    struct cds_sequence_config config;
+    struct cds_sequence_place places[2]; // the step under way, and the one behind it
+    uint8_t turn;                        // place of the one under way
+    uint8_t state;
+    uint8_t event;     // of the step under way
+    bool passes;       // the step under way passes its pose
+    uint16_t dwell_ms; // of the step under way
+    uint16_t rest_ms;  // before the step begins
+    uint32_t rest_from_us;
+};
+
+/* Begins; the first poll begins the first step. CDS_OK; CDS_BAD_ARGUMENT: there is no step;
+ * CDS_BUSY: a move of the motion is under way. */
+enum cds_result cds_sequence_begin(struct cds_sequence *sequence,
+                                   const struct cds_sequence_config *config);
+
+/* Moves sequence and motion on, in place of cds_motion_poll(). Returns sequence.result:
+ *
+ *   CDS_PENDING    it runs
+ *   CDS_OK         all steps are over
+ *   CDS_CANCELLED  it was aborted
+ *   else           why the move of sequence.step was refused or has ended: motion.h */
+enum cds_result cds_sequence_poll(struct cds_sequence *sequence);
+
+/* Ends the sequence: the joints come to rest as by cds_motion_abort(). */
+void cds_sequence_abort(struct cds_sequence *sequence, uint16_t deceleration);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,174 @@
+/* settings autostart: the sequence that plays after power-up, without a host. */
+#include <stddef.h>
+#include <string.h>
+
+#include "console/commands/command_groups.h"
+#include "console/commands/stored.h"
+#include "console/console.h"
+#include "console/errors.h"
+#include "console/messages.h"
+#include "robot/moves.h"
+
+static const CDS_FLASH char message_none[] = "autostart: none";
+static const CDS_FLASH char message_name[] = "autostart: ";
+static const CDS_FLASH char message_how[] = "%s after %u s; %s";
+static const CDS_FLASH char message_how_servo[] = "%s after %u s; servo %u %s";
+static const CDS_FLASH char message_loop[] = " loop";
+
+/* In the order of enum autostart_state. */
+static const CDS_FLASH char *const CDS_FLASH state_texts[] = {
+    FLASH_TEXT("from the next power-up on"),
+    FLASH_TEXT("waits"),
+    FLASH_TEXT("looks at the servos"),
+    FLASH_TEXT("switches torque on"),
+    FLASH_TEXT("begins"),
+    FLASH_TEXT("has begun"),
+    FLASH_TEXT("not begun: the last reset was not power-on"),
+    FLASH_TEXT("not begun: a byte came from the host"),
+    FLASH_TEXT("not begun: an alarm, or driving is inhibited"),
+    FLASH_TEXT("not begun: the sequence, its joints or a pose is missing"),
+    FLASH_TEXT("is not well"),
+    FLASH_TEXT("cannot reach a pose: its angle limits"),
+    FLASH_TEXT("the motion was refused: 'motion wait' tells why"),
+};
+
+struct autostart_job {
+    struct motion_store_record record;
+    char name[MOTION_STORE_NAME + 1];
+    bool is_saving;
+};
+
+#define DELAY_DEFAULT_S 3
+
+#define WORDS_OFF 3 // of the line "settings autostart off"
+
+/* ---- settings autostart [off] ---- */
+
+static uint8_t show_begin(struct console *console)
+{
+    struct autostart_job *job = console_job(console);
+    uint8_t error;
+
+    if (console->robot->moves == NULL)
+        return ERROR_OMITTED;
+    if (console->line.words < WORDS_OFF)
+        return stored_may_read();
+    error = stored_may_write(console);
+    job->record = (struct motion_store_record){.kind = MOTION_STORE_AUTOSTART};
+    if (error || motion_store_delete(stored(), &job->record) != MOTION_STORE_SAVING)
+        return error; // there was none
+    job->is_saving = true;
+    return 0;
+}
+
+static bool show_poll(struct console *console)
+{
+    struct autostart_job *job = console_job(console);
+    const struct autostart *autostart = &console->robot->moves->autostart;
+    struct printer *printer = &console->printer;
+    uint8_t delay, state = autostart->state;
+
+    if (console->line.words == WORDS_OFF)
+        return job->is_saving && stored_waits(console);
+    delay = motion_store_read_autostart(stored(), job->name);
+    if (delay == 0) {
+        printer_line(printer, message_none);
+        return false;
+    }
+    printer_flash(printer, message_name);
+    printer_string(printer, job->name);
+    printer->values[0].text = delay & AUTOSTART_LOOP ? message_loop : message_nothing;
+    printer->values[1].number = delay & AUTOSTART_DELAY_MAX;
+    printer->values[2].text = state_texts[state];
+    if (state == AUTOSTART_NOT_WELL || state == AUTOSTART_LIMITS) {
+        printer->values[2].number = autostart->wake.id;
+        printer->values[3].text = state_texts[state];
+        printer_line(printer, message_how_servo);
+    } else {
+        printer_line(printer, message_how);
+    }
+    return false;
+}
+
+/* ---- settings autostart NAME ---- */
+
+/* Seconds, rounded up, of the time in the line. Returns an error or 0. */
+static uint8_t take_delay(struct console *console, uint8_t *delay)
+{
+    uint32_t ms = DELAY_DEFAULT_S * 1000;
+    uint8_t error = console->line.numbers ? console_move_ms(console, 0, &ms) : 0;
+
+    if (error == ERROR_TIME || (error == 0 && ms > AUTOSTART_DELAY_MAX * 1000ul))
+        error = ERROR_OUT_OF_RANGE;
+    *delay = (uint8_t)((ms + 999) / 1000);
+    return error;
+}
+
+/* `loop`: 0 or AUTOSTART_LOOP. */
+static uint8_t set(struct console *console, uint8_t loop)
+{
+    struct autostart_job *job = console_job(console);
+    uint8_t delay, error = take_delay(console, &delay);
+
+    if (console->robot->moves == NULL)
+        return ERROR_OMITTED;
+    if (error == 0)
+        error = stored_may_write(console);
+    if (error)
+        return error;
+    if (stored_find(console, MOTION_STORE_SEQUENCE, 0) == MOTION_STORE_NONE)
+        return ERROR_NO_SEQUENCE;
+    memcpy(job->name, parse_name(&console->line, 0), stored_length(console, 0));
+    job->record = (struct motion_store_record){
+        .kind = MOTION_STORE_AUTOSTART, .count = (uint8_t)(delay | loop), .sequence = job->name};
+    if (stored_save(console, &job->record))
+        console->robot->moves->autostart.state = AUTOSTART_OFF; // until the next power-up
+    return console->error;
+}
+
+static uint8_t once_begin(struct console *console)
+{
+    return set(console, 0);
+}
+
+static uint8_t loop_begin(struct console *console)
+{
+    return set(console, AUTOSTART_LOOP);
+}
+
+static const CDS_FLASH struct command autostart_rows[] = {
+    {
+        .usage = FLASH_TEXT("settings autostart [off]"),
+        .what =
+            FLASH_TEXT("show what plays after power-up, and what became of it; or nothing does"),
+        .details = COMMAND_DETAILS("Kept at once, without save"),
+        .example = COMMAND_DETAILS("settings autostart"),
+        .begin = show_begin,
+        .poll = show_poll,
+    },
+    {
+        .usage = FLASH_TEXT("settings autostart NAME [TIME]"),
+        .what = FLASH_TEXT("play a sequence after power-up"),
+        .details = COMMAND_DETAILS(
+            "Kept at once, without save. Only if the reset was power-on, no byte came from the "
+            "host for TIME (1 to 127s, default 3s), every servo is well, and each pose is within "
+            "its angle limits"),
+        .example = COMMAND_DETAILS("settings autostart walk 5s"),
+        .begin = once_begin,
+        .poll = stored_waits,
+    },
+    {
+        .usage = FLASH_TEXT("settings autostart NAME loop [TIME]"),
+        .what = FLASH_TEXT("play a sequence again and again after power-up"),
+        .details = COMMAND_DETAILS("Until motion off or stop"),
+        .example = COMMAND_DETAILS("settings autostart walk loop"),
+        .begin = loop_begin,
+        .poll = stored_waits,
+    },
+};
+
+const CDS_FLASH struct command_group autostart_commands = {
+    .heading = FLASH_TEXT("Without a PC:"),
+    .rows = autostart_rows,
+    .count = sizeof autostart_rows / sizeof autostart_rows[0],
+};

@@ -1,0 +1,344 @@
+/* pose save, set, show, delete, list, and a move to a stored pose. */
+#include <string.h>
+
+#include "cds55xx/control_table.h" // CDS_REG_PRESENT_POSITION
+#include "cds55xx/motion.h"        // CDS_POSE_NONE
+#include "console/commands/command_groups.h"
+#include "console/commands/shared.h"
+#include "console/commands/stored.h"
+#include "console/console.h"
+#include "console/errors.h"
+#include "console/messages.h"
+#include "robot/stored_pose.h"
+
+static const CDS_FLASH char message_group_begins[] = "group";
+static const CDS_FLASH char message_set_begins[] = "pose set ";
+static const CDS_FLASH char message_raw[] = "raw";
+
+/* ---- save, set ---- */
+
+enum save_phase { NAME, READ, JOINTS, POSE } __attribute__((packed));
+
+struct save_job {
+    struct motion_store_record record;
+    uint16_t positions[MOTION_STORE_JOINTS];
+    uint8_t ids[MOTION_STORE_JOINTS]; // of the joints of all poses
+    uint8_t count;                    // of joints
+    bool grows;                       // the robot has joints that are not stored yet
+};
+
+_Static_assert(sizeof(struct save_job) <= CONSOLE_JOB_SIZE, "the job must fit");
+
+/* Returns the place in the pose of the position of servo `id`, which becomes a joint if it is none
+ * yet; MOTION_STORE_NONE: there are too many. */
+static uint8_t joint_of(struct save_job *job, uint8_t id)
+{
+    const uint8_t *at = memchr(job->ids, id, job->count);
+
+    if (at)
+        return (uint8_t)(at - job->ids);
+    if (job->count == MOTION_STORE_JOINTS)
+        return MOTION_STORE_NONE;
+    job->ids[job->count] = id;
+    job->grows = true;
+    return job->count++;
+}
+
+static uint8_t save_begin(struct console *console)
+{
+    struct save_job *job = console_job(console);
+    const struct robot *robot = console->robot;
+    uint8_t error = stored_may_write(console);
+
+    if (error)
+        return error;
+    if (robot->group_count == 0)
+        return ERROR_NO_GROUP;
+    if (motion_store_next(stored(), MOTION_STORE_POSE, 0) != MOTION_STORE_NONE)
+        job->count = motion_store_read_joints(stored(), job->ids);
+    memset(job->positions, UINT8_MAX, sizeof job->positions); // CDS_POSE_NONE
+    for (uint8_t i = 0; i < robot->group_count; i++)
+        if (joint_of(job, robot->group[i]) == MOTION_STORE_NONE)
+            return ERROR_JOINTS;
+    return 0;
+}
+
+static uint8_t set_begin(struct console *console)
+{
+    const struct robot *robot = console->robot;
+    struct save_job *job = console_job(console);
+    uint8_t error = save_begin(console);
+
+    if (error)
+        return error;
+    if (console->line.values != robot->group_count)
+        return ERROR_GROUP_SIZE;
+    for (uint8_t i = 0; i < robot->group_count; i++)
+        job->positions[joint_of(job, robot->group[i])] = pose_angle(console, i);
+    return 0;
+}
+
+/* Begins to save the joints, if there are more than before, or else the pose. */
+static bool save(struct console *console)
+{
+    struct save_job *job = console_job(console);
+    struct motion_store_record *record = &job->record;
+
+    console->phase = job->grows ? JOINTS : POSE;
+    if (job->grows)
+        *record = (struct motion_store_record){
+            .kind = MOTION_STORE_JOINT_LIST, .count = job->count, .ids = job->ids};
+    else
+        *record = (struct motion_store_record){.kind = MOTION_STORE_POSE,
+                                               .name = parse_name(&console->line, 0),
+                                               .length = stored_length(console, 0),
+                                               .positions = job->positions};
+    job->grows = false;
+    return stored_save(console, record);
+}
+
+/* Asks the next servo of the group where it is. */
+static bool read_next(struct console *console)
+{
+    const struct robot *robot = console->robot;
+
+    if (console->index == robot->group_count)
+        return save(console);
+    console->line.id = robot->group[console->index];
+    console->error = servo_read(console, CDS_REG_PRESENT_POSITION, 2);
+    if (console->error)
+        servo_failed(console, console->error);
+    return console->error == 0;
+}
+
+static bool read_poll(struct console *console)
+{
+    struct save_job *job = console_job(console);
+    uint16_t position = 0;
+
+    if (console_waits(console))
+        return true;
+    console->error = servo_outcome(console);
+    if (console->error == 0)
+        console->error = (uint8_t)cds_request_word(console->line.request, 0, &position);
+    if (console->error) {
+        servo_failed(console, console->error);
+        return false;
+    }
+    job->positions[joint_of(job, console->line.id)] = position;
+    console->index++;
+    return read_next(console);
+}
+
+static bool save_poll(struct console *console)
+{
+    switch (console->phase) {
+    case NAME:
+        if (stored_name_poll(console))
+            return true;
+        console->phase = READ;
+        if (console->error)
+            return false;
+        return console->line.values ? save(console) : read_next(console);
+    case READ: return read_poll(console);
+    default:
+        if (stored_waits(console))
+            return true;
+        return console->phase == JOINTS && console->error == 0 && save(console);
+    }
+}
+
+/* ---- show, list, delete ---- */
+
+struct show_job {
+    uint16_t positions[MOTION_STORE_JOINTS];
+    uint8_t ids[MOTION_STORE_JOINTS];
+    uint8_t count; // of joints
+    bool is_last;  // the pose that is printed is the last one
+};
+
+static uint8_t show_begin(struct console *console)
+{
+    uint8_t error = stored_may_read();
+
+    if (error == 0 && console->line.names) {
+        console->index = stored_find(console, MOTION_STORE_POSE, 0);
+        if (console->index == MOTION_STORE_NONE)
+            error = ERROR_NO_POSE;
+    }
+    return error;
+}
+
+/* Begins one of the two lines of the pose at place console->index: "group", or "pose set stand". */
+static bool show_line(struct console *console)
+{
+    struct show_job *job = console_job(console);
+    char name[MOTION_STORE_NAME + 1];
+
+    if (!stored_next(console, MOTION_STORE_POSE))
+        return false;
+    job->count = motion_store_read_joints(stored(), job->ids);
+    if (!motion_store_read_pose(stored(), console->index, job->positions) ||
+        !motion_store_read_name(stored(), MOTION_STORE_POSE, console->index, name)) {
+        console->index++; // it is damaged
+        return true;
+    }
+    if (console->phase == 0) {
+        printer_flash(&console->printer, message_group_begins);
+    } else {
+        printer_flash(&console->printer, message_set_begins);
+        printer_string(&console->printer, name);
+    }
+    console->part = 1;
+    return true;
+}
+
+/* Prints the ID or the position of the next joint that has a position. */
+static void show_joint(struct console *console)
+{
+    struct show_job *job = console_job(console);
+    struct printer *printer = &console->printer;
+    uint8_t joint = (uint8_t)(console->part++ - 1);
+
+    if (joint == job->count) {
+        printer_end_of_line(printer);
+        console->part = 0;
+        if (console->phase) {
+            console->index++;
+            job->is_last = console->line.names;
+        }
+        console->phase = !console->phase;
+        return;
+    }
+    if (job->positions[joint] == CDS_POSE_NONE)
+        return;
+    printer_char(printer, ' ');
+    printer_decimal(printer, console->phase ? job->positions[joint] : job->ids[joint]);
+    if (console->phase)
+        printer_flash(printer, message_raw);
+}
+
+/* Prints lines that store the poses again: "group 1 2 3", "pose set stand 512raw 448raw 576raw". */
+static bool show_poll(struct console *console)
+{
+    if (console->part) {
+        show_joint(console);
+        return true;
+    }
+    return !((struct show_job *)console_job(console))->is_last && show_line(console);
+}
+
+static bool list_poll(struct console *console)
+{
+    return stored_list_poll(console, MOTION_STORE_POSE);
+}
+
+static uint8_t list_begin(struct console *console)
+{
+    (void)console;
+    return stored_may_read();
+}
+
+static uint8_t delete_begin(struct console *console)
+{
+    return stored_delete(console, MOTION_STORE_POSE);
+}
+
+/* ---- in TIME ---- */
+
+/* Puts the positions of the group into the line, as its angles. */
+static void take_pose(struct console *console)
+{
+    uint16_t pose[ROBOT_SERVOS];
+    struct stored_joints joints;
+
+    stored_joints_find(&joints, stored(), console->robot);
+    console->error = stored_pose_error(stored_pose_read(stored(), &joints, console->part, pose));
+    memcpy(console->line.request->packet.bytes, pose, sizeof pose);
+}
+
+static uint8_t in_begin(struct console *console)
+{
+    uint8_t error = console_move_ms(console, 0, &move_job(console)->ms);
+
+    if (error == 0)
+        error = stored_may_read();
+    if (error == 0)
+        error = stored_group(console);
+    console->part = stored_find(console, MOTION_STORE_POSE, 0);
+    return error;
+}
+
+/* The first call reads the pose: finding and reading it at once would keep goals waiting. */
+static bool in_poll(struct console *console)
+{
+    if (console->step)
+        return command_set.pose_in->poll(console);
+    take_pose(console);
+    console->part = 0;
+    if (console->error == 0)
+        console->error = command_set.pose_in->begin(console);
+    return console->error == 0;
+}
+
+static const CDS_FLASH struct command pose_rows[] = {
+    {
+        .usage = FLASH_TEXT("pose list"),
+        .what = FLASH_TEXT("names of the stored poses"),
+        .details = COMMAND_DETAILS("One a line"),
+        .example = COMMAND_DETAILS("pose list"),
+        .begin = list_begin,
+        .poll = list_poll,
+    },
+    {
+        .usage = FLASH_TEXT("pose save NAME"),
+        .what = FLASH_TEXT("store where the servos of the group are"),
+        .details = COMMAND_DETAILS(
+            "In the EEPROM, in place of a pose of this name. NAME: a letter, then letters and "
+            "digits, up to 8, and no word of the console. If a servo does not answer, nothing is "
+            "stored. Not while a motion is under way"),
+        .example = COMMAND_DETAILS("pose save stand"),
+        .begin = save_begin,
+        .poll = save_poll,
+    },
+    {
+        .usage = FLASH_TEXT("pose set NAME ANGLE..."),
+        .what = FLASH_TEXT("store a pose by its angles"),
+        .details = COMMAND_DETAILS(
+            "An angle for each servo of the group, in its order, 0 to 300deg. As pose save"),
+        .example = COMMAND_DETAILS("pose set stand 90 150.5 210"),
+        .begin = set_begin,
+        .poll = save_poll,
+    },
+    {
+        .usage = FLASH_TEXT("pose show [NAME]"),
+        .what = FLASH_TEXT("lines that store a pose again, or all poses"),
+        .details = COMMAND_DETAILS("group, then pose set. Send them to store the poses elsewhere"),
+        .example = COMMAND_DETAILS("pose show stand"),
+        .begin = show_begin,
+        .poll = show_poll,
+    },
+    {
+        .usage = FLASH_TEXT("pose delete NAME"),
+        .what = FLASH_TEXT("delete a stored pose"),
+        .details = COMMAND_DETAILS(
+            "A sequence with this pose plays no more, also if a new pose gets the name"),
+        .example = COMMAND_DETAILS("pose delete stand"),
+        .begin = delete_begin,
+        .poll = stored_waits,
+    },
+    {
+        .usage = FLASH_TEXT("pose NAME in TIME"),
+        .what = FLASH_TEXT("move to a stored pose; all servos arrive together"),
+        .details = COMMAND_DETAILS(
+            "1ms to 600s. ok: the move has begun. Without a group: all servos of the stored poses"),
+        .example = COMMAND_DETAILS("pose stand in 2s"),
+        .begin = in_begin,
+        .poll = in_poll,
+    },
+};
+
+const CDS_FLASH struct command_group poses_commands = {
+    .rows = pose_rows,
+    .count = sizeof pose_rows / sizeof pose_rows[0],
+};

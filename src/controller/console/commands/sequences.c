@@ -1,0 +1,239 @@
+/* sequence: sequences of stored poses. */
+#include "console/commands/command_groups.h"
+#include "console/commands/stored.h"
+#include "console/console.h"
+#include "console/errors.h"
+#include "console/messages.h"
+
+static const CDS_FLASH char message_sequence[] = "sequence ";
+static const CDS_FLASH char message_new[] = " new ";
+static const CDS_FLASH char message_add[] = " add ";
+static const CDS_FLASH char message_gone[] = "-"; // no name: the line is refused
+static const CDS_FLASH char message_dwell[] = " dwell ";
+static const CDS_FLASH char message_pass[] = " pass";
+
+#define CHOICE_NEW 1
+#define PASS_WORDS 6 // of a line that ends with "pass"
+
+enum phase { NAME, SAVE } __attribute__((packed));
+
+struct step_job {
+    struct motion_store_record record;
+    struct motion_store_step step;
+};
+
+_Static_assert(sizeof(struct step_job) <= CONSOLE_JOB_SIZE, "the job must fit");
+
+/* ---- new, add ---- */
+
+/* Number `index` of the line in 10 ms, rounded, from `lowest` to `highest`. */
+static uint8_t take_time(const struct console *console, uint8_t index, uint16_t lowest,
+                         uint16_t highest, uint16_t *time_10ms)
+{
+    uint32_t ms = 0;
+    uint8_t error = number_ms(&console->line.number[index], 10ul * highest, &ms);
+
+    *time_10ms = (uint16_t)((ms + 5) / 10);
+    return error == ERROR_OUT_OF_RANGE || (error == 0 && *time_10ms < lowest) ? (uint8_t)ERROR_TIME
+                                                                              : error;
+}
+
+static uint8_t take_step(struct console *console, struct motion_store_step *step)
+{
+    const struct command_line *line = &console->line;
+    uint8_t pose = stored_find(console, MOTION_STORE_POSE, 1);
+    uint8_t error = take_time(console, 0, 1, MOTION_STORE_TIME_MAX, &step->time_10ms);
+
+    if (error == 0 && line->numbers == 2)
+        error = take_time(console, 1, 0, MOTION_STORE_DWELL_MAX, &step->dwell_10ms);
+    if (error)
+        return error;
+    if (pose == MOTION_STORE_NONE)
+        return ERROR_NO_POSE;
+    step->pose = motion_store_number(stored(), MOTION_STORE_POSE, pose);
+    step->passes = line->words == PASS_WORDS;
+    return 0;
+}
+
+static uint8_t step_begin(struct console *console)
+{
+    struct step_job *job = console_job(console);
+    uint8_t place, kept = 0, error = stored_may_write(console);
+
+    if (error == 0)
+        error = take_step(console, &job->step);
+    if (error)
+        return error;
+    place = stored_find(console, MOTION_STORE_SEQUENCE, 0);
+    if (console->line.choice != CHOICE_NEW && place != MOTION_STORE_NONE)
+        kept = motion_store_number(stored(), MOTION_STORE_SEQUENCE, place);
+    if (kept == MOTION_STORE_STEPS)
+        return ERROR_STEPS;
+    job->record = (struct motion_store_record){.kind = MOTION_STORE_SEQUENCE,
+                                               .name = parse_name(&console->line, 0),
+                                               .length = stored_length(console, 0),
+                                               .count = 1,
+                                               .kept = kept,
+                                               .steps = &job->step};
+    return 0;
+}
+
+static bool step_poll(struct console *console)
+{
+    const struct step_job *job = console_job(console);
+
+    if (console->phase == SAVE)
+        return stored_waits(console);
+    if (stored_name_poll(console))
+        return true;
+    console->phase = SAVE;
+    return console->error == 0 && stored_save(console, &job->record);
+}
+
+/* ---- show, list, delete ---- */
+
+static uint8_t show_begin(struct console *console)
+{
+    uint8_t error = stored_may_read();
+
+    if (error == 0 && console->line.names) {
+        console->index = stored_find(console, MOTION_STORE_SEQUENCE, 0);
+        if (console->index == MOTION_STORE_NONE)
+            error = ERROR_NO_SEQUENCE;
+    }
+    return error;
+}
+
+/* "1.2s" */
+static void print_time(struct printer *printer, uint16_t time_10ms)
+{
+    printer_fixed(printer, time_10ms, 2);
+    printer_char(printer, 's');
+}
+
+/* The name of the pose with this number, or what is no name. */
+static void print_pose(struct console *console, uint8_t number)
+{
+    char name[MOTION_STORE_NAME + 1];
+
+    if (motion_store_read_name(stored(), MOTION_STORE_POSE, motion_store_pose_of(stored(), number),
+                               name)) {
+        printer_string(&console->printer, name);
+    } else {
+        printer_flash(&console->printer, message_gone);
+        console->error = ERROR_POSE_GONE;
+    }
+}
+
+/* Prints the line that adds the next step of the sequence `name`. False: there is no such step. */
+static bool print_step(struct console *console, const char *name)
+{
+    struct printer *printer = &console->printer;
+    uint8_t index = (uint8_t)(console->part++ - 1);
+    struct motion_store_step step;
+
+    if (!motion_store_read_step(stored(), console->index, index, &step))
+        return false;
+    printer_flash(printer, message_sequence);
+    printer_string(printer, name);
+    printer_flash(printer, index ? message_add : message_new);
+    print_pose(console, step.pose);
+    printer_char(printer, ' ');
+    print_time(printer, step.time_10ms);
+    if (step.dwell_10ms) {
+        printer_flash(printer, message_dwell);
+        print_time(printer, step.dwell_10ms);
+    }
+    if (step.passes)
+        printer_flash(printer, message_pass);
+    printer_end_of_line(printer);
+    return true;
+}
+
+/* Prints lines that store the sequences again: "sequence walk add stand 1.2s dwell 0.5s". The name
+ * is kept, since reading it checks the whole record. */
+static bool show_poll(struct console *console)
+{
+    char *name = console_job(console);
+
+    if (!stored_next(console, MOTION_STORE_SEQUENCE))
+        return false;
+    if (console->part == 0 &&
+        motion_store_read_name(stored(), MOTION_STORE_SEQUENCE, console->index, name)) {
+        console->part = 1;
+        return true;
+    }
+    if (console->part && print_step(console, name))
+        return true;
+    console->part = 0;
+    console->index++;
+    return console->line.names == 0;
+}
+
+static uint8_t list_begin(struct console *console)
+{
+    (void)console;
+    return stored_may_read();
+}
+
+static bool list_poll(struct console *console)
+{
+    return stored_list_poll(console, MOTION_STORE_SEQUENCE);
+}
+
+static uint8_t delete_begin(struct console *console)
+{
+    return stored_delete(console, MOTION_STORE_SEQUENCE);
+}
+
+static const CDS_FLASH struct command sequence_rows[] = {
+    {
+        .usage = FLASH_TEXT("sequence list"),
+        .what = FLASH_TEXT("names of the stored sequences"),
+        .details = COMMAND_DETAILS("One a line"),
+        .example = COMMAND_DETAILS("sequence list"),
+        .begin = list_begin,
+        .poll = list_poll,
+    },
+    {
+        .usage = FLASH_TEXT("sequence show [NAME]"),
+        .what = FLASH_TEXT("lines that store a sequence again, or all sequences"),
+        .details = COMMAND_DETAILS(
+            "Send them, behind those of pose show, to store the sequences elsewhere"),
+        .example = COMMAND_DETAILS("sequence show walk"),
+        .begin = show_begin,
+        .poll = show_poll,
+    },
+    {
+        .usage = FLASH_TEXT("sequence delete NAME"),
+        .what = FLASH_TEXT("delete a stored sequence"),
+        .details = COMMAND_DETAILS("Its poses stay"),
+        .example = COMMAND_DETAILS("sequence delete walk"),
+        .begin = delete_begin,
+        .poll = stored_waits,
+    },
+    {
+        .usage = FLASH_TEXT("sequence NAME new|add POSE TIME [dwell TIME]"),
+        .what = FLASH_TEXT("store a step of a sequence: the way to a stored pose"),
+        .details = COMMAND_DETAILS(
+            "new: the first step, in place of the sequence of this name; add: one more, up to 16. "
+            "TIME of the way: 10ms to 600s; dwell: rest at the pose, up to 65.53s; in steps of "
+            "10ms"),
+        .example = COMMAND_DETAILS("sequence walk add stand 1.2s dwell 0.5s"),
+        .begin = step_begin,
+        .poll = step_poll,
+    },
+    {
+        .usage = FLASH_TEXT("sequence NAME new|add POSE TIME pass"),
+        .what = FLASH_TEXT("store a step that passes its pose without a stop"),
+        .details = COMMAND_DETAILS("On the way to the pose of the next step"),
+        .example = COMMAND_DETAILS("sequence walk add lift 0.3s pass"),
+        .begin = step_begin,
+        .poll = step_poll,
+    },
+};
+
+const CDS_FLASH struct command_group sequences_commands = {
+    .rows = sequence_rows,
+    .count = sizeof sequence_rows / sizeof sequence_rows[0],
+};

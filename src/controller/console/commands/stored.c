@@ -1,0 +1,200 @@
+/* What the commands share that store, list and delete; see stored.h. */
+#include "console/commands/stored.h"
+
+#include <string.h>
+
+#include "console/commands/shared.h"
+#include "console/errors.h"
+#include "console/messages.h"
+#include "robot/stored_pose.h"
+
+static const CDS_FLASH char message_room[] = "poses: %u, room for %u; sequences: %u, room for %u";
+static const CDS_FLASH char message_wear[] =
+    "EEPROM: %l saves of poses and sequences, %u are damaged";
+
+uint8_t stored_may_read(void)
+{
+    return motion_store_is_saving(stored()) ? (uint8_t)ERROR_SAVING : 0;
+}
+
+uint8_t stored_may_write(const struct console *console)
+{
+    return robot_moves(console->robot) ? (uint8_t)ERROR_MOTION : stored_may_read();
+}
+
+/* ---- names ---- */
+
+uint8_t stored_length(const struct console *console, uint8_t index)
+{
+    const char *name = parse_name(&console->line, index);
+    uint8_t length = 0;
+
+    while (length < PARSE_NAME_SIZE && name[length])
+        length++;
+    return length;
+}
+
+uint8_t stored_find(const struct console *console, enum motion_store_kind kind, uint8_t index)
+{
+    uint8_t length = stored_length(console, index);
+
+    return length > MOTION_STORE_NAME
+               ? MOTION_STORE_NONE
+               : motion_store_find(stored(), kind, parse_name(&console->line, index), length);
+}
+
+static bool is_letter_or_digit(char c)
+{
+    return ((c | 0x20) >= 'a' && (c | 0x20) <= 'z') || (c >= '0' && c <= '9');
+}
+
+/* The parser takes only a word with a letter in front as a name, unless no other row fits. */
+static uint8_t error_of_name(const struct console *console)
+{
+    const char *name = parse_name(&console->line, 0);
+    uint8_t length = stored_length(console, 0);
+
+    if (length > MOTION_STORE_NAME)
+        return ERROR_NAME_LONG;
+    if (name[0] <= '9')
+        return ERROR_NAME;
+    for (uint8_t i = 0; i < length; i++)
+        if (!is_letter_or_digit(name[i]))
+            return ERROR_NAME;
+    return 0;
+}
+
+bool stored_name_poll(struct console *console)
+{
+    const CDS_FLASH struct command_group *group = command_set.groups[console->part];
+    struct token token = {.length = stored_length(console, 0)};
+
+    console->error = error_of_name(console);
+    if (console->error || group == NULL)
+        return false;
+    memcpy(token.text, parse_name(&console->line, 0), PARSE_NAME_SIZE);
+    if (parse_is_keyword(group->rows[console->index].usage, &token)) {
+        console->error = ERROR_KEYWORD;
+        return false;
+    }
+    if (++console->index == group->count) {
+        console->index = 0;
+        console->part++;
+    }
+    return true;
+}
+
+/* ---- saving ---- */
+
+static uint8_t error_of(enum motion_store_result result, uint8_t kind)
+{
+    static const CDS_FLASH uint8_t errors[] = {
+        [MOTION_STORE_IDLE] = ERROR_STOPPED,
+        [MOTION_STORE_SAVING] = 0,
+        [MOTION_STORE_SAVED] = 0,
+        [MOTION_STORE_FAILED] = ERROR_NOT_SAVED,
+        [MOTION_STORE_BUSY] = ERROR_SAVING,
+        [MOTION_STORE_BAD] = ERROR_OUT_OF_RANGE,
+        [MOTION_STORE_MISSING] = ERROR_NO_SEQUENCE,
+        [MOTION_STORE_FULL] = ERROR_STORE_FULL,
+        [MOTION_STORE_IN_USE] = ERROR_JOINTS,
+    };
+
+    return result == MOTION_STORE_MISSING && kind == MOTION_STORE_POSE ? (uint8_t)ERROR_NO_POSE
+                                                                       : errors[result];
+}
+
+bool stored_save(struct console *console, const struct motion_store_record *record)
+{
+    console->error = error_of(motion_store_save(stored(), record), record->kind);
+    return console->error == 0;
+}
+
+uint8_t stored_delete(struct console *console, enum motion_store_kind kind)
+{
+    struct motion_store_record *record = console_job(console);
+    uint8_t error = stored_may_write(console);
+
+    *record = (struct motion_store_record){.kind = (uint8_t)kind,
+                                           .name = parse_name(&console->line, 0),
+                                           .length = stored_length(console, 0)};
+    if (error)
+        return error;
+    return error_of(motion_store_delete(stored(), record), record->kind);
+}
+
+bool stored_waits(struct console *console)
+{
+    if (motion_store_poll(stored()))
+        return true;
+    console->error = error_of((enum motion_store_result)stored()->result, MOTION_STORE_KINDS);
+    return false;
+}
+
+/* ---- showing ---- */
+
+bool stored_next(struct console *console, enum motion_store_kind kind)
+{
+    console->index = motion_store_next(stored(), kind, console->index);
+    return console->index != MOTION_STORE_NONE;
+}
+
+bool stored_list_poll(struct console *console, enum motion_store_kind kind)
+{
+    char name[MOTION_STORE_NAME + 1];
+
+    if (!stored_next(console, kind))
+        return false;
+    if (motion_store_read_name(stored(), kind, console->index++, name)) {
+        printer_string(&console->printer, name);
+        printer_end_of_line(&console->printer);
+    }
+    return true;
+}
+
+void stored_room(struct console *console)
+{
+    const struct motion_store *store = stored();
+    union printer_value *values = console->printer.values;
+
+    for (uint8_t kind = MOTION_STORE_POSE; kind <= MOTION_STORE_SEQUENCE; kind++) {
+        uint8_t room = motion_store_room(store, (enum motion_store_kind)kind);
+
+        (values++)->number = (uint16_t)(motion_store_capacity((enum motion_store_kind)kind) - room);
+        (values++)->number = room;
+    }
+    printer_line(&console->printer, message_room);
+}
+
+void stored_wear(struct console *console)
+{
+    const struct motion_store *store = stored();
+    union printer_value *values = console->printer.values;
+
+    values[0].number = (uint16_t)store->saves;
+    values[1].number = (uint16_t)(store->saves >> 16);
+    values[2].number = store->damaged;
+    printer_line(&console->printer, message_wear);
+}
+
+/* ---- the group ---- */
+
+uint8_t stored_pose_error(uint8_t result)
+{
+    static const CDS_FLASH uint8_t errors[] = {
+        [STORED_POSE_READ] = 0,
+        [STORED_POSE_MISSING] = ERROR_NO_POSE,
+        [STORED_POSE_ABSENT] = ERROR_ABSENT,
+    };
+
+    return errors[result];
+}
+
+uint8_t stored_group(struct console *console)
+{
+    uint8_t ids[MOTION_STORE_JOINTS];
+
+    if (console->robot->group_count)
+        return 0;
+    return group_choose(console->robot, ids, motion_store_read_joints(stored(), ids));
+}

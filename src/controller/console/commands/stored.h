@@ -1,0 +1,61 @@
+/* What the commands share that store, list and delete poses and sequences. */
+#ifndef CONTROLLER_STORED_H
+#define CONTROLLER_STORED_H
+
+#include "console/console.h"
+#include "robot/motion_store.h"
+
+/* The store of poses and sequences. */
+static inline struct motion_store *stored(void)
+{
+    return command_set.store->motions;
+}
+
+/* Returns 0 if the EEPROM can be read; else ERROR_SAVING. */
+uint8_t stored_may_read(void);
+
+/* Returns 0 if something may be stored now; else ERROR_SAVING, or ERROR_MOTION: the motion under
+ * way may read the EEPROM. */
+uint8_t stored_may_write(const struct console *console);
+
+/* Returns the number of characters of name `index` of the line, up to MOTION_STORE_NAME + 1. */
+uint8_t stored_length(const struct console *console, uint8_t index);
+
+/* Returns the place of the record with name `index` of the line, or MOTION_STORE_NONE. */
+uint8_t stored_find(const struct console *console, enum motion_store_kind kind, uint8_t index);
+
+/* The first part of a command that stores a record with name 0 of the line. Returns true while the
+ * name is compared with the words of all commands, one row in each call. When it returns false, it
+ * has stored console->error: ERROR_NAME, ERROR_NAME_LONG, ERROR_KEYWORD or 0. */
+bool stored_name_poll(struct console *console);
+
+/* Begins to save `record`, which stays in place until the save has ended. Stores console->error.
+ * True: begun, stored_waits() goes on. */
+bool stored_save(struct console *console, const struct motion_store_record *record);
+
+/* Begins to delete the record of this kind with name 0 of the line. Returns an error or 0. */
+uint8_t stored_delete(struct console *console, enum motion_store_kind kind);
+
+/* Goes on with a save or delete, and returns true until it has ended. Then it has stored
+ * console->error. */
+bool stored_waits(struct console *console);
+
+/* Polls of `pose list` and `sequence list`: prints a name in each call. */
+bool stored_list_poll(struct console *console, enum motion_store_kind kind);
+
+/* For the poll of a command that prints one record, or all records of its kind: console->index is
+ * the place of the present one. Returns true and the place of the first from there on in
+ * console->index; false: there are no more. */
+bool stored_next(struct console *console, enum motion_store_kind kind);
+
+/* Print two lines of `status`: room, and wear. */
+void stored_room(struct console *console);
+void stored_wear(struct console *console);
+
+/* The error for an enum stored_pose_result, or 0. */
+uint8_t stored_pose_error(uint8_t result);
+
+/* If no group is chosen, it becomes the joints of the stored poses. Returns an error or 0. */
+uint8_t stored_group(struct console *console);
+
+#endif

@@ -1,0 +1,217 @@
+/* A sequence after power-up; see autostart.h. */
+#include "robot/autostart.h"
+
+#include <string.h>
+
+#include "cds55xx/motion.h" // CDS_POSE_NONE
+#include "robot/group_cycle.h"
+#include "robot/moves.h"
+
+#define S_US ((uint32_t)1000000)
+
+_Static_assert(ROBOT_SERVOS >= MOTION_STORE_JOINTS, "the group has room for all joints");
+
+static struct autostart *autostart_of(struct robot *robot)
+{
+    return &robot->moves->autostart;
+}
+
+/* It does not play. */
+static enum cds_result give_up(struct autostart *autostart, uint8_t state)
+{
+    autostart->state = state;
+    return CDS_CANCELLED;
+}
+
+/* True if only the power has come, perhaps slowly. */
+static bool was_power_on(uint8_t reset_cause)
+{
+    return (reset_cause & FAILSAFE_RESET_POWER) &&
+           !(reset_cause & ~(FAILSAFE_RESET_POWER | FAILSAFE_RESET_BROWN_OUT));
+}
+
+static bool is_alarmed(const struct robot *robot)
+{
+    return robot_is_inhibited(robot) || robot->servos.alarms ||
+           !cds_servos_may_drive((struct cds_servos *)&robot->servos, CDS_BROADCAST_ID);
+}
+
+/* The joints of the store become the group. */
+static bool choose_group(struct robot *robot, const struct motion_store *store)
+{
+    robot->group_count = motion_store_read_joints(store, robot->group);
+    for (uint8_t i = 0; i < robot->group_count; i++)
+        if (!robot_add(robot, robot->group[i]))
+            robot->group_count = 0;
+    robot->group_acts = false;
+    return robot->group_count;
+}
+
+static enum cds_result wait(struct robot *robot, struct autostart *autostart)
+{
+    if (cds_port_now_us() - autostart->begun_us < (autostart->delay & AUTOSTART_DELAY_MAX) * S_US)
+        return CDS_PENDING;
+    if (is_alarmed(robot))
+        return give_up(autostart, AUTOSTART_ALARM);
+    if (!choose_group(robot, autostart->store))
+        return give_up(autostart, AUTOSTART_MISSING);
+    wake_begin(&autostart->wake);
+    autostart->state = AUTOSTART_CHECKING;
+    return CDS_PENDING;
+}
+
+/* Looks at the pose of one step. CDS_OK behind the last step. */
+static enum cds_result check_step(struct robot *robot, struct autostart *autostart)
+{
+    uint16_t positions[MOTION_STORE_JOINTS];
+    struct motion_store_step step;
+    struct wake *wake = &autostart->wake;
+
+    if (!motion_store_read_step(autostart->store, autostart->place, autostart->step++, &step))
+        return CDS_OK;
+    if (!motion_store_read_pose(autostart->store, motion_store_pose_of(autostart->store, step.pose),
+                                positions))
+        return give_up(autostart, AUTOSTART_MISSING);
+    for (uint8_t i = 0; i < robot->group_count; i++) {
+        if (positions[i] == CDS_POSE_NONE ||
+            (positions[i] >= wake->lowest[i] && positions[i] <= wake->highest[i]))
+            continue;
+        wake->id = robot->group[i];
+        return give_up(autostart, AUTOSTART_LIMITS);
+    }
+    return CDS_PENDING;
+}
+
+/* Servos first, then poses: the servos tell their limits. */
+static enum cds_result check(struct robot *robot, struct autostart *autostart)
+{
+    enum cds_result result = CDS_OK;
+
+    if (autostart->wake.index < robot->group_count)
+        result = wake_poll(&autostart->wake, robot);
+    if (result == CDS_REFUSED)
+        return give_up(autostart, AUTOSTART_NOT_WELL);
+    if (result == CDS_OK)
+        result = check_step(robot, autostart);
+    if (result != CDS_OK)
+        return result;
+    if (is_alarmed(robot))
+        return give_up(autostart, AUTOSTART_ALARM);
+    wake_hold(&autostart->wake);
+    autostart->state = AUTOSTART_HOLDING;
+    return CDS_PENDING;
+}
+
+static enum cds_result hold(struct robot *robot, struct autostart *autostart)
+{
+    enum cds_result result = wake_poll(&autostart->wake, robot);
+
+    if (result == CDS_PENDING)
+        return result;
+    if (result != CDS_OK)
+        return give_up(autostart, AUTOSTART_NOT_WELL);
+    if (moves_cycle.begin(robot, &autostart->failsafe->settings->cycle_us) != CDS_OK)
+        return give_up(autostart, AUTOSTART_REFUSED);
+    autostart->begun_us = cds_port_now_us();
+    autostart->state = AUTOSTART_LOOKING;
+    return CDS_PENDING;
+}
+
+/* The cycle runs, and reads the servos. From here on the operation is that of the cycle. */
+static enum cds_result look(struct robot *robot, struct autostart *autostart)
+{
+    enum cds_result result = group_cycle_look(robot, autostart->begun_us);
+
+    if (result == CDS_OK)
+        result = moves_play(robot, autostart->store, autostart->place,
+                            autostart->delay & AUTOSTART_LOOP ? 0 : 1, 100, true);
+    if (result == CDS_PENDING)
+        return result;
+    autostart->state = AUTOSTART_PLAYED;
+    if (result != CDS_OK) {
+        autostart->state = AUTOSTART_REFUSED;
+        group_cycle_abort(robot);
+    }
+    return CDS_PENDING;
+}
+
+/* The cycle has ended: true if the sequence did not end by itself for a bad reason. */
+static bool has_played(const struct robot *robot, const struct autostart *autostart)
+{
+    uint8_t result = robot->moves->player.sequence.result;
+
+    return autostart->state == AUTOSTART_PLAYED &&
+           (result == CDS_OK || result == CDS_PENDING || result == CDS_CANCELLED);
+}
+
+static enum cds_result poll_cycle(struct robot *robot, struct autostart *autostart)
+{
+    enum cds_result result = moves_cycle.poll(robot);
+
+    if (result == CDS_PENDING && autostart->state == AUTOSTART_LOOKING) {
+        if (!autostart->failsafe->watching)
+            return look(robot, autostart);
+        group_cycle_abort(robot);
+        autostart->state = AUTOSTART_HOST;
+    }
+    if (result != CDS_PENDING && autostart->state < AUTOSTART_RESET &&
+        !has_played(robot, autostart))
+        autostart->state = AUTOSTART_REFUSED;
+    return result;
+}
+
+static enum cds_result poll(struct robot *robot)
+{
+    struct autostart *autostart = autostart_of(robot);
+
+    if (robot->cycle)
+        return poll_cycle(robot, autostart);
+    if (autostart->wake.is_submitted && autostart->wake.request.result == CDS_PENDING)
+        return CDS_PENDING; // also if it was aborted
+    if (autostart->is_aborted)
+        return give_up(autostart, AUTOSTART_REFUSED);
+    if (autostart->failsafe->watching)
+        return give_up(autostart, AUTOSTART_HOST);
+    switch (autostart->state) {
+    case AUTOSTART_WAITING: return wait(robot, autostart);
+    case AUTOSTART_CHECKING: return check(robot, autostart);
+    default: return hold(robot, autostart);
+    }
+}
+
+static void abort_operation(struct robot *robot)
+{
+    autostart_of(robot)->is_aborted = true;
+    if (robot->cycle)
+        group_cycle_abort(robot);
+}
+
+static enum cds_result begin(struct robot *robot, const void *config)
+{
+    (void)config;
+    autostart_of(robot)->begun_us = cds_port_now_us();
+    return CDS_OK;
+}
+
+static const CDS_FLASH struct robot_operation operation = {
+    .begin = begin, .poll = poll, .abort = abort_operation};
+
+void autostart_begin(const struct failsafe *failsafe, struct motion_store *store)
+{
+    struct robot *robot = failsafe->robot;
+    struct autostart *autostart = autostart_of(robot);
+    char name[MOTION_STORE_NAME + 1];
+
+    autostart->failsafe = failsafe;
+    autostart->store = store;
+    autostart->delay = motion_store_read_autostart(store, name);
+    if (autostart->delay == 0)
+        return;
+    autostart->place = motion_store_find(store, MOTION_STORE_SEQUENCE, name, (uint8_t)strlen(name));
+    if (!was_power_on(failsafe->reset_cause))
+        autostart->state = AUTOSTART_RESET;
+    else if (autostart->place == MOTION_STORE_NONE)
+        autostart->state = AUTOSTART_MISSING;
+    else if (robot_start(robot, &operation, NULL) == 0)
+        autostart->state = AUTOSTART_WAITING;
+}

@@ -1,0 +1,53 @@
+/* Plays a stored sequence after power-up, without a host: an operation of the robot. It plays only
+ * if the reset was power-on, no byte came from the host during a delay, every servo is well
+ * (wake.h), and each pose is within the angle limits of its servos. It writes to no servo before
+ * all of this is known.
+ *
+ * Main context. */
+#ifndef CONTROLLER_AUTOSTART_H
+#define CONTROLLER_AUTOSTART_H
+
+#include "robot/failsafe.h"     // struct failsafe
+#include "robot/motion_store.h" // struct motion_store
+#include "robot/wake.h"         // struct wake
+
+/* How far it has come, and why no further. */
+enum autostart_state {
+    AUTOSTART_OFF,      // no sequence is set
+    AUTOSTART_WAITING,  // for a byte of the host, or the end of the delay
+    AUTOSTART_CHECKING, // servos, then poses
+    AUTOSTART_HOLDING,  // servos get torque
+    AUTOSTART_LOOKING,  // the cycle reads where the servos are
+    AUTOSTART_PLAYED,   // the sequence has begun
+    // it does not play:
+    AUTOSTART_RESET,    // the reset was not power-on alone
+    AUTOSTART_HOST,     // a byte came from the host
+    AUTOSTART_ALARM,    // driving is inhibited, or a servo has an alarm
+    AUTOSTART_MISSING,  // there is no such sequence, or no joints, or a pose is gone
+    AUTOSTART_NOT_WELL, // servo wake.id
+    AUTOSTART_LIMITS,   // a pose is beyond the angle limits of servo wake.id
+    AUTOSTART_REFUSED,  // the motion was refused or has failed, or a stop came before it began
+} __attribute__((packed));
+
+/* Delay in a record of the store: seconds, and whether the sequence is repeated for ever. */
+#define AUTOSTART_DELAY_MAX 127
+#define AUTOSTART_LOOP      0x80
+
+/* Part of struct moves. Programs read `state` and `wake`. */
+struct autostart {
+    uint8_t state; // enum autostart_state
+    uint8_t delay; // of the record
+    uint8_t place; // of the sequence
+    uint8_t step;  // that is checked next
+    bool is_aborted;
+    uint32_t begun_us;
+    const struct failsafe *failsafe;
+    struct motion_store *store;
+    struct wake wake;
+};
+
+/* Once, at start-up, after motion_store_load() and failsafe_begin(): begins the operation if the
+ * store names a sequence and the reset allows it. */
+void autostart_begin(const struct failsafe *failsafe, struct motion_store *store);
+
+#endif

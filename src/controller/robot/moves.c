@@ -1,0 +1,148 @@
+/* Timed moves of the group; see moves.h. */
+#include "robot/moves.h"
+
+#include <stddef.h>
+
+#include "robot/group_cycle.h"
+
+static enum cds_result begin_cycle(struct robot *robot, const void *config)
+{
+    struct moves *moves = robot->moves;
+    enum cds_result result = group_cycle_begin(robot, config);
+
+    moves->ends_cycle = false;
+    moves->player.sequence.result = CDS_OK;
+    return result != CDS_OK
+               ? result
+               : cds_motion_begin(&moves->motion,
+                                  &(struct cds_motion_config){.cycle = robot->cycle,
+                                                              .servos = &robot->servos,
+                                                              .joints = moves->joints});
+}
+
+static bool goes_on(const struct moves *moves)
+{
+    return moves->player.sequence.result == CDS_PENDING || moves->motion.result == CDS_PENDING ||
+           cds_motion_is_busy(&moves->motion);
+}
+
+bool moves_is_playing(const struct robot *robot)
+{
+    const struct moves *moves = robot->moves;
+
+    return moves && robot->cycle &&
+           (moves->player.sequence.result == CDS_PENDING ||
+            moves->autostart.state == AUTOSTART_LOOKING);
+}
+
+bool moves_are_under_way(const struct robot *robot)
+{
+    return robot->moves && robot->cycle && goes_on(robot->moves);
+}
+
+/* The servos of the group are the motion's from now on, and are watched. */
+static void take_servos(struct robot *robot)
+{
+    struct moves *moves = robot->moves;
+
+    cds_servos_reserve(&robot->servos, &robot->cycle->goals, robot->group, robot->group_count);
+    cds_follow_begin(&moves->follow, &(struct cds_follow_config){.cycle = robot->cycle,
+                                                                 .joints = moves->follow_joints});
+}
+
+static void release_servos(struct robot *robot)
+{
+    cds_servos_reserve(&robot->servos, NULL, NULL, 0);
+}
+
+/* Compares one joint in each period: the poll, which comes several times in a turn, stays short. */
+static void watch(struct robot *robot)
+{
+    struct moves *moves = robot->moves;
+    uint8_t period = (uint8_t)robot->work.cycle.cycle.counters.periods;
+
+    if (moves->watched == period)
+        return;
+    moves->watched = period;
+    if (moves->follow.result == CDS_PENDING && cds_follow_poll(&moves->follow) == CDS_TIMEOUT)
+        moves_end(robot);
+}
+
+/* The motion has ended, or the cycle has. */
+static void end_motion(struct robot *robot)
+{
+    release_servos(robot);
+    if (robot->moves->ends_cycle)
+        group_cycle_abort(robot);
+}
+
+static enum cds_result poll_cycle(struct robot *robot)
+{
+    struct moves *moves = robot->moves;
+    enum cds_result result = group_cycle_poll(robot);
+
+    if (moves->player.sequence.result == CDS_PENDING)
+        cds_sequence_poll(&moves->player.sequence);
+    else
+        cds_motion_poll(&moves->motion);
+    if (robot->servos.reserved_count || moves->ends_cycle) {
+        watch(robot);
+        if (result != CDS_PENDING || !goes_on(moves))
+            end_motion(robot);
+    }
+    return result;
+}
+
+const CDS_FLASH struct robot_operation moves_cycle = {
+    .begin = begin_cycle, .poll = poll_cycle, .abort = group_cycle_abort};
+
+enum cds_result moves_begin(struct robot *robot, const struct cds_move *move, bool ends_cycle)
+{
+    struct moves *moves = robot->moves;
+    enum cds_result result;
+
+    if (moves_is_playing(robot))
+        return CDS_BUSY;
+    cds_motion_set_override(&moves->motion, 100);
+    result = cds_motion_move(&moves->motion, move);
+    if (result == CDS_BUSY)
+        return result;
+    moves->player.is_paused = moves->motion.is_paused;
+    moves->player.sequence.result = CDS_OK; // of a sequence that played before
+    moves->ends_cycle = ends_cycle;
+    if (result == CDS_OK)
+        take_servos(robot);
+    return result;
+}
+
+enum cds_result moves_play(struct robot *robot, const struct motion_store *store, uint8_t place,
+                           uint16_t repeats, uint8_t percent, bool ends_cycle)
+{
+    struct moves *moves = robot->moves;
+    enum cds_result result =
+        player_begin(&moves->player, &moves->motion, store, robot, place, repeats);
+
+    if (result != CDS_OK)
+        return result;
+    moves->ends_cycle = ends_cycle;
+    take_servos(robot);
+    return cds_motion_set_override(&moves->motion, percent);
+}
+
+void moves_pause(struct robot *robot)
+{
+    robot->moves->player.is_paused = true;
+    cds_motion_pause(&robot->moves->motion, MOVES_DECELERATION);
+}
+
+void moves_resume(struct robot *robot)
+{
+    robot->moves->player.is_paused = false;
+    cds_motion_resume(&robot->moves->motion);
+}
+
+void moves_end(struct robot *robot)
+{
+    player_abort(&robot->moves->player);
+    cds_motion_abort(&robot->moves->motion, MOVES_DECELERATION);
+}

@@ -1,0 +1,53 @@
+/* Plays a stored sequence; see player.h. */
+#include "robot/player.h"
+
+#include "robot/moves.h" // MOVES_DECELERATION
+
+/* Reads a step for the sequence. A pose that cannot be read has no joints, so its move is refused,
+ * which ends the sequence. */
+static bool read_step(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose)
+{
+    struct player *player = context;
+    struct motion_store_step stored;
+
+    if (!motion_store_read_step(player->store, player->place, index, &stored))
+        return false;
+    *step = (struct cds_sequence_step){.time_ms = 10ul * stored.time_10ms,
+                                       .dwell_ms = (uint16_t)(10u * stored.dwell_10ms),
+                                       .curve = stored.curve,
+                                       .acceleration = MOVES_DECELERATION,
+                                       .passes = stored.passes};
+    player->pose = stored_pose_read(player->store, &player->joints,
+                                    motion_store_pose_of(player->store, stored.pose), pose);
+    return true;
+}
+
+static bool may_begin(void *context, uint8_t index)
+{
+    const struct player *player = context;
+
+    (void)index;
+    return !player->is_paused;
+}
+
+enum cds_result player_begin(struct player *player, struct cds_motion *motion,
+                             const struct motion_store *store, const struct robot *robot,
+                             uint8_t place, uint16_t repeats)
+{
+    player->store = store;
+    player->place = place;
+    player->is_paused = false;
+    stored_joints_find(&player->joints, store, robot);
+    return cds_sequence_begin(&player->sequence,
+                              &(struct cds_sequence_config){.motion = motion,
+                                                            .poses = player->poses,
+                                                            .context = player,
+                                                            .read = read_step,
+                                                            .may_begin = may_begin,
+                                                            .repeats = repeats});
+}
+
+void player_abort(struct player *player)
+{
+    cds_sequence_abort(&player->sequence, MOVES_DECELERATION);
+}

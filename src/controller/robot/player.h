@@ -1,0 +1,31 @@
+/* Plays a stored sequence (motion_store.h) with the servos of the group. The moves are those of the
+ * group's cycle (moves.h), whose poll moves the player on.
+ *
+ * Main context. */
+#ifndef CONTROLLER_PLAYER_H
+#define CONTROLLER_PLAYER_H
+
+#include "cds55xx/sequence.h" // struct cds_sequence
+#include "robot/stored_pose.h"
+
+/* A player: robot->moves->player. The fields are to be read only. */
+struct player {
+    struct cds_sequence sequence; // its result is CDS_PENDING while the player plays
+    const struct motion_store *store;
+    uint8_t place; // of the sequence
+    uint8_t pose;  // enum stored_pose_result of the pose that was read last
+    bool is_paused;
+    struct stored_joints joints;
+    uint16_t poses[2 * ROBOT_SERVOS];
+};
+
+/* Begins to play the sequence at `place`, which motion_store_find() has returned, `repeats` times;
+ * 0: for ever. CDS_OK; CDS_BUSY: a move is under way; CDS_BAD_ARGUMENT: it has no step. */
+enum cds_result player_begin(struct player *player, struct cds_motion *motion,
+                             const struct motion_store *store, const struct robot *robot,
+                             uint8_t place, uint16_t repeats);
+
+/* Ends the sequence, if one plays; the joints come to rest. */
+void player_abort(struct player *player);
+
+#endif

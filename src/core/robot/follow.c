@@ -1,0 +1,77 @@
+/* Finds a joint that does not follow its goals; see follow.h. */
+#include "cds55xx/follow.h"
+
+#include "cds55xx/control_table.h" // CDS_VALUE_MAX
+#include "cds55xx/port.h"          // cds_port_now_us()
+
+#define TIME_MAX_MS 60000u // the clock of a joint has 16 bits of 1024 us
+
+static uint16_t distance_of(uint16_t one, uint16_t other)
+{
+    return one > other ? (uint16_t)(one - other) : (uint16_t)(other - one);
+}
+
+/* A goal that comes back to a joint that is stuck is no progress of the joint. */
+static bool has_progressed(const struct cds_follow_joint *joint, uint16_t position,
+                           uint16_t distance)
+{
+    return distance + CDS_FOLLOW_PROGRESS_STEPS <= joint->distance &&
+           distance_of(position, joint->position) >= CDS_FOLLOW_PROGRESS_STEPS;
+}
+
+/* True if the servo has not reported for too long. */
+static bool is_lost(const struct cds_follow *follow, const struct cds_feedback *feedback)
+{
+    uint16_t age = (uint16_t)((cds_port_now_us() - feedback->time_us) >> 10);
+
+    return age > follow->config.time_ms + CDS_FOLLOW_MS;
+}
+
+/* False: the joint does not follow. */
+static bool follows(struct cds_follow *follow, uint8_t index)
+{
+    struct cds_follow_joint *joint = &follow->config.joints[index];
+    const struct cds_feedback *feedback = &follow->config.cycle->feedback[index];
+    uint16_t goal = cds_cycle_sent_goal(follow->config.cycle, index), distance;
+    uint16_t time = (uint16_t)(feedback->time_us >> 10);
+
+    if (goal <= CDS_VALUE_MAX && feedback->known && is_lost(follow, feedback))
+        return false;
+    distance = distance_of(goal, feedback->position);
+    if (goal > CDS_VALUE_MAX || !feedback->known || distance <= follow->config.steps) {
+        joint->distance = 0;
+        return true;
+    }
+    if (joint->distance == 0 || has_progressed(joint, feedback->position, distance)) {
+        *joint = (struct cds_follow_joint){
+            .distance = distance, .position = feedback->position, .since = time};
+        return true;
+    }
+    return (uint16_t)(time - joint->since) < follow->config.time_ms;
+}
+
+enum cds_result cds_follow_begin(struct cds_follow *follow, const struct cds_follow_config *config)
+{
+    uint16_t time_ms = config->time_ms ? config->time_ms : CDS_FOLLOW_MS;
+
+    if (!config->cycle->bus || config->steps > CDS_VALUE_MAX || time_ms > TIME_MAX_MS)
+        return CDS_BAD_ARGUMENT;
+    *follow = (struct cds_follow){.result = CDS_PENDING, .config = *config};
+    if (config->steps == 0)
+        follow->config.steps = CDS_FOLLOW_STEPS;
+    follow->config.time_ms = (uint16_t)(time_ms * 125ul / 128); // in 1024 us
+    for (uint8_t i = 0; i < config->cycle->count; i++)
+        config->joints[i].distance = 0;
+    return CDS_OK;
+}
+
+enum cds_result cds_follow_poll(struct cds_follow *follow)
+{
+    if (follow->result != CDS_PENDING)
+        return (enum cds_result)follow->result;
+    if (!follows(follow, follow->joint))
+        follow->result = CDS_TIMEOUT;
+    else if (++follow->joint >= follow->config.cycle->count)
+        follow->joint = 0;
+    return (enum cds_result)follow->result;
+}

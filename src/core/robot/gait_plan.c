@@ -1,0 +1,142 @@
+/* Is a gait possible? See gait.h and docs/internals/motion.md. */
+#include <stdlib.h> // abs()
+
+#include "cds55xx/control_table.h" // CDS_VALUE_MAX
+#include "robot/gait_internal.h"
+
+/* Highest speed of a sine with an amplitude of 1 step and a period of 1 ms: TURN / full_speed_mrpm
+ * register units. A speed of 1 step/ms is 50000000 / full_speed_mrpm units; times 2 pi. */
+#define TURN ((uint32_t)314159265)
+
+/* What the sines of a joint may reach. */
+struct reach {
+    uint16_t steps; // sum of amplitudes
+    uint16_t swing; // sum of amplitude x multiple
+    uint8_t sines;
+};
+
+uint32_t cds_gait_share(uint16_t period_us, uint16_t time_ms)
+{
+    uint32_t whole = 1000ul * time_ms, left = period_us, share = 0;
+
+    for (uint8_t i = 0; i < 32; i++) { // one bit of the quotient in each turn
+        left <<= 1;
+        share <<= 1;
+        if (left >= whole) {
+            left -= whole;
+            share |= 1;
+        }
+    }
+    return share;
+}
+
+/* Adds up what the sines reach. False: a sine is out of range. */
+static bool measure(const CDS_GAIT_FLASH struct cds_gait_sine *sine, struct reach *reach)
+{
+    for (; reach->sines < CDS_GAIT_SINES && sine->amplitude; reach->sines++, sine++) {
+        uint16_t amplitude = (uint16_t)abs(sine->amplitude);
+
+        if (amplitude > CDS_VALUE_MAX / 2 || sine->multiple == 0 ||
+            sine->multiple > CDS_GAIT_MULTIPLES || sine->group >= CDS_GAIT_GROUPS ||
+            sine->wave > CDS_GAIT_LIFT)
+            return false;
+        reach->steps = (uint16_t)(reach->steps + amplitude);
+        reach->swing = (uint16_t)(reach->swing + amplitude * sine->multiple);
+    }
+    return true;
+}
+
+static uint16_t distance_of(uint16_t one, uint16_t other)
+{
+    return one > other ? (uint16_t)(one - other) : (uint16_t)(other - one);
+}
+
+/* The joint starts at its last goal, or if it is far from that, where it is. False: not known. */
+static bool locate(const struct cds_gait *gait, uint8_t index, uint16_t *position)
+{
+    const struct cds_feedback *feedback = &gait->config.cycle->feedback[index];
+    uint16_t goal = cds_cycle_sent_goal(gait->config.cycle, index);
+
+    if (!feedback->known)
+        return false;
+    *position = feedback->position;
+    if (goal <= CDS_VALUE_MAX && distance_of(goal, *position) <= CDS_MOTION_NEAR_STEPS)
+        *position = goal;
+    return true;
+}
+
+/* Checks the speed of joint `index` and sets what turns its positions into speeds. */
+static void check_speed(struct cds_gait *gait, uint8_t index, const struct reach *reach)
+{
+    const struct cds_gait_config *config = &gait->config;
+    struct cds_gait_state *state = &config->states[index];
+    const struct cds_register_profile *profile =
+        config->profiles ? config->profiles[index] : &cds_profile_cds55xx;
+    uint32_t turn = TURN / profile->full_speed_mrpm;
+    uint16_t distance = distance_of(state->start, config->joints[index].rest);
+    uint32_t speed = reach->swing * turn, peak;
+
+    // The way from the start is a ramp: its highest speed is 3/2 of its mean speed, turn x 3 / 4
+    // pi.
+    if (distance)
+        speed += (distance * (turn / 4) / config->ramp_ms + 1) * config->period_ms;
+    peak = speed / config->period_ms;
+    if (peak >= state->fastest) {
+        speed = speed / state->fastest + 1; // the period in which it would be slow enough
+        if (speed > gait->shortest_ms) {
+            gait->shortest_ms = speed;
+            gait->joint = index;
+        }
+    } else if (peak >= gait->peak) {
+        gait->peak = (uint16_t)peak + 1;
+    }
+    state->scale = (uint16_t)(turn * 159 / config->cycle->period_us + 1); // 159 = 1000 / 2 pi
+    state->reserve = (uint16_t)(peak / CDS_GAIT_RESERVE) + 1;
+}
+
+/* Checks the positions of joint `index`. */
+static enum cds_result check_positions(struct cds_gait *gait, uint8_t index,
+                                       const struct reach *reach)
+{
+    struct cds_gait_state *state = &gait->config.states[index];
+    uint16_t rest = gait->config.joints[index].rest, lowest = 0, highest = CDS_VALUE_MAX;
+    struct cds_servo_state *servo = NULL;
+    uint8_t id = gait->config.cycle->ids[index];
+
+    if (!locate(gait, index, &state->start))
+        return CDS_TIMEOUT;
+    if (gait->config.servos)
+        servo = cds_servos_find(gait->config.servos, id);
+    if (servo) {
+        if (!cds_servos_may_drive(gait->config.servos, id))
+            return CDS_INHIBITED;
+        lowest = servo->lowest;
+        highest = servo->highest;
+        state->fastest = servo->fastest;
+    }
+    if (rest < lowest + reach->steps || rest + reach->steps > highest || state->start < lowest ||
+        state->start > highest || state->fastest == 0)
+        return CDS_LIMIT;
+    state->position = (uint16_t)((state->start << 8) + (uint16_t)(CDS_GAIT_HALF_STEP >> 8));
+    state->sines = reach->sines;
+    state->takes_part = true;
+    return CDS_OK;
+}
+
+enum cds_result cds_gait_check(struct cds_gait *gait, uint8_t index, bool is_second)
+{
+    const CDS_GAIT_FLASH struct cds_gait_joint *joint = &gait->config.joints[index];
+    struct cds_gait_state *state = &gait->config.states[index];
+    struct reach reach = {.sines = 0};
+
+    if (!is_second)
+        *state = (struct cds_gait_state){.fastest = CDS_VALUE_MAX};
+    if (joint->rest == CDS_POSE_NONE)
+        return CDS_OK;
+    if (joint->rest > CDS_VALUE_MAX || !measure(joint->sines, &reach))
+        return CDS_BAD_ARGUMENT;
+    if (!is_second)
+        return check_positions(gait, index, &reach);
+    check_speed(gait, index, &reach);
+    return CDS_OK;
+}

@@ -1,0 +1,529 @@
+/* Timed moves; see motion.h and docs/internals/motion.md. */
+#include "cds55xx/motion.h"
+
+#include "cds55xx/control_table.h" // CDS_VALUE_MAX
+#include "compiler.h"              // NOINLINE
+#include "robot/curve_internal.h"
+#include "robot/motion_internal.h"
+
+#define JOINTS_PER_POLL 6
+#define TAKES_UP        5 // joints less in a poll: a joint that takes up a move divides
+/* 1023 steps are 300 degrees, and full speed is 1023 units: so many 1/16 units x microseconds x RPM
+ * is one step per period. */
+#define SCALE ((uint32_t)800000000)
+/* Added to the speed that leads to the next goal, in 1/16384 of the mean speed: a servo lags behind
+ * moving goals, and must catch up before the end. */
+#define RESERVE       (CDS_CURVE_RATE_1 / 2)
+#define CARRY_QUARTER (CDS_MOTION_CARRY_1 / CDS_MOTION_QUARTERS)
+#define HALF          ((int32_t)32768)
+#define OLD_US        ((uint32_t)500000) // feedback that is older counts no more
+#define OVERRIDE_US   ((uint32_t)250000) // a change of the override takes so long at most
+
+/* ---- one joint ---- */
+
+/* What the speeds at begin and end add to a way. NOINLINE: few joints have them. */
+static NOINLINE int32_t way_of_speeds(const struct cds_motion_joint *joint,
+                                      const struct cds_motion_basis *basis)
+{
+    return (int32_t)joint->braking * basis->braking_way +
+           (int32_t)joint->passing * basis->passing_way;
+}
+
+static NOINLINE int32_t speed_of_speeds(const struct cds_motion_joint *joint,
+                                        const struct cds_motion_basis *basis)
+{
+    return (int32_t)joint->begin_speed * basis->braking_rate +
+           (int32_t)joint->end_speed * basis->passing_rate;
+}
+
+static int16_t position_of(const struct cds_motion_joint *joint,
+                           const struct cds_motion_basis *basis)
+{
+    int32_t way = (int32_t)joint->distance * basis->way;
+
+    if (basis->is_end)
+        return (int16_t)((int16_t)joint->start + joint->distance + joint->braking / 2 +
+                         joint->passing / 2);
+    if (joint->has_speeds)
+        way += way_of_speeds(joint, basis);
+    return (int16_t)(joint->start + (uint16_t)((uint32_t)(way + HALF) >> 16));
+}
+
+/* The product of a speed in 1/16 unit and a rate in 1/16384 is shifted by 16, which costs nothing.
+ */
+int16_t cds_motion_speed(const struct cds_motion_joint *joint, const struct cds_motion_basis *basis)
+{
+    int32_t speed = (int32_t)joint->mean_speed * basis->rate;
+
+    if (joint->has_speeds)
+        speed += speed_of_speeds(joint, basis);
+    return (int16_t)(speed >> 16);
+}
+
+/* Where the joint is, and its speed. False: not known. */
+static bool locate(const struct cds_motion *motion, uint8_t index,
+                   const struct cds_motion_basis *basis, struct cds_motion_way *way)
+{
+    const struct cds_motion_joint *joint = &motion->config.joints[index];
+    const struct cds_feedback *feedback = &motion->config.cycle->feedback[index];
+    uint16_t steps;
+
+    way->position = position_of(joint, basis);
+    way->begin_speed = 0;
+    if (joint->is_moving && !basis->is_at_rest) {
+        way->begin_speed =
+            (int16_t)((int32_t)cds_motion_speed(joint, basis) * motion->carry / CARRY_QUARTER);
+        return true;
+    }
+    if (!feedback->known || cds_port_now_us() - feedback->time_us > OLD_US ||
+        (joint->is_moving && motion->next.waits && motion->is_under_way)) // it ends there
+        return joint->is_known;
+    steps = (uint16_t)((int16_t)feedback->position - way->position / CDS_MOTION_STEP +
+                       CDS_MOTION_NEAR_STEPS);
+    if (!joint->is_known || steps > 2 * CDS_MOTION_NEAR_STEPS)
+        way->position = (int16_t)(feedback->position * CDS_MOTION_STEP);
+    return true;
+}
+
+/* Mean speed of a way, in 1/16 unit; INT16_MAX, or minus that, if it is beyond any speed. */
+static int16_t mean_speed(const struct cds_motion_joint *joint, int16_t way, uint32_t duration)
+{
+    int32_t speed = ((int32_t)way * (int32_t)joint->scale >> 3) / (int32_t)duration;
+
+    if (speed > INT16_MAX)
+        return INT16_MAX;
+    return speed < -INT16_MAX ? -INT16_MAX : (int16_t)speed;
+}
+
+/* The speed with which the joint passes the pose: between its mean speeds before and behind it, and
+ * less than twice the lower one, so that it turns back on neither way. 0 if it turns there. */
+static int16_t passing_speed(const struct cds_motion *motion, uint8_t index,
+                             const struct cds_motion_way *way, uint32_t duration)
+{
+    const struct cds_motion_joint *joint = &motion->config.joints[index];
+    int16_t on = (int16_t)(motion->next.next_pose[index] * CDS_MOTION_STEP);
+    int32_t before, behind;
+
+    if (motion->next.next_pose[index] == CDS_POSE_NONE)
+        return 0;
+    before = mean_speed(joint, (int16_t)(way->goal - way->position), duration);
+    behind = mean_speed(joint, (int16_t)(on - way->goal), motion->next_plan.next_duration);
+    if ((before < 0) != (behind < 0) || before == 0 || behind == 0)
+        return 0;
+    return (int16_t)(2 * before * behind / (before + behind));
+}
+
+bool cds_motion_find_way(const struct cds_motion *motion, uint8_t index,
+                         const struct cds_motion_basis *basis, uint32_t duration,
+                         struct cds_motion_way *way)
+{
+    uint8_t curve = motion->next.curve;
+
+    if (!locate(motion, index, basis, way))
+        return false;
+    way->goal = (int16_t)(motion->next.pose[index] * CDS_MOTION_STEP);
+    way->end_speed = 0;
+    if (curve != CDS_MOTION_MINIMUM_JERK && curve != CDS_MOTION_TRAPEZOID)
+        way->begin_speed = 0;
+    else if (motion->next.next_pose && motion->next.pose[index] != CDS_POSE_NONE)
+        way->end_speed = passing_speed(motion, index, way, duration);
+    return true;
+}
+
+/* Twice the distance in which a joint brakes from `speed` within `window` periods. */
+static int16_t braking(const struct cds_motion_joint *joint, int16_t speed, uint32_t window)
+{
+    if (speed == 0)
+        return 0; // without the division
+    return (int16_t)((int32_t)speed * (int32_t)(window * CDS_MOTION_STEP) / (int32_t)joint->scale);
+}
+
+void cds_motion_aim(struct cds_motion_joint *joint, const struct cds_motion_way *way,
+                    const struct cds_motion_plan *plan)
+{
+    joint->start = (uint16_t)way->position;
+    joint->begin_speed = way->begin_speed;
+    joint->end_speed = way->end_speed;
+    joint->has_speeds = way->begin_speed || way->end_speed;
+    joint->braking = braking(joint, way->begin_speed, plan->window);
+    joint->passing = braking(joint, way->end_speed, plan->duration);
+    joint->distance =
+        (int16_t)(way->goal - way->position - joint->braking / 2 - joint->passing / 2);
+    joint->mean_speed = mean_speed(joint, joint->distance, plan->duration);
+}
+
+/* Joint `index` takes up the move that was checked. A joint that moves and is not in the pose
+ * brakes. */
+static void take_up(struct cds_motion *motion, uint8_t index)
+{
+    struct cds_motion_joint *joint = &motion->config.joints[index];
+    bool is_in_pose = motion->next.pose[index] != CDS_POSE_NONE;
+    struct cds_motion_way way;
+
+    if (!cds_motion_find_way(motion, index, &motion->last_basis, motion->plan.duration, &way)) {
+        joint->is_moving = false; // its position is too old to be known
+        return;
+    }
+    if (!is_in_pose) // it stays at its last goal, wherever it is
+        way.goal = way.position = position_of(joint, &motion->last_basis);
+    cds_motion_aim(joint, &way, &motion->plan);
+    if (!is_in_pose) {
+        joint->distance = 0;
+        joint->mean_speed = 0;
+    }
+    joint->is_moving = is_in_pose || way.begin_speed;
+    if (joint->is_moving)
+        joint->is_known = true;
+}
+
+/* Sets the next goal of joint `index`. The speed leads there within a period; it is never 0, which
+ * would be full speed. */
+static enum cds_result set_goal(struct cds_motion *motion, uint8_t index,
+                                const struct cds_motion_joint *joint)
+{
+    const struct cds_motion_basis *basis = &motion->basis;
+    int32_t way = (int32_t)joint->distance * basis->way;
+    int32_t speed = (int32_t)joint->mean_speed * basis->sent_rate;
+    uint16_t position, quarters;
+
+    if (joint->has_speeds) {
+        way += way_of_speeds(joint, basis);
+        speed += speed_of_speeds(joint, basis);
+    }
+    position = (uint16_t)(joint->start + (uint16_t)((uint32_t)(way + HALF) >> 16));
+    quarters = (uint16_t)((uint32_t)(speed < 0 ? -speed : speed) >> 16);
+    if (motion->rate != CDS_MOTION_RATE_1)
+        quarters = (uint16_t)((uint32_t)quarters * (uint16_t)(motion->rate >> 4) >> 12);
+    if (quarters > joint->fastest) // with the reserve
+        quarters = joint->fastest;
+    if (quarters == 0)
+        quarters = 1;
+    quarters = (uint16_t)(quarters + CDS_MOTION_QUARTERS - 1);
+    return cds_cycle_goal(motion->config.cycle, index,
+                          (uint16_t)(position + CDS_MOTION_STEP / 2) / CDS_MOTION_STEP,
+                          quarters / CDS_MOTION_QUARTERS);
+}
+
+/* ---- time ---- */
+
+/* Adds a period at `rate` to the clock. False: it is over. */
+static bool advance(struct cds_motion_clock *clock, uint32_t rate)
+{
+    uint32_t step = clock->step, left = UINT32_MAX - clock->time;
+
+    if (rate == CDS_MOTION_RATE_1) {
+        clock->time_low = (uint16_t)(clock->time_low + clock->step_low);
+        if (clock->time_low < clock->step_low)
+            step++;
+    } else {
+        uint64_t scaled = (uint64_t)step * rate >> 16;
+
+        step = scaled > UINT32_MAX ? UINT32_MAX : (uint32_t)scaled;
+    }
+    if (left < step || left - step < clock->step / 16)
+        clock->time = UINT32_MAX;
+    else
+        clock->time += step;
+    return clock->time != UINT32_MAX;
+}
+
+/* The time of the move runs faster or slower by at most rate_step. */
+static void change_rate(struct cds_motion *motion)
+{
+    uint32_t rate = motion->rate, goal = motion->rate_goal, step = motion->rate_step;
+
+    if (rate < goal)
+        motion->rate = goal - rate > step ? rate + step : goal;
+    else
+        motion->rate = rate - goal > step ? rate - step : goal;
+}
+
+static uint16_t share(const struct cds_motion_clock *clock)
+{
+    return (uint16_t)(clock->time >> 16);
+}
+
+static uint16_t middle(uint16_t from, uint16_t to)
+{
+    return (uint16_t)(from + (uint16_t)(to - from) / 2);
+}
+
+/* The basis of the next goals: where the joints are at the end of the period, and their speeds in
+ * its middle. A joint speeds up to the speed at the end as it would brake, the other way round. */
+static void set_basis(struct cds_motion *motion)
+{
+    struct cds_motion_basis *basis = &motion->basis;
+    uint16_t before = share(&motion->plan.time), after, half;
+    uint16_t braking_before = share(&motion->plan.braking_time);
+
+    basis->is_end = !advance(&motion->plan.time, motion->rate);
+    after = share(&motion->plan.time);
+    half = middle(before, after);
+    basis->way = cds_curve_way(&motion->plan.curve, after);
+    basis->is_at_rest = motion->plan.curve.kind == CDS_MOTION_BY_SERVO; // where the servo says
+    if (basis->is_at_rest)
+        basis->way = UINT16_MAX;
+    basis->rate = cds_curve_rate(&motion->plan.curve, half);
+    basis->sent_rate = basis->rate;
+    if (!basis->is_at_rest)
+        basis->sent_rate = (uint16_t)(basis->rate + RESERVE);
+    if (motion->plan.passes) {
+        basis->passing_way = (uint16_t)(HALF - cds_curve_braking_way((uint16_t)~after));
+        basis->passing_rate = cds_curve_braking_rate((uint16_t)~half);
+    }
+    if (braking_before == UINT16_MAX) {
+        basis->braking_rate = 0;
+        return;
+    }
+    advance(&motion->plan.braking_time, motion->rate);
+    after = share(&motion->plan.braking_time);
+    basis->braking_way = cds_curve_braking_way(after);
+    basis->braking_rate = cds_curve_braking_rate(middle(braking_before, after));
+}
+
+/* ---- a period ---- */
+
+static uint32_t permitted_rate(const struct cds_motion *motion)
+{
+    return motion->override < motion->plan.rate_most ? motion->override : motion->plan.rate_most;
+}
+
+static void begin_move(struct cds_motion *motion)
+{
+    motion->last_basis = motion->basis;
+    motion->basis.is_end = false;
+    motion->plan = motion->next_plan;
+    motion->rate_goal = motion->is_paused ? 0 : permitted_rate(motion);
+    motion->carry = CDS_MOTION_CARRY_1;
+    if (motion->last_basis.is_at_rest) {
+        motion->rate = motion->rate_goal;
+    } else if (motion->rate > motion->plan.rate_most) {
+        motion->carry = (uint16_t)((motion->rate << 8) / motion->plan.rate_most << 4);
+        motion->rate = motion->plan.rate_most;
+    }
+    motion->taken_up = 0;
+    motion->is_ready = motion->is_ending = false;
+    motion->is_under_way = true;
+    motion->move_result = CDS_OK;
+}
+
+/* The motion is over; its joints stay where their last goals are. */
+static void end(struct cds_motion *motion, enum cds_result result)
+{
+    motion->basis.is_at_rest = true;
+    motion->is_under_way = motion->is_ending = motion->is_paused = false;
+    motion->result = result;
+}
+
+/* A move that is checked, or waits, is not begun. */
+static void drop_next(struct cds_motion *motion, enum cds_result why)
+{
+    if (motion->move_result == CDS_PENDING)
+        motion->move_result = (uint8_t)why;
+    motion->is_ready = false;
+}
+
+/* The joints come to rest on their way; the motion ends as `outcome`, and no other move begins. */
+static void end_soon(struct cds_motion *motion, enum cds_result outcome)
+{
+    drop_next(motion, outcome);
+    motion->rate_goal = 0;
+    motion->is_ending = true;
+    motion->outcome = outcome;
+}
+
+static void begin_period(struct cds_motion *motion)
+{
+    bool is_over = !motion->is_under_way || motion->basis.is_end;
+
+    motion->periods = motion->config.cycle->counters.periods;
+    if (motion->basis.is_end)
+        cds_motion_set_end(motion, &motion->basis);
+    if (motion->is_ready && (is_over || !motion->next.waits)) {
+        begin_move(motion);
+    } else if (motion->basis.is_end) {
+        end(motion, motion->is_ending ? (enum cds_result)motion->outcome : CDS_OK);
+        return;
+    }
+    change_rate(motion);
+    if (motion->rate) {
+        set_basis(motion);
+        motion->index = 0;
+    } else if (motion->is_ending) {
+        end(motion, motion->outcome);
+    } else {
+        motion->basis.is_at_rest = true;
+    }
+}
+
+void cds_motion_set_end(const struct cds_motion *motion, struct cds_motion_basis *basis)
+{
+    *basis = (struct cds_motion_basis){
+        .passing_rate = CDS_CURVE_RATE_1, .is_end = true, .is_at_rest = !motion->plan.passes};
+}
+
+/* All goals are set: they leave with the next period. */
+static void end_period(struct cds_motion *motion)
+{
+    enum cds_result result = cds_cycle_commit(motion->config.cycle);
+
+    motion->periods = motion->config.cycle->counters.periods;
+    if (result != CDS_OK)
+        end(motion, result);
+}
+
+/* Sets the goals of some joints. A joint whose goal is refused ends the motion. */
+static void set_goals(struct cds_motion *motion)
+{
+    const struct cds_motion_joint *joint = &motion->config.joints[motion->index];
+    uint8_t index = motion->index, left = JOINTS_PER_POLL;
+    enum cds_result result;
+
+    for (; left && index < motion->count; index++, joint++) {
+        if (index == motion->taken_up) {
+            take_up(motion, index);
+            motion->taken_up++;
+            left = left > TAKES_UP ? (uint8_t)(left - TAKES_UP) : 1;
+        }
+        if (!joint->is_moving)
+            continue;
+        result = set_goal(motion, index, joint);
+        if (result == CDS_BUSY)
+            break;
+        if (result != CDS_OK && !motion->is_ending) {
+            motion->joint = index;
+            end_soon(motion, result);
+        }
+        left--;
+    }
+    motion->index = index;
+    if (index == motion->count)
+        end_period(motion);
+}
+
+/* ---- calls ---- */
+
+enum cds_result cds_motion_begin(struct cds_motion *motion, const struct cds_motion_config *config)
+{
+    const struct cds_register_profile *profile = &cds_profile_cds55xx;
+    uint16_t period_us = config->cycle->period_us;
+
+    if (!config->cycle->bus)
+        return CDS_BAD_ARGUMENT;
+    *motion = (struct cds_motion){.config = *config,
+                                  .count = config->cycle->count,
+                                  .index = config->cycle->count,
+                                  .taken_up = config->cycle->count,
+                                  .basis.is_end = true,
+                                  .basis.is_at_rest = true,
+                                  .override = CDS_MOTION_RATE_1,
+                                  .rate_step = CDS_MOTION_RATE_1 * period_us / OVERRIDE_US + 1};
+    for (uint8_t i = 0; i < config->cycle->count; i++) {
+        if (config->profiles)
+            profile = config->profiles[i];
+        config->joints[i] = (struct cds_motion_joint){
+            .scale = (uint16_t)(SCALE / period_us * 1000 / profile->full_speed_mrpm)};
+    }
+    return CDS_OK;
+}
+
+static bool is_pose(const uint16_t *pose, uint8_t count)
+{
+    bool has_joint = false;
+
+    for (; count; count--, pose++) {
+        if (*pose != CDS_POSE_NONE && *pose > CDS_VALUE_MAX)
+            return false;
+        has_joint |= *pose != CDS_POSE_NONE;
+    }
+    return has_joint;
+}
+
+enum cds_result cds_motion_move(struct cds_motion *motion, const struct cds_move *move)
+{
+    if (cds_motion_is_busy(motion))
+        return CDS_BUSY;
+    if (move->time_ms == 0 || move->time_ms > CDS_MOTION_TIME_MAX_MS ||
+        move->curve > CDS_MOTION_BY_SERVO || !is_pose(move->pose, motion->count) ||
+        (move->curve == CDS_MOTION_TRAPEZOID && move->acceleration == 0) ||
+        (move->next_pose && (!is_pose(move->next_pose, motion->count) || move->next_ms == 0 ||
+                             move->next_ms > CDS_MOTION_TIME_MAX_MS)))
+        return CDS_BAD_ARGUMENT;
+    motion->next = *move;
+    cds_motion_begin_check(motion);
+    return CDS_OK;
+}
+
+/* A move was checked, perhaps one that a motion under way goes over to. */
+static void note_check(struct cds_motion *motion, enum cds_result result)
+{
+    if (result == CDS_OK)
+        motion->is_ready = true;
+    else if (result != CDS_PENDING)
+        motion->move_result = result;
+    if (motion->is_ready)
+        motion->result = CDS_PENDING;
+}
+
+enum cds_result cds_motion_poll(struct cds_motion *motion)
+{
+    if (motion->move_result == CDS_PENDING && !motion->is_ready)
+        note_check(motion, cds_motion_check(motion));
+    if (motion->index < motion->count)
+        set_goals(motion);
+    else if (motion->is_under_way ? motion->config.cycle->counters.periods != motion->periods
+                                  : motion->is_ready)
+        begin_period(motion);
+    return (enum cds_result)motion->result;
+}
+
+/* The time slows down to 0, or speeds up from there, at `acceleration` at most. */
+static void set_rate_step(struct cds_motion *motion, uint16_t acceleration)
+{
+    uint32_t change = cds_motion_per_period(motion, acceleration);
+
+    if (change > UINT16_MAX)
+        change = UINT16_MAX;
+    motion->rate_step = (change << 16) / motion->plan.peak + 1;
+}
+
+void cds_motion_pause(struct cds_motion *motion, uint16_t deceleration)
+{
+    if (motion->move_result == CDS_PENDING)
+        motion->is_paused = true;
+    if (!motion->is_under_way)
+        return;
+    motion->is_paused = true;
+    set_rate_step(motion, deceleration);
+    motion->rate_goal = 0;
+}
+
+void cds_motion_resume(struct cds_motion *motion)
+{
+    motion->is_paused = false;
+    if (!motion->is_ending)
+        motion->rate_goal = permitted_rate(motion);
+}
+
+void cds_motion_abort(struct cds_motion *motion, uint16_t deceleration)
+{
+    if (!motion->is_under_way) {
+        if (motion->move_result == CDS_PENDING)
+            motion->result = CDS_CANCELLED;
+        drop_next(motion, CDS_CANCELLED);
+        motion->is_paused = false;
+        return;
+    }
+    set_rate_step(motion, deceleration);
+    end_soon(motion, CDS_CANCELLED);
+}
+
+enum cds_result cds_motion_set_override(struct cds_motion *motion, uint8_t percent)
+{
+    if (percent < 10 || percent > 200)
+        return CDS_BAD_ARGUMENT;
+    motion->override = CDS_MOTION_RATE_1 * percent / 100;
+    if (motion->rate_goal)
+        cds_motion_resume(motion);
+    return CDS_OK;
+}

@@ -1,0 +1,47 @@
+/* What motion.c and motion_plan.c need of each other; not installed. Positions and speeds as in
+ * struct cds_motion_joint. Main context. */
+#ifndef CDS_MOTION_INTERNAL_H
+#define CDS_MOTION_INTERNAL_H
+
+#include "cds55xx/motion.h"
+
+#define CDS_MOTION_STEP     8    // positions are in 1/8 step
+#define CDS_MOTION_UNIT     16   // speeds are in 1/16 of a register's unit
+#define CDS_MOTION_CARRY_1  4096 // of motion->carry
+#define CDS_MOTION_QUARTERS 4    // cds_motion_speed() counts in 1/4 unit
+#define CDS_MOTION_RATE_1   ((uint32_t)65536)
+
+/* From where to where, and with which speeds, in 1/16 unit. */
+struct cds_motion_way {
+    int16_t position, goal, begin_speed, end_speed;
+};
+
+/* Begins to check and plan motion->next. */
+void cds_motion_begin_check(struct cds_motion *motion);
+
+/* Checks one joint, or does a step of the plan. Returns CDS_PENDING until that is over; CDS_OK: the
+ * move is possible, and motion->next_plan is its plan; else why it is refused. */
+enum cds_result cds_motion_check(struct cds_motion *motion);
+
+/* Returns an acceleration in 1/16 unit per period, 1 or more. */
+uint32_t cds_motion_per_period(const struct cds_motion *motion, uint16_t acceleration);
+
+/* Finds the way of joint `index` in motion->next, which takes `duration` periods: from where it is
+ * at `basis`, and with the speed it has there; at rest perhaps from where the servo says it is.
+ * False: not known. */
+bool cds_motion_find_way(const struct cds_motion *motion, uint8_t index,
+                         const struct cds_motion_basis *basis, uint32_t duration,
+                         struct cds_motion_way *way);
+
+/* Sets *joint for `way`, in the duration and window of `plan`. */
+void cds_motion_aim(struct cds_motion_joint *joint, const struct cds_motion_way *way,
+                    const struct cds_motion_plan *plan);
+
+/* Sets *basis to the end of the move under way. */
+void cds_motion_set_end(const struct cds_motion *motion, struct cds_motion_basis *basis);
+
+/* Returns the speed of the joint at `basis`, in 1/4 of a register's unit. */
+int16_t cds_motion_speed(const struct cds_motion_joint *joint,
+                         const struct cds_motion_basis *basis);
+
+#endif

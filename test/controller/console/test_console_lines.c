@@ -1,0 +1,264 @@
+/* Lines of the console: errors, line ends, lost input, replies that nobody reads. */
+#include "console_rig.h"
+
+void setUp(void)
+{
+    begin_console();
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+void test_malformed_blocks(void)
+{
+    static const char *const lines[] = {
+        "sync 0x1E 2 1:1",       "sync 0x1E 2 1:1,2,3", "sync 0x1E 2 1,1,2", "sync 0x1E 2 1:1:2",
+        "sync 0x1E 2 1:1,2 2:1", "sync 0x1E 2 1:1,2 2", "sync 0x1E 2 1:1,",  "sync 0x1E 2 1:"};
+
+    for (uint8_t i = 0; i < sizeof lines / sizeof lines[0]; i++)
+        assert_error(ERROR_BLOCK, lines[i]);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
+void test_unknown_commands(void)
+{
+    assert_error(ERROR_UNKNOWN_COMMAND, "pong 1");
+    assert_error(ERROR_UNKNOWN_COMMAND, "pin 1");
+    assert_error(ERROR_UNKNOWN_COMMAND, "pings 1");
+    assert_error(ERROR_UNKNOWN_COMMAND, "averyveryveryverylongwordindeed");
+    assert_error(ERROR_UNKNOWN_COMMAND, "\x01\x80");
+}
+
+void test_wrong_counts(void)
+{
+    static const char *const lines[] = {"ping",      "ping 1 2",    "read 1",       "read 1 2 3 4",
+                                        "write 1",   "write 1 ID",  "regwrite 1 3", "reset",
+                                        "reset 1 2", "help help 1", "version 1",    "action 1 2",
+                                        "sync",      "sync 3",      "sync 3 1"};
+
+    for (uint8_t i = 0; i < sizeof lines / sizeof lines[0]; i++)
+        assert_error(ERROR_COUNT, lines[i]);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
+void test_numbers_out_of_range(void)
+{
+    static const char *const lines[] = {
+        "ping 255",          "ping 65536",       "read 254 3",      "reset 254",
+        "read 1 0x32",       "read 1 3 0",       "read 1 0x31 2",   "read 1 0 51",
+        "write 1 3 256",     "write 1 ID 254",   "write 1 LED 2",   "write 1 GOAL_POSITION 1024",
+        "write 1 PUNCH 1 2", "write 1 0x31 1 2", "sync 0x1E 0 1:1", "sync 0x30 3 1:1,2,3",
+        "sync 3 1 254:1",    "sync 3 1 1:256",   "write 1 256 1",   "write 1 0x10000 1",
+    };
+
+    for (uint8_t i = 0; i < sizeof lines / sizeof lines[0]; i++)
+        assert_error(ERROR_OUT_OF_RANGE, lines[i]);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
+void test_not_a_number(void)
+{
+    assert_error(ERROR_NOT_A_NUMBER, "ping one");
+    assert_error(ERROR_NOT_A_NUMBER, "write 1 ID 0x");
+    assert_error(ERROR_NOT_A_NUMBER, "read 1 ID 1,2");
+    assert_error(ERROR_NOT_A_NUMBER, "sync 3 1 1:a");
+    assert_error(ERROR_OUT_OF_RANGE, "ping -1");
+    assert_error(ERROR_NOT_A_NUMBER, "ping 1.5");
+    assert_error(ERROR_NOT_A_NUMBER, "ping 1raw");
+}
+
+void test_unknown_register(void)
+{
+    assert_error(ERROR_UNKNOWN_REGISTER, "read 1 GOAL");
+    assert_error(ERROR_UNKNOWN_REGISTER, "read 1 GOAL_POSITIONS");
+    assert_error(ERROR_UNKNOWN_REGISTER, "write 1 averyveryveryverylongwordindeed 1");
+}
+
+void test_the_first_error_of_a_line_counts(void)
+{
+    assert_error(ERROR_NOT_A_NUMBER, "write x GOAL 99999");
+}
+
+void test_line_too_long_is_one_error_and_the_next_line_works(void)
+{
+    for (uint16_t i = 0; i < 7000; i++)
+        type("abcdefghij ");
+    assert_error(ERROR_LINE_TOO_LONG, "");
+    for (uint16_t i = 0; i < CONSOLE_LINE_MAX; i++)
+        type(" ");
+    assert_error(ERROR_LINE_TOO_LONG, "version");
+    TEST_ASSERT_EQUAL_STRING("cds55xx 0.1.0 host\r\nok\r\n", reply_to("version"));
+}
+
+void test_a_line_of_just_the_longest_length_is_carried_out(void)
+{
+    for (uint16_t i = 0; i < CONSOLE_LINE_MAX - 7; i++)
+        type(" ");
+    reply_to("version");
+    TEST_ASSERT_EQUAL_STRING("cds55xx 0.1.0 host\r\nok\r\n", said);
+}
+
+void test_line_ends_of_every_kind_and_empty_lines(void)
+{
+    type("\r\n\r\n   \n\t\r");
+    TEST_ASSERT_EQUAL_STRING("", said);
+    type("version\r\nversion\n");
+    TEST_ASSERT_EQUAL_STRING("cds55xx 0.1.0 host\r\nok\r\ncds55xx 0.1.0 host\r\nok\r\n", said);
+}
+
+void test_spaces_and_tabs_between_words(void)
+{
+    reply_to("  ping \t  1  ");
+    assert_sent("FF FF 01 02 01 FB");
+}
+
+void test_absent_servo(void)
+{
+    reply_to("ping 9");
+    port_fake.now_us += 1000000;
+    type("");
+    TEST_ASSERT_EQUAL_STRING_LEN("error 2: no reply by the deadline; check power", said, 46);
+    port_fake.now_us += CDS_STALE_REPLY_US; // the bus rests
+    reply_to("ping 1");
+    answer(1, 0, NULL, 0);
+    TEST_ASSERT_EQUAL_STRING("ok\r\n", said);
+}
+
+void test_damaged_reply(void)
+{
+    static const uint8_t damaged[] = {0xFF, 0xFF, 1, 2, 0, 0xFD};
+
+    reply_to("ping 1");
+    port_fake_hear(&bus.link, damaged, sizeof damaged);
+    port_fake.now_us += 1000000;
+    type("");
+    TEST_ASSERT_EQUAL_STRING_LEN("error 3: ", said, 9);
+}
+
+void test_packet_errors_of_servo_have_numbers(void)
+{
+    static const uint8_t errors[][2] = {{CDS_ERROR_INSTRUCTION, ERROR_SERVO_INSTRUCTION},
+                                        {CDS_ERROR_RANGE, ERROR_SERVO_RANGE},
+                                        {CDS_ERROR_CHECKSUM, ERROR_SERVO_CHECKSUM},
+                                        {CDS_ERROR_ANGLE, ERROR_SERVO_ANGLE}};
+    char start[24];
+
+    for (uint8_t i = 0; i < 4; i++) {
+        reply_to("write 1 LED 1");
+        answer(1, errors[i][0], NULL, 0);
+        sprintf(start, "error %u: servo: ", errors[i][1]);
+        TEST_ASSERT_EQUAL_STRING_LEN(start, said, strlen(start));
+    }
+}
+
+void test_conditions_are_warnings_and_ok(void)
+{
+    reply_to("ping 1");
+    answer(1, CDS_ERROR_VOLTAGE | CDS_ERROR_OVERHEATING | CDS_ERROR_OVERLOAD, NULL, 0);
+    TEST_ASSERT_EQUAL_STRING("warning: input voltage\r\nwarning: overheating\r\n"
+                             "warning: overload\r\nok\r\n",
+                             said);
+}
+
+void test_all_error_bits_are_named(void)
+{
+    static const char *const lines[] = {
+        "warning: input voltage\r\n",
+        "\r\nwarning: overheating\r\n",
+        "\r\nwarning: overload\r\n",
+        "\r\nalso 20: servo: instruction error; ",
+        "\r\nalso 21: servo: range error; ",
+        "\r\nalso 22: servo: checksum error; ",
+        "\r\nerror 23: servo: angle limit error; ",
+    };
+    const char *from = said;
+
+    reply_to("ping 1");
+    answer(1, 0x7F, NULL, 0);
+    for (uint8_t i = 0; i < sizeof lines / sizeof lines[0]; i++) {
+        from = strstr(from, lines[i]);
+        TEST_ASSERT_NOT_NULL_MESSAGE(from, lines[i]);
+    }
+}
+
+void test_several_packet_errors_end_in_one_error_line(void)
+{
+    reply_to("write 1 LED 1");
+    answer(1, CDS_ERROR_RANGE | CDS_ERROR_ANGLE, NULL, 0);
+    TEST_ASSERT_EQUAL_STRING_LEN("also 21: ", said, 9);
+    TEST_ASSERT_NOT_NULL(strstr(said, "\r\nerror 23: "));
+    TEST_ASSERT_NULL(strstr(said, "ok\r\n"));
+}
+
+void test_read_refused_by_the_servo_gives_no_bytes(void)
+{
+    reply_to("read 1 ID");
+    answer(1, CDS_ERROR_RANGE, NULL, 0);
+    TEST_ASSERT_EQUAL_STRING_LEN("error 21: ", said, 10);
+}
+
+static void mark(uint8_t byte)
+{
+    char text[2] = {(char)byte, '\0'};
+
+    type(text);
+}
+
+void test_lost_input_drops_line_and_prints_error_at_once(void)
+{
+    type("write 1 GOAL_POSITION 5");
+    mark(HOST_MARK_LOST);
+    TEST_ASSERT_EQUAL_STRING_LEN("error 36: ", said, 10);
+    reply_to("ping 1");
+    assert_sent("FF FF 01 02 01 FB");
+}
+
+void test_packet_drops_begun_line_without_reply(void)
+{
+    type("write 1 GOAL_POSITION 5");
+    mark(HOST_MARK_DROPPED);
+    TEST_ASSERT_EQUAL_STRING("", said);
+    reply_to("ping 1");
+    assert_sent("FF FF 01 02 01 FB");
+}
+
+void test_the_next_line_waits_for_the_reply_to_this_one(void)
+{
+    reply_to("ping 1\rping 2");
+    assert_sent("FF FF 01 02 01 FB");
+    TEST_ASSERT_EQUAL_UINT16(1, port_fake.packets);
+    answer(1, 0, NULL, 0);
+    port_fake_transmit(&bus.link, 0);
+    assert_sent("FF FF 02 02 01 FA");
+}
+
+void test_stopped_reader_delays_reply_without_loss(void)
+{
+    type("");
+    for (const char *c = "help\r"; *c; c++)
+        cds_ring_put(&input, (uint8_t)*c);
+    for (uint16_t i = 0; i < 2000; i++) {
+        cds_bus_poll(&bus);
+        console_poll(&console); // nobody reads
+    }
+    TEST_ASSERT_GREATER_THAN_UINT8(CDS_RING_SIZE - PRINTER_PIECE, cds_ring_count(&output));
+    TEST_ASSERT_FALSE(console_idle(&console));
+    while (!console_idle(&console))
+        turn();
+    TEST_ASSERT_NOT_NULL(strstr(said, "play a sequence after power-up"));
+    TEST_ASSERT_EQUAL_STRING("ok\r\n", said + strlen(said) - 4);
+}
+
+void test_idle_only_when_there_is_nothing_to_do(void)
+{
+    TEST_ASSERT_TRUE(console_idle(&console));
+    cds_ring_put(&input, 'p');
+    TEST_ASSERT_FALSE(console_idle(&console));
+    type("ing 1\r");
+    TEST_ASSERT_FALSE(console_idle(&console));
+    port_fake_transmit(&bus.link, 0);
+    answer(1, 0, NULL, 0);
+    TEST_ASSERT_TRUE(console_idle(&console));
+}

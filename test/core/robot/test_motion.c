@@ -1,0 +1,857 @@
+/* Timed moves: every goal that leaves in a SYNC WRITE against the curve in real numbers. The clock
+ * moves from one period to the next. */
+#include "cds55xx/motion.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "bus_rig.h"
+#include "unity.h"
+
+#define JOINTS    7 // more than one poll sets
+#define PERIOD_US 4000
+#define SIZE      (8 + 5 * JOINTS)
+
+#ifdef __AVR__
+#define FEW  200 // the simulated AVR is slower
+#define SOME 6
+#else
+#define FEW  1
+#define SOME 1
+#endif
+
+static struct cds_queue queue;
+static struct cds_servos servos;
+static struct cds_servo_state states[JOINTS];
+static struct cds_cycle cycle;
+static struct cds_feedback feedback[JOINTS];
+static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(JOINTS)], ids[JOINTS];
+static struct cds_motion motion;
+static struct cds_motion_joint joints[JOINTS];
+static uint16_t pose[JOINTS];
+
+/* The last SYNC WRITE. */
+static uint16_t goals[JOINTS], speeds[JOINTS];
+static uint32_t sent; // SYNC WRITEs
+
+static void begin_motion(uint16_t acceleration)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_begin(&motion, &(struct cds_motion_config){
+                                                            .cycle = &cycle,
+                                                            .servos = &servos,
+                                                            .joints = joints,
+                                                            .acceleration = acceleration}));
+}
+
+void setUp(void)
+{
+    rig_open(0);
+    memset(&cycle, 0, sizeof cycle);
+    memset(&servos, 0, sizeof servos);
+    memset(states, 0, sizeof states);
+    memset(feedback, 0, sizeof feedback);
+    for (uint8_t i = 0; i < JOINTS; i++) {
+        states[i].id = ids[i] = (uint8_t)(i + 1);
+        feedback[i].known = true;
+        feedback[i].position = 500;
+        pose[i] = CDS_POSE_NONE;
+    }
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_servos_begin(&servos, &(struct cds_servos_config){.bus = &bus,
+                                                                            .queue = &queue,
+                                                                            .states = states,
+                                                                            .count = JOINTS,
+                                                                            .capacity = JOINTS}));
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_cycle_begin(&cycle, &(struct cds_cycle_config){.bus = &bus,
+                                                                         .ids = ids,
+                                                                         .packets = packets,
+                                                                         .feedback = feedback,
+                                                                         .count = JOINTS,
+                                                                         .period_us = PERIOD_US}));
+    for (uint8_t i = 0; i < JOINTS; i++)
+        TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, i, 500, 1));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    begin_motion(0);
+    sent = 0;
+}
+
+void tearDown(void)
+{
+    rig_check();
+}
+
+/* The goals leave, and the motion sets those of the next period. Returns what its last poll has
+ * returned. */
+static enum cds_result pass_period(void)
+{
+    enum cds_result result = CDS_OK;
+
+    port_fake.now_us += PERIOD_US;
+    for (uint8_t i = 0; i < JOINTS; i++)
+        feedback[i].time_us = port_fake.now_us; // all servos report
+    while (!cds_bus_is_busy(&bus))
+        cds_cycle_poll(&cycle);
+    rig_transmit();
+    port_fake_look(&bus);
+    TEST_ASSERT_EQUAL_UINT16(SIZE, port_fake.sent_size);
+    for (uint8_t i = 0; i < JOINTS; i++) {
+        const uint8_t *block = port_fake.sent + CDS_AT_PARAMETERS + 2 + 5 * i;
+
+        goals[i] = (uint16_t)(block[1] | block[2] << 8);
+        speeds[i] = (uint16_t)(block[3] | block[4] << 8);
+    }
+    sent++;
+    for (uint8_t i = 0; i < 2 * JOINTS + 10; i++)
+        result = cds_motion_poll(&motion);
+    return result;
+}
+
+/* Returns what became of the move. If another one is under way, a period passes. */
+static enum cds_result try_move(uint32_t time_ms, enum cds_motion_curve curve)
+{
+    struct cds_move it = {.pose = pose, .time_ms = time_ms, .curve = curve, .acceleration = 4000};
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    for (uint8_t i = 0; i < 2 * JOINTS + 10; i++)
+        cds_motion_poll(&motion);
+    if (motion.move_result == CDS_PENDING)
+        pass_period();
+    return (enum cds_result)motion.move_result;
+}
+
+static void move(uint32_t time_ms, enum cds_motion_curve curve)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, try_move(time_ms, curve));
+}
+
+static double minimum_jerk(double t)
+{
+    return t * t * t * (10 + t * (6 * t - 15));
+}
+
+static double linear(double t)
+{
+    return t;
+}
+
+static void assert_goal(double expected, uint32_t period, uint32_t periods)
+{
+    char text[80];
+
+    if (fabs(expected - goals[0]) <= 1)
+        return;
+    snprintf(text, sizeof text, "goal %u, expected %ld, in period %lu of %lu", goals[0],
+             (long)expected, (unsigned long)period, (unsigned long)periods);
+    TEST_FAIL_MESSAGE(text);
+}
+
+/* Moves joint 0 from `from` to `to`, and looks at each goal. */
+static void check_way(uint16_t from, uint16_t to, uint32_t periods, enum cds_motion_curve curve,
+                      double (*formula)(double))
+{
+    begin_motion(0);
+    feedback[0].position = from;
+    pose[0] = to;
+    move(periods * (PERIOD_US / 1000), curve);
+    for (uint32_t i = 1; i <= periods; i++) {
+        enum cds_result result = pass_period();
+
+        assert_goal(from + ((int16_t)to - (int16_t)from) * formula((double)i / (double)periods), i,
+                    periods);
+        TEST_ASSERT_NOT_EQUAL(0, speeds[0]);
+        TEST_ASSERT_EQUAL(i < periods ? CDS_PENDING : CDS_OK, result);
+    }
+    TEST_ASSERT_EQUAL_UINT16(to, goals[0]);
+}
+
+void test_joint_follows_its_curve_within_a_step(void)
+{
+    static const uint32_t periods[] = {379, 601, 5000 / FEW + 379};
+
+    for (uint8_t i = 0; i < sizeof periods / sizeof *periods; i++)
+        for (uint16_t to = 0; to <= 1023; to = (uint16_t)(to + 93 * FEW)) {
+            check_way(0, to, periods[i], CDS_MOTION_MINIMUM_JERK, minimum_jerk);
+            check_way(1023, to, periods[i], CDS_MOTION_MINIMUM_JERK, minimum_jerk);
+            check_way(511, to, periods[i], CDS_MOTION_LINEAR, linear);
+        }
+}
+
+void test_trapezoid_keeps_its_acceleration(void)
+{
+    uint16_t last = 0;
+
+    pose[0] = 900;
+    move(2000, CDS_MOTION_TRAPEZOID);
+    while (pass_period() == CDS_PENDING) {
+        if (last)
+            TEST_ASSERT_INT_WITHIN(16 + 1, last, speeds[0]); // 4000 units per second, 4 ms
+        last = speeds[0];
+    }
+    TEST_ASSERT_EQUAL_UINT16(900, goals[0]);
+    TEST_ASSERT_EQUAL_UINT32(500, sent);
+}
+
+void test_all_joints_arrive_with_the_same_goals_packet(void)
+{
+    uint16_t last[JOINTS];
+
+    for (uint8_t i = 0; i < JOINTS; i++)
+        pose[i] = (uint16_t)(i * 150);
+    move(1500, CDS_MOTION_MINIMUM_JERK);
+    for (uint16_t i = 1; i < 375; i++) {
+        TEST_ASSERT_EQUAL(CDS_PENDING, pass_period());
+        memcpy(last, goals, sizeof last);
+    }
+    for (uint8_t i = 0; i < JOINTS; i++)
+        TEST_ASSERT_INT_WITHIN(1, pose[i], last[i]);
+    TEST_ASSERT_EQUAL(CDS_OK, pass_period());
+    TEST_ASSERT_EQUAL_UINT16_ARRAY(pose, goals, JOINTS);
+}
+
+/* Speed x time between two goals is their distance, within what a unit of speed is. */
+void test_speed_leads_to_the_next_goal(void)
+{
+    double way = 0;
+
+    pose[0] = 100;
+    move(1800, CDS_MOTION_MINIMUM_JERK);
+    do {
+        pass_period();
+        way += (speeds[0] > 90 ? speeds[0] - 90 : 0) / 201.6129;
+        TEST_ASSERT_INT_WITHIN(3, 500 - goals[0], (int)way);
+    } while (motion.result == CDS_PENDING);
+}
+
+void test_by_servo_sends_one_goal_and_a_speed_for_each_joint(void)
+{
+    pose[0] = 900;
+    pose[1] = 400;
+    move(1000, CDS_MOTION_BY_SERVO);
+    for (uint16_t i = 1; i <= 250; i++) {
+        TEST_ASSERT_EQUAL(i < 250 ? CDS_PENDING : CDS_OK, pass_period());
+        TEST_ASSERT_EQUAL_UINT16(900, goals[0]);
+        TEST_ASSERT_EQUAL_UINT16(400, goals[1]);
+        TEST_ASSERT_EQUAL_UINT16(323, speeds[0]); // 400 steps x 201.6 / 250
+        TEST_ASSERT_EQUAL_UINT16(81, speeds[1]);
+    }
+}
+
+void test_move_of_one_period(void)
+{
+    pose[0] = 501;
+    move(1, CDS_MOTION_LINEAR);
+    TEST_ASSERT_EQUAL(CDS_OK, pass_period());
+    TEST_ASSERT_EQUAL_UINT16(501, goals[0]);
+    TEST_ASSERT_EQUAL_UINT32(1, sent);
+}
+
+void test_move_of_ten_minutes_takes_150000_periods(void)
+{
+    uint32_t periods = 600000 / 4 / FEW;
+
+    check_way(0, 1023, periods, CDS_MOTION_MINIMUM_JERK, minimum_jerk);
+}
+
+/* ---- feasible or refused ---- */
+
+static uint32_t shortest_ms(enum cds_motion_curve curve)
+{
+    begin_motion(0);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, try_move(4, curve));
+    TEST_ASSERT_NOT_EQUAL(0, motion.shortest_ms);
+    return motion.shortest_ms;
+}
+
+void test_time_too_short_is_refused_with_the_shortest_that_works(void)
+{
+    pose[2] = 510;
+    pose[3] = 1000;
+    for (uint8_t curve = 0; curve <= CDS_MOTION_BY_SERVO; curve++) {
+        uint32_t ms = shortest_ms((enum cds_motion_curve)curve);
+
+        TEST_ASSERT_EQUAL_UINT8(3, motion.joint);
+        TEST_ASSERT_EQUAL(CDS_LIMIT, try_move(ms - 4, (enum cds_motion_curve)curve));
+        TEST_ASSERT_EQUAL(CDS_OK, try_move(ms, (enum cds_motion_curve)curve));
+        while (pass_period() == CDS_PENDING)
+            TEST_ASSERT_LESS_OR_EQUAL_UINT16(1023, speeds[3]);
+    }
+}
+
+void test_shortest_time_follows_speed_limit_and_acceleration(void)
+{
+    uint32_t ms;
+
+    pose[3] = 1000;
+    TEST_ASSERT_UINT32_WITHIN(8, 739,
+                              shortest_ms(CDS_MOTION_MINIMUM_JERK)); // 15/8 x 500 / 1268.6 per s
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[3], 0, 1023, 512));
+    ms = shortest_ms(CDS_MOTION_MINIMUM_JERK);
+    TEST_ASSERT_UINT32_WITHIN(8, 1477, ms);
+    begin_motion(500);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, try_move(ms, CDS_MOTION_MINIMUM_JERK));
+    TEST_ASSERT_UINT32_WITHIN(20, 2158, motion.shortest_ms); // root of 5.774 x 403.2 / 500 s^2
+}
+
+void test_time_too_short_is_stretched_if_asked(void)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 4, .may_take_longer = true};
+
+    pose[3] = 1000;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    for (uint8_t i = 0; i < 2 * JOINTS + 10; i++)
+        cds_motion_poll(&motion);
+    TEST_ASSERT_EQUAL(CDS_OK, motion.move_result);
+    while (pass_period() == CDS_PENDING) {
+    }
+    TEST_ASSERT_EQUAL_UINT16(1000, goals[3]);
+    TEST_ASSERT_UINT32_WITHIN(2, 739 / 4, sent);
+}
+
+void test_goal_beyond_a_limit_is_refused(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[2], 200, 800, 1023));
+    pose[2] = 801;
+    TEST_ASSERT_EQUAL(CDS_LIMIT, try_move(5000, CDS_MOTION_LINEAR));
+    TEST_ASSERT_EQUAL_UINT8(2, motion.joint);
+    TEST_ASSERT_EQUAL_UINT32(0, motion.shortest_ms);
+    pose[2] = 199;
+    TEST_ASSERT_EQUAL(CDS_LIMIT, try_move(5000, CDS_MOTION_LINEAR));
+}
+
+void test_inhibited_joint_is_refused(void)
+{
+    pose[1] = 600;
+    cds_servos_inhibit(&servos, &states[1], CDS_INHIBIT_STOPPED);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, try_move(1000, CDS_MOTION_LINEAR));
+    TEST_ASSERT_EQUAL_UINT8(1, motion.joint);
+}
+
+void test_joint_of_unknown_position_is_refused(void)
+{
+    pose[4] = 600;
+    feedback[4].known = false;
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, try_move(1000, CDS_MOTION_LINEAR));
+    TEST_ASSERT_EQUAL_UINT8(4, motion.joint);
+}
+
+void test_bad_arguments_change_nothing(void)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 1000};
+
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_motion_move(&motion, &it)); // no joint
+    pose[0] = 1024;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_motion_move(&motion, &it));
+    pose[0] = 600;
+    it.time_ms = 0;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_motion_move(&motion, &it));
+    it.time_ms = CDS_MOTION_TIME_MAX_MS + 1;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_motion_move(&motion, &it));
+    it.time_ms = CDS_MOTION_TIME_MAX_MS;
+    it.curve = CDS_MOTION_BY_SERVO + 1;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_motion_move(&motion, &it));
+    it.curve = CDS_MOTION_TRAPEZOID;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_motion_move(&motion, &it));
+    it.acceleration = 1;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_motion_move(&motion, &it));
+}
+
+/* ---- from a move to the next ---- */
+
+void test_new_target_gives_no_jump(void)
+{
+    int16_t last, step, last_step = 0;
+
+    for (uint16_t at = 1; at < 370; at = (uint16_t)(at + 37 * SOME)) {
+        begin_motion(0);
+        feedback[0].position = 200;
+        pose[0] = 800;
+        move(1500, CDS_MOTION_MINIMUM_JERK);
+        last = 200;
+        for (uint16_t i = 0; i < 1200; i++) {
+            enum cds_result result = pass_period();
+
+            if (i == at) { // one more period passes
+                last = (int16_t)goals[0];
+                pose[0] = 300;
+                move(1500, CDS_MOTION_MINIMUM_JERK);
+            }
+            step = (int16_t)((int16_t)goals[0] - last);
+            TEST_ASSERT_INT_WITHIN(2, last_step, step);
+            last = (int16_t)goals[0];
+            last_step = step;
+            if (result == CDS_OK)
+                break;
+        }
+        TEST_ASSERT_EQUAL_UINT16(300, goals[0]);
+        TEST_ASSERT_EQUAL(CDS_OK, motion.result);
+    }
+}
+
+void test_joint_that_is_not_in_the_next_pose_brakes(void)
+{
+    uint16_t end;
+
+    pose[0] = 900;
+    move(1500, CDS_MOTION_MINIMUM_JERK);
+    for (uint8_t i = 0; i < 150; i++)
+        pass_period();
+    pose[0] = CDS_POSE_NONE;
+    pose[1] = 600;
+    end = goals[0];
+    move(1000, CDS_MOTION_MINIMUM_JERK);
+    while (pass_period() == CDS_PENDING) {
+    }
+    TEST_ASSERT_EQUAL_UINT16(600, goals[1]);
+    TEST_ASSERT_INT_WITHIN(60, end + 60, goals[0]); // half of 250 ms at 0.47 steps per ms
+}
+
+void test_limit_holds_while_a_joint_turns_back(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[0], 200, 700, 1023));
+    states[0].held = CDS_HELD_CW_SET | CDS_HELD_CCW_SET; // position mode
+    for (uint16_t at = 5; at < 125; at = (uint16_t)(at + 10 * SOME)) {
+        begin_motion(0);
+        feedback[0].position = 500;
+        pose[0] = 700;
+        move(500, CDS_MOTION_MINIMUM_JERK);
+        for (uint16_t i = 0; i < at; i++)
+            pass_period();
+        pose[0] = 250;
+        TEST_ASSERT_EQUAL(CDS_OK, try_move(3000, CDS_MOTION_MINIMUM_JERK));
+        while (pass_period() == CDS_PENDING)
+            TEST_ASSERT_LESS_OR_EQUAL_UINT16(700, goals[0]);
+        TEST_ASSERT_EQUAL(CDS_OK, motion.result);
+        TEST_ASSERT_EQUAL_UINT16(250, goals[0]);
+    }
+}
+
+/* ---- through poses without a stop ---- */
+
+/* Joint 0 goes by way of `via` to `end`, each within 1 s, and joint 1 by way of 600 back to 500. */
+static void go_by_way_of(uint16_t via, uint16_t end)
+{
+    static uint16_t first[JOINTS], second[JOINTS];
+    struct cds_move it = {.pose = first, .time_ms = 1000, .next_pose = second, .next_ms = 1000};
+
+    memcpy(first, pose, sizeof first);
+    memcpy(second, pose, sizeof second);
+    first[0] = via;
+    second[0] = end;
+    first[1] = 600;
+    second[1] = 500;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    for (uint8_t i = 0; i < 2 * JOINTS + 10; i++)
+        cds_motion_poll(&motion);
+    TEST_ASSERT_EQUAL(CDS_OK, motion.move_result);
+    it = (struct cds_move){.pose = second, .time_ms = 1000, .waits = true};
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+}
+
+void test_joint_passes_a_pose_without_a_stop(void)
+{
+    begin_motion(0);
+    feedback[0].position = 200;
+    go_by_way_of(400, 600);
+    for (uint16_t i = 1; i <= 500; i++) {
+        uint16_t last = goals[0];
+
+        TEST_ASSERT_EQUAL(i < 500 ? CDS_PENDING : CDS_OK, pass_period());
+        if (i > 1)
+            TEST_ASSERT_GREATER_OR_EQUAL_UINT16(last, goals[0]);
+        if (i == 250) {
+            TEST_ASSERT_EQUAL_UINT16(400, goals[0]);
+            TEST_ASSERT_EQUAL_UINT16(600, goals[1]);
+        }
+        if (i > 245 && i < 255) // the mean speed of both ways, 200 steps x 201.6 / 250, and 1/4
+            TEST_ASSERT_UINT16_WITHIN(8, 201, speeds[0]);
+    }
+    TEST_ASSERT_EQUAL_UINT16(600, goals[0]);
+    TEST_ASSERT_EQUAL_UINT16(500, goals[1]);
+}
+
+void test_joint_that_passes_never_turns_back(void)
+{
+    for (uint16_t via = 210; via < 600; via = (uint16_t)(via + 30 * SOME)) {
+        begin_motion(0);
+        feedback[0].position = 200;
+        go_by_way_of(via, 600);
+        pass_period();
+        while (motion.result == CDS_PENDING) {
+            uint16_t last = goals[0];
+
+            pass_period();
+            TEST_ASSERT_GREATER_OR_EQUAL_UINT16(last, goals[0]);
+        }
+        TEST_ASSERT_EQUAL(CDS_OK, motion.result);
+        TEST_ASSERT_EQUAL_UINT16(600, goals[0]);
+    }
+}
+
+void test_time_too_short_to_pass_is_refused(void)
+{
+    for (uint32_t ms = 4; ms < 700; ms = ms * 3 / 2) {
+        struct cds_move it = {.pose = pose, .time_ms = ms, .next_ms = ms};
+        static uint16_t second[JOINTS];
+
+        begin_motion(0);
+        feedback[0].position = 0;
+        memcpy(second, pose, sizeof second);
+        pose[0] = 511;
+        second[0] = 1023;
+        it.next_pose = second;
+        TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+        for (uint16_t i = 0; i < 2 * JOINTS + 400; i++)
+            cds_motion_poll(&motion);
+        TEST_ASSERT_EQUAL(CDS_LIMIT, motion.move_result);
+        TEST_ASSERT_GREATER_THAN_UINT32(ms, motion.shortest_ms);
+    }
+}
+
+void test_motion_that_passes_ends_if_no_move_waits(void)
+{
+    begin_motion(0);
+    feedback[0].position = 200;
+    go_by_way_of(400, 600);
+    cds_motion_poll(&motion);
+    motion.next.waits = true;
+    cds_servos_inhibit(&servos, &states[1], CDS_INHIBIT_STOPPED);
+    for (uint16_t i = 0; i < 300 && motion.result == CDS_PENDING; i++)
+        pass_period();
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, motion.move_result);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, motion.result);
+}
+
+/* The servo still reports that it is at 100. */
+void test_move_that_waits_is_checked_from_the_end_of_the_one_before(void)
+{
+    static uint16_t back[JOINTS];
+    struct cds_move it = {.pose = back, .time_ms = 40, .waits = true};
+
+    begin_motion(0);
+    feedback[0].position = 100;
+    pose[0] = 900;
+    move(2000, CDS_MOTION_MINIMUM_JERK);
+    memcpy(back, pose, sizeof back);
+    back[0] = 100;
+    for (uint8_t i = 0; i < 20; i++)
+        pass_period();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    for (uint8_t i = 0; i < 2 * JOINTS + 10; i++)
+        cds_motion_poll(&motion);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, motion.move_result);
+}
+
+/* The servo reported 560 and then nothing any more. */
+void test_move_begins_at_the_last_goal_if_feedback_is_old(void)
+{
+    begin_motion(0);
+    feedback[0].position = 500;
+    pose[0] = 520;
+    move(200, CDS_MOTION_LINEAR);
+    while (pass_period() == CDS_PENDING) {
+    }
+    feedback[0].position = 560;
+    port_fake.now_us += 600000;
+    pose[0] = 530;
+    move(400, CDS_MOTION_LINEAR);
+    TEST_ASSERT_UINT16_WITHIN(3, 520, (pass_period(), goals[0]));
+}
+
+/* ---- pause, abort, override ---- */
+
+void test_pause_holds_a_move_that_is_checked(void)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 1000};
+
+    begin_motion(0);
+    feedback[0].position = 200;
+    pose[0] = 600;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    cds_motion_pause(&motion, 8000);
+    for (uint8_t i = 0; i < 2 * JOINTS + 10; i++)
+        cds_motion_poll(&motion);
+    TEST_ASSERT_EQUAL(CDS_OK, motion.move_result);
+    TEST_ASSERT_TRUE(motion.result == CDS_PENDING && motion.is_paused);
+    cds_motion_resume(&motion);
+    for (uint16_t i = 0; i < 400 && motion.result == CDS_PENDING; i++) {
+        for (uint8_t poll = 0; poll < 2 * JOINTS; poll++)
+            cds_motion_poll(&motion);
+        pass_period();
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, motion.result);
+    TEST_ASSERT_EQUAL_UINT16(600, goals[0]);
+}
+
+/* Periods until the joints stand still, and the greatest change of speed between two of them. */
+static uint16_t slow_down(int16_t *change)
+{
+    uint16_t periods = 0, last = speeds[0];
+
+    *change = 0;
+    for (; speeds[0] > 1 && motion.result == CDS_PENDING && periods < 1000; periods++) {
+        uint16_t at = goals[0];
+
+        pass_period();
+        if ((int16_t)(last - speeds[0]) > *change)
+            *change = (int16_t)(last - speeds[0]);
+        last = speeds[0];
+        if (goals[0] == at && motion.basis.is_at_rest)
+            break;
+    }
+    return periods;
+}
+
+static void go_half_way(void)
+{
+    begin_motion(0);
+    feedback[0].position = 200;
+    pose[0] = 800;
+    move(1500, CDS_MOTION_LINEAR);
+    for (uint16_t i = 0; i < 180; i++)
+        pass_period();
+}
+
+void test_pause_and_resume(void)
+{
+    int16_t change;
+    uint16_t at;
+
+    go_half_way();
+    cds_motion_pause(&motion, 2000);
+    TEST_ASSERT_INT_WITHIN(6, 40, slow_down(&change)); // 322 units at 8 a period
+    TEST_ASSERT_LESS_OR_EQUAL_INT16(13, change);       // 8, and the reserve
+    at = goals[0];
+    for (uint8_t i = 0; i < 50; i++)
+        TEST_ASSERT_EQUAL(CDS_PENDING, pass_period());
+    TEST_ASSERT_EQUAL_UINT16(at, goals[0]);
+    cds_motion_resume(&motion);
+    for (uint8_t i = 0; i < 35; i++) {
+        uint16_t last = speeds[0];
+
+        pass_period();
+        TEST_ASSERT_TRUE(i == 0 || speeds[0] <= last + 13);
+    }
+    while (pass_period() == CDS_PENDING) {
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, motion.result);
+    TEST_ASSERT_EQUAL_UINT16(800, goals[0]);
+}
+
+void test_abort_ends_at_a_standstill(void)
+{
+    int16_t change;
+    uint16_t at;
+
+    go_half_way();
+    cds_motion_abort(&motion, 4000);
+    TEST_ASSERT_INT_WITHIN(4, 20, slow_down(&change));
+    TEST_ASSERT_LESS_OR_EQUAL_INT16(25, change); // 16, and the reserve
+    pass_period();
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, motion.result);
+    at = goals[0];
+    pass_period();
+    TEST_ASSERT_EQUAL_UINT16(at, goals[0]);
+    TEST_ASSERT_INT_WITHIN(30, 500, at);
+}
+
+void test_move_after_an_abort_begins_at_rest(void)
+{
+    int16_t change;
+    uint16_t at;
+
+    go_half_way();
+    cds_motion_abort(&motion, 4000);
+    slow_down(&change);
+    at = goals[0];
+    feedback[0].position = at;
+    pose[0] = 200;
+    move(1500, CDS_MOTION_MINIMUM_JERK);
+    pass_period();
+    TEST_ASSERT_INT_WITHIN(2, at, goals[0]);
+    while (pass_period() == CDS_PENDING) {
+    }
+    TEST_ASSERT_EQUAL_UINT16(200, goals[0]);
+    TEST_ASSERT_EQUAL(CDS_OK, motion.result);
+}
+
+void test_abort_of_a_move_that_is_checked(void)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 1000};
+
+    pose[0] = 600;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    cds_motion_poll(&motion);
+    cds_motion_abort(&motion, 1000);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, motion.move_result);
+    for (uint8_t i = 0; i < 10; i++)
+        TEST_ASSERT_EQUAL(CDS_CANCELLED, pass_period());
+    TEST_ASSERT_EQUAL_UINT16(500, goals[0]);
+}
+
+static uint32_t periods_at(uint8_t percent)
+{
+    begin_motion(0);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_set_override(&motion, percent));
+    feedback[0].position = 500;
+    pose[0] = 520;
+    sent = 0;
+    move(400, CDS_MOTION_MINIMUM_JERK);
+    while (pass_period() == CDS_PENDING) {
+    }
+    TEST_ASSERT_EQUAL_UINT16(520, goals[0]);
+    return sent;
+}
+
+void test_override_changes_the_time(void)
+{
+    TEST_ASSERT_UINT32_WITHIN(2, 100, periods_at(100));
+    TEST_ASSERT_UINT32_WITHIN(2, 50, periods_at(200));
+    TEST_ASSERT_UINT32_WITHIN(2, 200, periods_at(50));
+    TEST_ASSERT_UINT32_WITHIN(5, 1000, periods_at(10));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_motion_set_override(&motion, 9));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_motion_set_override(&motion, 201));
+}
+
+void test_override_stays_within_the_speed_limit(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[0], 0, 1023, 100));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_set_override(&motion, 200));
+    pose[0] = 600;
+    move(2000, CDS_MOTION_MINIMUM_JERK);
+    while (pass_period() == CDS_PENDING)
+        TEST_ASSERT_LESS_OR_EQUAL_UINT16(100, speeds[0]);
+    TEST_ASSERT_EQUAL_UINT16(600, goals[0]);
+    TEST_ASSERT_UINT32_WITHIN(3, 378, sent);
+}
+
+/* ---- trouble on the way ---- */
+
+void test_joint_that_is_inhibited_on_the_way_ends_the_motion(void)
+{
+    pose[0] = 900;
+    pose[1] = 600;
+    move(2000, CDS_MOTION_MINIMUM_JERK);
+    for (uint8_t i = 0; i < 200; i++)
+        pass_period();
+    cds_servos_inhibit(&servos, &states[1], CDS_INHIBIT_STOPPED);
+    for (uint8_t i = 0; i < 70 && motion.result == CDS_PENDING; i++)
+        pass_period();
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, motion.result);
+    TEST_ASSERT_EQUAL_UINT8(1, motion.joint);
+    TEST_ASSERT_LESS_THAN_UINT16(800, goals[0]);
+}
+
+void test_polls_set_at_most_six_goals(void)
+{
+    uint16_t polls = 0;
+
+    for (uint8_t i = 0; i < JOINTS; i++)
+        pose[i] = 600;
+    move(1000, CDS_MOTION_MINIMUM_JERK);
+    port_fake.now_us += PERIOD_US;
+    for (uint8_t i = 0; i < JOINTS; i++)
+        feedback[i].time_us = port_fake.now_us; // all servos report
+    while (!cds_bus_is_busy(&bus))
+        cds_cycle_poll(&cycle);
+    rig_transmit();
+    port_fake_look(&bus);
+    cds_motion_poll(&motion); // a new period
+    for (; motion.index < JOINTS; polls++)
+        cds_motion_poll(&motion);
+    TEST_ASSERT_EQUAL_UINT16((JOINTS + 5) / 6, polls);
+}
+
+/* ---- at random ---- */
+
+static uint16_t random_below(uint16_t end)
+{
+    return (uint16_t)(((uint32_t)rand() & 0x7FFF) % end);
+}
+
+static void submit_at_random(void)
+{
+    struct cds_move it = {.pose = pose,
+                          .time_ms = 1u + random_below(3000),
+                          .curve = (uint8_t)random_below(4),
+                          .may_take_longer = random_below(2),
+                          .acceleration = (uint16_t)(1000u + random_below(8000))};
+
+    if (cds_motion_is_busy(&motion))
+        return;
+    for (uint8_t i = 0; i < JOINTS; i++)
+        pose[i] = random_below(3) ? (uint16_t)(100u + random_below(800)) : CDS_POSE_NONE;
+    cds_motion_move(&motion, &it);
+}
+
+static void act_at_random(void)
+{
+    switch (random_below(40)) {
+    case 0: cds_motion_pause(&motion, (uint16_t)(500u + random_below(8000))); break;
+    case 1:
+    case 2: cds_motion_resume(&motion); break;
+    case 3: cds_motion_abort(&motion, (uint16_t)(500u + random_below(8000))); break;
+    case 4: cds_motion_set_override(&motion, (uint8_t)(10u + random_below(191))); break;
+    case 5:
+    case 6: submit_at_random(); break;
+    default: break;
+    }
+}
+
+/* A servo goes at most 5 steps in a period. */
+static void approach(uint16_t *position, uint16_t goal)
+{
+    int16_t way = (int16_t)(goal - *position);
+
+    *position = (uint16_t)(*position + (uint16_t)(way > 5 ? 5 : way < -5 ? -5 : way));
+}
+
+static uint16_t distance(uint16_t from, uint16_t to)
+{
+    return to > from ? to - from : from - to;
+}
+
+/* Whatever the program asks for: no goal is beyond its limits or further from the last one, or from
+ * the joint, than the joint can go, and no speed is 0 or above its limit. A goal by the servo is an
+ * exception. */
+void test_goals_stay_within_limits_at_random(void)
+{
+    uint16_t last[JOINTS];
+    uint32_t moves = 0;
+
+    srand(1);
+    for (uint8_t i = 0; i < JOINTS; i++) {
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[i], 90, 910, 800));
+        states[i].held = CDS_HELD_CW_SET | CDS_HELD_CCW_SET; // position mode
+        last[i] = 500;
+    }
+    for (uint32_t period = 0; period < 200000ul / FEW; period++) {
+        act_at_random();
+        pass_period();
+        for (uint8_t i = 0; i < JOINTS; i++) {
+            TEST_ASSERT_UINT16_WITHIN(410, 500, goals[i]);
+            TEST_ASSERT_TRUE(speeds[i] > 0 && speeds[i] <= 800);
+            if (motion.plan.curve.kind != CDS_MOTION_BY_SERVO) // 900 / 201.6, and rounding
+                TEST_ASSERT_TRUE(distance(last[i], goals[i]) <= 6 ||
+                                 distance(feedback[i].position, goals[i]) <= 12);
+            last[i] = goals[i];
+            approach(&feedback[i].position, goals[i]);
+        }
+        moves += motion.move_result == CDS_OK;
+        TEST_ASSERT_NOT_EQUAL(CDS_INHIBITED, motion.result);
+        TEST_ASSERT_NOT_EQUAL(CDS_BAD_ARGUMENT, motion.result);
+        if (motion.result == CDS_LIMIT)
+            TEST_FAIL_MESSAGE("a goal on the way was refused");
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(1000ul / FEW, moves);
+}
+
+void test_acceleration_of_the_registers(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, cds_motion_acceleration(0));
+    TEST_ASSERT_EQUAL_UINT16(8000, cds_motion_acceleration(32));
+    TEST_ASSERT_EQUAL_UINT16(63750, cds_motion_acceleration(255));
+}

@@ -1,0 +1,233 @@
+/* Sequences of two joints. The clock moves from one period to the next. */
+#include "cds55xx/sequence.h"
+
+#include <string.h>
+
+#include "bus_rig.h"
+#include "unity.h"
+
+#define JOINTS    2
+#define PERIOD_US 4000
+
+static struct cds_cycle cycle;
+static struct cds_feedback feedback[JOINTS];
+static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(JOINTS)];
+static const uint8_t ids[JOINTS] = {1, 2};
+static struct cds_motion motion;
+static struct cds_motion_joint joints[JOINTS];
+static struct cds_sequence sequence;
+static uint16_t poses[2 * JOINTS];
+
+static struct {
+    struct cds_sequence_step step;
+    uint16_t pose[JOINTS];
+} steps[4];
+static uint8_t step_count;
+
+static uint16_t goals[JOINTS];
+static uint16_t periods; // since setUp()
+static uint16_t told_at[16];
+static uint8_t told[16], told_count;
+static bool may;
+
+static bool read_step(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose)
+{
+    TEST_ASSERT_EQUAL_PTR(steps, context);
+    if (index >= step_count)
+        return false;
+    *step = steps[index].step;
+    memcpy(pose, steps[index].pose, sizeof steps[index].pose);
+    return true;
+}
+
+static bool may_begin(void *context, uint8_t index)
+{
+    (void)context;
+    return index != 1 || may;
+}
+
+static void on_pose(void *context, uint8_t index, uint8_t event)
+{
+    (void)context;
+    (void)event;
+    told_at[told_count] = periods;
+    told[told_count++] = index;
+}
+
+static void add_step(uint16_t position, uint16_t time_ms, uint16_t dwell_ms, bool passes)
+{
+    steps[step_count].step = (struct cds_sequence_step){
+        .time_ms = time_ms, .dwell_ms = dwell_ms, .passes = passes, .event = step_count};
+    steps[step_count].pose[0] = position;
+    steps[step_count++].pose[1] = CDS_POSE_NONE;
+}
+
+void setUp(void)
+{
+    rig_open(0);
+    memset(&cycle, 0, sizeof cycle);
+    memset(&sequence, 0, sizeof sequence);
+    step_count = told_count = 0;
+    periods = 0;
+    may = true;
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_cycle_begin(&cycle, &(struct cds_cycle_config){.bus = &bus,
+                                                                         .ids = ids,
+                                                                         .packets = packets,
+                                                                         .feedback = feedback,
+                                                                         .count = JOINTS,
+                                                                         .period_us = PERIOD_US}));
+    for (uint8_t i = 0; i < JOINTS; i++) {
+        feedback[i] = (struct cds_feedback){.known = true, .position = 500};
+        TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, i, 500, 1));
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_begin(&motion, &(struct cds_motion_config){
+                                                            .cycle = &cycle, .joints = joints}));
+}
+
+void tearDown(void)
+{
+    rig_check();
+}
+
+static void begin(uint16_t repeats)
+{
+    TEST_ASSERT_EQUAL(
+        CDS_OK, cds_sequence_begin(&sequence, &(struct cds_sequence_config){.motion = &motion,
+                                                                            .poses = poses,
+                                                                            .context = steps,
+                                                                            .read = read_step,
+                                                                            .may_begin = may_begin,
+                                                                            .on_pose = on_pose,
+                                                                            .repeats = repeats}));
+}
+
+static void pass_period(void)
+{
+    for (uint8_t i = 0; i < 20; i++)
+        cds_sequence_poll(&sequence);
+    port_fake.now_us += PERIOD_US;
+    while (!cds_bus_is_busy(&bus))
+        cds_cycle_poll(&cycle);
+    rig_transmit();
+    port_fake_look(&bus);
+    for (uint8_t i = 0; i < JOINTS; i++)
+        goals[i] = (uint16_t)(port_fake.sent[8 + 5 * i] | port_fake.sent[9 + 5 * i] << 8);
+    periods++;
+}
+
+static void run_to_end(void)
+{
+    while (sequence.result == CDS_PENDING) {
+        TEST_ASSERT_LESS_THAN_UINT16(3000, periods);
+        pass_period();
+    }
+}
+
+void test_steps_rests_and_runs(void)
+{
+    add_step(600, 400, 200, false);
+    add_step(500, 400, 0, false);
+    begin(2);
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_OK, sequence.result);
+    TEST_ASSERT_EQUAL_UINT8(4, told_count);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(((uint8_t[]){0, 1, 0, 1}), told, 4);
+    TEST_ASSERT_UINT16_WITHIN(2, 100, told_at[0]);
+    TEST_ASSERT_UINT16_WITHIN(4, 250, told_at[1]); // 50 of rest
+    TEST_ASSERT_UINT16_WITHIN(6, 350, told_at[2]);
+    TEST_ASSERT_EQUAL_UINT16(500, goals[0]);
+    TEST_ASSERT_EQUAL_UINT16(1, sequence.run);
+}
+
+void test_poses_that_are_passed(void)
+{
+    uint16_t last = 500;
+
+    add_step(600, 400, 0, true);
+    add_step(700, 400, 0, true);
+    add_step(800, 400, 0, true); // the last one does not pass
+    begin(1);
+    while (sequence.result == CDS_PENDING) {
+        pass_period();
+        TEST_ASSERT_GREATER_OR_EQUAL_UINT16(last, goals[0]);
+        if (periods > 60 && periods < 240)
+            TEST_ASSERT_NOT_EQUAL(last, goals[0]);
+        last = goals[0];
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, sequence.result);
+    TEST_ASSERT_EQUAL_UINT16(800, goals[0]);
+    TEST_ASSERT_UINT16_WITHIN(3, 301, periods);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(((uint8_t[]){0, 1, 2}), told, 3);
+    TEST_ASSERT_EQUAL_UINT8(3, told_count);
+}
+
+void test_sequence_that_passes_for_ever(void)
+{
+    add_step(600, 400, 0, true);
+    add_step(400, 400, 0, true);
+    begin(0);
+    for (uint16_t i = 0; i < 1000; i++)
+        pass_period();
+    TEST_ASSERT_EQUAL(CDS_PENDING, sequence.result);
+    TEST_ASSERT_UINT8_WITHIN(1, 9, told_count);
+    cds_sequence_abort(&sequence, 4000);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, sequence.result);
+    for (uint16_t i = 0; i < 100; i++)
+        pass_period();
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, motion.result);
+}
+
+void test_step_waits_until_it_may_begin(void)
+{
+    add_step(600, 400, 0, false);
+    add_step(500, 400, 0, false);
+    may = false;
+    begin(1);
+    for (uint16_t i = 0; i < 300; i++)
+        pass_period();
+    TEST_ASSERT_EQUAL(CDS_PENDING, sequence.result);
+    TEST_ASSERT_EQUAL_UINT8(1, sequence.step);
+    TEST_ASSERT_EQUAL_UINT16(600, goals[0]);
+    may = true;
+    run_to_end();
+    TEST_ASSERT_EQUAL_UINT16(500, goals[0]);
+}
+
+void test_step_that_is_too_fast_ends_the_sequence(void)
+{
+    add_step(600, 400, 0, false);
+    add_step(0, 40, 0, false);
+    begin(1);
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_LIMIT, sequence.result);
+    TEST_ASSERT_EQUAL_UINT8(1, sequence.step);
+    TEST_ASSERT_EQUAL_UINT16(600, goals[0]);
+}
+
+void test_step_behind_a_pose_that_is_passed_is_too_fast(void)
+{
+    add_step(600, 400, 0, true);
+    add_step(1000, 40, 0, false);
+    begin(1);
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_LIMIT, sequence.result);
+    for (uint8_t i = 0; i < 100; i++)
+        pass_period();
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, motion.result);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT16(600, goals[0]);
+}
+
+void test_begin_without_steps_or_during_a_move(void)
+{
+    struct cds_sequence_config config = {
+        .motion = &motion, .poses = poses, .context = steps, .read = read_step};
+
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_sequence_begin(&sequence, &config));
+    add_step(600, 400, 0, false);
+    begin(1);
+    pass_period();
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_sequence_begin(&sequence, &config));
+    run_to_end();
+}

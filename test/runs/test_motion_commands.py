@@ -1,0 +1,380 @@
+"""The commands of the group "Motion:" over the firmware in the simulator: servos are taught by hand
+(loads turn their outputs while torque is off), poses and sequences are stored and played."""
+import pathlib
+import re
+import subprocess
+import tempfile
+import unittest
+
+import boards
+
+from simulator import ROOT, SIM, controller
+
+# Boards with the commands of this group.
+FULL = [name for name in boards.CONSOLES if boards.BOARDS[name].profile == "full"]
+MOVING = boards.WITH_MOTION
+
+# The factory's return delay of 2 us is too short for a controller that hears the PC meanwhile.
+SLOWER = "".join(f"write {n} RETURN_DELAY 10\n" for n in (1, 2, 3))
+READY = "echo off\n" + SLOWER + "group 1 2 3\ntorque 254 on\n"
+
+
+def turned(servo, units, ms=300):
+    """A hand turns an output whose torque is off."""
+    return f"@load {servo} {units}\n@wait {ms}\n@load {servo} 0\n@wait 100\n"
+
+
+class Motion(unittest.TestCase):
+    def run_on(self, script, board="atmega128", *options):
+        run = controller(READY + script, board, "1-3", *options)
+        self.assertEqual(run.status, 0, run.output[-3000:])
+        return run
+
+
+    def typed(self, script, keys, board="atmega128"):
+        """What the console says to a program that types `keys`, (line, time behind it in us), after the
+        lines of `script`."""
+        program = "".join(f"text {line}\nwait 600000\n" for line in script.splitlines())
+        program += "rest\n" + "".join(f"{line}\nwait {us}\nrest\n" for line, us in keys)
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "pc.txt")
+            path.write_text(program)
+            done = subprocess.run([SIM, "firmware", ROOT / f"build/{board}/controller.elf", "--board", board,
+                                   "--servos", "1-3", "--host", path],
+                                  stdout=subprocess.PIPE, text=True, check=True)
+        heard = [bytes.fromhex("".join(line.split()[4:])).decode()
+                 for line in done.stdout.splitlines() if line.startswith("heard")]
+        return "".join(heard[1:])
+
+
+class Teach(Motion):
+    def test_teach_off_holds_servos_where_a_hand_has_turned_them(self):
+        run = self.run_on("teach on\n@expect servo 1-3 torque off\n" + turned(1, 200) + turned(2, -200)
+                          + "@expect servo 1 PRESENT_POSITION 448\n@expect servo 2 PRESENT_POSITION 576\n"
+                          + "teach off\n@expect servo 1-3 torque on\n@wait 300\n"
+                          + "@expect servo 1 PRESENT_POSITION 448\n@expect servo 1 GOAL_POSITION 448\n"
+                          + "@expect servo 2 PRESENT_POSITION 576\n@expect servo 3 PRESENT_POSITION 512\n")
+        sent = [data.split() for _, way, data in run.packets if way == "->in"]
+        last = [data for data in sent if data[2] == "02"]
+        goal, check = (last.index("FF FF 02 05 03 1E 40 02 95".split()),
+                       last.index("FF FF 02 04 02 1E 04 D5".split()))
+        torque = last.index("FF FF 02 04 03 18 01 DD".split())
+        self.assertLess(goal, check)  # the goal is read back before torque goes on
+        self.assertLess(check, torque)
+
+    def test_teach_takes_servos_by_id(self):
+        self.run_on("teach on 2 3\n@expect servo 1 torque on\n@expect servo 2,3 torque off\n"
+                    "teach off 3\n@expect servo 3 torque on\n@expect servo 2 torque off\n")
+
+    def test_teach_off_leaves_a_servo_with_torque_alone(self):
+        run = self.run_on("move 1 100\n@wait 5\nteach off 1\n@expect servo 1 GOAL_POSITION 341\n"
+                          "@expect servo 1 PRESENT_POSITION 339..343 within 3000\n")
+        self.assertNotIn("FF FF 01 05 03 1E 00 02", run.transcript)
+
+    def test_teach_off_of_a_servo_that_fails_goes_on_with_the_others(self):
+        self.run_on("teach on\n@power 1 off\n! teach off\n@expect text servo 1: no reply by the deadline\n"
+                    "@expect text error 2:\n@expect servo 2,3 torque on\n")
+
+    def test_teach_off_keeps_torque_off_while_inhibited(self):
+        self.run_on("teach on\nstop\n! teach off\n@expect text servo 1:\n"
+                    "@expect servo 1-3 torque off\nrelease\nteach off\n@expect servo 1-3 torque on\n")
+
+    def test_teach_off_of_an_endless_servo_is_refused(self):
+        self.run_on("teach on 1\nwrite 1 CW_ANGLE_LIMIT 0 0\nwrite 1 CCW_ANGLE_LIMIT 0\n"
+                    "write 1 MOVING_SPEED 300\n! teach off 1\n@expect text servo 1: the servo turns without end\n"
+                    "@expect text error 47:\n@expect servo 1 torque off\n")
+
+    def test_teach_off_outside_the_soft_limits_is_refused(self):
+        self.run_on("limits 1 0 149.9\nteach on 1\n! teach off 1\n@expect text error 11:\n"
+                    "@expect servo 1 torque off\n")
+
+    def test_teach_off_with_a_goal_that_is_not_kept_leaves_torque_off(self):
+        self.run_on("teach on 1\n" + turned(1, 200) + "@fault flip in 2 6 1\n@fault flip in 2 8 1\n! teach off 1\n"
+                    "@expect text error 70:\n@expect servo 1 GOAL_POSITION 449\n"
+                    "@expect servo 1 torque off\n")
+
+    def test_teach_needs_servos_and_no_operation(self):
+        self.run_on("servos forget\n! teach on\n@expect text error 45:\ngroup 1 2\ncycle every 4ms\n"
+                    "! teach off\n@expect text error 43:\n! teach on\n@expect text error 43:\n")
+
+
+def shown(run):
+    """The lines of a run that store poses and sequences again."""
+    return "".join(f"{line}\n" for line in run.output.splitlines()
+                   if line.startswith(("group", "pose set", "sequence ")) and not line.endswith("sync"))
+
+
+POSES = "pose set stand 90 100 110\npose set low 120 130 140\ngroup 3 1\npose set lift 80 70\ngroup 1 2 3\n"
+WALK = ("sequence walk new stand 1.2s dwell 0.5s\nsequence walk add low 0.3s pass\n"
+        "sequence walk add lift 2s\n")
+
+
+class Stored(Motion):
+    def test_pose_save_stores_where_servos_are(self):
+        run = self.run_on("teach on\n" + turned(1, 200) + "teach off\npose save stand\n@echo on\n"
+                          "pose list\n@expect text stand\npose show stand\n")
+        self.assertEqual(shown(run), "group 1 2 3\npose set stand 448raw 512raw 512raw\n")
+
+    def test_pose_of_a_name_is_replaced(self):
+        run = self.run_on("pose set stand 90 100 110\npose set stand 0 300 150\n@echo on\npose show\n")
+        self.assertEqual(shown(run), "group 1 2 3\npose set stand 0raw 1023raw 512raw\n")
+
+    def test_what_is_shown_is_stored_again_elsewhere(self):
+        first = shown(self.run_on(POSES + WALK + "@echo on\npose show\nsequence show\n"))
+        self.assertIn("group 1 3\npose set lift 239raw 273raw\n", first)
+        self.assertIn("sequence walk add low 0.3s pass\n", first)
+        again = self.run_on(first + "@echo on\npose show\nsequence show\n")
+        self.assertEqual(shown(again), first)
+        twice = self.run_on(first + first + "@echo on\npose show\nsequence show\n", "arduino-mega")
+        self.assertEqual(shown(twice), first)
+
+    def test_poses_and_sequences_survive_power_off(self):
+        for board in FULL:
+            run = self.run_on(POSES + WALK + "@reset power\n@wait 300\n@echo on\npose show low\n"
+                              "sequence show walk\n", board)
+            self.assertEqual(shown(run), "group 1 2 3\npose set low 409raw 443raw 477raw\n"
+                             + WALK.replace("1.2s", "1.2s"))
+
+    def test_pose_is_reached_in_time(self):
+        for board in FULL:
+            self.run_on(POSES + "pose low in 1s\n@expect servo 1 PRESENT_POSITION 406..412 within 1200\n"
+                        "@expect servo 3 PRESENT_POSITION 474..480 within 50\n"
+                        "pose lift in 1s\n@wait 1200\n@expect servo 1 PRESENT_POSITION 236..242\n"
+                        "@expect servo 2 PRESENT_POSITION 440..446\n", board)
+
+    def test_pose_without_group_moves_servos_of_stored_poses(self):
+        self.run_on(POSES + "@reset power\n@wait 300\ntorque 254 on\npose stand in 1s\n"
+                    "group\n@expect text group 1 2 3\n"
+                    "@expect servo 1 PRESENT_POSITION 304..310 within 1500\n")
+
+    def test_pose_save_without_reply_stores_nothing(self):
+        self.run_on("pose set stand 90 100 110\n@power 2 off\n! pose save stand\n"
+                    "@expect text servo 2: no reply by the deadline\n@expect text error 2:\n@echo on\n"
+                    "pose show stand\n@expect text pose set stand 307raw 341raw 375raw\n"
+                    "! pose save other\n! pose show other\n@expect text error 74:\n")
+
+    def test_names_that_are_none_are_refused(self):
+        self.run_on("".join(f"! {line}\n@expect text error {number}:\n" for line, number in [
+            ("pose save a_b", 71), ("pose save 1st", 71), ("pose save abcdefghi", 72),
+            ("pose save " + "x" * 30, 72), ("pose save move", 73), ("pose save dwell", 73),
+            ("pose set on 1 2 3", 73), ("pose show abcdefghi", 74), ("pose delete stand", 74),
+            ("pose stand in 1s", 74), ("sequence show walk", 75), ("sequence delete walk", 75),
+            ("sequence walk add stand 1s", 74)]))
+        self.run_on(POSES + "".join(f"! {line}\n@expect text error {number}:\n" for line, number in [
+            ("sequence a-b new stand 1s", 71), ("sequence abcdefghi new stand 1s", 72),
+            ("sequence help new stand 1s", 73)])
+            + "pose save abcdefgh\npose save A1\npose save Move\n")
+
+    def test_bad_steps_are_refused(self):
+        self.run_on(POSES + "".join(f"! {line}\n@expect text error {number}:\n" for line, number in [
+            ("sequence walk add stand 0s", 56), ("sequence walk add stand 4ms", 56),
+            ("sequence walk add stand 600.1s", 56), ("sequence walk add stand 1s dwell 66s", 56),
+            ("sequence walk add stand 1deg", 39), ("sequence walk add stand", 31),
+            ("sequence walk add stand 1s dwell 1s pass", 31)])
+            + "! sequence show walk\n" + "sequence walk add stand 1s\n" * 16
+            + "! sequence walk add stand 1s\n@expect text error 77:\nsequence walk new stand 10ms\n"
+              "sequence walk add stand 600s dwell 65.53s\n")
+
+    def test_sequence_with_a_deleted_pose_says_so(self):
+        self.run_on(POSES + WALK + "pose delete low\n! sequence show walk\n@expect text walk add - 0.3s pass\n"
+                    "@expect text error 78:\npose set low 1 2 3\n! sequence show walk\n")
+
+    def test_pose_with_a_joint_outside_the_group_is_refused(self):
+        self.run_on(POSES + "group 1 2\n! pose stand in 1s\n@expect text error 81:\n"
+                    "group 3 2 1\npose stand in 1s\n@expect servo 1 GOAL_POSITION 307 within 1500\n")
+
+    def test_full_store_says_so(self):
+        run = self.run_on("@echo on\nstatus\n@expect text room for\n")
+        room = int(re.search(r"poses: 0, room for (\d+); sequences: 0, room for", run.output)[1])
+        self.assertGreaterEqual(room, 48)
+        self.run_on("".join(f"pose set p{n} 1 2 3\n" for n in range(room))
+                    + "! pose set more 1 2 3\n@expect text error 76:\npose set p0 4 5 6\n"
+                    f"status\n@expect text poses: {room}, room for 0; sequences: 0\n"
+                    "pose delete p7\npose set more 1 2 3\n")
+
+    def test_too_many_joints_are_refused(self):
+        ids = " ".join(str(n) for n in range(1, 19))
+        self.run_on(f"group {ids}\npose set a {ids}\nservos forget\ngroup 1 30\n! pose set b 1 2\n"
+                    "@expect text error 80:\ngroup 1 2\npose set b 1 2\n")
+
+    def test_stop_amid_a_save_keeps_the_old_pose_or_the_new_one(self):
+        old, new = "pose set stand 307raw 341raw 375raw", "pose set stand 3raw 7raw 10raw"
+        found = set()
+        for us in range(8_000, 500_000, 21_000):
+            said = self.typed(READY + "pose set stand 90 100 110\n",
+                              [("text pose set stand 1 2 3", us), ("say 18", 30_000),
+                               ("text pose show stand", 100_000)])
+            line = re.search("pose set stand .*", said.replace("\r", ""))[0]
+            self.assertIn(line, (old, new) if "error 54" in said else (new,))
+            found.add(line)
+        self.assertEqual(found, {old, new})
+
+
+SWING = "pose set stand 150 150 150\npose set low 120 130 140\n"
+WALKING = (SWING + "sequence walk new low 0.5s dwell 0.3s\nsequence walk add stand 0.4s\n"
+           "sequence walk add low 300ms pass\nsequence walk add stand 0.3s\n")
+SWEEP = ("pose set a 60 60 60\npose set b 240 240 240\nsequence sweep new a 2s\nsequence sweep add b 2s\n")
+LOW = "@expect servo 1 PRESENT_POSITION 406..412\n@expect servo 2 PRESENT_POSITION 440..446\n"
+STAND = "@expect servo 1-3 PRESENT_POSITION 508..515\n"
+
+
+class Play(Motion):
+    def run_on(self, script, board=None, *options):
+        for board in [board] if board else MOVING:
+            run = super().run_on(script, board, *options)
+        return run
+
+    def test_play_moves_servos_step_by_step(self):
+        self.run_on(WALKING + "play walk\nmotion\n@expect text motion: walk: step 1 of 4, run 1\n"
+                    "@wait 600\n" + LOW + "@wait 300\nmotion\n@expect text step 2 of 4, run 1\n@wait 400\n"
+                    + STAND.replace("508..515", "495..515") + "motion wait\n" + STAND
+                    + "motion\n@expect text motion: none\n@wait 50\n! cycle\n@expect text error 44:\n")
+
+    def test_play_several_times_and_faster(self):
+        def duration(line):
+            run = self.run_on(WALKING + line + "motion wait\n", MOVING[0])
+            return float(re.search(r"time: +([\d.]+) s", run.output)[1])
+
+        once, thrice, fast = duration("play walk\n"), duration("play walk times 3\n"), duration(
+            "play walk times 3 at 200%\n")
+        self.assertAlmostEqual(thrice - once, 2 * 1.8, delta=0.1)
+        self.assertAlmostEqual(thrice - fast, 3 * (0.5 + 0.4 + 0.6) / 2, delta=0.3)
+
+    def test_play_goes_on_in_a_loop_until_motion_off(self):
+        self.run_on(WALKING + "play walk loop\n@wait 6000\nmotion\n@expect text run 4\nmotion off\n"
+                    "motion\n@expect text motion: none\n! motion off\n@expect text error 79:\n"
+                    "@wait 100\n@expect servo 1-3 MOVING 0\n@expect servo 1-3 torque on\n")
+
+    def test_a_servo_that_loses_its_power_ends_the_motion(self):
+        self.run_on(SWING + "sequence walk new low 2s\nsequence walk add stand 2s\nplay walk loop\n@wait 500\n"
+                    "@power 1 off\n! motion wait\n@expect text servo 1: does not follow\n@expect text error 83:\n"
+                    "@power 1 on\n@wait 1500\nrelease\n")
+
+    def test_a_new_motion_is_not_paused(self):
+        self.run_on(WALKING + "play walk\n@wait 200\npause\nmotion off\n@wait 100\npose 100 110 120 in 1s\n"
+                    "motion\n@expect text motion: a move\n@wait 10\nmotion wait\n"
+                    "@expect servo 1 PRESENT_POSITION 338..344\n")
+
+    def test_a_pause_at_any_time_holds(self):
+        """Also while the next step is checked, and near a pose that is passed."""
+        for ms in range(480, 560, 9):
+            run = self.run_on(WALKING + f"play walk loop\n@wait {ms}\npause\n@wait 1500\n", MOVING[0])
+            goals = [packet for _, way, packet in run.packets if way == "->in" and " 83 1E 04 " in packet]
+            self.assertEqual(len(set(goals[-200:-1])), 1, ms)  # the last one may be cut
+
+    def test_a_pause_at_rest_keeps_the_next_step_back(self):
+        self.run_on(SWING + "sequence walk new low 0.5s dwell 1s\nsequence walk add stand 0.5s\n"
+                    "play walk\n@wait 1000\npause\n@wait 2000\nmotion\n@expect text step 2 of 2, run 1, paused\n"
+                    + LOW + "resume\nmotion wait\n@wait 50\n" + STAND)
+
+    def test_pause_and_resume_stop_on_the_way_and_at_rest(self):
+        self.run_on(SWING + "sequence walk new low 2s dwell 1s\nsequence walk add stand 2s\n"
+                    "play walk\n@wait 1000\npause\n@wait 700\nmotion\n@expect text run 1, paused\n"
+                    "@expect servo 1-3 PRESENT_SPEED 0\n@expect servo 1 PRESENT_POSITION 420..490\n"
+                    "@wait 3000\n@expect servo 1 PRESENT_POSITION 420..490\nresume\n@wait 2000\n" + LOW
+                    + "pause\n@wait 2000\n" + LOW + "resume\nmotion wait\n" + STAND)
+        self.run_on("! pause\n@expect text error 79:\n! resume\n@expect text error 79:\n")
+
+    def test_pose_in_time_is_a_motion_too(self):
+        self.run_on(WALKING + "pose 100 110 120 in 1s\nmotion\n@expect text motion: a move\nmotion wait\n"
+                    "@expect servo 1 PRESENT_POSITION 338..344\npose 150 150 150 in 2s\n@wait 300\n"
+                    "! play walk\n@expect text error 58:\npause\n"
+                    "motion\n@expect text motion: a move, paused\nresume\nmotion wait\n" + STAND)
+
+    def test_goals_for_servos_of_a_motion_are_refused(self):
+        run = self.run_on(
+            WALKING + "servos\nmove 4 150\nplay walk loop\n" + "".join(
+                f"! {line}\n@expect text error {number}:\n" for line, number in [
+                    ("move 1 100", 58), ("turn 2 20", 58), ("pose 1 2 3", 58), ("pose 1 2 3 in 1s", 58),
+                    ("pose low in 1s", 58), ("play walk", 58), ("write 1 GOAL_POSITION 100", 14),
+                    ("write 254 GOAL_POSITION 100", 14), ("write 1 TORQUE_ENABLE 1 0 0 0 0 0 0 9", 14),
+                    ("set 1 MOVING_SPEED 10rpm", 14), ("regwrite 2 GOAL_POSITION 5", 14), ("action", 14),
+                    ("action 3", 14), ("reset 2", 14),
+                    ("sync GOAL_POSITION 2 4:0,1 3:0,1", 14), ("teach on", 43)])
+            + "write 4 GOAL_POSITION 600\nget 1 PRESENT_POSITION\nled 1 on\n"
+            "torque 3 off\n@expect servo 3 torque off\nmotion\n@expect text walk\nmotion off\n"
+            "write 1 GOAL_POSITION 100\n", None, "--servos", "1-4")
+        self.assertIn("03 1E 64 00", run.transcript)
+
+    def test_nothing_is_stored_while_a_motion_plays(self):
+        self.run_on(WALKING + "play walk loop\n" + "".join(
+            f"! {line}\n@expect text error 58:\n" for line in [
+                "pose save x", "pose set x 1 2 3", "pose delete low", "sequence walk add low 1s",
+                "sequence delete walk", "save"])
+            + "pose list\npose show\nsequence show\nmotion off\npose save x\nsave\n")
+
+    def test_play_of_what_cannot_be_played_is_refused(self):
+        self.run_on(WALKING + "".join(f"! {line}\n@expect text error {number}:\n" for line, number in [
+            ("play nix", 75), ("play walk at 9%", 82), ("play walk at 201%", 82), ("play walk at 80.5%", 32),
+            ("play walk times 0", 33), ("play walk times 65536", 33), ("play walk loop loop", 38)])
+            + "group 1 2\n! play walk\n@expect text error 81:\ngroup 3 1 2\nplay walk at 80\nmotion wait\n"
+            "pose delete low\n! play walk\n@expect text error 78:\n! cycle\n@expect text error 44:\n")
+
+    def test_step_too_fast_for_a_servo_says_how_long_it_needs(self):
+        self.run_on(SWING + "sequence walk new low 50ms\n! play walk\n@expect text servo 1 needs\n"
+                    "@expect text error 57:\n@wait 50\n! cycle\n"
+                    "sequence walk new low 1s\nsequence walk add stand 50ms\nplay walk\n! motion wait\n"
+                    "@expect text servo 1 needs\n@expect text error 57:\n" + LOW)
+
+    def test_play_without_group_after_power_off(self):
+        self.run_on(WALKING + "@reset power\n@wait 500\nplay walk\nmotion wait\n" + STAND)
+
+    def test_play_in_a_running_cycle_leaves_it_running(self):
+        self.run_on(WALKING + "cycle every 4ms\nplay walk\nmotion wait\n" + STAND + "cycle\ncycle off\n")
+
+    def test_stop_ends_what_plays(self):
+        self.run_on(WALKING + "play walk loop\n@wait 500\nstop\n@expect servo 1-3 torque off\n"
+                    "motion\n@expect text motion: none\n! motion wait\n@expect text error 54:\n"
+                    "! play walk\nrelease\nteach off\nplay walk\nmotion wait\n" + STAND)
+
+    def test_blocked_servo_ends_the_motion(self):
+        self.run_on(SWEEP + "play sweep loop\n@wait 3000\n@block 2 on\n@wait 800\nmotion\n"
+                    "@expect text motion: none\n! motion wait\n@expect text servo 2: does not follow\n"
+                    "@expect text error 83:\n@expect servo 1 torque on\n@expect servo 1 MOVING 0\n"
+                    "@block 2 off\n@wait 1000\nplay sweep\nmotion wait\n")
+
+    def test_servo_without_torque_ends_the_motion(self):
+        self.run_on(SWEEP + "play sweep loop\n@wait 100\ntorque 3 off\n! motion wait\n"
+                    "@expect text servo 3: does not follow\n@expect text error 83:\n")
+
+    def test_servo_that_dies_ends_the_motion(self):
+        self.run_on(WALKING + "play walk loop\n@wait 700\n@power 2 off\n! motion wait\n"
+                    "@expect text servo 2:\n@expect text error\n@expect servo 1 torque on\n")
+
+    def test_loss_of_the_host_link_ends_the_motion(self):
+        self.run_on(SWEEP + "settings link_loss_ms 500\nplay sweep loop\n@wait 1500\n! motion wait\n"
+                    "@expect text error 12:\nmotion\n@expect text motion: none\n! play sweep\n"
+                    "@expect servo 1-3 torque on\nclear\nplay sweep\nsettings link_loss_ms 0\nmotion wait\n")
+
+    def test_soft_limit_of_a_servo_lets_nothing_begin(self):
+        self.run_on(SWEEP + "limits 2 90 210\n! play sweep\n@expect text servo 2:\n@expect text error 11:\n"
+                    "limits 2 0 300\nplay sweep\nmotion wait\n")
+
+    def test_silent_servo_lets_nothing_begin(self):
+        self.run_on(WALKING + "@power 2 off\n! play walk\n@expect text error 2:\n@wait 50\n! cycle\n")
+
+    def test_board_without_room_for_motions_says_so(self):
+        for board in set(FULL) - set(MOVING):
+            self.run_on(WALKING + "".join(f"! {line}\n@expect text error 55:\n" for line in [
+                "play walk", "motion", "motion wait", "motion off"]) + "! pause\n", board)
+
+
+class Example(unittest.TestCase):
+    def test_example_teaches_and_plays(self):
+        for board in MOVING:
+            run = controller((ROOT / "examples/teach.script").read_text(), board, "1-3")
+            self.assertEqual(run.status, 0, run.output[-3000:])
+            self.assertIn("sequence wave add middle 0.4s pass\n", run.output)
+
+
+class Errors(unittest.TestCase):
+    def test_every_error_of_motions_is_provoked(self):
+        text = pathlib.Path(__file__).read_text()
+        table = (ROOT / "src/controller/console/errors.h").read_text()
+        numbers = {n for n in map(int, re.findall(r"X\(ERROR_\w+, (\d+),", table)) if n >= 70}
+        self.assertGreater(len(numbers), 10)
+        self.assertEqual({n for n in numbers if not re.search(rf"error {n}:|, {n}\)", text)}, set())
+
+
+if __name__ == "__main__":
+    unittest.main()
