@@ -3,6 +3,8 @@
 test/benchmark/rows.tsv. Exact cycle counts: two runs agree to the digit.
 
 usage: bench.py [--only ROW,...] [--program NAME=ELF]... [--jobs N] [--out FILE]
+       bench.py --again N/M --seed S     runs every Mth job again, after FILE was written; S shifts which.
+                               Exit 1 if a row differs from FILE
        bench.py --scaling      how the cost grows with the servos: build/bench-scaling.tsv and .svg
        bench.py --docs [--check]    renews the tables of README.md and docs/internals/performance.md
                                from FILE, runs nothing. --check: changes nothing, exit 1 if one is stale
@@ -113,6 +115,23 @@ def bench(arguments):
     return 1 if over or wrong else 0
 
 
+def again(arguments):
+    """Rows of job `all` are the worst of all jobs, so they are left out."""
+    part, parts = map(int, arguments.again.split("/"))
+    jobs = list(JOBS)[(part - 1 + arguments.seed) % parts::parts]
+    values, wrong = measured(jobs, arguments.jobs)
+    before = {row["name"]: row["value"] for row in records(arguments.out)}
+    rows = [row for row in records(ROWS) if row["job"] in jobs]
+    for row in rows:
+        value = shown(values.get(row["name"]), row["unit"])
+        if value != before[row["name"]]:
+            wrong.append(f"{row['name']}: {before[row['name']]}, then {value}")
+    for text in wrong:
+        print("FAILED: " + text)
+    print(f"{len(rows)} rows measured again, {len(wrong)} differ")
+    return 1 if wrong or not rows else 0
+
+
 # ---- how the cost grows -----------------------------------------------------------------------------
 
 SERVOS = (1, 5, 10, 20, 30, 50)
@@ -205,12 +224,14 @@ def main():
     parser.add_argument("--program", action="append", default=[])
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--out", default=str(ROOT / "build/bench.tsv"))
+    parser.add_argument("--again", default="")
+    parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--scaling", action="store_true")
     parser.add_argument("--docs", action="store_true")
     parser.add_argument("--check", action="store_true")
     arguments = parser.parse_args()
     Run.programs = dict(one.split("=", 1) for one in arguments.program)
-    return (scaling if arguments.scaling else document if arguments.docs else bench)(arguments)
+    return (again if arguments.again else scaling if arguments.scaling else document if arguments.docs else bench)(arguments)
 
 
 if __name__ == "__main__":

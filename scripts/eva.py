@@ -8,13 +8,15 @@ Each analysis begins at the function eva_<name> of test/eva/driver.c, which call
 unknown arguments. The machine is an AVR: int and pointers have 16 bits (test/eva/machdep.ml). Eva
 ignores inline assembler, so each __asm__ in an analysed source must have an empty text.
 
-Prints the alarms of each analysis. Fails on any alarm, if an entry point does not return, or if an
+Runs as many analyses at a time as there are cores. Prints the alarms of each. Fails on any alarm, if an entry point does not return, or if an
 analysis reaches fewer statements than its row of ANALYSES demands. The analyses of the bus begin at
 states that an invariant allows; test/core/bus/bus_random.c checks that invariant before and after each
 poll.
 """
 import collections
+import concurrent.futures
 import csv
+import os
 import pathlib
 import re
 import subprocess
@@ -52,6 +54,10 @@ ANALYSES = {
 }
 
 
+class Failed(Exception):
+    pass
+
+
 def fail(text):
     sys.exit("eva: " + text)
 
@@ -65,7 +71,7 @@ def check_assembler(paths):
 
 
 def analyse(name):
-    """Runs one analysis. Prints its alarms and returns how many there are."""
+    """Runs one analysis. Returns its report and the number of its alarms."""
     sources, flags, options, least = ANALYSES[name]
     report, log = OUT / (name + ".csv"), OUT / (name + ".log")
     report.unlink(missing_ok=True)
@@ -81,22 +87,22 @@ def analyse(name):
     text = log.read_text()
     reached = re.search(r"(\d+) statements reached \(out of (\d+)\)", text)
     if status or not reached or not report.exists():
-        fail("%s: Frama-C has failed, see %s" % (name, log))
+        raise Failed("%s: Frama-C has failed, see %s" % (name, log))
     if "NON TERMINATING" in text:
-        fail("%s: the entry point does not return, see %s" % (name, log))
+        raise Failed("%s: the entry point does not return, see %s" % (name, log))
     alarms = collections.defaultdict(list)
     for row in csv.DictReader(report.open(), delimiter="\t"):
         path = "%s/%s" % (row["directory"], row["file"])
         alarms[path].append("%s:%s: %s: %s (%s): %s" % (
             path, row["line"], row["function"], row["property kind"], row["status"], row["property"]))
-    print("  %-16s %3d alarms, %4s of %4s statements reached, %3.0f s" % (
-        name, sum(map(len, alarms.values())), reached[1], reached[2], time.monotonic() - began),
-        flush=True)
-    for path in sorted(alarms):
-        print("".join("    %s\n" % alarm for alarm in alarms[path]), end="")
     if int(reached[1]) < least:
-        fail("%s: %s statements reached, at least %d are expected" % (name, reached[1], least))
-    return sum(map(len, alarms.values()))
+        raise Failed("%s: %s statements reached, at least %d are expected" % (name, reached[1], least))
+    alarm_count = sum(map(len, alarms.values()))
+    shown = "  %-16s %3d alarms, %4s of %4s statements reached, %3.0f s\n" % (
+        name, alarm_count, reached[1], reached[2], time.monotonic() - began)
+    for path in sorted(alarms):
+        shown += "".join("    %s\n" % alarm for alarm in alarms[path])
+    return shown, alarm_count
 
 
 def main():
@@ -107,8 +113,14 @@ def main():
     OUT.mkdir(parents=True, exist_ok=True)
     check_assembler([*pathlib.Path("include").rglob("*.h"), *pathlib.Path("src/core").rglob("*.[ch]")])
     alarms = 0
-    for name in names:
-        alarms += analyse(name)
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        try:
+            for shown, alarm_count in pool.map(analyse, names):
+                print(shown, end="", flush=True)
+                alarms += alarm_count
+        except Failed as error:
+            pool.shutdown(cancel_futures=True)
+            fail(str(error))
     print("eva: %d analyses, %d alarms" % (len(names), alarms))
     sys.exit(alarms > 0)
 
