@@ -19,6 +19,7 @@ import csv
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import time
@@ -75,7 +76,11 @@ def analyse(name):
     sources, flags, options, least = ANALYSES[name]
     report, log = OUT / (name + ".csv"), OUT / (name + ".log")
     report.unlink(missing_ok=True)
-    command = ["frama-c", "-load-script", "test/eva/machdep.ml", "-machdep", "avr",
+    # Frama-C compiles the script where it stands, so each analysis has its own.
+    folder = OUT / name
+    folder.mkdir(exist_ok=True)
+    script = shutil.copy("test/eva/machdep.ml", folder)
+    command = ["frama-c", "-load-script", script, "-machdep", "avr",
                "-cpp-extra-args=-Iinclude -Isrc/core -Itest/eva -include test/eva/machdep.h " + flags,
                "-kernel-warn-key", "typing:implicit-function-declaration=abort",
                "-no-asm-contracts", "-warn-invalid-pointer", "-eva", "-eva-no-print", *options,
