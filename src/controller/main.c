@@ -4,8 +4,8 @@
  * Four deadlines decide the poll order of turn():
  *
  *   bus reply  After a reply the bus is idle until the controller sends the next packet. So each
- *              turn polls the bus first, and a bulk read polls only the bus while it waits for a
- *              servo.
+ *              turn polls the bus first, and only the bus is polled while a bulk read waits for a
+ *              servo or the permit checks a packet.
  *   goal       The goals of a cycle leave within 350 us of their time, or of the end of a
  *              transaction that is on the bus then; within 800 us if its reply changed what the
  *              permit knows, within 2 ms after a broadcast, from which 18 servos learn. So while an
@@ -253,18 +253,22 @@ static bool take_reply(void)
     return is_in_use;
 }
 
-/* Polls bus and bridge. During a bulk read it goes on from servo to servo, until the bulk read
- * ends, the host sends a byte, or the time is over. */
+/* Polls bus and bridge. During a bulk read it goes on from servo to servo, and while the permit
+ * checks a packet from goal to goal, until that ends, the host sends a byte, or the time is over.
+ */
 static void poll_bus(void)
 {
     const struct bridge *bridge = &controller.bridge;
+    const struct cds_bus *bus = &controller.bus;
     bool is_alone = robot_idle(&controller.robot) && !cds_ring_count(&controller.serial.rx);
     uint16_t from_ticks = cds_port_ticks(), us = is_alone ? ALONE_US : PART_US;
     uint8_t sent = send_to_host(), heard = controller.serial.rx.head;
 
     do {
-        while (take_reply() && bridge_awaits_servo(bridge) && sent == controller.serial.tx.head &&
-               heard == controller.serial.rx.head && !is_over(from_ticks, us)) {
+        while (take_reply() &&
+               (bridge_awaits_servo(bridge) || bus->state == CDS_BUS_WAITING_FOR_LINE) &&
+               sent == controller.serial.tx.head && heard == controller.serial.rx.head &&
+               !is_over(from_ticks, us)) {
         }
         sent = send_to_host();
         poll_bridge();
