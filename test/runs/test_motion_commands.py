@@ -14,7 +14,7 @@ from simulator import ROOT, SIM, controller
 FULL = [name for name in boards.CONSOLES if boards.BOARDS[name].profile == "full"]
 MOVING = boards.WITH_MOTION  # the firmware of all of them has the same motions: most tests run on the first one
 
-# The factory's return delay of 2 us is too short for a controller that hears the PC meanwhile.
+# A servo with the factory's return delay, 2 us, may answer before a controller listens to which the PC sends.
 SLOWER = "".join(f"write {n} RETURN_DELAY 10\n" for n in (1, 2, 3))
 READY = "echo off\n" + SLOWER + "group 1 2 3\ntorque 254 on\n"
 
