@@ -77,13 +77,19 @@ static inline bool moves(void)
            (console.state == CONSOLE_READING && !console_idle(&console));
 }
 
-static inline void type(const char *text)
+/* Types a text that is not yet a line: the console need not catch up. */
+static inline void type_part(const char *text)
 {
     while (*text) {
         while (!cds_ring_put(&input, (uint8_t)*text))
             turn();
         text++;
     }
+}
+
+static inline void type(const char *text)
+{
+    type_part(text);
     for (uint16_t i = 0; i < 100 || (i < 5000 && moves()); i++) // 50 goals are checked in parts
         turn();
 }
