@@ -246,6 +246,18 @@ static uint8_t delete_begin(struct console *console)
 
 /* ---- in TIME ---- */
 
+/* The error for an enum stored_pose_result, or 0. */
+static uint8_t error_of_pose(enum stored_pose_result result)
+{
+    static const CDS_FLASH uint8_t errors[] = {
+        [STORED_POSE_READ] = 0,
+        [STORED_POSE_MISSING] = ERROR_NO_POSE,
+        [STORED_POSE_ABSENT] = ERROR_ABSENT,
+    };
+
+    return errors[result];
+}
+
 /* Puts the positions of the group into the line, as its angles. */
 static void take_pose(struct console *console)
 {
@@ -253,7 +265,7 @@ static void take_pose(struct console *console)
     struct stored_joints joints;
 
     stored_joints_find(&joints, stored(), console->robot);
-    console->error = stored_pose_error(stored_pose_read(stored(), &joints, console->part, pose));
+    console->error = error_of_pose(stored_pose_read(stored(), &joints, console->part, pose));
     memcpy(console->line.request->packet.bytes, pose, sizeof pose);
 }
 
@@ -264,7 +276,7 @@ static uint8_t in_begin(struct console *console)
     if (error == 0)
         error = stored_may_read();
     if (error == 0)
-        error = stored_group(console);
+        error = stored_group_choose(console->robot, stored());
     console->part = stored_find(console, MOTION_STORE_POSE, 0);
     return error;
 }

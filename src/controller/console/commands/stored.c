@@ -19,7 +19,7 @@ uint8_t stored_may_read(void)
 
 uint8_t stored_may_write(const struct console *console)
 {
-    return robot_moves(console->robot) ? (uint8_t)ERROR_MOTION : stored_may_read();
+    return robot_is_in_motion(console->robot) ? (uint8_t)ERROR_MOTION : stored_may_read();
 }
 
 /* ---- names ---- */
@@ -175,26 +175,4 @@ void stored_wear(struct console *console)
     values[1].number = (uint16_t)(store->saves >> 16);
     values[2].number = store->damaged;
     printer_line(&console->printer, message_wear);
-}
-
-/* ---- the group ---- */
-
-uint8_t stored_pose_error(uint8_t result)
-{
-    static const CDS_FLASH uint8_t errors[] = {
-        [STORED_POSE_READ] = 0,
-        [STORED_POSE_MISSING] = ERROR_NO_POSE,
-        [STORED_POSE_ABSENT] = ERROR_ABSENT,
-    };
-
-    return errors[result];
-}
-
-uint8_t stored_group(struct console *console)
-{
-    uint8_t ids[MOTION_STORE_JOINTS];
-
-    if (console->robot->group_count)
-        return 0;
-    return group_choose(console->robot, ids, motion_store_read_joints(stored(), ids));
 }

@@ -52,10 +52,4 @@ bool stored_next(struct console *console, enum motion_store_kind kind);
 void stored_room(struct console *console);
 void stored_wear(struct console *console);
 
-/* The error for an enum stored_pose_result, or 0. */
-uint8_t stored_pose_error(uint8_t result);
-
-/* If no group is chosen, it becomes the joints of the stored poses. Returns an error or 0. */
-uint8_t stored_group(struct console *console);
-
 #endif
