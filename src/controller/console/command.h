@@ -97,7 +97,7 @@ struct command_set {
     bool (*report)(struct console *console);
     const CDS_FLASH struct robot_operation *cycle;  // of the group: group_cycle or moves_cycle
     const CDS_FLASH struct command_action *pose_in; // "pose ... in TIME"
-    const CDS_FLASH struct device_ops *device; // device_registers_ops or motion_registers_ops
+    const CDS_FLASH struct device_ops *device;      // device_registers_ops or motion_registers_ops
     struct moves *moves;                            // storage of timed moves, or NULL
     const CDS_FLASH struct command_store *store;    // NULL: the profile stores nothing
 };

@@ -90,7 +90,8 @@
     X(ERROR_JOINTS, 80, "too many joints", "all stored poses together have at most 18 servos")     \
     X(ERROR_STUCK, 83, "does not follow its goals, the motion has ended",                          \
       "look what blocks it, and whether its torque is on")                                         \
-    X(ERROR_LIMP, 84, "torque of a servo is off", "'teach off' switches torque on where it is")   \
+    X(ERROR_TORQUE_OFF, 84, "torque of a servo is off",                                            \
+      "'teach off' switches torque on where it is")                                                \
     X(ERROR_OVERRIDE, 82, "share of the speed out of range", "10 to 200%")                         \
     X(ERROR_ABSENT, 81, "a joint of the pose is not in the group",                                 \
       "'pose show NAME' names the servos that 'group' must have")

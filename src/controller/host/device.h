@@ -56,7 +56,8 @@
       "releases it, as the command release does; range error while LINK_LOST is 1 or torque off "  \
       "is under way")                                                                              \
     X(MOTION_PLAY, 0x70, 1, RW, 0, 255, "-",                                                       \
-      "N: plays the stored sequence in line N of 'sequence list', as the command play; 0 ends the "    \
+      "N: plays the stored sequence in line N of 'sequence list', as the command play; 0 ends "    \
+      "the "                                                                                       \
       "motion, as motion off; reads the sequence that plays; 0: none; see below")                  \
     X(MOTION_OVERRIDE, 0x71, 1, RW, 10, 200, "%",                                                  \
       "share of the speed, of the motion under way and of MOTION_PLAY; 'play' and 'pose ... in' "  \
@@ -128,9 +129,9 @@ enum device_register {
  * itself answers MODEL, VERSION, FAILED and FAILED_IDS. */
 struct device_ops {
     uint16_t (*get)(void *context, uint8_t reg);
-    void (*set)(void *context, uint8_t reg, uint16_t value); // a value within its range
+    void (*set)(void *context, uint8_t reg, uint16_t value);    // a value within its range
     bool (*allows)(void *context, uint8_t reg, uint16_t value); // true if it may be written now
-    void (*reset)(void *context);                            // sets factory values
+    void (*reset)(void *context);                               // sets factory values
     bool (*settled)(void *context); // true when all that was set or reset is in force
 };
 

@@ -76,8 +76,7 @@ static uint16_t get(void *context, uint8_t reg)
     switch (reg) {
     case DEVICE_MOTION_PLAY: return playing(robot);
     case DEVICE_MOTION_OVERRIDE: return robot->moves->percent;
-    case DEVICE_MOTION_PAUSE:
-        return motion_may_pause(robot) && robot->moves->player.is_paused;
+    case DEVICE_MOTION_PAUSE: return motion_may_pause(robot) && robot->moves->player.is_paused;
     case DEVICE_MOTION_STATE: return state(robot);
     case DEVICE_MOTION_STEP: return step(robot);
     case DEVICE_MOTION_ERROR: return error(robot);

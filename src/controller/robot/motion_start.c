@@ -114,7 +114,7 @@ uint8_t motion_start_move(struct robot *robot, const struct cds_move *move)
 
 /* The joint of the pose whose servo is known to have torque off: torque off for all has read that,
  * and no packet has switched torque on since. MOTION_NO_JOINT: none is. */
-static uint8_t limp_joint(const struct robot *robot, const uint16_t *pose)
+static uint8_t joint_without_torque(const struct robot *robot, const uint16_t *pose)
 {
     const struct cds_servo_state *servo = robot->servos.states;
 
@@ -135,8 +135,8 @@ static uint8_t check_torque(const struct robot *robot, const uint16_t *pose)
 {
     struct motion_start *start = start_of(robot);
 
-    start->joint = limp_joint(robot, pose);
-    return start->joint == MOTION_NO_JOINT ? (uint8_t)CDS_PENDING : (uint8_t)MOTION_LIMP;
+    start->joint = joint_without_torque(robot, pose);
+    return start->joint == MOTION_NO_JOINT ? (uint8_t)CDS_PENDING : (uint8_t)MOTION_TORQUE_OFF;
 }
 
 /* Is the pose of the step there, for servos of the group? */
@@ -157,8 +157,8 @@ static uint8_t check_step(const struct robot *robot)
         start->phase = READ_SERVOS;
         return CDS_PENDING;
     }
-    error =
-        errors[stored_pose_read(store, &start->joints, motion_store_pose_of(store, step.pose), pose)];
+    error = errors[stored_pose_read(store, &start->joints, motion_store_pose_of(store, step.pose),
+                                    pose)];
     return error ? error : check_torque(robot, pose);
 }
 
@@ -177,10 +177,10 @@ static uint8_t begin_motion(struct robot *robot)
 {
     const struct moves *moves = robot->moves;
     struct motion_start *start = start_of(robot);
-    enum cds_result result =
-        start->is_sequence ? moves_play(robot, moves->store, start->place, start->repeats,
-                                        moves->percent, moves->ends_cycle)
-                           : moves_begin(robot, &start->move, moves->ends_cycle);
+    enum cds_result result = start->is_sequence
+                                 ? moves_play(robot, moves->store, start->place, start->repeats,
+                                              moves->percent, moves->ends_cycle)
+                                 : moves_begin(robot, &start->move, moves->ends_cycle);
 
     if (result == CDS_OK)
         start->phase = CHECK_MOVE;

@@ -21,11 +21,11 @@ enum motion_refusal {
     MOTION_BUSY = 58,    // a motion is under way
     MOTION_SAVING = 63,  // the EEPROM is being written
     MOTION_NO_SEQUENCE = 75,
-    MOTION_POSE_GONE = 78, // a step names a deleted pose
-    MOTION_NONE = 79,      // no motion is under way, or it was ended
-    MOTION_ABSENT = 81,    // a joint of a pose is not in the group
-    MOTION_STUCK = 83,     // a joint does not follow its goals
-    MOTION_LIMP = 84,      // torque of a joint is off
+    MOTION_POSE_GONE = 78,  // a step names a deleted pose
+    MOTION_NONE = 79,       // no motion is under way, or it was ended
+    MOTION_ABSENT = 81,     // a joint of a pose is not in the group
+    MOTION_STUCK = 83,      // a joint does not follow its goals
+    MOTION_TORQUE_OFF = 84, // torque of a joint is off
 };
 
 #define MOTION_NO_JOINT UINT8_MAX

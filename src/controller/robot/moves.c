@@ -100,8 +100,7 @@ static enum cds_result poll_cycle(struct robot *robot)
         cds_motion_poll(&moves->motion);
     if (robot->servos.reserved_count || moves->ends_cycle) {
         compare_joint(robot);
-        if (result != CDS_PENDING ||
-            !(moves_go_on(robot) || moves->start.result == CDS_PENDING))
+        if (result != CDS_PENDING || !(moves_go_on(robot) || moves->start.result == CDS_PENDING))
             end_motion(robot);
     }
     return result;

@@ -5,8 +5,8 @@
 #ifndef CONTROLLER_MOVES_H
 #define CONTROLLER_MOVES_H
 
-#include "cds55xx/follow.h"  // struct cds_follow
-#include "cds55xx/motion.h"  // struct cds_motion
+#include "cds55xx/follow.h"     // struct cds_follow
+#include "cds55xx/motion.h"     // struct cds_motion
 #include "robot/autostart.h"    // struct autostart
 #include "robot/motion_start.h" // struct motion_start
 #include "robot/player.h"       // struct player

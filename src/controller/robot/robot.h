@@ -156,7 +156,8 @@ static inline bool robot_is_in_motion(const struct robot *robot)
     return robot->servos.reserved_count;
 }
 
-/* What functions of the robot return beside enum cds_result: numbers of errors in docs/errors.md. */
+/* What functions of the robot return beside enum cds_result: numbers of errors in docs/errors.md.
+ */
 enum robot_refusal {
     ROBOT_TOO_MANY = 40, // there is no room for all these servos
     ROBOT_BUSY = 43,     // another operation is under way

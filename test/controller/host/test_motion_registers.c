@@ -6,7 +6,8 @@
 #include "host/motion_registers.h"
 #include "robot/moves.h"
 
-static uint8_t eeprom[2048];
+/* Up to the third place of a sequence. The bytes behind them are erased. */
+static uint8_t eeprom[1400];
 static struct motion_store motions;
 static struct moves moves;
 
@@ -30,6 +31,7 @@ void setUp(void)
 {
     open_all();
     eeprom_fake_reset_to(eeprom, sizeof eeprom);
+    eeprom_fake.has_more = true;
     motion_store_load(&motions);
     memset(&moves, 0, sizeof moves);
     robot.moves = &moves;

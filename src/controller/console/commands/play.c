@@ -178,11 +178,11 @@ static const CDS_FLASH struct command play_rows[] = {
     {
         .usage = FLASH_TEXT("play NAME [at PERCENT]"),
         .what = FLASH_TEXT("play a stored sequence"),
-        .details = COMMAND_DETAILS("With the servos of the group; without a group those of all "
-                                   "stored poses. PERCENT: 10 to "
-                                   "200% of the speed, as far as the servos can. ok: the motion "
-                                   "has begun. A cycle that it "
-                                   "starts ends with it"),
+        .details = COMMAND_DETAILS(
+            "With the servos of the group; without a group those of all stored poses. PERCENT: 10 "
+            "to 200% of the speed, as far as the servos can. ok: the motion has begun. A cycle "
+            "that it starts ends with it. Switch torque on first: error 84 comes only after stop. "
+            "After torque off or teach on the motion begins, and ends with error 83"),
         .example = COMMAND_DETAILS("play walk at 80%"),
         .begin = once_begin,
         .poll = play_poll,

@@ -46,8 +46,8 @@ bool pose_sent_poll(struct console *console);
 extern const CDS_FLASH struct command_action pose_by_servo, pose_moves;
 
 /* In motion.c: the poll of a command that starts a motion, with console->phase 0 at first. `start`
- * calls a function of motion_start.h, and returns its error. Returns true until the motion has begun
- * or was refused. Then console->error is stored. */
+ * calls a function of motion_start.h, and returns its error. Returns true until the motion has
+ * begun or was refused. Then console->error is stored. */
 bool motion_command_poll(struct console *console, uint8_t (*start)(struct console *console));
 
 /* In motion.c: prints for which joint of the group the motion was refused or has ended, because of

@@ -17,8 +17,8 @@ uint8_t stored_may_read(void);
 /* The begin function of `pose list` and `sequence list`: as stored_may_read(). */
 uint8_t stored_list_begin(struct console *console);
 
-/* The begin function of `pose show` and `sequence show`: stores the place of the record of this kind
- * with name 0 of the line, if there is a name, in console->index. Returns ERROR_SAVING,
+/* The begin function of `pose show` and `sequence show`: stores the place of the record of this
+ * kind with name 0 of the line, if there is a name, in console->index. Returns ERROR_SAVING,
  * ERROR_NO_POSE, ERROR_NO_SEQUENCE or 0. */
 uint8_t stored_show_begin(struct console *console, enum motion_store_kind kind);
 
