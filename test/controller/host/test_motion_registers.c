@@ -135,6 +135,7 @@ void test_play_while_eeprom_is_written_is_refused(void)
     motion_store_save(&motions, &(struct motion_store_record){
                                     .kind = MOTION_STORE_JOINT_LIST, .count = 2, .ids = ids});
     assert_refused(0x70, 1);
+    TEST_ASSERT_EQUAL_UINT8(ERROR_SAVING, motion_may_start_sequence(&robot, 0));
 }
 
 void test_play_while_inhibited_or_stopping_is_refused(void)
