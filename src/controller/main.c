@@ -184,10 +184,17 @@ static void begin_failsafe(void)
     failsafe_apply_settings(failsafe);
 }
 
-static void open(void)
+/* Finds what the EEPROM stores. */
+static void load(void)
 {
     settings_load(&controller.store, &controller.settings);
-    console_load();
+    if (command_set.store)
+        command_set.store->load(command_set.store->motions);
+}
+
+static void open(void)
+{
+    load();
     cds_avr_clock_open();
     controller.host_baud = controller.settings.host_baud;
     if (divisor_of(controller.host_baud) != divisor_of(HOST_BAUD_OWN) &&
@@ -196,6 +203,7 @@ static void open(void)
     serial_open(&controller.serial, divisor_of(controller.host_baud));
     sei();
     cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
+    controller.robot.moves = command_set.moves;
     robot_begin(&controller.robot, &controller.bus, AVR_SHORTEST_DELAY(0));
     robot_resume(&controller.robot, &inhibit_copy, avr_reset_cause & FAILSAFE_RESET_POWER);
     begin_failsafe();
@@ -203,12 +211,14 @@ static void open(void)
                     controller.packets[0] + STATUS_PACKET_HEAD);
     device_registers_open(&controller.registers, &controller.failsafe, &controller.host,
                           &controller.bridge, &controller.serial.gaps);
-    controller.device.ops = &device_registers_ops;
+    controller.device.ops = command_set.device;
     controller.device.context = &controller.registers;
     bridge_open(&controller.bridge, &controller.bus, &controller.host, &controller.device,
                 &controller.serial.tx, controller.packets[1] + STATUS_PACKET_HEAD);
     console_open(&controller.console, &controller.failsafe, &controller.text,
                  &controller.serial.tx);
+    if (command_set.store && command_set.store->begin)
+        command_set.store->begin(&controller.failsafe, command_set.store->motions);
 }
 
 /* ---- bus and robot ---- */

@@ -1,5 +1,6 @@
 """The commands of the group "Motion:" over the firmware in the simulator: servos are taught by hand
 (loads turn their outputs while torque is off), poses and sequences are stored and played."""
+# needs: $(CONSOLE_ELFS)
 import pathlib
 import re
 import subprocess
@@ -30,7 +31,7 @@ class Motion(unittest.TestCase):
         self.assertEqual(run.status, 0, run.output[-3000:])
         return run
 
-    def typed(self, script, keys, board="atmega128"):
+    def typed(self, script, keys, board="atmega128", servos="1-3"):
         """What the console says to a program that types `keys`, (line, time behind it in us), after the
         lines of `script`."""
         program = "".join(f"text {line}\nwait 600000\n" for line in script.splitlines())
@@ -39,7 +40,7 @@ class Motion(unittest.TestCase):
             path = pathlib.Path(folder, "pc.txt")
             path.write_text(program)
             done = subprocess.run([SIM, "firmware", ROOT / f"build/{board}/controller.elf", "--board", board,
-                                   "--servos", "1-3", "--host", path],
+                                   "--servos", servos, "--host", path],
                                   stdout=subprocess.PIPE, text=True, check=True)
         heard = [bytes.fromhex("".join(line.split()[4:])).decode()
                  for line in done.stdout.splitlines() if line.startswith("heard")]
@@ -266,7 +267,7 @@ class Play(Motion):
 
     def test_a_servo_that_loses_its_power_ends_the_motion(self):
         self.run_on(SWING + "sequence walk new low 2s\nsequence walk add stand 2s\nplay walk loop\n@wait 500\n"
-                    "@power 1 off\n! motion wait\n@expect text servo 1: does not follow\n@expect text error 83:\n"
+                    "@power 1 off\n! motion wait\n@expect text because of servo 1\n@expect text error 83:\n"
                     "@power 1 on\n@wait 1500\nrelease\n")
 
     def test_a_new_motion_is_not_paused(self):
@@ -338,6 +339,18 @@ class Play(Motion):
     def test_play_without_group_after_power_off(self):
         self.run_on_each(WALKING + "@reset power\n@wait 500\nplay walk\nmotion wait\n" + STAND)
 
+    def test_refused_move_leaves_the_move_under_way(self):
+        self.run_on(SWING + "pose low in 1s\n@wait 200\n! pose stand in 1ms\n@expect text error 57:\n"
+                    "motion\n@expect text motion: a move\nmotion wait\n" + LOW, MOVING[0])
+
+    def test_long_line_beside_a_cycle_is_read_whole(self):
+        """At the rate of the host link, 115200 bit/s: 18 angles of 6 characters."""
+        ids = [str(n) for n in range(1, 19)]
+        heard = self.typed("echo off\n" + "".join(f"write {n} RETURN_DELAY 10\n" for n in ids)
+                           + f"group {' '.join(ids)}\ntorque 254 on\ncycle every 4ms\n",
+                           [(f"text pose {' '.join(['512raw'] * 18)} in 2s", 500_000)], MOVING[0], "1-18")
+        self.assertEqual(heard, "ok\r\n")
+
     def test_play_in_a_running_cycle_leaves_it_running(self):
         self.run_on(WALKING + "cycle every 4ms\nplay walk\nmotion wait\n" + STAND + "cycle\ncycle off\n")
 
@@ -346,19 +359,25 @@ class Play(Motion):
                     "motion\n@expect text motion: none\n! motion wait\n@expect text error 54:\n"
                     "! play walk\nrelease\nteach off\nplay walk\nmotion wait\n" + STAND)
 
+    def test_torque_that_is_known_to_be_off_lets_nothing_begin(self):
+        for line in "play walk", "pose low in 1s":
+            self.run_on(WALKING + f"stop\nrelease\n! {line}\n@expect text because of servo 1\n"
+                        "@expect text error 84:\n! cycle\ngroup 3 1 2\ntorque 1 on\n"
+                        f"! {line}\n@expect text because of servo 2\nteach off\n{line}\nmotion wait\n", MOVING[0])
+
     def test_blocked_servo_ends_the_motion(self):
         self.run_on(SWEEP + "play sweep loop\n@wait 1000\n@block 2 on\n@wait 800\nmotion\n"
-                    "@expect text motion: none\n! motion wait\n@expect text servo 2: does not follow\n"
+                    "@expect text motion: none\n! motion wait\n@expect text because of servo 2\n"
                     "@expect text error 83:\n@expect servo 1 torque on\n@expect servo 1 MOVING 0\n"
                     "@block 2 off\n@wait 500\nplay sweep at 200%\nmotion wait\n")
 
     def test_servo_without_torque_ends_the_motion(self):
         self.run_on(SWEEP + "play sweep loop\n@wait 100\ntorque 3 off\n! motion wait\n"
-                    "@expect text servo 3: does not follow\n@expect text error 83:\n")
+                    "@expect text because of servo 3\n@expect text error 83:\n")
 
     def test_servo_that_dies_ends_the_motion(self):
         self.run_on_each(WALKING + "play walk loop\n@wait 700\n@power 2 off\n! motion wait\n"
-                    "@expect text servo 2:\n@expect text error\n@expect servo 1 torque on\n")
+                    "@expect text because of servo 2\n@expect text error\n@expect servo 1 torque on\n")
 
     def test_loss_of_the_host_link_ends_the_motion(self):
         self.run_on_each(SWEEP + "settings link_loss_ms 300\nplay sweep loop\n@wait 600\n! motion wait\n"
@@ -366,7 +385,7 @@ class Play(Motion):
                     "@expect servo 1-3 torque on\nclear\nplay sweep at 200%\nsettings link_loss_ms 0\nmotion wait\n")
 
     def test_soft_limit_of_a_servo_lets_nothing_begin(self):
-        self.run_on(SWEEP + "limits 2 90 210\n! play sweep\n@expect text servo 2:\n@expect text error 11:\n"
+        self.run_on(SWEEP + "limits 2 90 210\n! play sweep\n@expect text because of servo 2\n@expect text error 11:\n"
                     "limits 2 0 300\nplay sweep at 200%\nmotion wait\n")
 
     def test_silent_servo_lets_nothing_begin(self):

@@ -91,6 +91,8 @@
       "all stored poses together have at most 18 servos: delete poses, or give fewer servos")      \
     X(ERROR_STUCK, 83, "does not follow its goals, the motion has ended",                          \
       "check what blocks the servo, and whether its power and torque are on")                      \
+    X(ERROR_TORQUE_OFF, 84, "torque of a servo is off",                                            \
+      "'teach off' switches torque on where it is")                                                \
     X(ERROR_OVERRIDE, 82, "percentage of the speed out of range", "give 10 to 200%")               \
     X(ERROR_ABSENT, 81, "a servo of the pose is not in the group",                                 \
       "'pose show NAME' prints the 'group' that the pose needs")

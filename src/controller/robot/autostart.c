@@ -120,7 +120,7 @@ static enum cds_result hold(struct robot *robot, struct autostart *autostart)
 /* The cycle runs, and reads the servos. From here on the operation is that of the cycle. */
 static enum cds_result look(struct robot *robot, struct autostart *autostart)
 {
-    enum cds_result result = group_cycle_look(robot, autostart->begun_us);
+    enum cds_result result = group_cycle_known(robot, autostart->begun_us);
 
     if (result == CDS_OK)
         result = moves_play(robot, autostart->store, autostart->place,

@@ -17,8 +17,8 @@ static bool read_step(void *context, uint8_t index, struct cds_sequence_step *st
                                        .curve = stored.curve,
                                        .acceleration = MOVES_DECELERATION,
                                        .passes = stored.passes};
-    player->pose = stored_pose_read(player->store, &player->joints,
-                                    motion_store_pose_of(player->store, stored.pose), pose);
+    stored_pose_read(player->store, &player->joints,
+                     motion_store_pose_of(player->store, stored.pose), pose);
     return true;
 }
 

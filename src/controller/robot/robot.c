@@ -232,6 +232,35 @@ bool robot_add(struct robot *robot, uint8_t id)
     return cds_servos_find(&robot->servos, id) || cds_servos_add(&robot->servos, id) == CDS_OK;
 }
 
+/* True if the robot has room for all servos of the list that it does not know. */
+static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
+{
+    uint8_t room = (uint8_t)(ROBOT_SERVOS - robot->servos.count);
+
+    for (; count; count--) {
+        if (cds_servos_find(&robot->servos, *ids++))
+            continue;
+        if (room == 0)
+            return false;
+        room--;
+    }
+    return true;
+}
+
+uint8_t robot_choose_group(struct robot *robot, const uint8_t *ids, uint8_t count)
+{
+    if (robot->operation)
+        return ROBOT_BUSY;
+    if (!fit(robot, ids, count))
+        return ROBOT_TOO_MANY;
+    for (uint8_t i = 0; i < count; i++)
+        robot_add(robot, ids[i]);
+    memcpy(robot->group, ids, count);
+    robot->group_count = count;
+    robot->group_acts = false;
+    return 0;
+}
+
 NOINLINE void robot_delay_health(struct robot *robot)
 {
     struct cds_health *health = &robot->health;

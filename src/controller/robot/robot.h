@@ -149,16 +149,19 @@ bool robot_idle(const struct robot *robot);
 /* True if a running cycle sets the goal of servo `id`, 0 to 253; CDS_BROADCAST_ID: of any servo. */
 bool robot_cycles(const struct robot *robot, uint8_t id);
 
-/* True while a motion moves the group: its servos are reserved for the goals of the motion. */
-static inline bool robot_moves(const struct robot *robot)
+/* True while a motion starts, moves the group or is paused: the servos of the group are reserved
+ * for the goals of the motion. */
+static inline bool robot_is_in_motion(const struct robot *robot)
 {
     return robot->servos.reserved_count;
 }
 
-/* What robot_start() returns beside enum cds_result: numbers of errors in docs/errors.md. */
+/* What functions of the robot return beside enum cds_result: numbers of errors in docs/errors.md.
+ */
 enum robot_refusal {
-    ROBOT_BUSY = 43,    // another operation is under way
-    ROBOT_STOPPED = 54, // a stop is under way
+    ROBOT_TOO_MANY = 40, // there is no room for all these servos
+    ROBOT_BUSY = 43,     // another operation is under way
+    ROBOT_STOPPED = 54,  // a stop is under way
 };
 
 /* Begins `operation` with `config`. Returns 0: robot_poll() goes on with it; enum robot_refusal;
@@ -181,6 +184,10 @@ void robot_abort(struct robot *robot);
  * when it answers or is written to (failsafe.h). Until robot_add() is called, the state check reads
  * a servo only if it has returned. */
 bool robot_add(struct robot *robot, uint8_t id);
+
+/* Chooses `count` servos, 1 to ROBOT_SERVOS, as the group, moved by SYNC WRITE. Returns 0,
+ * ROBOT_BUSY or ROBOT_TOO_MANY; then the group stays as it was. */
+uint8_t robot_choose_group(struct robot *robot, const uint8_t *ids, uint8_t count);
 
 /* A packet of the PC passes: delays the state check by ROBOT_HEALTH_DELAY_US, except for servos
  * that have returned. */

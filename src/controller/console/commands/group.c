@@ -18,35 +18,6 @@ static const CDS_FLASH char message_servo_failed[] = "servo %u%s: %s";
 /* 20 RPM, the default speed. */
 #define POSE_SPEED 330
 
-/* True if the robot has room for all servos of the list that it does not know. */
-static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
-{
-    uint8_t room = (uint8_t)(ROBOT_SERVOS - robot->servos.count);
-
-    for (; count; count--) {
-        if (cds_servos_find(&robot->servos, *ids++))
-            continue;
-        if (room == 0)
-            return false;
-        room--;
-    }
-    return true;
-}
-
-uint8_t group_choose(struct robot *robot, const uint8_t *ids, uint8_t count)
-{
-    if (robot->operation)
-        return ERROR_CYCLE;
-    if (!fit(robot, ids, count))
-        return ERROR_TOO_MANY;
-    for (uint8_t i = 0; i < count; i++)
-        robot_add(robot, ids[i]);
-    memcpy(robot->group, ids, count);
-    robot->group_count = count;
-    robot->group_acts = false;
-    return 0;
-}
-
 static uint8_t group_begin(struct console *console)
 {
     const struct command_line *line = &console->line;
@@ -55,7 +26,7 @@ static uint8_t group_begin(struct console *console)
 
     if (line->values == 0)
         return robot->group_count ? 0 : ERROR_NO_GROUP;
-    error = group_choose(robot, line->request->packet.bytes, line->values);
+    error = robot_choose_group(robot, line->request->packet.bytes, line->values);
     if (error == 0)
         robot->group_acts = line->choice == 2;
     return error;
@@ -169,7 +140,7 @@ static uint8_t pose_begin(struct console *console)
         return ERROR_GROUP_SIZE;
     if (line->choice == POSE_IN)
         return command_set.pose_in->begin(console);
-    if (robot_moves(robot))
+    if (robot_is_in_motion(robot))
         return ERROR_MOTION;
     if (robot->cycle) {
         console->phase = POSE_CYCLE;

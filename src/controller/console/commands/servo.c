@@ -51,7 +51,7 @@ static uint8_t cycled(const struct console *console)
 {
     if (!robot_cycles(console->robot, console->line.id))
         return 0;
-    return robot_moves(console->robot) ? (uint8_t)ERROR_MOTION : (uint8_t)ERROR_CYCLE;
+    return robot_is_in_motion(console->robot) ? (uint8_t)ERROR_MOTION : (uint8_t)ERROR_CYCLE;
 }
 
 uint8_t servo_outcome(struct console *console)
