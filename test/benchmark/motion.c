@@ -73,7 +73,7 @@ static void poll(void)
 {
     cds_bus_poll(&bus);
     cds_cycle_poll(&cycle);
-    if (motion.move_result == CDS_PENDING || motion.taken_up < joint_count) {
+    if (motion.move_result == CDS_PENDING || motion.begun < joint_count) {
         mark(MARK_SLOW);
         cds_motion_poll(&motion);
         unmark(MARK_SLOW);
