@@ -11,7 +11,7 @@
 /* What the sines of a joint may reach. */
 struct reach {
     uint16_t steps; // sum of amplitudes
-    uint16_t swing; // sum of amplitude x multiple
+    uint16_t swing; // sum of amplitude x multiple: speed in 2 pi steps per base period
     uint8_t sines;
 };
 
@@ -42,6 +42,8 @@ static bool measure(const CDS_GAIT_FLASH struct cds_gait_sine *sine, struct reac
             return false;
         reach->steps = (uint16_t)(reach->steps + amplitude);
         reach->swing = (uint16_t)(reach->swing + amplitude * sine->multiple);
+        if (sine->wave == CDS_GAIT_LIFT) // 4.1 % faster at the end of a change from -100 to 100 %
+            reach->swing = (uint16_t)(reach->swing + amplitude / 16 + 1);
     }
     return true;
 }
@@ -76,8 +78,8 @@ static void check_speed(struct cds_gait *gait, uint8_t index, const struct reach
     uint16_t distance = distance_of(state->start, config->joints[index].rest);
     uint32_t speed = reach->swing * turn, peak;
 
-    // The way from the start is a ramp: its highest speed is 3/2 of its mean speed, turn x 3 / 4
-    // pi.
+    // The highest speed of the ramp from the start is 3/2 of its mean speed. For a sine the factor
+    // is 2 pi, which `turn` has: 3 / (4 pi) is about 1/4.
     if (distance)
         speed += (distance * (turn / 4) / config->ramp_ms + 1) * config->period_ms;
     peak = speed / config->period_ms;

@@ -380,6 +380,46 @@ void test_speed_limit_of_a_servo_is_kept(void)
     }
 }
 
+CDS_GAIT_TABLE(lifts) = {
+    {.rest = 512, .sines = {{.amplitude = 300, .multiple = 1, .wave = CDS_GAIT_LIFT}}},
+    {.rest = 512, .sines = {{.amplitude = 300, .multiple = 1, .group = 1}}},
+    {.rest = CDS_POSE_NONE},
+    {.rest = CDS_POSE_NONE},
+    {.rest = CDS_POSE_NONE},
+    {.rest = CDS_POSE_NONE},
+    {.rest = CDS_POSE_NONE},
+};
+
+/* Passes a period. The way of joints 0 and 1 between two goals is at most that of full speed, 1023
+ * units: 5.074 steps in 4 ms, and the rounding of both goals to 1/256 step. */
+static void pass_within_full_speed(void)
+{
+    uint16_t last[] = {joints[0].position, joints[1].position};
+
+    pass_period();
+    for (uint8_t i = 0; i < 2; i++)
+        TEST_ASSERT_INT_WITHIN(1299 + 2, 0, (int16_t)(joints[i].position - last[i]));
+}
+
+/* The ramp is as short as it may be, and the scale changes from 100 % to -100 % and back. */
+void test_change_of_scale_keeps_full_speed(void)
+{
+    config.joints = lifts;
+    feedback[0].position = feedback[1].position = 512;
+    config.period_ms = config.ramp_ms = 1000;
+    assert_refused(CDS_LIMIT, 0);
+    config.period_ms = config.ramp_ms = (uint16_t)gait.shortest_ms;
+    begin_gait();
+    for (uint16_t i = 0; i < MANY / 10; i++) {
+        int8_t percent = i % 1402 < 701 ? -100 : 100;
+
+        if (i % 701 == 0) // another phase each time
+            for (uint8_t group = 0; group < 2; group++)
+                TEST_ASSERT_EQUAL(CDS_OK, cds_gait_set_scale(&gait, group, percent));
+        pass_within_full_speed();
+    }
+}
+
 void test_far_start_within_a_short_ramp_is_refused(void)
 {
     feedback[6].position = 1023; // 723 steps within 1.2 s: 3/2 of 486 units, and no sine
