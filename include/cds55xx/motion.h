@@ -38,6 +38,10 @@ enum cds_motion_curve {
     CDS_MOTION_BY_SERVO,     // one goal; each joint gets the speed at which all arrive together
 } __attribute__((packed));
 
+/* A deceleration for pause and abort, in speed register units per second: a joint at full speed
+ * stops within 128 ms and 81 steps. cds_motion_acceleration() of the factory value. */
+#define CDS_MOTION_DECELERATION 8000u
+
 /* In a pose: the joint takes no part in the move. */
 #define CDS_POSE_NONE UINT16_MAX
 
@@ -65,11 +69,11 @@ static inline uint16_t cds_motion_acceleration(uint8_t acc)
 
 /* A move. What the pointers point to stays in place until the move is over. */
 struct cds_move {
-    const uint16_t *pose;      // position of each joint, 0 to 1023, or CDS_POSE_NONE
-    uint32_t time_ms;          // 1 to CDS_MOTION_TIME_MAX_MS, rounded up to whole periods
-    uint8_t curve;             // enum cds_motion_curve
-    bool may_take_longer;      // a time that is too short is stretched, not refused
-    bool waits;                // for the end of the move under way; else it takes its place at once
+    const uint16_t *pose; // position of each joint, 0 to 1023, or CDS_POSE_NONE
+    uint32_t time_ms;     // 1 to CDS_MOTION_TIME_MAX_MS, rounded up to whole periods
+    uint8_t curve;        // enum cds_motion_curve
+    bool may_take_longer; // a time that is too short is stretched, not refused
+    bool waits;           // for the end of the move under way; else it begins at once, in its place
     uint16_t acceleration;     // of a trapezoid: of the joint with the longest way, in speed
                                // register units per second, 1 or more
     const uint16_t *next_pose; // NULL: the joints stop at the pose. Else they pass it on their way

@@ -37,8 +37,8 @@ extern "C" {
 #endif
 
 /* `direction` of a joint. */
-#define CDS_FORWARD  1    // the angle of the joint grows with the position of the servo
-#define CDS_REVERSED (-1) // the angle of the joint falls with the position of the servo
+#define CDS_FORWARD  1    // the angle of the joint increases with the position of the servo
+#define CDS_REVERSED (-1) // the angle of the joint decreases with the position of the servo
 
 /* `profile` of a joint. */
 enum cds_joint_profile { CDS_JOINT_CDS55XX, CDS_JOINT_AX12 } __attribute__((packed));

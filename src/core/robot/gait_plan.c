@@ -48,11 +48,6 @@ static bool measure(const CDS_GAIT_FLASH struct cds_gait_sine *sine, struct reac
     return true;
 }
 
-static uint16_t distance_of(uint16_t one, uint16_t other)
-{
-    return one > other ? (uint16_t)(one - other) : (uint16_t)(other - one);
-}
-
 /* The joint starts at its last goal, or if it is far from that, where it is. False: not known. */
 static bool locate(const struct cds_gait *gait, uint8_t index, uint16_t *position)
 {
@@ -62,7 +57,7 @@ static bool locate(const struct cds_gait *gait, uint8_t index, uint16_t *positio
     if (!feedback->known)
         return false;
     *position = feedback->position;
-    if (goal <= CDS_VALUE_MAX && distance_of(goal, *position) <= CDS_MOTION_NEAR_STEPS)
+    if (goal <= CDS_VALUE_MAX && abs((int16_t)(goal - *position)) <= CDS_MOTION_NEAR_STEPS)
         *position = goal;
     return true;
 }
@@ -75,7 +70,7 @@ static void check_speed(struct cds_gait *gait, uint8_t index, const struct reach
     const struct cds_register_profile *profile =
         config->profiles ? config->profiles[index] : &cds_profile_cds55xx;
     uint32_t turn = TURN / profile->full_speed_mrpm;
-    uint16_t distance = distance_of(state->start, config->joints[index].rest);
+    uint16_t distance = (uint16_t)abs((int16_t)(state->start - config->joints[index].rest));
     uint32_t speed = reach->swing * turn, peak;
 
     // The highest speed of the ramp from the start is 3/2 of its mean speed. For a sine the factor

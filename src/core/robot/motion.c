@@ -5,6 +5,7 @@
 #include "compiler.h"              // NOINLINE
 #include "robot/curve_internal.h"
 #include "robot/motion_internal.h"
+#include "robot/rate_internal.h"
 
 #define JOINTS_PER_POLL 6
 #define BEGIN_COST      5 // joints less in a poll: a joint that begins a move divides
@@ -241,17 +242,6 @@ static bool advance(struct cds_motion_clock *clock, uint32_t rate)
     return clock->time != UINT32_MAX;
 }
 
-/* The time of the move runs faster or slower by at most rate_step. */
-static void change_rate(struct cds_motion *motion)
-{
-    uint32_t rate = motion->rate, goal = motion->rate_goal, step = motion->rate_step;
-
-    if (rate < goal)
-        motion->rate = goal - rate > step ? rate + step : goal;
-    else
-        motion->rate = rate - goal > step ? rate - step : goal;
-}
-
 static uint16_t share(const struct cds_motion_clock *clock)
 {
     return (uint16_t)(clock->time >> 16);
@@ -359,7 +349,7 @@ static void begin_period(struct cds_motion *motion)
         end(motion, motion->is_ending ? (enum cds_result)motion->outcome : CDS_OK);
         return;
     }
-    change_rate(motion);
+    motion->rate = cds_rate_next(motion->rate, motion->rate_goal, motion->rate_step);
     if (motion->rate) {
         set_basis(motion);
         motion->index = 0;

@@ -12,7 +12,6 @@
 #define JOINTS       18
 #define WALK_PERIODS 750
 #define TURN_PERIODS 750
-#define DECELERATION 8000
 
 enum { LEFT, RIGHT, LIFT };
 
@@ -117,7 +116,7 @@ static void walk(void)
         steer();
         if (cds_follow_poll(&follow) == CDS_TIMEOUT && !gait.is_ending) {
             say("stuck", follow.joint);
-            cds_gait_abort(&gait, DECELERATION);
+            cds_gait_abort(&gait, CDS_MOTION_DECELERATION);
         }
     }
     if (follow.result == CDS_PENDING)
