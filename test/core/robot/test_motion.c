@@ -7,10 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "bus_rig.h"
-#include "unity.h"
+#include "joints_rig.h"
 
-#define JOINTS    7 // more than one poll sets
 #define PERIOD_US 4000
 #define SIZE      (8 + 5 * JOINTS)
 
@@ -22,20 +20,11 @@
 #define SOME 1
 #endif
 
-static struct cds_queue queue;
-static struct cds_servos servos;
-static struct cds_servo_state states[JOINTS];
-static struct cds_cycle cycle;
-static struct cds_feedback feedback[JOINTS];
-static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(JOINTS)], ids[JOINTS];
 static struct cds_motion motion;
 static struct cds_motion_joint joints[JOINTS];
 static uint16_t pose[JOINTS];
 
-/* The last SYNC WRITE. */
-static uint16_t goals[JOINTS], speeds[JOINTS];
 static uint32_t sent; // SYNC WRITEs
-static uint16_t period_us;
 
 static void begin_motion(uint16_t acceleration)
 {
@@ -46,43 +35,17 @@ static void begin_motion(uint16_t acceleration)
                                                             .acceleration = acceleration}));
 }
 
-/* Begins the cycle, where the joints are, and the motion. */
-static void begin_cycle(uint16_t us)
+static void begin_cycle(uint16_t period_us)
 {
-    period_us = us;
-    memset(&cycle, 0, sizeof cycle);
-    TEST_ASSERT_EQUAL(CDS_OK,
-                      cds_cycle_begin(&cycle, &(struct cds_cycle_config){.bus = &bus,
-                                                                         .ids = ids,
-                                                                         .packets = packets,
-                                                                         .feedback = feedback,
-                                                                         .count = JOINTS,
-                                                                         .period_us = us}));
-    for (uint8_t i = 0; i < JOINTS; i++)
-        TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, i, feedback[i].position, 1));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    rig_begin_cycle(period_us);
     begin_motion(0);
 }
 
 void setUp(void)
 {
-    rig_open(0);
-    memset(&servos, 0, sizeof servos);
-    memset(states, 0, sizeof states);
-    memset(feedback, 0, sizeof feedback);
-    for (uint8_t i = 0; i < JOINTS; i++) {
-        states[i].id = ids[i] = (uint8_t)(i + 1);
-        feedback[i].known = true;
-        feedback[i].position = 500;
-        pose[i] = CDS_POSE_NONE;
-    }
-    TEST_ASSERT_EQUAL(CDS_OK,
-                      cds_servos_begin(&servos, &(struct cds_servos_config){.bus = &bus,
-                                                                            .queue = &queue,
-                                                                            .states = states,
-                                                                            .count = JOINTS,
-                                                                            .capacity = JOINTS}));
+    rig_begin_joints(500);
     begin_cycle(PERIOD_US);
+    memset(pose, 0xFF, sizeof pose); // CDS_POSE_NONE
     sent = 0;
 }
 
@@ -91,26 +54,22 @@ void tearDown(void)
     rig_check();
 }
 
+/* The goals leave, and all servos report. */
+static void send_goals(void)
+{
+    rig_send_goals();
+    TEST_ASSERT_EQUAL_UINT16(SIZE, port_fake.sent_size);
+    for (uint8_t i = 0; i < JOINTS; i++)
+        feedback[i].time_us = port_fake.now_us;
+}
+
 /* The goals leave, and the motion sets those of the next period. Returns what its last poll has
  * returned. */
 static enum cds_result pass_period(void)
 {
     enum cds_result result = CDS_OK;
 
-    port_fake.now_us += period_us;
-    for (uint8_t i = 0; i < JOINTS; i++)
-        feedback[i].time_us = port_fake.now_us; // all servos report
-    while (!cds_bus_is_busy(&bus))
-        cds_cycle_poll(&cycle);
-    rig_transmit();
-    port_fake_look(&bus);
-    TEST_ASSERT_EQUAL_UINT16(SIZE, port_fake.sent_size);
-    for (uint8_t i = 0; i < JOINTS; i++) {
-        const uint8_t *block = port_fake.sent + CDS_AT_PARAMETERS + 2 + 5 * i;
-
-        goals[i] = (uint16_t)(block[1] | block[2] << 8);
-        speeds[i] = (uint16_t)(block[3] | block[4] << 8);
-    }
+    send_goals();
     sent++;
     for (uint8_t i = 0; i < 3 * JOINTS + 10; i++)
         result = cds_motion_poll(&motion);
@@ -954,13 +913,7 @@ void test_polls_set_at_most_six_goals(void)
     for (uint8_t i = 0; i < JOINTS; i++)
         pose[i] = 600;
     move(1000, CDS_MOTION_MINIMUM_JERK);
-    port_fake.now_us += period_us;
-    for (uint8_t i = 0; i < JOINTS; i++)
-        feedback[i].time_us = port_fake.now_us; // all servos report
-    while (!cds_bus_is_busy(&bus))
-        cds_cycle_poll(&cycle);
-    rig_transmit();
-    port_fake_look(&bus);
+    send_goals();
     cds_motion_poll(&motion); // a new period
     for (; motion.index < JOINTS; polls++)
         cds_motion_poll(&motion);
