@@ -8,9 +8,8 @@
  *
  *     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
  *     cds_robot_start(&robot);
- *     for (;;)
- *         if (cds_robot_poll(&robot) == CDS_ROBOT_RUNNING)
- *             cds_robot_set_goal_mdeg(&robot, 0, 45000);
+ *     while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED)
+ *         cds_robot_set_goal_mdeg(&robot, 0, 45000); // refused until the robot runs
  *
  * A program that needs more uses the parts: robot.bus, robot.cycle. All functions: main context. */
 #ifndef CDS_ROBOT_H
@@ -38,13 +37,16 @@ extern "C" {
 #endif
 
 /* `direction` of a joint. */
-#define CDS_FORWARD  1    // the angle of the joint grows with the position of the servo
-#define CDS_REVERSED (-1) // the angle of the joint falls with the position of the servo
+#define CDS_FORWARD  1    // the angle of the joint increases with the position of the servo
+#define CDS_REVERSED (-1) // the angle of the joint decreases with the position of the servo
 
 /* `profile` of a joint. */
 enum cds_joint_profile { CDS_JOINT_CDS55XX, CDS_JOINT_AX12 } __attribute__((packed));
 
 #define CDS_JOINT_NAME_SIZE 9 // 8 characters and a 0
+
+/* 0. A constant `name` of more than 8 characters is an error: an array has a negative size. */
+#define CDS_JOINT_NAME_CHECK(name) (0 * sizeof(char[sizeof(name) <= CDS_JOINT_NAME_SIZE ? 1 : -1]))
 
 /* One joint. Its angle is 0 where its servo is at offset_mdeg. */
 struct cds_joint {
@@ -58,12 +60,12 @@ struct cds_joint {
     char name[CDS_JOINT_NAME_SIZE];
 };
 
-/* A row of the table, in C99 and C++11. */
+/* A row of the table, in C99 and C++11. `name`: a string of at most 8 characters. */
 #define CDS_JOINT(id, direction, offset_mdeg, lowest_mdeg, highest_mdeg, fastest_mrpm, profile,    \
                   name)                                                                            \
     {                                                                                              \
-        (id), (direction), (profile), (offset_mdeg), (lowest_mdeg), (highest_mdeg),                \
-            (fastest_mrpm), name                                                                   \
+        (id), (direction), (profile) + CDS_JOINT_NAME_CHECK(name), (offset_mdeg), (lowest_mdeg),   \
+            (highest_mdeg), (fastest_mrpm), name                                                   \
     }
 
 /* Begins the definition of a table: CDS_JOINTS(name) = {CDS_JOINT(...), ...}; at file scope. */
@@ -102,12 +104,12 @@ struct cds_robot_config {
         (uint8_t)CDS_JOINT_COUNT(joints)}
 
 enum cds_robot_state {
-    CDS_ROBOT_CLOSED,
+    CDS_ROBOT_CLOSED,   // cds_robot_open() was not called
     CDS_ROBOT_OPEN,     // driving is inhibited
     CDS_ROBOT_STARTING, // servos are checked and get their first goals
     CDS_ROBOT_RUNNING,  // torque is on, and goals are sent
     CDS_ROBOT_STOPPING, // driving is inhibited; torque is switched off
-    CDS_ROBOT_STOPPED,  // driving is inhibited
+    CDS_ROBOT_STOPPED,  // driving is inhibited; also if open or start has failed
 } __attribute__((packed));
 
 enum cds_robot_event_kind {
@@ -196,8 +198,9 @@ struct cds_robot {
 /* Opens the bus on `port` at `baud_reg` (see cds_bus_open()) and sets the limits of all joints.
  * Sends nothing. Driving is inhibited until a start has checked all servos. `config`: name_config
  * of CDS_ROBOT(). CDS_OK; CDS_BUSY: the robot is starting, running or stopping; CDS_BAD_ARGUMENT:
- * an ID is out of range or stands twice, or another value of joint event.joint is out of range; the
- * robot is closed. Divides 32-bit numbers: not for the hot path. */
+ * an ID is out of range or stands twice, or another value of joint event.joint is out of range: the
+ * state is CDS_ROBOT_STOPPED, and the robot does not start until it is opened well. Divides 32-bit
+ * numbers: not for the hot path. */
 enum cds_result cds_robot_open(struct cds_robot *robot, const struct cds_robot_config *config,
                                uint8_t port, uint8_t baud_reg);
 
@@ -212,8 +215,9 @@ enum cds_result cds_robot_open(struct cds_robot *robot, const struct cds_robot_c
  * If a servo is not well, the robot stops as by cds_robot_stop(). A silent servo is asked for
  * CDS_ROBOT_PATIENCE_US; its return delay is written unread, since it may reply before the board
  * can receive. CDS_OK; CDS_BUSY: the robot is starting, running or stopping;
- * CDS_BAD_ARGUMENT: it is not open, return_delay_us is out of range, or goals of all joints do not
- * fit period_us. */
+ * CDS_BAD_ARGUMENT: it was not opened well, return_delay_us is out of range, or goals of all joints
+ * do not fit period_us; the state is CDS_ROBOT_STOPPED. So a program may ignore the results of open
+ * and start if its main loop ends with that state. */
 enum cds_result cds_robot_start(struct cds_robot *robot);
 
 /* Moves all of the robot on: bus, start, cycle, state check, stop. Call it from the main loop, as
@@ -222,7 +226,7 @@ enum cds_robot_state cds_robot_poll(struct cds_robot *robot);
 
 /* Stops the robot: inhibits driving, ends start and cycle, and switches torque off for all servos
  * on the bus (torque_off.h), before any other request. Begins again if the robot has stopped. Does
- * nothing while it is stopping, or if it is not open. */
+ * nothing while it is stopping, or if it was not opened well. */
 void cds_robot_stop(struct cds_robot *robot);
 
 /* Sets the goal of `joint` (index in the table) to the angle `mdeg`, at the speed of its limit. All

@@ -150,7 +150,7 @@ void moves_set_override(struct robot *robot, uint8_t percent)
 void moves_pause(struct robot *robot)
 {
     robot->moves->player.is_paused = true;
-    cds_motion_pause(&robot->moves->motion, MOVES_DECELERATION);
+    cds_motion_pause(&robot->moves->motion, CDS_MOTION_DECELERATION);
 }
 
 void moves_resume(struct robot *robot)
@@ -162,5 +162,5 @@ void moves_resume(struct robot *robot)
 void moves_end(struct robot *robot)
 {
     player_abort(&robot->moves->player);
-    cds_motion_abort(&robot->moves->motion, MOVES_DECELERATION);
+    cds_motion_abort(&robot->moves->motion, CDS_MOTION_DECELERATION);
 }

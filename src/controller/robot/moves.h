@@ -12,10 +12,6 @@
 #include "robot/player.h"       // struct player
 #include "robot/robot.h"        // struct robot
 
-/* At which moves come to rest when they are paused or end early, in speed register units per
- * second: from full speed in an eighth of a second. */
-#define MOVES_DECELERATION 8000
-
 /* The storage: robot->moves. The fields are to be read only. */
 struct moves {
     const struct motion_store *store;

@@ -116,8 +116,11 @@ enum cds_result cds_robot_open(struct cds_robot *robot, const struct cds_robot_c
     robot->count = cds_robot_config_of(robot)->count;
     cds_bus_open(&robot->bus, port, baud_reg);
     result = begin_servos(robot);
-    if (result != CDS_OK)
+    if (result != CDS_OK) {
+        robot->count = 0; // until it is opened well, the robot cannot start
+        robot->state = CDS_ROBOT_STOPPED;
         return result;
+    }
     robot->tolerates = 0;
     robot->return_delay_us = CDS_ROBOT_RETURN_DELAY_US;
     robot->period_us = CDS_CYCLE_PERIOD_US;
@@ -160,14 +163,14 @@ static enum cds_result begin_cycle(struct cds_robot *robot)
 
 enum cds_result cds_robot_start(struct cds_robot *robot)
 {
-    enum cds_result result;
+    enum cds_result result = CDS_BAD_ARGUMENT;
 
     OPTIMIZER_BARRIER(robot);
     if (!is_at_rest(robot))
         return CDS_BUSY;
-    if (robot->state == CDS_ROBOT_CLOSED || robot->return_delay_us > CDS_RETURN_DELAY_MAX_US)
-        return CDS_BAD_ARGUMENT;
-    result = begin_cycle(robot); // checks period_us
+    robot->state = CDS_ROBOT_STOPPED;
+    if (robot->count && robot->return_delay_us <= CDS_RETURN_DELAY_MAX_US)
+        result = begin_cycle(robot); // checks period_us
     if (result != CDS_OK)
         return result;
     cds_servos_inhibit_all(&robot->servos);
@@ -276,7 +279,7 @@ static void poll_run(struct cds_robot *robot)
 void cds_robot_stop(struct cds_robot *robot)
 {
     OPTIMIZER_BARRIER(robot);
-    if (robot->state == CDS_ROBOT_CLOSED || robot->state == CDS_ROBOT_STOPPING)
+    if (robot->count == 0 || robot->state == CDS_ROBOT_STOPPING)
         return;
     cds_steps_end(&robot->steps, CDS_CANCELLED);
     cds_cycle_abort(&robot->cycle);

@@ -61,7 +61,7 @@ static enum cds_result send(void *operation)
 }
 
 /* Returns what is wrong with the servo that was read, enum cds_robot_reason. */
-static uint8_t judge(const struct cds_robot *robot)
+static uint8_t reason_to_fail(const struct cds_robot *robot)
 {
     const struct cds_servo_state *servo = servo_of(robot);
     uint16_t position = word_of(robot, CDS_REG_PRESENT_POSITION);
@@ -139,7 +139,7 @@ static void ask_again(struct cds_robot *robot, enum cds_result result)
 
 static void check_ended(struct cds_robot *robot)
 {
-    uint8_t why = judge(robot);
+    uint8_t why = reason_to_fail(robot);
 
     if (why == CDS_REASON_RETURN_DELAY && !robot->is_delay_written) {
         robot->is_delay_written = true;
@@ -151,7 +151,7 @@ static void check_ended(struct cds_robot *robot)
     }
 }
 
-static void take_feedback(struct cds_robot *robot)
+static void note_feedback(struct cds_robot *robot)
 {
     struct cds_feedback *feedback = &cds_robot_config_of(robot)->feedback[robot->joint];
 
@@ -191,7 +191,7 @@ static void ended(void *operation, enum cds_result result)
     switch (robot->phase) {
     case CHECK: check_ended(robot); break;
     case FIND:
-        take_feedback(robot);
+        note_feedback(robot);
         robot->phase = SET_GOAL;
         break;
     case SET_GOAL: robot->phase = READ_BACK; break;
