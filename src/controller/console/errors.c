@@ -6,7 +6,8 @@
 #include "console/messages.h" // FLASH_TEXT()
 #include "robot/robot.h"      // enum robot_refusal
 
-_Static_assert((int)ERROR_CYCLE == ROBOT_BUSY && (int)ERROR_STOPPED == ROBOT_STOPPED,
+_Static_assert((int)ERROR_CYCLE == ROBOT_BUSY && (int)ERROR_STOPPED == ROBOT_STOPPED &&
+                   (int)ERROR_MOTION == ROBOT_MOVES,
                "the console prints what robot_start() returns");
 
 const CDS_FLASH char *const CDS_FLASH errors_with_remedies[] = {

@@ -75,7 +75,8 @@
 
 /* X(name, number, text, remedy): errors of the profile `full`. */
 #define MOTION_ERRORS(X)                                                                           \
-    X(ERROR_GOAL, 70, "the servo does not keep its goal", "torque stays off; look for noise")      \
+    X(ERROR_GOAL, 70, "the servo does not take its goal",                                          \
+      "torque stays off; hold it still, look for noise")                                           \
     X(ERROR_NAME, 71, "not a name", "a letter, then letters and digits, up to 8 characters")       \
     X(ERROR_NAME_LONG, 72, "name too long", "at most 8 characters")                                \
     X(ERROR_KEYWORD, 73, "the name is a word of the console", "choose another name")               \
@@ -90,6 +91,9 @@
     X(ERROR_JOINTS, 80, "too many joints", "all stored poses together have at most 18 servos")     \
     X(ERROR_STUCK, 83, "does not follow its goals, the motion has ended",                          \
       "look what blocks it, and whether its torque is on")                                         \
+    X(ERROR_ALARM, 84, "the servo reports an alarm", "'servos' names it: remove the cause")        \
+    X(ERROR_VOLTAGE, 85, "voltage outside of the servo's limits",                                  \
+      "charge the battery, or see its MIN_VOLTAGE and MAX_VOLTAGE")                                \
     X(ERROR_OVERRIDE, 82, "share of the speed out of range", "10 to 200%")                         \
     X(ERROR_ABSENT, 81, "a joint of the pose is not in the group",                                 \
       "'pose show NAME' names the servos that 'group' must have")

@@ -107,15 +107,23 @@ NOINLINE static void end_operation(struct robot *robot)
     robot->servos.is_paused = false;
 }
 
+NOINLINE uint8_t robot_busy(const struct robot *robot)
+{
+    if (robot->operation == NULL)
+        return 0;
+    return robot_moves(robot) ? ROBOT_MOVES : ROBOT_BUSY;
+}
+
 uint8_t robot_start(struct robot *robot, const CDS_FLASH struct robot_operation *operation,
                     const void *config)
 {
+    uint8_t busy = robot_busy(robot);
     enum cds_result begun;
 
     if (robot_is_stopping(robot))
         return ROBOT_STOPPED;
-    if (robot->operation)
-        return ROBOT_BUSY;
+    if (busy)
+        return busy;
     robot->operation = operation;
     robot->result = CDS_PENDING;
     robot->baud_reg = robot->bus->baud_reg;

@@ -18,6 +18,7 @@
 #include "cds55xx/scan.h"            // struct cds_scan
 #include "cds55xx/servos.h"          // struct cds_servos
 #include "cds55xx/torque_off.h"      // struct cds_torque_off
+#include "cds55xx/torque_on.h"       // struct cds_torque_on
 #include "cds55xx/health.h"          // struct cds_health
 #include "flash.h"                   // CDS_FLASH
 #include "robot/inhibit_copy.h"      // struct inhibit_copy
@@ -59,6 +60,16 @@ union robot_work {
         struct cds_registered_move move;
         struct cds_goal goals[ROBOT_SERVOS];
     } move;
+    struct {
+        struct cds_torque_on torque_on; // of servo `index` of the group
+        struct cds_request request;
+        uint8_t packet[CDS_TORQUE_ON_PACKET_SIZE];
+        uint8_t reply[CDS_TORQUE_ON_READ_SIZE];
+        uint8_t index;
+        uint8_t tries;                 // READs of this servo without a good reply
+        uint16_t lowest[ROBOT_SERVOS]; // angle limits of each servo, 0 to 1023
+        uint16_t highest[ROBOT_SERVOS];
+    } autostart;
 };
 
 /* In `unlisted`: no scan has ended since the robot was begun or forgotten, or the rate changed. */
@@ -159,7 +170,11 @@ static inline bool robot_moves(const struct robot *robot)
 enum robot_refusal {
     ROBOT_BUSY = 43,    // another operation is under way
     ROBOT_STOPPED = 54, // a stop is under way
+    ROBOT_MOVES = 58,   // a motion is under way
 };
+
+/* Returns 0 if no operation is under way; else ROBOT_MOVES or ROBOT_BUSY. */
+uint8_t robot_busy(const struct robot *robot);
 
 /* Begins `operation` with `config`. Returns 0: robot_poll() goes on with it; enum robot_refusal;
  * else the enum cds_result of the begin function of `operation`. */

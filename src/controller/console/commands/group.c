@@ -35,8 +35,10 @@ static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
 
 uint8_t group_choose(struct robot *robot, const uint8_t *ids, uint8_t count)
 {
-    if (robot->operation)
-        return ERROR_CYCLE;
+    uint8_t error = robot_busy(robot);
+
+    if (error)
+        return error;
     if (!fit(robot, ids, count))
         return ERROR_TOO_MANY;
     for (uint8_t i = 0; i < count; i++)
@@ -169,12 +171,13 @@ static uint8_t pose_begin(struct console *console)
         return ERROR_GROUP_SIZE;
     if (line->choice == POSE_IN)
         return command_set.pose_in->begin(console);
-    if (robot_moves(robot))
-        return ERROR_MOTION;
-    if (robot->cycle) {
+    if (robot->cycle && !robot_moves(robot)) {
         console->phase = POSE_CYCLE;
         return 0;
     }
+    error = robot_busy(robot); // an operation may use robot->work
+    if (error)
+        return error;
     pose_keep_goals(console);
     return pose_send(console);
 }

@@ -20,8 +20,10 @@ static uint8_t read_position(struct console *console)
 
 static uint8_t begin(struct console *console)
 {
-    if (console->robot->operation)
-        return ERROR_CYCLE;
+    uint8_t error = robot_busy(console->robot);
+
+    if (error)
+        return error;
     pose_keep_goals(console);
     return read_position(console);
 }

@@ -63,6 +63,9 @@ bool moves_command_poll(struct console *console,
  * joint of the group. */
 void motion_failed(struct console *console, uint8_t joint);
 
+/* In teach.c: the error for an enum cds_reason. */
+uint8_t torque_on_error(uint8_t reason);
+
 /* The job of a command that writes registers. */
 struct set_job {
     struct cds_setup setup;

@@ -120,11 +120,12 @@ enum servos_part {
 static uint8_t servos_begin(struct console *console)
 {
     struct robot *robot = console->robot;
+    uint8_t error = robot_busy(robot);
 
     if (console->line.choice == 0)
         return 0;
-    if (robot->operation)
-        return ERROR_CYCLE;
+    if (error)
+        return error;
     if (robot_is_stopping(robot))
         return ERROR_STOPPED;
     robot_forget(robot);
