@@ -49,61 +49,56 @@ static bool choose_group(struct robot *robot, const struct motion_store *store)
 
 /* ---- the servos ---- */
 
-static uint16_t word_of(const uint8_t *reply, uint8_t reg)
-{
-    reply += reg - CDS_TORQUE_ON_READ_FROM;
-    return (uint16_t)(reply[0] | reply[1] << 8);
-}
-
 /* Begins with servo `index` of the group. `last`: enum cds_torque_on_part. */
 static void begin_servo(struct robot *robot, uint8_t index, uint8_t last)
 {
-    cds_torque_on_begin(&robot->work.autostart.torque_on,
+    struct autostart_servos *servos = &robot->work.autostart;
+
+    servos->index = index;
+    cds_torque_on_begin(&servos->torque_on,
                         &(struct cds_torque_on_config){.bus = robot->bus,
-                                                       .request = &robot->work.autostart.request,
+                                                       .request = &servos->request,
                                                        .id = robot->group[index],
                                                        .last = last,
                                                        .checks_condition = true});
-    robot->work.autostart.index = index;
 }
 
-/* Begins with the first servo. */
-static void begin_servos(struct robot *robot, uint8_t last)
+static enum cds_result next_servo(struct robot *robot, uint8_t index, uint8_t last)
 {
+    if (index == robot->group_count)
+        return CDS_OK;
     robot->work.autostart.tries = 0;
-    begin_servo(robot, 0, last);
+    begin_servo(robot, index, last);
+    return CDS_PENDING;
 }
 
 /* Keeps the angle limits that were read. */
-static void take_limits(struct robot *robot, uint8_t index)
+static void take_limits(struct autostart_servos *servos, uint8_t index)
 {
-    const uint8_t *reply = robot->work.autostart.reply;
+    const uint8_t *limits = servos->reply + (CDS_REG_CW_ANGLE_LIMIT - CDS_TORQUE_ON_READ_FROM);
 
-    robot->work.autostart.lowest[index] = word_of(reply, CDS_REG_CW_ANGLE_LIMIT);
-    robot->work.autostart.highest[index] = word_of(reply, CDS_REG_CCW_ANGLE_LIMIT);
+    servos->lowest[index] = (uint16_t)(limits[0] | limits[1] << 8);
+    servos->highest[index] = (uint16_t)(limits[2] | limits[3] << 8);
 }
 
 /* Goes through the servos of the group, each up to the part `last`. CDS_PENDING; CDS_OK: behind the
- * last servo; CDS_CANCELLED: a servo is not well. */
+ * last servo, the limits of all are known; CDS_CANCELLED: a servo is not well. */
 static enum cds_result poll_servos(struct robot *robot, struct autostart *autostart, uint8_t last)
 {
-    const struct cds_torque_on *torque_on = &robot->work.autostart.torque_on;
-    uint8_t index = robot->work.autostart.index;
-    enum cds_result result = cds_torque_on_poll(&robot->work.autostart.torque_on);
+    struct autostart_servos *servos = &robot->work.autostart;
+    enum cds_result result = cds_torque_on_poll(&servos->torque_on);
+    uint8_t index = servos->index;
 
     if (result == CDS_PENDING)
-        return CDS_PENDING;
+        return result;
     if (result == CDS_OK) {
-        take_limits(robot, index);
-        robot->work.autostart.tries = 0;
-        if (++index == robot->group_count)
-            return CDS_OK;
-    } else if (torque_on->reason != CDS_REASON_NO_REPLY ||
-               ++robot->work.autostart.tries == AUTOSTART_TRIES) {
-        autostart->id = robot->group[index];
-        autostart->reason = torque_on->reason;
-        return give_up(autostart, AUTOSTART_NOT_WELL);
+        take_limits(servos, index);
+        return next_servo(robot, (uint8_t)(index + 1), last);
     }
+    autostart->id = robot->group[index];
+    autostart->reason = servos->torque_on.reason;
+    if (autostart->reason != CDS_REASON_NO_REPLY || ++servos->tries == AUTOSTART_TRIES)
+        return give_up(autostart, AUTOSTART_NOT_WELL);
     begin_servo(robot, index, last);
     return CDS_PENDING;
 }
@@ -112,7 +107,7 @@ static enum cds_result poll_servos(struct robot *robot, struct autostart *autost
 
 static enum cds_result wait(struct robot *robot, struct autostart *autostart)
 {
-    struct cds_request *request = &robot->work.autostart.request;
+    struct autostart_servos *servos = &robot->work.autostart;
 
     if (cds_port_now_us() - autostart->begun_us < (autostart->delay & AUTOSTART_DELAY_MAX) * S_US)
         return CDS_PENDING;
@@ -120,9 +115,8 @@ static enum cds_result wait(struct robot *robot, struct autostart *autostart)
         return give_up(autostart, AUTOSTART_ALARM);
     if (!choose_group(robot, autostart->store))
         return give_up(autostart, AUTOSTART_MISSING);
-    *request =
-        (struct cds_request)CDS_REQUEST(robot->work.autostart.packet, robot->work.autostart.reply);
-    begin_servos(robot, CDS_TORQUE_ON_CHECK);
+    servos->request = (struct cds_request)CDS_REQUEST(servos->packet, servos->reply);
+    next_servo(robot, 0, CDS_TORQUE_ON_CHECK);
     autostart->state = AUTOSTART_CHECKING_SERVOS;
     return CDS_PENDING;
 }
@@ -168,7 +162,7 @@ static enum cds_result check_poses(struct robot *robot, struct autostart *autost
         return result;
     if (is_alarmed(robot))
         return give_up(autostart, AUTOSTART_ALARM);
-    begin_servos(robot, CDS_TORQUE_ON_SWITCH);
+    next_servo(robot, 0, CDS_TORQUE_ON_SWITCH);
     autostart->state = AUTOSTART_SWITCHING_ON;
     return CDS_PENDING;
 }

@@ -109,6 +109,8 @@ NOINLINE static void end_operation(struct robot *robot)
 
 NOINLINE uint8_t robot_busy(const struct robot *robot)
 {
+    if (robot_is_stopping(robot))
+        return ROBOT_STOPPED;
     if (robot->operation == NULL)
         return 0;
     return robot_moves(robot) ? ROBOT_MOVES : ROBOT_BUSY;
@@ -117,21 +119,18 @@ NOINLINE uint8_t robot_busy(const struct robot *robot)
 uint8_t robot_start(struct robot *robot, const CDS_FLASH struct robot_operation *operation,
                     const void *config)
 {
-    uint8_t busy = robot_busy(robot);
-    enum cds_result begun;
+    uint8_t begun = robot_busy(robot);
 
-    if (robot_is_stopping(robot))
-        return ROBOT_STOPPED;
-    if (busy)
-        return busy;
+    if (begun)
+        return begun;
     robot->operation = operation;
     robot->result = CDS_PENDING;
     robot->baud_reg = robot->bus->baud_reg;
     robot->servos.is_paused = operation->changes_rate;
-    begun = operation->begin(robot, config);
+    begun = (uint8_t)operation->begin(robot, config);
     if (begun != CDS_OK)
         end_operation(robot);
-    return (uint8_t)begun;
+    return begun;
 }
 
 void robot_abort(struct robot *robot)

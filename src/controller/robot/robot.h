@@ -43,6 +43,18 @@ struct robot_operation {
     bool changes_rate; // it changes the rate of the bus: a servo that is silent is not OFFLINE then
 };
 
+/* What the autostart needs until its cycle begins. */
+struct autostart_servos {
+    struct cds_torque_on torque_on; // of servo `index` of the group
+    uint8_t index;
+    uint8_t tries; // READs of this servo without a good reply
+    struct cds_request request;
+    uint8_t packet[CDS_TORQUE_ON_PACKET_SIZE];
+    uint8_t reply[CDS_TORQUE_ON_READ_SIZE];
+    uint16_t lowest[ROBOT_SERVOS]; // angle limits of each servo, 0 to 1023
+    uint16_t highest[ROBOT_SERVOS];
+};
+
 /* Storage of the operation. */
 union robot_work {
     struct {
@@ -60,16 +72,7 @@ union robot_work {
         struct cds_registered_move move;
         struct cds_goal goals[ROBOT_SERVOS];
     } move;
-    struct {
-        struct cds_torque_on torque_on; // of servo `index` of the group
-        struct cds_request request;
-        uint8_t packet[CDS_TORQUE_ON_PACKET_SIZE];
-        uint8_t reply[CDS_TORQUE_ON_READ_SIZE];
-        uint8_t index;
-        uint8_t tries;                 // READs of this servo without a good reply
-        uint16_t lowest[ROBOT_SERVOS]; // angle limits of each servo, 0 to 1023
-        uint16_t highest[ROBOT_SERVOS];
-    } autostart;
+    struct autostart_servos autostart;
 };
 
 /* In `unlisted`: no scan has ended since the robot was begun or forgotten, or the rate changed. */
@@ -166,14 +169,14 @@ static inline bool robot_moves(const struct robot *robot)
     return robot->servos.reserved_count;
 }
 
-/* What robot_start() returns beside enum cds_result: numbers of errors in docs/errors.md. */
+/* Why no operation may begin: numbers of errors in docs/errors.md. */
 enum robot_refusal {
     ROBOT_BUSY = 43,    // another operation is under way
     ROBOT_STOPPED = 54, // a stop is under way
     ROBOT_MOVES = 58,   // a motion is under way
 };
 
-/* Returns 0 if no operation is under way; else ROBOT_MOVES or ROBOT_BUSY. */
+/* Returns 0 if an operation may begin; else enum robot_refusal. */
 uint8_t robot_busy(const struct robot *robot);
 
 /* Begins `operation` with `config`. Returns 0: robot_poll() goes on with it; enum robot_refusal;

@@ -66,16 +66,16 @@ static enum cds_result send(void *operation)
     }
 }
 
-/* Returns why a step that has ended as `result`, not CDS_OK, has failed. */
+/* Returns why a step that has ended as `result`, not CDS_OK, has failed. No switch: gcc would make
+ * a table in RAM. */
 static uint8_t reason_of(enum cds_result result)
 {
-    switch (result) {
-    case CDS_REFUSED: return CDS_REASON_REFUSED;
-    case CDS_RESERVED:
-    case CDS_INHIBITED: return CDS_REASON_INHIBITED;
-    case CDS_LIMIT: return CDS_REASON_POSITION;
-    default: return CDS_REASON_NO_REPLY;
-    }
+    if (result == CDS_REFUSED)
+        return CDS_REASON_REFUSED;
+    if (result == CDS_LIMIT)
+        return CDS_REASON_POSITION;
+    return result == CDS_INHIBITED || result == CDS_RESERVED ? CDS_REASON_INHIBITED
+                                                             : CDS_REASON_NO_REPLY;
 }
 
 static void fail(struct cds_torque_on *on, uint8_t reason, enum cds_result result)

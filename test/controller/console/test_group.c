@@ -1,4 +1,4 @@
-/* Commands of several servos while an operation of the robot is under way. */
+/* Commands that need the robot for themselves, beside an operation, a motion or a stop. */
 #include "console_rig.h"
 
 static enum cds_result begin(struct robot *of, const void *config)
@@ -33,8 +33,8 @@ void tearDown(void)
 /* Every command that needs the group or robot->work for itself ends with this error. */
 static void assert_refused(const char *error)
 {
-    static const char *const lines[] = {"pose 90", "group 2", "teach off", "teach on", "scan",
-                                        "servos forget"};
+    static const char *const lines[] = {"pose 90",  "group 2", "teach off",
+                                        "teach on", "scan",    "servos forget"};
 
     for (uint8_t i = 0; i < sizeof lines / sizeof lines[0]; i++) {
         TEST_ASSERT_EQUAL_STRING_LEN_MESSAGE(error, reply_to(lines[i]), strlen(error), lines[i]);
@@ -54,4 +54,10 @@ void test_commands_beside_a_motion_are_refused(void)
 {
     cds_servos_reserve(&robot.servos, NULL, robot.group, 1);
     assert_refused("error 58: ");
+}
+
+void test_commands_beside_a_stop_are_refused(void)
+{
+    robot_stop(&robot); // it waits for the end of the operation
+    assert_refused("error 54: ");
 }

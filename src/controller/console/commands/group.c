@@ -92,14 +92,18 @@ uint16_t pose_angle(const struct console *console, uint8_t index)
 }
 
 /* Copies the goals out of the request's buffer, which the packet needs. */
-void pose_keep_goals(struct console *console)
+uint8_t pose_keep_goals(struct console *console)
 {
     struct robot *robot = console->robot;
     struct cds_goal *goal = robot->work.move.goals;
+    uint8_t error = robot_busy(robot);
 
+    if (error)
+        return error;
     for (uint8_t i = 0; i < robot->group_count; i++)
         *goal++ = (struct cds_goal){
             .id = robot->group[i], .position = pose_angle(console, i), .speed = console->raw};
+    return 0;
 }
 
 static uint8_t sync(struct console *console)
@@ -175,11 +179,8 @@ static uint8_t pose_begin(struct console *console)
         console->phase = POSE_CYCLE;
         return 0;
     }
-    error = robot_busy(robot); // an operation may use robot->work
-    if (error)
-        return error;
-    pose_keep_goals(console);
-    return pose_send(console);
+    error = pose_keep_goals(console);
+    return error ? error : pose_send(console);
 }
 
 /* Puts the goals into the next packet of the cycle, which is busy for one period at most. */

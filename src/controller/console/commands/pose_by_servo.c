@@ -20,12 +20,9 @@ static uint8_t read_position(struct console *console)
 
 static uint8_t begin(struct console *console)
 {
-    uint8_t error = robot_busy(console->robot);
+    uint8_t error = pose_keep_goals(console);
 
-    if (error)
-        return error;
-    pose_keep_goals(console);
-    return read_position(console);
+    return error ? error : read_position(console);
 }
 
 /* The speed at which a servo goes `steps` in `by` milliseconds, rounded up; or the milliseconds

@@ -36,9 +36,9 @@ uint8_t group_choose(struct robot *robot, const uint8_t *ids, uint8_t count);
 /* In group.c: angle `index` of the line. */
 uint16_t pose_angle(const struct console *console, uint8_t index);
 
-/* In group.c: the goals of the group, with the angles of the line and the speed in console->raw.
- * They stand in robot->work.move; no operation may be under way. */
-void pose_keep_goals(struct console *console);
+/* In group.c: keeps the goals of the group, with the angles of the line and the speed in
+ * console->raw, in robot->work.move. Returns an error if an operation is under way, or 0. */
+uint8_t pose_keep_goals(struct console *console);
 
 /* In group.c: sends these goals, as `group` says. Returns an error, or 0. */
 uint8_t pose_send(struct console *console);

@@ -120,14 +120,13 @@ enum servos_part {
 static uint8_t servos_begin(struct console *console)
 {
     struct robot *robot = console->robot;
-    uint8_t error = robot_busy(robot);
+    uint8_t error;
 
     if (console->line.choice == 0)
         return 0;
+    error = robot_busy(robot);
     if (error)
         return error;
-    if (robot_is_stopping(robot))
-        return ERROR_STOPPED;
     robot_forget(robot);
     memset(console->failsafe->reported, 0,
            sizeof console->failsafe->reported); // other servos will take these places
