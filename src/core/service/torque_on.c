@@ -37,14 +37,17 @@ enum cds_result cds_torque_on_begin(struct cds_torque_on *on,
     return CDS_OK;
 }
 
-static uint8_t byte_of(const struct cds_torque_on *on, uint8_t reg)
+/* Index of register `reg` in the reply to a READ. */
+#define AT(reg) ((reg)-CDS_TORQUE_ON_READ_FROM)
+
+static uint16_t word(const uint8_t *bytes)
 {
-    return on->steps.request->reply[reg - CDS_TORQUE_ON_READ_FROM];
+    return (uint16_t)(bytes[0] | (uint16_t)bytes[1] << 8);
 }
 
-static uint16_t word_of(const struct cds_torque_on *on, uint8_t reg)
+static uint16_t position_of(const struct cds_torque_on *on)
 {
-    return (uint16_t)(byte_of(on, reg) | (uint16_t)byte_of(on, (uint8_t)(reg + 1)) << 8);
+    return word(on->steps.request->reply + AT(CDS_REG_PRESENT_POSITION));
 }
 
 static enum cds_result send(void *operation)
@@ -87,14 +90,16 @@ static void fail(struct cds_torque_on *on, uint8_t reason, enum cds_result resul
 /* Returns what is wrong with the servo that was read, enum cds_reason. */
 static uint8_t check(const struct cds_torque_on *on)
 {
-    uint8_t voltage = byte_of(on, CDS_REG_PRESENT_VOLTAGE);
+    const uint8_t *reply = on->steps.request->reply;
+    uint8_t voltage = reply[AT(CDS_REG_PRESENT_VOLTAGE)];
 
-    if (on->checks_condition &&
-        (voltage < byte_of(on, CDS_REG_MIN_VOLTAGE) || voltage > byte_of(on, CDS_REG_MAX_VOLTAGE)))
-        return CDS_REASON_VOLTAGE;
-    if (on->checks_condition && on->steps.request->error & CDS_ERRORS_OF_CONDITION)
-        return CDS_REASON_ALARM;
-    return word_of(on, CDS_REG_CW_ANGLE_LIMIT) || word_of(on, CDS_REG_CCW_ANGLE_LIMIT)
+    if (on->checks_condition) {
+        if (voltage < reply[AT(CDS_REG_MIN_VOLTAGE)] || voltage > reply[AT(CDS_REG_MAX_VOLTAGE)])
+            return CDS_REASON_VOLTAGE;
+        if (on->steps.request->error & CDS_ERRORS_OF_CONDITION)
+            return CDS_REASON_ALARM;
+    }
+    return word(reply + AT(CDS_REG_CW_ANGLE_LIMIT)) || word(reply + AT(CDS_REG_CCW_ANGLE_LIMIT))
                ? CDS_REASON_NONE
                : CDS_REASON_MODE;
 }
@@ -102,7 +107,7 @@ static uint8_t check(const struct cds_torque_on *on)
 /* The position that was read becomes the goal. */
 static void set_goal(struct cds_torque_on *on)
 {
-    on->goal = word_of(on, CDS_REG_PRESENT_POSITION);
+    on->goal = position_of(on);
     on->phase = SET_GOAL;
     if (++on->goals > CDS_TORQUE_ON_GOALS) // the servo is being turned
         fail(on, CDS_REASON_REFUSED, CDS_REFUSED);
@@ -115,7 +120,8 @@ static void read_ended(struct cds_torque_on *on)
     if (reason != CDS_REASON_NONE)
         fail(on, reason, CDS_REFUSED);
     else if (on->last == CDS_TORQUE_ON_CHECK ||
-             (on->last == CDS_TORQUE_ON_SWITCH && byte_of(on, CDS_REG_TORQUE_ENABLE)))
+             (on->last == CDS_TORQUE_ON_SWITCH &&
+              on->steps.request->reply[AT(CDS_REG_TORQUE_ENABLE)]))
         cds_steps_end(&on->steps, CDS_OK);
     else
         set_goal(on);
@@ -124,14 +130,14 @@ static void read_ended(struct cds_torque_on *on)
 /* True if torque would not move the servo. */
 static bool is_at_goal(const struct cds_torque_on *on)
 {
-    return (uint16_t)(on->goal - word_of(on, CDS_REG_PRESENT_POSITION) +
-                      CDS_TORQUE_ON_NEAR_STEPS) <= 2 * CDS_TORQUE_ON_NEAR_STEPS;
+    return (uint16_t)(on->goal - position_of(on) + CDS_TORQUE_ON_NEAR_STEPS) <=
+           2 * CDS_TORQUE_ON_NEAR_STEPS;
 }
 
 /* The position counts only if torque is the next step. */
 static void read_back_ended(struct cds_torque_on *on)
 {
-    if (word_of(on, CDS_REG_GOAL_POSITION) != on->goal)
+    if (word(on->steps.request->reply + AT(CDS_REG_GOAL_POSITION)) != on->goal)
         fail(on, CDS_REASON_REFUSED, CDS_REFUSED);
     else if (on->last == CDS_TORQUE_ON_GOAL)
         cds_steps_end(&on->steps, CDS_OK);

@@ -12,7 +12,7 @@ static uint8_t buffer[CDS_TORQUE_ON_PACKET_SIZE], reply[CDS_TORQUE_ON_READ_SIZE]
 static struct cds_request request;
 static struct cds_torque_on_config config;
 static struct cds_torque_on on;
-static int16_t turns;       // steps that the servo is turned by after each packet
+static uint16_t turns;      // steps that the servo is turned by after each packet, modulo 65536
 static uint8_t spoils_goal; // packet after which the servo has another goal; 0: none
 
 static uint8_t *const table = servos.servo[0].table;
@@ -238,7 +238,7 @@ void test_servo_that_is_turned_a_little_gets_torque(void)
     TEST_ASSERT_EQUAL(CDS_OK, run());
     TEST_ASSERT_EQUAL_UINT16(4, servos.packets);
     setUp();
-    turns = -1;
+    turns = (uint16_t)-1;
     TEST_ASSERT_EQUAL(CDS_OK, run());
     TEST_ASSERT_EQUAL_UINT16(4, servos.packets);
 }
@@ -262,11 +262,11 @@ void test_servo_that_was_turned_gets_another_goal(void)
 
 void test_servo_that_is_being_turned_is_refused(void)
 {
-    turns = -2;
+    turns = (uint16_t)-2;
     assert_failed(CDS_REFUSED, CDS_REASON_REFUSED);
     TEST_ASSERT_EQUAL_UINT16(CDS_TORQUE_ON_GOALS, servos.writes);
     setUp();
-    turns = -2;
+    turns = (uint16_t)-2;
     config.last = CDS_TORQUE_ON_GOAL; // torque is not the next step
     TEST_ASSERT_EQUAL(CDS_OK, run());
 }
