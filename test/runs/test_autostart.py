@@ -12,7 +12,6 @@ from simulator import LONG, ROOT, controller
 SERVOS = "1-3"
 PREPARE = ("echo off\ngroup 1 2 3\npose set low 130 140 160\npose set stand 150 150 150\n"
            "sequence walk new low 0.5s\nsequence walk add stand 0.4s\n")
-POWER_UPS = 40 if LONG else 12
 
 TEXTS = {int(number): text for number, text in
          re.findall(r'X\(\w+, (\d+), *"([^"]*)"', re.sub(r"\\\n", "", (
@@ -33,12 +32,17 @@ TROUBLES = {
     "low voltage": ("@supply {n} 5.5\n", 85),
     "high voltage": ("@supply {n} 16.5\n", 85),
     "overheating": ("write {n} MAX_TEMPERATURE 20\n@reset power\n", 84),
+    "two replies damaged": ("@fault flip out 1 6 1\n@fault flip out 2 6 1\n", "has begun"),
+    "three replies damaged": ("@fault flip out 1 6 1\n@fault flip out 2 6 1\n@fault flip out 3 6 1\n",
+                              f"not begun: servo 1: {TEXTS[2]};"),
     "servo dies late": ("@wait 2900\n@power {n} off\n", 2),
     "external reset": ("@wait {short}\n@reset external\n", "not begun: the last reset was not power-on"),
     "watchdog reset": ("@wait {short}\n@reset watchdog\n", "not begun: the last reset was not power-on"),
     "brown-out": ("@wait {short}\n@reset brown-out\n", "not begun: the last reset was not power-on"),
     "second power-up": ("@wait {short}\n@reset power\n", "has begun"),
 }
+
+POWER_UPS = 40 if LONG else len(TROUBLES)
 
 
 def driving(run):
