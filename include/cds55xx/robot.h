@@ -23,6 +23,7 @@
 #include "cds55xx/motion.h"     // struct cds_motion
 #include "cds55xx/servos.h"     // struct cds_servos
 #include "cds55xx/torque_off.h" // struct cds_torque_off
+#include "cds55xx/torque_on.h"  // struct cds_torque_on, enum cds_reason
 
 #ifdef __cplusplus
 extern "C" {
@@ -121,24 +122,11 @@ enum cds_robot_event_kind {
     CDS_ROBOT_WAS_STOPPED,  // the stop is over: `result` of cds_torque_off_poll()
 } __attribute__((packed));
 
-/* Why a joint is not well. */
-enum cds_robot_reason {
-    CDS_REASON_NONE,
-    CDS_REASON_NO_REPLY,     // no good reply; `result`: CDS_TIMEOUT, CDS_CORRUPT or CDS_LINE_BUSY
-    CDS_REASON_ALARM,        // voltage, temperature or load: `alarms`
-    CDS_REASON_RETURN_DELAY, // the servo does not take the return delay; is it locked (0x2F)?
-    CDS_REASON_MODE,         // endless turn: both angle limits, 0x06 and 0x08, are 0
-    CDS_REASON_VOLTAGE,      // outside of registers 0x0C and 0x0D of the servo
-    CDS_REASON_POSITION,     // the joint is outside of its limits: turn it back by hand
-    CDS_REASON_REFUSED,      // the servo does not take goal or torque
-    CDS_REASON_INHIBITED,    // the program has inhibited driving, or reserved the servo
-} __attribute__((packed));
-
 /* An event; a field that its kind does not name is 0. */
 struct cds_robot_event {
     uint8_t kind;   // enum cds_robot_event_kind
     uint8_t joint;  // index in the table
-    uint8_t why;    // enum cds_robot_reason
+    uint8_t why;    // enum cds_reason, of torque_on.h
     uint8_t result; // enum cds_result
     uint8_t alarms; // CDS_ERROR_* bits
 };
@@ -148,9 +136,6 @@ struct cds_robot_event {
 
 /* For so long after cds_robot_start() a servo may be silent: it starts up. */
 #define CDS_ROBOT_PATIENCE_US 2000000ul
-
-/* From the first to the last register that the start reads: 0x05 to 0x2E. */
-#define CDS_ROBOT_READ_SIZE 42
 
 /* A robot; CDS_ROBOT() defines one. The program reads `state` and `event`, sets the fields from
  * `tolerates` to `context` after cds_robot_open(), and uses the parts from `bus` to `torque_off` by
@@ -174,18 +159,17 @@ struct cds_robot {
     uint8_t count;                         // of joints
     uint8_t joint;                         // of the step of the start
     uint8_t phase;                         // of the start
-    uint8_t looked;                        // joints before this one have been looked at; while the
-                                           // robot starts: have their first goal in the cycle
+    uint8_t looked;                        // joints before this one have been looked at
     uint8_t news;                          // of the servos, when the last look began
     uint8_t unread_writes;                 // of the return delay of `joint`: it did not reply
     bool is_delay_written;                 // return delay of `joint`, after it was read
     bool has_failed;                       // a joint is not well
     bool has_goals;                        // goals were set and not committed
     uint32_t begun_us;                     // when the start began
-    struct cds_steps steps;                // of the start
+    struct cds_torque_on torque_on;        // of `joint`
     struct cds_request request;            // of the start
-    uint8_t packet[CDS_PACKET_SIZE(5)];
-    uint8_t reply[CDS_ROBOT_READ_SIZE];
+    uint8_t packet[CDS_TORQUE_ON_PACKET_SIZE];
+    uint8_t reply[CDS_TORQUE_ON_READ_SIZE];
     // the parts:
     struct cds_servos servos;
     struct cds_cycle cycle; // begins with CDS_ROBOT_STARTED

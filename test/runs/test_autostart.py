@@ -7,27 +7,44 @@ import tempfile
 import unittest
 
 import boards
-from simulator import LONG, controller
+from simulator import LONG, ROOT, controller
 
 SERVOS = "1-3"
 PREPARE = ("echo off\ngroup 1 2 3\npose set low 130 140 160\npose set stand 150 150 150\n"
            "sequence walk new low 0.5s\nsequence walk add stand 0.4s\n")
 # The controller does not sleep in the delay, so a short one keeps the runs short.
 AFTER_1_S = "settings autostart walk 1s\n"
-POWER_UPS = 40 if LONG else 12
 
-# Lines right after power-up, and what `settings autostart` then says.
+TEXTS = {int(number): text for number, text in
+         re.findall(r'X\(\w+, (\d+), *"([^"]*)"', re.sub(r"\\\n", "", (
+             ROOT / "include/cds55xx/result.h").read_text() + (
+             ROOT / "src/controller/console/errors.h").read_text()))}
+
+
+def fails(servo, error):
+    """What `settings autostart` says of a servo that is not well."""
+    return f"not begun: servo {servo}: {TEXTS[error]};"
+
+
+# Lines right after power-up, and what `settings autostart` then says, or the error of servo {n}.
 TROUBLES = {
     "none": ("", "has begun"),
     "host byte": ("@wait {ms}\nversion\n", "not begun: a byte came from the host"),
-    "servo missing": ("@power {n} off\n", "servo {n} is not well"),
-    "low voltage": ("@supply {n} 5.5\n", "servo {n} is not well"),
-    "servo dies late": ("@wait 900\n@power {n} off\n", "servo {n} is not well"),
+    "servo missing": ("@power {n} off\n", 2),
+    "low voltage": ("@supply {n} 5.5\n", 86),
+    "high voltage": ("@supply {n} 16.5\n", 86),
+    "overheating": ("write {n} MAX_TEMPERATURE 20\n@reset power\n", 85),
+    "two replies damaged": ("@fault flip out 1 6 1\n@fault flip out 2 6 1\n", "has begun"),
+    "three replies damaged": ("@fault flip out 1 6 1\n@fault flip out 2 6 1\n@fault flip out 3 6 1\n",
+                               f"not begun: servo 1: {TEXTS[2]};"),
+    "servo dies late": ("@wait 900\n@power {n} off\n", 2),
     "external reset": ("@wait {short}\n@reset external\n", "not begun: the last reset was not power-on"),
     "watchdog reset": ("@wait {short}\n@reset watchdog\n", "not begun: the last reset was not power-on"),
     "brown-out": ("@wait {short}\n@reset brown-out\n", "not begun: the last reset was not power-on"),
     "second power-up": ("@wait {short}\n@reset power\n", "has begun"),
 }
+
+POWER_UPS = 40 if LONG else len(TROUBLES)
 
 
 def driving(run):
@@ -85,7 +102,8 @@ class Autostart(unittest.TestCase):
         names = list(TROUBLES) * (POWER_UPS // len(TROUBLES) + 1)
         for name in names[:POWER_UPS]:
             values = {"n": dice.randint(1, 3), "ms": dice.randint(1, 900), "short": dice.randint(1, 900)}
-            lines, says = (text.format(**values) for text in TROUBLES[name])
+            lines, says = TROUBLES[name]
+            lines, says = lines.format(**values), fails(values["n"], says) if isinstance(says, int) else says
             with self.subTest(name, **values):
                 run = self.power_up(board, lines, says)
                 self.assertEqual(bool(driving(run)), says == "has begun")
@@ -101,9 +119,23 @@ class Autostart(unittest.TestCase):
         board = boards.WITH_MOTION[0]
         self.prepare(board, AFTER_1_S)
         run = self.power_up(board, "write 2 CW_ANGLE_LIMIT 500 0\n@reset power\n",
-                            "servo 2 cannot reach a pose")
+                            "not begun: servo 2: a pose is beyond its angle limits")
         reset = int(re.search(r"(\d+) reset\n", run.output)[1])
         self.assertEqual([cycle for cycle in driving(run) if cycle > reset], [])
+
+    def test_servo_in_endless_turn(self):
+        board = boards.WITH_MOTION[0]
+        self.prepare(board, AFTER_1_S)
+        run = self.power_up(board, "write 3 CCW_ANGLE_LIMIT 0\n@reset power\n", fails(3, 47))
+        reset = int(re.search(r"(\d+) reset\n", run.output)[1])
+        self.assertEqual([cycle for cycle in driving(run) if cycle > reset], [])
+
+    def test_servo_that_refuses_its_goal(self):
+        """Servo 2 stands at 150 degrees, outside of its angle limits; the poses are within."""
+        board = boards.WITH_MOTION[0]
+        self.prepare(board, AFTER_1_S, PREPARE.replace(" 140 ", " 200 ").replace("150 150 150", "150 210 150"))
+        self.power_up(board, "write 2 CW_ANGLE_LIMIT 600\n@reset power\n"
+                      "@wait 5500\n@expect servo 2,3 torque off\n", fails(2, 70), 1)
 
     def test_a_first_step_that_is_too_short_is_told(self):
         board = boards.WITH_MOTION[0]

@@ -56,11 +56,10 @@ class Teach(Motion):
                           + "@expect servo 2 PRESENT_POSITION 576\n@expect servo 3 PRESENT_POSITION 512\n")
         sent = [data.split() for _, way, data in run.packets if way == "->in"]
         last = [data for data in sent if data[2] == "02"]
-        goal, check = (last.index("FF FF 02 05 03 1E 40 02 95".split()),
-                       last.index("FF FF 02 04 02 1E 04 D5".split()))
+        goal = last.index("FF FF 02 05 03 1E 40 02 95".split())
+        check = last.index("FF FF 02 04 02 05 2A C8".split(), goal)  # a READ up to 0x2E, goal included
         torque = last.index("FF FF 02 04 03 18 01 DD".split())
-        self.assertLess(goal, check)  # the goal is read back before torque goes on
-        self.assertLess(check, torque)
+        self.assertLess(check, torque)  # the goal is read back before torque goes on
 
     def test_teach_takes_servos_by_id(self):
         self.run_on("teach on 2 3\n@expect servo 1 torque on\n@expect servo 2,3 torque off\n"
@@ -95,7 +94,8 @@ class Teach(Motion):
 
     def test_teach_needs_servos_and_no_operation(self):
         self.run_on("servos forget\n! teach on\n@expect text error 45:\ngroup 1 2\ncycle every 4ms\n"
-                    "! teach off\n@expect text error 43:\n! teach on\n@expect text error 43:\n")
+                    "! teach off\n@expect text error 43:\n! teach on\n@expect text error 43:\n"
+                    "! group 1\n@expect text error 43:\n! pose 1 2 3 4\n@expect text error 46:\n")
 
 
 def shown(run):
@@ -310,7 +310,8 @@ class Play(Motion):
                     ("write 254 GOAL_POSITION 100", 14), ("write 1 TORQUE_ENABLE 1 0 0 0 0 0 0 9", 14),
                     ("set 1 MOVING_SPEED 10rpm", 14), ("regwrite 2 GOAL_POSITION 5", 14), ("action", 14),
                     ("action 3", 14), ("reset 2", 14),
-                    ("sync GOAL_POSITION 2 4:0,1 3:0,1", 14), ("teach on", 43)])
+                    ("sync GOAL_POSITION 2 4:0,1 3:0,1", 14), ("teach on", 58), ("teach off 4", 58),
+                    ("group 1 2", 58), ("group 4", 58), ("servos forget", 58), ("scan", 58)])
             + "write 4 GOAL_POSITION 600\nget 1 PRESENT_POSITION\nled 1 on\n"
             "torque 3 off\n@expect servo 3 torque off\nmotion\n@expect text walk\nmotion off\n"
             "write 1 GOAL_POSITION 100\n", MOVING[0], "--servos", "1-4")
@@ -406,7 +407,8 @@ class Example(unittest.TestCase):
 
 class Errors(unittest.TestCase):
     def test_every_error_of_motions_is_provoked(self):
-        text = pathlib.Path(__file__).read_text()
+        text = "".join(path.read_text() for path in [
+            pathlib.Path(__file__), pathlib.Path(__file__).with_name("test_autostart.py")])
         table = (ROOT / "src/controller/console/errors.h").read_text()
         numbers = {n for n in map(int, re.findall(r"X\(ERROR_\w+, (\d+),", table)) if n >= 70}
         self.assertGreater(len(numbers), 10)

@@ -8,7 +8,7 @@
 #include "robot/robot.h"        // enum robot_refusal
 
 _Static_assert((int)ERROR_TOO_MANY == ROBOT_TOO_MANY && (int)ERROR_CYCLE == ROBOT_BUSY &&
-                   (int)ERROR_STOPPED == ROBOT_STOPPED,
+                   (int)ERROR_STOPPED == ROBOT_STOPPED && (int)ERROR_MOTION == ROBOT_IN_MOTION,
                "the console prints what the robot returns");
 _Static_assert((int)ERROR_NO_GROUP == MOTION_NO_GROUP && (int)ERROR_OMITTED == MOTION_OMITTED &&
                    (int)ERROR_MOTION == MOTION_BUSY && (int)ERROR_SAVING == MOTION_SAVING &&

@@ -75,7 +75,8 @@
 
 /* X(name, number, text, remedy): errors of the profile `full`. */
 #define MOTION_ERRORS(X)                                                                           \
-    X(ERROR_GOAL, 70, "the servo does not keep its goal", "torque stays off; look for noise")      \
+    X(ERROR_GOAL, 70, "the servo does not take its goal",                                          \
+      "torque stays off; hold it still, look for noise")                                           \
     X(ERROR_NAME, 71, "not a name", "a letter, then letters and digits, up to 8 characters")       \
     X(ERROR_NAME_LONG, 72, "name too long", "at most 8 characters")                                \
     X(ERROR_KEYWORD, 73, "the name is a word of the console", "choose another name")               \
@@ -93,6 +94,9 @@
       "check what blocks the servo, and whether its power and torque are on")                      \
     X(ERROR_TORQUE_OFF, 84, "torque of a servo is off",                                            \
       "'teach off' switches torque on where it is")                                                \
+    X(ERROR_ALARM, 85, "the servo reports an alarm", "'servos' names it: remove the cause")        \
+    X(ERROR_VOLTAGE, 86, "voltage outside of the servo's limits",                                  \
+      "charge the battery, or see its MIN_VOLTAGE and MAX_VOLTAGE")                                \
     X(ERROR_OVERRIDE, 82, "percentage of the speed out of range", "give 10 to 200%")               \
     X(ERROR_ABSENT, 81, "a servo of the pose is not in the group",                                 \
       "'pose show NAME' prints the 'group' that the pose needs")

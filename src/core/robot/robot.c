@@ -1,8 +1,7 @@
 /* The one object most programs need; see robot.h. robot_start.c has the steps of a start. */
 #include "cds55xx/robot.h"
 
-#include "bus/steps_internal.h" // cds_steps_end()
-#include "compiler.h"           // NOINLINE, OPTIMIZER_BARRIER()
+#include "compiler.h" // NOINLINE, OPTIMIZER_BARRIER()
 #include "robot/robot_internal.h"
 
 #define RETRIES        2
@@ -176,19 +175,8 @@ enum cds_result cds_robot_start(struct cds_robot *robot)
     cds_servos_inhibit_all(&robot->servos);
     cds_servos_acknowledge(&robot->servos, NULL);
     cds_robot_begin_steps(robot);
-    robot->looked = 0;
     robot->state = CDS_ROBOT_STARTING;
     return CDS_OK;
-}
-
-/* The first goal of `joint` in the cycle is its position. */
-static void set_first_goal(struct cds_robot *robot, uint8_t joint)
-{
-    const CDS_FLASH struct cds_robot_config *config = cds_robot_config_of(robot);
-
-    config->reported[joint] = 0;
-    cds_cycle_goal(&robot->cycle, joint, config->feedback[joint].position,
-                   config->states[joint].fastest);
 }
 
 /* Torque is on, and the cycle has its first goals. */
@@ -209,9 +197,7 @@ static void poll_start(struct cds_robot *robot)
 {
     enum cds_result result = cds_robot_poll_steps(robot);
 
-    if (result == CDS_OK && robot->looked < robot->count)
-        set_first_goal(robot, robot->looked++); // one in a poll: 50 would take 1.5 ms
-    else if (result == CDS_OK)
+    if (result == CDS_OK)
         run(robot);
     else if (result != CDS_PENDING)
         cds_robot_stop(robot);
@@ -281,7 +267,6 @@ void cds_robot_stop(struct cds_robot *robot)
     OPTIMIZER_BARRIER(robot);
     if (robot->count == 0 || robot->state == CDS_ROBOT_STOPPING)
         return;
-    cds_steps_end(&robot->steps, CDS_CANCELLED);
     cds_cycle_abort(&robot->cycle);
     cds_torque_off_begin(&robot->torque_off, &robot->servos);
     robot->state = CDS_ROBOT_STOPPING;

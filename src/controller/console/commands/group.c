@@ -61,14 +61,18 @@ uint16_t pose_angle(const struct console *console, uint8_t index)
 }
 
 /* Copies the goals out of the request's buffer, which the packet needs. */
-void pose_keep_goals(struct console *console)
+uint8_t pose_keep_goals(struct console *console)
 {
     struct robot *robot = console->robot;
     struct cds_goal *goal = robot->work.move.goals;
+    uint8_t error = robot_busy(robot);
 
+    if (error)
+        return error;
     for (uint8_t i = 0; i < robot->group_count; i++)
         *goal++ = (struct cds_goal){
             .id = robot->group[i], .position = pose_angle(console, i), .speed = console->raw};
+    return 0;
 }
 
 static uint8_t sync(struct console *console)
@@ -140,14 +144,12 @@ static uint8_t pose_begin(struct console *console)
         return ERROR_GROUP_SIZE;
     if (line->choice == POSE_IN)
         return command_set.pose_in->begin(console);
-    if (robot_is_in_motion(robot))
-        return ERROR_MOTION;
-    if (robot->cycle) {
+    if (robot->cycle && !robot_is_in_motion(robot)) {
         console->phase = POSE_CYCLE;
         return 0;
     }
-    pose_keep_goals(console);
-    return pose_send(console);
+    error = pose_keep_goals(console);
+    return error ? error : pose_send(console);
 }
 
 /* Puts the goals into the next packet of the cycle, which is busy for one period at most. */

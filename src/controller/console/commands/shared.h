@@ -32,9 +32,9 @@ enum cds_result cycle_known(struct console *console);
 /* In group.c: angle `index` of the line. */
 uint16_t pose_angle(const struct console *console, uint8_t index);
 
-/* In group.c: the goals of the group, with the angles of the line and the speed in console->raw.
- * They stand in robot->work.move; no operation may be under way. */
-void pose_keep_goals(struct console *console);
+/* In group.c: keeps the goals of the group, with the angles of the line and the speed in
+ * console->raw, in robot->work.move. Returns an error if an operation is under way, or 0. */
+uint8_t pose_keep_goals(struct console *console);
 
 /* In group.c: sends these goals, as `group` says. Returns an error, or 0. */
 uint8_t pose_send(struct console *console);
@@ -53,6 +53,9 @@ bool motion_command_poll(struct console *console, uint8_t (*start)(struct consol
 /* In motion.c: prints for which joint of the group the motion was refused or has ended, because of
  * console->error; nothing for MOTION_NO_JOINT. */
 void motion_failed(struct console *console, uint8_t joint);
+
+/* In teach.c: the error for an enum cds_reason. */
+uint8_t torque_on_error(uint8_t reason);
 
 /* The job of a command that writes registers. */
 struct set_job {
