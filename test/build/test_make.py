@@ -1,5 +1,5 @@
 """What make promises: boards and their mistakes, what is missing, flash, fuses and run."""
-# needs: build/atmega128/libcds55xx.a
+# needs: build/lib/libcds55xx-atmega128.a
 import os
 import pathlib
 import re
@@ -25,24 +25,24 @@ def copy_build_files(root):
 
 
 class NewBoard(unittest.TestCase):
-    def test_a_field_that_board_mk_forgets_is_named_and_not_another_boards(self):
+    def test_board_mk_needs_an_mcu_only_and_takes_no_other_boards_value(self):
         with tempfile.TemporaryDirectory() as folder:
             root = pathlib.Path(folder)
             copy_build_files(root)
             new = root / "boards/new"
             (root / "boards/cm510").rename(new)
-            for other in ["atmega128", "arbotix", "arduino-mega"]:  # arduino-uno is read before it
+            for other in ["atmega128", "atmega1284p", "arbotix", "arduino-mega"]:  # arduino-uno is read before it
                 shutil.rmtree(root / "boards" / other)
             text = (new / "board.mk").read_text()
             make = ["make", "-C", root, "-n", "-s", "--no-print-directory"]
-            for field in ["MCU", "F_CPU", "FLASH_MAX", "RAM_MAX", "PROGRAMMER", "PORT"]:
-                for line in ["", f"{field} :=\n"]:
-                    (new / "board.mk").write_text(re.sub(rf"^{field} .*\n", line, text, flags=re.M))
-                    status, output = call(*make, "fuses", "BOARD=new")
-                    self.assertNotEqual(status, 0)
-                    self.assertIn(f"boards/new/board.mk: {field} is missing", output)
-            # an optional one is empty, and not the one of arduino-uno
-            (new / "board.mk").write_text(re.sub(r"^FLASH_(NOTE|FLAGS).*\n", "", text, flags=re.M))
+            for line, message in [("", "MCU is missing"), ("MCU :=\n", "MCU is missing"),
+                                  ("MCU := atmega32\n", "there is no library for MCU 'atmega32'")]:
+                (new / "board.mk").write_text(re.sub(r"^MCU .*\n", line, text, flags=re.M))
+                status, output = call(*make, "fuses", "BOARD=new")
+                self.assertNotEqual(status, 0)
+                self.assertIn(f"boards/new/board.mk: {message}; MCU := one of: at90can128 ", output)
+            # the others have the defaults, and not the values of arduino-uno
+            (new / "board.mk").write_text("MCU := atmega2561\n")
             self.assertEqual(call(*make, "flash", "BOARD=new", "-o", "port", "-o",
                                   "build/new/controller.hex")[1].split(),
                              "scripts/avrdude.sh 'usb' -p atmega2561 -c usbasp -U "

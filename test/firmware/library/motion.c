@@ -3,7 +3,7 @@
 #include <cds55xx/motion.h>
 #include <cds55xx/queue.h>
 #include <cds55xx/servo.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 #include <stdlib.h>
 
 #include "say.h"
