@@ -13,12 +13,9 @@ $(error BOARD_DIR='$(BOARD_DIR)' has a blank, which make takes for the end of a 
 endif
 override BOARD_DIR := $(abspath $(BOARD_DIR))
 override BOARD := $(notdir $(BOARD_DIR))
-LACKS := $(shell scripts/board.py '$(BOARD_DIR)')
-ifneq ($(LACKS),)
-$(error $(LACKS))
-endif
 endif
 
+BOARD_IS_ASKED_FOR := $(BOARD)
 BOARD ?= atmega128
 BOARDS := $(sort $(notdir $(patsubst %/board.mk,%,$(wildcard boards/*/board.mk))))
 # $(1) if it is one word of the list $(2), else nothing.
@@ -29,6 +26,13 @@ $(error there is no board '$(BOARD)'; BOARD= one of: $(BOARDS))
 endif
 else ifneq ($(filter $(BOARD),$(BOARDS)),)
 $(error boards/ has a board '$(BOARD)', too: give the folder $(BOARD_DIR) another name)
+endif
+BOARD_FOLDER := $(or $(BOARD_DIR),boards/$(BOARD))
+ifneq ($(BOARD_IS_ASKED_FOR),)
+LACKS := $(shell scripts/board.py '$(BOARD_FOLDER)')
+ifneq ($(LACKS),)
+$(error $(LACKS))
+endif
 endif
 
 ifneq ($(V),1)

@@ -152,7 +152,6 @@ profile_elfs = $(if $($(1)_PROFILE),$($(1)_PROFILES:%=build/$(1)/%.elf),build/$(
 too_large = $(if $($(1)_PROFILE),$(patsubst %,$(1)/%.elf,$(filter-out $($(1)_PROFILES),$(ALL_PROFILES))))
 
 # The variables of the board asked for.
-BOARD_FOLDER := $(or $(BOARD_DIR),boards/$(BOARD))
 $(call read_board,$(BOARD_FOLDER))
 $(if $(BOARD_DIR),$(eval $(call board_rules,$(BOARD),$(BOARD_DIR))))
 # A make that this one starts gets the PROFILE that was asked for, not the one of board.mk.

@@ -1,6 +1,6 @@
 # Checks, and documents that are made from tables.
 
-FORMATTED := $(wildcard include/cds55xx/*.h include/cds55xx/*/*.h src/*/*.[ch] src/*/*/*.[ch] src/*/*/*/*.[ch] sim/*.[ch] sim/*/*.[ch] boards/*/*.h examples/*.c \
+FORMATTED := $(wildcard include/cds55xx/*.h include/cds55xx/*/*.h src/*/*.[ch] src/*/*/*.[ch] src/*/*/*/*.[ch] sim/*.[ch] sim/*/*.[ch] boards/*/*.h examples/*.c examples/*/*.c \
 	test/*/*.[ch] test/*/*/*.[ch])
 
 # Each public header compiles alone, as C99 and as C++11.

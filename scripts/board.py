@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """What a board's two files lack, all of it in one line; prints nothing if they are complete. make asks it
-about BOARD_DIR before it compiles.
+about BOARD_DIR and BOARD before it compiles.
 
 usage: board.py FOLDER
 """
@@ -42,7 +42,7 @@ def missing_in_header(path, has_firmware):
 
 def complaint(folder):
     if not folder.is_dir():
-        return f"BOARD_DIR={folder} is no folder"
+        return f"{folder} is no folder"
     absent = [name for name in ["board.mk", "board.h"] if not (folder / name).is_file()]
     if absent:
         return f"{folder} lacks {' and '.join(absent)}"

@@ -134,7 +134,7 @@ def uninstall(prefix):
     for kind, name in reversed(rows):
         if kind == "folder":
             try:
-                (prefix / name).rmdir()
+                pathlib.Path(os.path.normpath(prefix / name)).rmdir() # `name` may be `..`
             except OSError: # it has files of others
                 pass
 
