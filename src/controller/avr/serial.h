@@ -139,7 +139,7 @@ bool serial_resume_after_gap(struct serial *serial);
 // clang-format on
 
 /* Binds the board's BOARD_HOST_USART to `serial`, a struct serial with static storage. */
-#define AVR_SERIAL(serial)                                                                     \
+#define AVR_SERIAL(serial)                                                                         \
     ISR(CDS_AVR_PASTE3(USART, BOARD_HOST_USART, _RX_vect), ISR_NAKED CDS_AVR_NEAR)                 \
     {                                                                                              \
         SERIAL_ON_RX_(serial);                                                                     \
