@@ -213,7 +213,7 @@ def bus():
 # Above the library, and below it: what it is, and of what folder.
 CONTROLLER = ("controller", "src/controller: the firmware", ["main.c", "host/", "console/", "profiles/", "robot/", "avr/"])
 ROBOT_PROGRAM = ("your program", "examples/: linked with the library", ["two_servos.c", "robot.c", "hexapod.c"])
-PORT = ("AVR port", "include/cds55xx/avr: alone knows a register", ["usart", "handlers", "clock", "timer"])
+PORT = ("AVR port", "include/cds55xx/avr: only this folder knows a register", ["usart", "handlers", "clock", "timer"])
 
 
 def draw_storey(drawing, x, y, width, name, what, modules, colour):
