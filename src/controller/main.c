@@ -6,8 +6,8 @@
  *   bus reply  After a reply the bus is idle until the controller sends the next packet. So each
  *              turn polls the bus first, and a bulk read polls only the bus while it waits for a
  *              servo.
- *   goal       The goals of a cycle leave within 350 us of their time, or of the end of a
- *              transaction that is on the bus then; within 800 us if its reply changed what the
+ *   goal       The goals of a cycle leave within 350 us of their time (450 us beside a flood of the
+ *              host), or of the end of a transaction that is on the bus then; within 800 us if its reply changed what the
  *              permit knows, within 2 ms after a broadcast, from which 18 servos learn. So while an
  *              operation or a stop runs, bus and robot are also polled before each part of a turn
  *              that may take long.
