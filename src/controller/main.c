@@ -8,9 +8,9 @@
  *              servo.
  *   goal       The goals of a cycle leave within 350 us of their time (450 us beside a flood of the
  *              host), or of the end of a transaction that is on the bus then; within 800 us if its
- * reply changed what the permit knows, within 2 ms after a broadcast, from which 18 servos learn.
- * So while an operation or a stop runs, bus and robot are also polled before each part of a turn
- *              that may take long.
+ *              reply changed what the permit knows, within 2 ms after a broadcast, from which 18
+ *              servos learn. So while an operation or a stop runs, bus and robot are also polled
+ *              before each part of a turn that may take long.
  *   host byte  The ring holds 64 bytes, which take 640 us at 1 Mbps. So the demux takes bytes of a
  *              packet until the ring is empty or PART_US are over.
  *   Ctrl-X     Torque off begins within 20 ms. So each turn polls the host link, and host_demux.h
