@@ -137,14 +137,16 @@ static void end_line(struct console *console)
         run(console);
 }
 
-/* Gives some of the locked characters to the parser. */
+/* Gives some of the locked characters to the parser. The end of the line has a poll of its own,
+ * since its last word may take long. */
 static void feed_locked(struct console *console)
 {
     struct editor *editor = &console->editor;
+    bool may_end = console->fed == editor->locked;
 
     for (uint8_t left = FED_PER_POLL; left && console->fed < editor->locked; left--)
         feed(console, editor->text[console->fed++]);
-    if (console->fed < editor->locked)
+    if (console->fed < editor->locked || (console->line_complete && !may_end))
         return;
     console->fed = 0;
     if (console->line_complete) {

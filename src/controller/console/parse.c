@@ -141,13 +141,14 @@ static bool takes(const CDS_FLASH char *usage, uint8_t argument, const struct to
 }
 
 /* The first row whose usage begins with the `same` characters at `begin` and takes the token next;
- * NULL: there is none. Rows differ in the first letter, nearly all of them: comparing it first
- * keeps the bus from waiting for a list of names. */
+ * NULL: there is none. Most rows differ in the first two letters: comparing these first keeps the
+ * bus from waiting for a list of names. */
 static const CDS_FLASH struct command *
 find_row(const CDS_FLASH char *begin, const CDS_FLASH char *end, const struct token *token)
 {
     const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;
-    char first = end ? *begin : token->text[0];
+    char first = end ? begin[0] : token->text[0];
+    char second = end ? begin[1] : token->text[1]; // of a token of one letter: any
 
     for (; *group; group++) {
         const CDS_FLASH struct command *row = (*group)->rows;
@@ -155,7 +156,7 @@ find_row(const CDS_FLASH char *begin, const CDS_FLASH char *end, const struct to
         for (uint8_t left = (*group)->count; left; left--, row++) {
             const CDS_FLASH char *usage = row->usage, *other = begin;
 
-            if (*usage != first)
+            if (usage[0] != first || usage[1] != second)
                 continue;
             for (; other < end && *usage == *other; usage++)
                 other++;
