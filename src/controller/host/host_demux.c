@@ -416,6 +416,8 @@ static void work(struct host_demux *demux)
         if (done >= left)
             break;
         left = (uint8_t)(left - done);
+        if (left > BYTES_PER_POLL && !demux->is_cut_off)
+            left = BYTES_PER_POLL; // the cut-off bytes are examined
     }
 }
 
