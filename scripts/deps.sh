@@ -2,7 +2,7 @@
 # Looks for what the build, the simulator and the tests need, and installs what is missing: Debian
 # packages with apt-get (through sudo when not root), Unity out of the gem of its authors. With
 # everything there it takes a fraction of a second and touches nothing.
-#   usage: deps.sh packages|unity|eva
+#   usage: deps.sh packages|unity|eva|site
 #   DEPS=no      install nothing; name what is missing and fail
 #   UNITY=DIR    where Unity is, or is to be put (default build/unity)
 set -eu
@@ -30,6 +30,10 @@ WANTED_BY_EVA='
 /usr/bin/frama-c                    frama-c-base
 /usr/bin/ocamlfind                  ocaml-findlib
 /usr/bin/ocamlopt                   ocaml
+'
+# Only make site needs it.
+WANTED_BY_SITE='
+/usr/bin/doxygen                    doxygen
 '
 GEM=ceedling
 GEM_VERSION=1.2.1
@@ -79,8 +83,11 @@ fetch_unity()
 }
 
 case "${1:-}" in
-packages | eva)
-    [ "$1" = packages ] || WANTED=$WANTED_BY_EVA
+packages | eva | site)
+    case $1 in
+    eva) WANTED=$WANTED_BY_EVA ;;
+    site) WANTED=$WANTED_BY_SITE ;;
+    esac
     packages=$(missing_packages | sort -u | tr '\n' ' ')
     [ -n "$packages" ] || exit 0
     [ "${DEPS:-yes}" != no ] || {
@@ -98,7 +105,7 @@ unity)
     fetch_unity
     ;;
 *)
-    echo "usage: deps.sh packages|unity|eva" >&2
+    echo "usage: deps.sh packages|unity|eva|site" >&2
     exit 2
     ;;
 esac

@@ -50,6 +50,7 @@ struct cds_follow_joint {
 struct cds_follow {
     uint8_t result; // CDS_PENDING: all joints follow; CDS_TIMEOUT: `joint` does not
     uint8_t joint;  // that is compared next, or that does not follow
+    // internal:
     struct cds_follow_config config;
 };
 

@@ -52,7 +52,7 @@ struct cds_gait_sine {
 /* What a joint does. */
 struct cds_gait_joint {
     uint16_t rest; // position about which it swings, 0 to 1023; CDS_POSE_NONE: it takes no part
-    struct cds_gait_sine sines[CDS_GAIT_SINES];
+    struct cds_gait_sine sines[CDS_GAIT_SINES]; // their sum is its swing
 };
 
 /* A table of joints stands in flash on an AVR, from C and from C++. CDS_GAIT_TABLE(name) begins its
@@ -101,6 +101,7 @@ struct cds_gait {
     uint8_t joint;        // for which the gait was refused or ended
     uint32_t shortest_ms; // refused as CDS_LIMIT: the base period in which this joint is slow
                           // enough if ramp_ms grows in proportion; 0: its positions are the reason
+    // internal:
     struct cds_gait_config config;
     uint8_t count;                   // of joints
     uint8_t index;                   // joint that is checked, or whose goal is set next

@@ -30,7 +30,7 @@ struct cds_group_answer {
 
 /* What to read. Bus, request and arrays stay in place until the operation has ended. */
 struct cds_group_read_config {
-    struct cds_bus *bus;
+    struct cds_bus *bus;              // open
     struct cds_request *requests;     // two of them, used in turn; capacities of each: packet
                                       // CDS_PACKET_SIZE(2), reply `length`
     const uint8_t *ids;               // 0 to 253
@@ -41,7 +41,7 @@ struct cds_group_read_config {
     uint8_t address, length;          // of the registers; length: 1 to 50
 };
 
-/* A group read. The fields are its own. */
+/* A group read. The fields are internal. */
 struct cds_group_read {
     uint8_t built;        // READs built so far
     uint8_t taken;        // READs whose outcome was noted

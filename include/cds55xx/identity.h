@@ -68,12 +68,14 @@ struct cds_identity {
     uint8_t at_to;   // or CDS_PENDING if there was none
     bool is_written; // the write was sent, or may have been
     uint8_t error;   // CDS_ERROR_* bits of the reply to the write; 0 if none came
-    struct cds_identity_place from, to;
-    uint8_t change; // this and what follows: the operation's own
+    struct cds_identity_place from, to; // where the servo was, and where it must answer
+    // internal:
+    uint8_t change;
     uint8_t phase;
     uint8_t looks;
     uint8_t reason;
-    struct cds_steps steps;
+    // to be read:
+    struct cds_steps steps; // steps.result: enum cds_result of the whole
 };
 
 /* Prepares a change and locks the bus; nothing is sent before the first poll. CDS_OK;

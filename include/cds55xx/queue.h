@@ -20,7 +20,7 @@ extern "C" {
 #endif
 
 /* Zero it (static storage is), then cds_queue_attach(), or cds_queue_begin() for an upper layer
- * that attaches hooks of its own and passes them on. */
+ * that attaches hooks of its own and passes them on. The fields are internal. */
 struct cds_queue {
     struct cds_bus_hooks hooks;
     struct cds_bus *bus;
