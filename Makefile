@@ -11,10 +11,26 @@ ifneq ($(or $(call one_of,$(BOARD),$(BOARDS)),no board),$(BOARD))
 $(error there is no board '$(BOARD)'; BOARD= one of: $(BOARDS))
 endif
 
-ifneq ($(V),1)
-Q := @
-endif
+# $(call say,WHAT,FILE) in a recipe: the step that begins. On a terminal it is one line, which the next step
+# overwrites (\033[?7l: a long line does not wrap); elsewhere each tenth step is printed.
+# $(clear): before other output, so that nothing of this line remains.
+STEPS :=
+step = printf '$(3)%5d  %-8s %s$(4)' $(words $(STEPS)) $(1) $(2)
+ifeq ($(V),1)
 say = @printf '  %-8s %s\n' $(1) $(2)
+else
+Q := @
+say = $(eval STEPS += x)@if [ -t 1 ]; then $(call step,$(1),$(2),\033[K\033[?7l,\033[?7h\r); \
+  else $(if $(filter %0,$(words $(STEPS))),$(call step,$(1),$(2),,\n),:); fi
+endif
+clear = @[ ! -t 1 ] || printf '\033[K'
+# $(call built,FILES): the end of a target that builds files for the user.
+built = @[ ! -t 1 ] || printf '\033[K'; printf '%s\n' $(1)
+# make -s
+ifneq ($(findstring s,$(firstword -$(MAKEFLAGS))),)
+say =
+built = @:
+endif
 
 .DELETE_ON_ERROR:
 .SECONDEXPANSION:

@@ -178,29 +178,35 @@ endif
 ## lib: build/BOARD/libcds55xx.a
 .PHONY: lib
 lib: build/$(BOARD)/libcds55xx.a
+	$(call built,$^)
 
 ## firmware: build/BOARD/controller.elf and .hex (PROFILE=bridge, console or full)
 .PHONY: firmware
 firmware: build/$(BOARD)/controller.elf build/$(BOARD)/controller.hex
+	$(call built,$^)
 
 ## examples: the programs of examples/, for BOARD
 .PHONY: examples
 examples: $(filter build/$(BOARD)/%,$(EXAMPLES))
+	$(call built,$^)
 
 ## size: flash and RAM of each profile on every board beside its budget
 .PHONY: size
 size: $(PROFILE_ELFS) $(EXAMPLES)
+	$(clear)
 	@scripts/size.py $(foreach b,$(BOARDS),$(foreach f,$(call profile_elfs,$(b)),$(f) $($(b)_BUDGETS))) \
 	  --note $(EXAMPLES) --too-large $(foreach b,$(BOARDS),$(call too_large,$(b)))
 
 ## size-map: what the flash of BOARD's firmware is made of, by folder and file
 .PHONY: size-map
 size-map: build/$(BOARD)/controller.elf
+	$(clear)
 	@scripts/size-map.py $<
 
 ## flash: write the firmware with avrdude (PROGRAMMER=, PORT=)
 .PHONY: flash
 flash: port build/$(BOARD)/controller.hex
+	$(clear)
 	$(if $(FLASH_NOTE),@echo 'note: $(FLASH_NOTE)')
 	@scripts/avrdude.sh '$(PORT)' -p $(MCU) -c $(PROGRAMMER) $(FLASH_FLAGS) -U flash:w:build/$(BOARD)/controller.hex:i
 

@@ -31,6 +31,12 @@ build/host/cds55xx-sim firmware build/atmega128/examples/hexapod.elf --board atm
     --seconds 8 --csv "$out/walk.csv"
 scripts/hexapod_picture.py "$out/walk.csv" "$out/hexapod.svg"
 
+printf '\nOther examples, which the tests run (%s):' 'make examples builds the programs'
+for file in examples/*; do
+    grep -q "$(basename "${file%.*}")\." "$0" || printf ' %s' "$file"
+done
+echo
+
 cat <<EOF
 
 $out/transcript.txt  every packet on the wire, with CPU cycles
