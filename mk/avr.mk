@@ -7,7 +7,10 @@
 #   examples/*.elf      the programs of examples/
 #   firmware/*.elf      small programs of the tests; benchmark/*.elf: those of make bench
 
-AVR_CC := avr-gcc
+# The same sources make the same bytes, wherever they are. PWD: the name of the folder in the debugging information,
+# which a debugger takes for its own. -frandom-seed: names in the objects come from the target, not from a random
+# number.
+AVR_CC = PWD=/proc/self/cwd avr-gcc -frandom-seed=$@
 AVR_AR := avr-gcc-ar
 AVR_SIZE := avr-size
 # -mstrict-X: without it gcc 5 adds an offset to X and subtracts it again for each field.
@@ -87,7 +90,7 @@ build/$(1)/sources: force
 
 build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o) build/$(1)/sources
 	$$(call say,AR,$$@)
-	$$(Q)rm -f $$@ && $$(AVR_AR) rcs $$@ $$(filter %.o,$$^)
+	$$(Q)rm -f $$@ && $$(AVR_AR) rcsD $$@ $$(filter %.o,$$^)
 
 $(foreach p,$(ALL_PROFILES),
 build/$(1)/$(p).elf: $(call profile_objects,$(1),$(p),$($(p)_SRC) $(CONTROLLER_AVR_SRC)) build/$(1)/libcds55xx.a

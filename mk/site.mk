@@ -1,4 +1,4 @@
-# The site: the API reference and all documents as HTML.
+# What leaves the tree: the site (API reference and documents as HTML), and a release.
 
 VERSION = $(shell sed -n 's/^\#define CDS_VERSION "\(.*\)"/\1/p' include/cds55xx/version.h)
 
@@ -11,3 +11,21 @@ site:
 	$(Q)VERSION=$(VERSION) doxygen mk/Doxyfile
 	@scripts/site.py build/site
 	$(call built,build/site/index.html)
+
+# ---- release ---------------------------------------------------------------------------------------
+
+# Firmware of each board and profile, as FILE:NAME.
+RELEASE_FIRMWARE := $(foreach b,$(BOARDS),$(foreach e,$(call profile_elfs,$(b)),$(foreach f,$(e) $(e:.elf=.hex),$(f):$(b)-$(notdir $(f)))))
+# The library for each chip where the build has that (mk/library.mk), else for each board.
+RELEASE_LIBRARIES := $(if $(wildcard mk/library.mk),\
+	$(foreach m,$(LIBRARY_MCUS),build/lib/libcds55xx-$(m).a:lib-$(m).a),\
+	$(foreach b,$(BOARDS),build/$(b)/libcds55xx.a:lib-$(b).a))
+RELEASE_ARDUINO = $(if $(wildcard mk/arduino.mk),build/arduino/CDS55xx-$(VERSION).zip:arduino.zip)
+RELEASED = $(RELEASE_FIRMWARE) $(RELEASE_LIBRARIES) $(RELEASE_ARDUINO)
+RELEASE_NEEDS = $(foreach f,$(RELEASED),$(firstword $(subst :, ,$(f))))
+
+## release: firmware, libraries, Arduino ZIP, sources of the last commit and SHA256SUMS, in build/release
+.PHONY: release
+release: $$(RELEASE_NEEDS)
+	$(clear)
+	@scripts/release.py build/release cds55xx-$(VERSION) $(RELEASED)
