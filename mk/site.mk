@@ -21,7 +21,9 @@ RELEASE_LIBRARIES := $(if $(wildcard mk/library.mk),\
 	$(foreach m,$(LIBRARY_MCUS),build/lib/libcds55xx-$(m).a:lib-$(m).a),\
 	$(foreach b,$(BOARDS),build/$(b)/libcds55xx.a:lib-$(b).a))
 RELEASE_ARDUINO = $(if $(wildcard mk/arduino.mk),build/arduino/CDS55xx-$(VERSION).zip:arduino.zip)
-RELEASED = $(RELEASE_FIRMWARE) $(RELEASE_LIBRARIES) $(RELEASE_ARDUINO)
+# The firmware contains parts of avr-libc (docs/licence.md).
+RELEASE_LICENCES := LICENSE:LICENSE /usr/share/doc/avr-libc/copyright:LICENSE-avr-libc
+RELEASED = $(RELEASE_FIRMWARE) $(RELEASE_LIBRARIES) $(RELEASE_ARDUINO) $(RELEASE_LICENCES)
 RELEASE_NEEDS = $(foreach f,$(RELEASED),$(firstword $(subst :, ,$(f))))
 
 ## release: firmware, libraries, Arduino ZIP, sources of the last commit and SHA256SUMS, in build/release
