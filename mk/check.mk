@@ -14,6 +14,7 @@ GENERATED_DOCS := errors registers settings console device
 check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
 	$(clear)
 	@echo '  CHECK    format'; clang-format --dry-run --Werror $(FORMATTED)
+	@echo '  CHECK    licences'; scripts/spdx.py
 	@echo '  CHECK    layering'; scripts/layering.py
 	@echo '  CHECK    docs'; for d in $(GENERATED_DOCS); do scripts/$$d.py | diff -u docs/$$d.md - || \
 	  { echo "docs/$$d.md is out of date: run make docs"; exit 1; }; done
