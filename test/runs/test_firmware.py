@@ -101,7 +101,7 @@ class Programs(unittest.TestCase):
                 self.assertLess(max(abs(a + b - 1023) for a, b in zip(left, right)), 8)
 
     def test_readme_shows_that_very_program(self):
-        source = (ROOT / "examples/two_joints.c").read_text().split("*/\n", 1)[1].strip()
+        source = (ROOT / "examples/two_joints.c").read_text().rsplit("*/\n", 1)[1].strip()
         self.assertIn(source, (ROOT / "README.md").read_text())
 
     def figures(self, program, servos="none"):
