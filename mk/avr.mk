@@ -209,8 +209,7 @@ size-map: build/$(BOARD)/controller.elf
 ## flash: write the firmware with avrdude (PROGRAMMER=, PORT=)
 .PHONY: flash
 flash: port build/$(BOARD)/controller.hex
-	$(clear)
-	$(if $(FLASH_NOTE),@echo 'note: $(FLASH_NOTE)')
+	$(if $(FLASH_NOTE),$(clear); echo 'note: $(FLASH_NOTE)')
 	@scripts/avrdude.sh '$(PORT)' -p $(MCU) -c $(PROGRAMMER) $(FLASH_FLAGS) -U flash:w:build/$(BOARD)/controller.hex:i
 
 # Before the build, which takes longer.

@@ -35,6 +35,7 @@ case $port in
 esac
 [ $# -gt 0 ] || exit 0
 
+[ ! -t 1 ] || printf '\033[K' # clears the line of progress of make
 echo "avrdude -P $port $*"
 status=0
 timeout --foreground "$LIMIT_S" avrdude -P "$port" "$@" || status=$?
