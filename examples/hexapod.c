@@ -10,7 +10,6 @@
 #include <cds55xx_avr.h>
 
 #define WALK_PERIODS 1500 // 6 s
-#define KNOWN        25   // periods after which the positions of all joints are known
 
 /* All joints: 60 degrees to both sides of the middle, 45 RPM. */
 #define JOINT(id, name)                                                                            \
@@ -72,8 +71,8 @@ int main(void)
     sei();
     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
     cds_robot_start(&robot);
-    for (;;) { // a robot that is not well stops, and stays so until power is switched off
-        if (cds_robot_poll(&robot) != CDS_ROBOT_RUNNING || robot.cycle.counters.periods < KNOWN)
+    while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED) {
+        if (robot.state != CDS_ROBOT_RUNNING)
             continue;
         if (!walks)
             begin_to_walk();

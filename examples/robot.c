@@ -35,9 +35,8 @@ int main(void)
     sei();
     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
     cds_robot_start(&robot);
-    for (;;) // a robot that is not well stops, and stays so until power is switched off
-        if (cds_robot_poll(&robot) == CDS_ROBOT_RUNNING &&
-            (uint16_t)robot.cycle.counters.periods != now) {
+    while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED)
+        if (robot.state == CDS_ROBOT_RUNNING && (uint16_t)robot.cycle.counters.periods != now) {
             now = (uint16_t)robot.cycle.counters.periods;
             gait(now);
         }

@@ -30,8 +30,8 @@ CONTROLLER_CFLAGS := -fno-inline-small-functions -fno-move-loop-invariants -fira
 CORE_SRC := $(wildcard src/core/*/*.c)
 AVR_SRC := $(wildcard src/avr/*.c)
 EXAMPLE_SRC := $(wildcard examples/*.c)
-# Examples that need more RAM than a board has.
-TOO_LARGE_EXAMPLES := build/arduino-uno/examples/hexapod.elf
+# Examples that need more RAM or flash than a board has.
+TOO_LARGE_EXAMPLES := $(patsubst %,build/arduino-uno/examples/%.elf,hexapod timed_move)
 EXAMPLES := $(filter-out $(TOO_LARGE_EXAMPLES),$(foreach b,$(BOARDS),$(EXAMPLE_SRC:examples/%.c=build/$(b)/examples/%.elf)))
 
 LIBRARY_SRC := $(CORE_SRC) $(AVR_SRC)

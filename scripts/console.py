@@ -105,8 +105,8 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
   one.
 - The servos of the robot are those that `scan` finds or `group` names. The controller checks each of them once a second.
   Before the first check `servos` says `not asked yet`. A servo that lost its state is not driven until `release`.
-- Servos with the factory value of the return delay, 2 us, may answer before this controller listens while the PC
-  sends. `set ID RETURN_DELAY 10us` prevents that.
+- A servo with the factory value of the return delay, 2 us, may answer before the controller listens, but only while the PC
+  sends, and rarely ([bridge.md](bridge.md#tests)). `set ID RETURN_DELAY 4us` prevents that.
 - The firmware profile `console`, the default on the ArbotiX, has no `diagnose` (error 55) and none of the commands of
   [Motion](#motion) (error 30), and its `help COMMAND` leaves ranges and examples to this page.
 - How to teach, store and play poses: [motion.md](motion.md).

@@ -23,6 +23,38 @@ count modulo 65536. `make docs` writes this page from `src/controller/host/devic
 |---|---|---|---|---|---|---|"""
 
 TAIL = """
+## Motions
+
+Only a firmware with motions ([motion.md](motion.md)) has the registers 0x70 to 0x75 at work. In others they read 0, and
+a WRITE to them is a range error. They do what the commands `play`, `pause`, `resume` and `motion off` of the console do,
+with the same checks. Files: `src/controller/host/motion_registers.[ch]`.
+
+| the PC writes | the console's command |
+|---|---|
+| MOTION_PLAY = N | `play NAME at MOTION_OVERRIDE%`, once; NAME stands in line N of `sequence list` |
+| MOTION_PLAY = 0 | `motion off` |
+| MOTION_PAUSE = 1, 0 | `pause`, `resume` |
+
+- The number of a sequence changes when a sequence is stored or deleted. It stays over power-off.
+- The answer to MOTION_PLAY comes at once. A range error: there is no such sequence; a motion is under way; the EEPROM is
+  being written; driving is inhibited, or torque off is under way. Then MOTION_ERROR stays as it was.
+- After an answer without error MOTION_STATE is 1 while the steps are checked and each servo is read, up to 1 s. Then it
+  is 2 until the motion has ended. If the motion is refused, MOTION_STATE is 0 and MOTION_ERROR tells why: 78, a step names
+  a deleted pose; 81, a joint is not in the group; 84, torque is off; 11, a step is too fast or beyond a soft limit; 2, a
+  servo does not answer.
+- The PC need not wait: a READ of the six registers from 0x70 on shows all of them at one time.
+- One WRITE to 0x70 and 0x71 plays at this speed. MOTION_PAUSE cannot be in the same WRITE as a number to play: no motion
+  is under way yet.
+
+To play sequence 2 at half the speed, and read the state:
+
+```
+FF FF FD 05 03 70 02 32 56      WRITE 2, 50 to 0x70
+FF FF FD 02 00 00               the answer
+FF FF FD 04 02 70 06 86         READ of 6 bytes from 0x70
+FF FF FD 08 00 02 32 00 02 01 00 C3   sequence 2, 50 %, not paused, under way, step 1, no error
+```
+
 ## Many servos in one packet
 
 A CDS55xx knows READ of one servo only. The device turns two requests for many servos into READs. It sends the READ for

@@ -135,7 +135,7 @@ def header(text):
         elif kind in ("code", "define"):
             yield comment
             yield with_comment(code, f"/**< {escaped(behind)} */" if behind else "")
-            if code.startswith("struct") and "fields are internal" in comment:
+            if code.startswith("struct") and "fields are internal" in " ".join(comment.split()):
                 yield "/** @cond */\n"
                 is_hidden = True
             if code.startswith(" ") or code.endswith("{\n"):

@@ -16,7 +16,7 @@ STOREYS = {
     "servo": ["servo", "servo_units", "feedback", "sync_write", "read_pipeline", "group_read",
               "registered_move", "cycle"],
     "safety": ["servos", "health", "torque_off"],
-    "service": ["scan", "identity", "setup", "diagnose"],
+    "service": ["scan", "identity", "setup", "diagnose", "torque_on"],
     "robot": ["blocking", "motion", "sequence", "gait", "pose", "follow", "robot", "cds55xx"],
 }
 BELOW = {

@@ -284,7 +284,7 @@ def arrival(path):
 
     for first, last, periods in moves:
         drawing.path([(x(last), 66), (x(last), 596)], DARK, 0.8, "2 3")
-        drawing.text((x(first) + x(last)) / 2, 58, f"in {periods * PERIOD_MS / 1000:g} s", "middle", GREY)
+        drawing.text((x(first) + x(last)) / 2, 411, f"in {periods * PERIOD_MS / 1000:g} s", "middle", GREY)
     seconds = len(rows) * PERIOD_MS / 1000
     for second in range(int(seconds) + 1):
         drawing.text(LEFT + ACROSS * second / seconds, 614, f"{second} s", "middle", GREY, 11)

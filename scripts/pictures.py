@@ -155,8 +155,8 @@ def draw_transaction(drawing, top):
     axis = Axis(-1, 3, 110, 800)
     draw_lanes(drawing, axis, signals, top + 30)
     for us, text, anchor in [(0, "end of the last stop bit ", "end"),
-                             (driver_off, f" driver off after {driver_off * CYCLES_PER_US:.0f} cycles, "
-                                          f"receiver on after {listens * CYCLES_PER_US:.0f}", "start"),
+                             (driver_off, f" driver off: {driver_off * CYCLES_PER_US:.0f} cycles, "
+                                          f"receiver on: {listens * CYCLES_PER_US:.0f}", "start"),
                              (heard, f" start bit of the reply: {heard:.0f} µs", "start")]:
         mark(drawing, axis, us, top + 16, top + 145)
         drawing.text(axis.x(us) + (4 if anchor == "start" else -4), top + 22, text.strip(), anchor, GREY)
@@ -213,8 +213,10 @@ def bus():
 
 # Above the library, and below it: what it is, and of what folder.
 CONTROLLER = ("controller", "src/controller: the firmware", ["main.c", "host/", "console/", "profiles/", "robot/", "avr/"])
-ROBOT_PROGRAM = ("your program", "examples/: linked with the library", ["two_servos.c", "robot.c", "hexapod.c"])
-PORT = ("AVR port", "src/avr: the only folder that knows a register", ["usart", "handlers", "clock", "now"])
+ROBOT_PROGRAM = ("your program", "examples/: linked with the library",
+                 ["two_servos.c", "two_joints.c", "robot.c", "hexapod.c"])
+PORT = ("AVR port", "src/avr: of the library, only this folder knows a register of the chip",
+        ["usart", "handlers", "clock", "now"])
 
 
 def draw_storey(drawing, x, y, width, name, what, modules, colour):
@@ -260,8 +262,8 @@ def storeys():
     drawing.text(left + width / 3 - 8, y - 7, "port.h", "end", GREY, 11)
     drawing.text(left + 2 * width / 3 + 8, y - 7, "link.h, ring.h: events of the interrupt handlers",
                  colour=GREEN, size=11)
-    drawing.text(left, y + 82, "bus->hooks: the bus asks the permit and the queue through this one table of "
-                 "function pointers; it knows nothing else of what lies above it.", colour=GREY)
+    drawing.text(left, y + 82, "Upwards a storey calls only pointers that were handed down: bus->hooks (permit, "
+                 "queue), bus->lock, request->on_end.", colour=GREY)
     drawing.write(IMAGES / "storeys.svg")
 
 

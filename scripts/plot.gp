@@ -13,8 +13,12 @@ array point[10] = [0, 0, 0, 0, 0, 0, 13, 9, 2, 6]
 array size[10] = [0, 0, 0, 0, 0, 0, 0.8, 0.9, 0.9, 1.6]
 style(layer) = sum [i=1:10] (word(styles, i) eq layer ? i : 0)
 
-# pixels
-left = 118; right = 25; head = 74; between = 100; foot = 60
+# pixels; the title of a pane and its legend stand one above the other
+longest = 0
+do for [i=1:lanes] { longest = strlen(lane[i]) > longest ? strlen(lane[i]) : longest }
+left = longest > 16 ? 10 + 7 * longest : 118
+right = 25; head = 96; between = 122; foot = 60
+title_above = 42; legend_above = 18
 row_height = lanes <= 10 ? 26 : lanes <= 25 ? 18 : 14
 together = servos <= overlaid
 upper = lanes * row_height
@@ -49,8 +53,8 @@ do for [i=0:lanes] { set arrow i+1 from graph 0, first i + 0.5 to graph 1, first
     lc rgb '#eeeeee' back }
 set xlabel 'time ('.unit.')' offset 0,0.3
 set label 2 'Who talks on the bus'.(binned ? ': share of every '.bin : '') \
-    at screen x(left), y(head - 18) left
-set key at screen x(left + width), y(head - 18) right center horizontal samplen 1.5 \
+    at screen x(left), y(head - title_above) left
+set key at screen x(left + width), y(head - legend_above) right center horizontal samplen 1.5 \
     font ',11' noautotitle
 file(i) = folder.'/'.word(layers, i)
 s(i) = style(word(layers, i))
@@ -88,9 +92,9 @@ do for [p=1:words(panes)] {
     unset arrow
     set tmargin at screen y(top)
     set bmargin at screen y(top + lower)
-    set key at screen x(left + width), y(top - 18) right center horizontal samplen 2 font ',11' \
+    set key at screen x(left + width), y(top - legend_above) right center horizontal samplen 2 font ',11' \
         noautotitle
-    set label 3 what_is(pane).(together ? '' : row_of(pane)) at screen x(left), y(top - 18) left
+    set label 3 what_is(pane).(together ? '' : row_of(pane)) at screen x(left), y(top - title_above) left
     if (together) {
         set yrange [low:high]
         set ytics low,step(pane),high scale 1 font ',12'

@@ -22,6 +22,9 @@ def main():
 - A new value is in force at once. A new `host_baud` is in force 4 ms after its `ok`: wait 10 ms before the next byte.
 - Only `save` keeps a value. Without it, a `host_baud` that the PC cannot do is gone after the next power-off.
 - `defaults` brings back the defaults above; `save` keeps them.
+- `settings autostart NAME [loop] [TIME]` is no row of this table: it names the stored sequence that plays after power-on. It is
+  kept at once, without `save`, and `defaults` does not change it. `settings autostart` shows it, `settings autostart off`
+  ends it: [motion.md](motion.md#6-without-a-pc).
 - A saved `host_baud` that no terminal can do is undone by three presses of Enter after a reset, at the rate of the board:
   [console.md](console.md#if-the-console-no-longer-answers). `host_baud` is then 255, and `save` keeps that.
 

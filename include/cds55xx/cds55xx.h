@@ -22,6 +22,7 @@
 #include "cds55xx/servos.h"          // what is known of each servo, limits, inhibits
 #include "cds55xx/sync_write.h"      // many servos in one packet
 #include "cds55xx/torque_off.h"      // torque off for all, verified
+#include "cds55xx/torque_on.h"       // torque on without a movement
 #include "cds55xx/version.h"         // version of the library
 
 #endif

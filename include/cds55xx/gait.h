@@ -100,30 +100,31 @@ struct cds_gait {
     bool is_under_way;    // the check is over, and joints move
     uint8_t joint;        // for which the gait was refused or ended
     uint32_t shortest_ms; // refused as CDS_LIMIT: the base period in which this joint is slow
-                          // enough if ramp_ms grows in proportion; 0: its positions are the reason
+                          // enough if ramp_ms is as many times longer; 0: its positions are the
+                          // reason
     // internal:
     struct cds_gait_config config;
-    uint8_t count;                   // of joints
-    uint8_t index;                   // joint that is checked, or whose goal is set next
-    uint8_t outcome;                 // of a gait that is ending
-    bool is_starting : 1;            // joints leave the positions where they were
-    bool is_ramping : 1;             // values change
-    bool is_stopping : 1;            // cds_gait_stop() was called
-    bool is_at_rest : 1;             // these goals are the rest positions, and the last ones
-    bool is_ending : 1;              // ends as soon as the joints stand still
-    uint16_t rate;                   // at which the time runs, in 1/16384
-    uint16_t rate_goal;              // what it becomes
-    uint16_t rate_step;              // its change in a period
-    uint16_t peak;                   // highest speed of a joint, in register units
-    uint32_t periods;                // of the cycle, when the last goals were set
-    uint32_t phase;                  // of the base period, in 1/2^32
-    uint32_t phase_step;             // in a period
-    uint32_t ramp;                   // time of the ramp, in 1/2^32
-    uint32_t ramp_step;              // in a period
-    uint16_t way;                    // of the ramp, in 1/65536
-    int16_t wanted[CDS_GAIT_RAMPED]; // by the program
-    int16_t from[CDS_GAIT_RAMPED];   // when the ramp began
-    int16_t to[CDS_GAIT_RAMPED];     // when it ends
+    uint8_t count;                 // of joints
+    uint8_t index;                 // joint that is checked, or whose goal is set next
+    uint8_t outcome;               // of a gait that is ending
+    bool is_starting : 1;          // joints leave the positions where they were
+    bool is_ramping : 1;           // values change
+    bool is_stopping : 1;          // cds_gait_stop() was called
+    bool is_at_rest : 1;           // these goals are the rest positions, and the last ones
+    bool is_ending : 1;            // ends as soon as the joints stand still
+    uint16_t rate;                 // at which the time runs, in 1/16384
+    uint16_t rate_goal;            // what it becomes
+    uint16_t rate_step;            // its change in a period
+    uint16_t peak;                 // highest speed of a joint, in register units
+    uint32_t periods;              // of the cycle, when the last goals were set
+    uint32_t phase;                // of the base period, in 1/2^32
+    uint32_t phase_step;           // in a period
+    uint32_t ramp;                 // time of the ramp, in 1/2^32
+    uint32_t ramp_step;            // in a period
+    uint16_t way;                  // of the ramp, in 1/65536
+    int16_t set[CDS_GAIT_RAMPED];  // by the program
+    int16_t from[CDS_GAIT_RAMPED]; // when the ramp began
+    int16_t to[CDS_GAIT_RAMPED];   // when it ends
     int16_t now[CDS_GAIT_RAMPED];
     uint16_t phases[CDS_GAIT_MULTIPLES + 1]; // of these goals
 };

@@ -39,6 +39,10 @@ enum cds_motion_curve {
     CDS_MOTION_BY_SERVO,     // one goal; each joint gets the speed at which all arrive together
 } __attribute__((packed));
 
+/* A deceleration for pause and abort, in speed register units per second: a joint at full speed
+ * stops within 128 ms and 81 steps. cds_motion_acceleration() of the factory value. */
+#define CDS_MOTION_DECELERATION 8000u
+
 /* In a pose: the joint takes no part in the move. */
 #define CDS_POSE_NONE UINT16_MAX
 
@@ -47,7 +51,8 @@ enum cds_motion_curve {
 
 /* What a motion works on. It is copied; what the pointers point to stays in place. */
 struct cds_motion_config {
-    struct cds_cycle *cycle;         // begun; its servos are the joints, in the same order
+    struct cds_cycle *cycle;         // begun, with periods of 200 us or more; its servos are the
+                                     // joints, in the same order
     struct cds_servos *servos;       // their soft limits; NULL: none
     struct cds_motion_joint *joints; // one for each servo of the cycle
     const struct cds_register_profile *const *profiles; // one for each joint; NULL: all CDS55xx
@@ -65,11 +70,11 @@ static inline uint16_t cds_motion_acceleration(uint8_t acc)
 
 /* A move. What the pointers point to stays in place until the move is over. */
 struct cds_move {
-    const uint16_t *pose;      // position of each joint, 0 to 1023, or CDS_POSE_NONE
-    uint32_t time_ms;          // 1 to CDS_MOTION_TIME_MAX_MS, rounded up to periods of the cycle
-    uint8_t curve;             // enum cds_motion_curve
-    bool may_take_longer;      // a time that is too short is stretched, not refused
-    bool waits;                // for the end of the move under way; else it takes its place at once
+    const uint16_t *pose; // position of each joint, 0 to 1023, or CDS_POSE_NONE
+    uint32_t time_ms;     // 1 to CDS_MOTION_TIME_MAX_MS, rounded up to whole periods
+    uint8_t curve;        // enum cds_motion_curve
+    bool may_take_longer; // a time that is too short is stretched, not refused
+    bool waits;           // for the end of the move under way; else it begins at once, in its place
     uint16_t acceleration;     // of a trapezoid: of the joint with the longest way, in speed
                                // register units per second, 1 or more
     const uint16_t *next_pose; // NULL: the joints stop at the pose. Else they pass it on their way
@@ -79,17 +84,19 @@ struct cds_move {
 
 /* The curve that all joints of a move share. Its fields are internal. */
 struct cds_curve {
-    uint8_t kind;      // enum cds_motion_curve
-    uint16_t ramp;     // trapezoid: share of the time that speeding up takes, 1/65536
-    uint16_t per_ramp; // 1 / that share, in 1/1024
-    uint16_t rate;     // the highest speed, in 1/16384 of the mean speed
+    uint8_t kind;          // enum cds_motion_curve
+    uint16_t ramp;         // trapezoid: share of the time that speeding up takes, 1/65536
+    uint16_t inverse_ramp; // 1 / that share, in 1/1024
+    uint16_t rate;         // the highest speed, in 1/16384 of the mean speed
 };
 
 /* One joint. A position is in 1/8 step, a speed in 1/16 of a register's unit. The fields are
  * internal. */
 struct cds_motion_joint {
-    uint16_t scale;      // speed of one step per period
-    uint16_t fastest;    // the most that is sent, in 1/4 of a register's unit
+    uint16_t scale;   // speed of one step per period
+    uint16_t fastest; // the most that is sent, in 1/4 of a register's unit
+    int16_t lowest;   // soft limits
+    int16_t highest;
     uint16_t start;      // where the move began
     int16_t distance;    // that the curve takes it
     int16_t braking;     // twice the distance in which it brakes from begin_speed
@@ -148,8 +155,9 @@ struct cds_motion {
     struct cds_motion_basis basis; // of the goals that are set now
     uint8_t count;                 // of joints
     uint8_t index;                 // joint whose goal is set next; `count`: none in this period
-    uint8_t taken_up;              // joint that takes up the move next
-    uint8_t checked;               // joint, or step of the plan, that is next
+    uint8_t begun;                 // joints before this one have begun the move
+    uint8_t stage;                 // of the check
+    uint8_t checked;               // joint that is checked next in this stage
     uint8_t outcome;               // of a motion that is ending
     bool is_paused : 1;            // until cds_motion_resume(), or the motion has ended
     bool is_ready : 1;             // the move is checked, and begins with the next goals
@@ -165,20 +173,27 @@ struct cds_motion {
     struct cds_motion_basis last_basis; // of the goals before it
     struct cds_move next;               // the move that is checked
     struct cds_motion_plan next_plan;   // of that move
-    uint32_t shortest;                  // periods that it takes
-    uint32_t tried;   // duration in which joints that move at begin or end stay slow enough
-    uint32_t longest; // way of its joints: register units x periods
+    uint32_t shortest;                  // periods that it takes at least, as far as is checked
+    uint32_t requested;                 // periods that the program asks for
+    uint32_t longest;                   // way of its joints: register units x periods
+    uint32_t longest_window;            // in which all joints brake within their limits
+    bool has_speeds;                    // a joint moves when the move begins, or when it ends
 };
 
-/* Begins, at rest. CDS_OK; CDS_BAD_ARGUMENT: the cycle was not begun. */
+/* Begins, at rest. CDS_OK; CDS_BAD_ARGUMENT: the cycle was not begun, or its period is shorter than
+ * 200 us. */
 enum cds_result cds_motion_begin(struct cds_motion *motion, const struct cds_motion_config *config);
 
 /* Checks a move, then begins it: from where the joints are, or if they move, from the goals under
  * way with their speed. cds_motion_poll() checks one joint each time; until then a move under way
- * goes on. Joints that moved and are not in the pose brake. motion.move_result tells:
+ * goes on. A joint that moves and is not in the pose brakes within 250 ms if the curve is minimum
+ * jerk or trapezoid; with the other curves it stops at its last goal. A joint that moves is at most
+ * 1/8 faster than its speed limit, and its goals never leave the soft limits.
+ * motion.move_result tells:
  *
  *   CDS_OK            the move has begun
- *   CDS_LIMIT         a goal is beyond a soft limit: shortest_ms is 0; or the time is too short for
+ *   CDS_LIMIT         a goal is beyond a soft limit, or the move takes longer than
+ *                     CDS_MOTION_TIME_MAX_MS: shortest_ms is 0; or the time is too short for
  *                     motion.joint, and shortest_ms works
  *   CDS_INHIBITED     motion.joint may not be driven
  *   CDS_TIMEOUT       the position of motion.joint is not known: the cycle has not read it yet
@@ -191,10 +206,10 @@ enum cds_result cds_motion_move(struct cds_motion *motion, const struct cds_move
 /* True while cds_motion_move() returns CDS_BUSY. */
 static inline bool cds_motion_is_busy(const struct cds_motion *motion)
 {
-    return motion->move_result == CDS_PENDING || motion->taken_up < motion->count;
+    return motion->move_result == CDS_PENDING || motion->begun < motion->count;
 }
 
-/* Moves on; call it after cds_cycle_poll() from the main loop. Each call checks one joint, and sets
+/* Moves on; call it after cds_cycle_poll() from the main loop. Each call checks one joint, or sets
  * the goals of at most 6. Returns motion.result:
  *
  *   CDS_PENDING    a move is under way or paused

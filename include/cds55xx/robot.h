@@ -8,9 +8,8 @@
  *
  *     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
  *     cds_robot_start(&robot);
- *     for (;;)
- *         if (cds_robot_poll(&robot) == CDS_ROBOT_RUNNING)
- *             cds_robot_set_goal_mdeg(&robot, 0, 45000);
+ *     while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED)
+ *         cds_robot_set_goal_mdeg(&robot, 0, 45000); // refused until the robot runs
  *
  * A program that needs more uses the parts: robot.bus, robot.cycle. All functions: main context. */
 #ifndef CDS_ROBOT_H
@@ -24,6 +23,7 @@
 #include "cds55xx/motion.h"     // struct cds_motion
 #include "cds55xx/servos.h"     // struct cds_servos
 #include "cds55xx/torque_off.h" // struct cds_torque_off
+#include "cds55xx/torque_on.h"  // struct cds_torque_on, enum cds_reason
 
 #ifdef __cplusplus
 extern "C" {
@@ -38,13 +38,16 @@ extern "C" {
 #endif
 
 /* `direction` of a joint. */
-#define CDS_FORWARD  1    // the angle of the joint grows with the position of the servo
-#define CDS_REVERSED (-1) // the angle of the joint falls with the position of the servo
+#define CDS_FORWARD  1    // the angle of the joint increases with the position of the servo
+#define CDS_REVERSED (-1) // the angle of the joint decreases with the position of the servo
 
 /* `profile` of a joint. */
 enum cds_joint_profile { CDS_JOINT_CDS55XX, CDS_JOINT_AX12 } __attribute__((packed));
 
 #define CDS_JOINT_NAME_SIZE 9 // 8 characters and a 0
+
+/* 0. A constant `name` of more than 8 characters is an error: an array has a negative size. */
+#define CDS_JOINT_NAME_CHECK(name) (0 * sizeof(char[sizeof(name) <= CDS_JOINT_NAME_SIZE ? 1 : -1]))
 
 /* One joint. Its angle is 0 where its servo is at offset_mdeg. */
 struct cds_joint {
@@ -58,12 +61,12 @@ struct cds_joint {
     char name[CDS_JOINT_NAME_SIZE]; // 0 to 8 characters and a 0
 };
 
-/* A row of the table, in C99 and C++11. */
+/* A row of the table, in C99 and C++11. `name`: a string of at most 8 characters. */
 #define CDS_JOINT(id, direction, offset_mdeg, lowest_mdeg, highest_mdeg, fastest_mrpm, profile,    \
                   name)                                                                            \
     {                                                                                              \
-        (id), (direction), (profile), (offset_mdeg), (lowest_mdeg), (highest_mdeg),                \
-            (fastest_mrpm), name                                                                   \
+        (id), (direction), (profile) + CDS_JOINT_NAME_CHECK(name), (offset_mdeg), (lowest_mdeg),   \
+            (highest_mdeg), (fastest_mrpm), name                                                   \
     }
 
 /* Begins the definition of a table: CDS_JOINTS(name) = {CDS_JOINT(...), ...}; at file scope. */
@@ -103,12 +106,12 @@ struct cds_robot_config {
 
 /* What a robot does now. */
 enum cds_robot_state {
-    CDS_ROBOT_CLOSED,
+    CDS_ROBOT_CLOSED,   // cds_robot_open() was not called
     CDS_ROBOT_OPEN,     // driving is inhibited
     CDS_ROBOT_STARTING, // servos are checked and get their first goals
     CDS_ROBOT_RUNNING,  // torque is on, and goals are sent
     CDS_ROBOT_STOPPING, // driving is inhibited; torque is switched off
-    CDS_ROBOT_STOPPED,  // driving is inhibited
+    CDS_ROBOT_STOPPED,  // driving is inhibited; also if open or start has failed
 } __attribute__((packed));
 
 /* What has happened to a robot. */
@@ -121,24 +124,11 @@ enum cds_robot_event_kind {
     CDS_ROBOT_WAS_STOPPED,  // the stop is over: `result` of cds_torque_off_poll()
 } __attribute__((packed));
 
-/* Why a joint is not well. */
-enum cds_robot_reason {
-    CDS_REASON_NONE,
-    CDS_REASON_NO_REPLY,     // no good reply; `result`: CDS_TIMEOUT, CDS_CORRUPT or CDS_LINE_BUSY
-    CDS_REASON_ALARM,        // voltage, temperature or load: `alarms`
-    CDS_REASON_RETURN_DELAY, // the servo does not take the return delay; is it locked (0x2F)?
-    CDS_REASON_MODE,         // endless turn: both angle limits, 0x06 and 0x08, are 0
-    CDS_REASON_VOLTAGE,      // outside of registers 0x0C and 0x0D of the servo
-    CDS_REASON_POSITION,     // the joint is outside of its limits: turn it back by hand
-    CDS_REASON_REFUSED,      // the servo does not take goal or torque
-    CDS_REASON_INHIBITED,    // the program has inhibited driving, or reserved the servo
-} __attribute__((packed));
-
 /* An event; a field that its kind does not name is 0. */
 struct cds_robot_event {
     uint8_t kind;   // enum cds_robot_event_kind
     uint8_t joint;  // index in the table
-    uint8_t why;    // enum cds_robot_reason
+    uint8_t why;    // enum cds_reason, of torque_on.h
     uint8_t result; // enum cds_result
     uint8_t alarms; // CDS_ERROR_* bits
 };
@@ -148,9 +138,6 @@ struct cds_robot_event {
 
 /* For so long after cds_robot_start() a servo may be silent: it starts up. */
 #define CDS_ROBOT_PATIENCE_US 2000000ul
-
-/* From the first to the last register that the start reads: 0x05 to 0x2E. */
-#define CDS_ROBOT_READ_SIZE 42
 
 /* A robot; CDS_ROBOT() defines one. The program reads `state` and `event`, sets the fields from
  * `tolerates` to `context` after cds_robot_open(), and uses the parts from `bus` to `torque_off` by
@@ -174,18 +161,17 @@ struct cds_robot {
     uint8_t count;                         // of joints
     uint8_t joint;                         // of the step of the start
     uint8_t phase;                         // of the start
-    uint8_t looked;                        // joints before this one have been looked at; while the
-                                           // robot starts: have their first goal in the cycle
+    uint8_t looked;                        // joints before this one have been looked at
     uint8_t news;                          // of the servos, when the last look began
     uint8_t unread_writes;                 // of the return delay of `joint`: it did not reply
     bool is_delay_written;                 // return delay of `joint`, after it was read
     bool has_failed;                       // a joint is not well
     bool has_goals;                        // goals were set and not committed
     uint32_t begun_us;                     // when the start began
-    struct cds_steps steps;                // of the start
+    struct cds_torque_on torque_on;        // of `joint`
     struct cds_request request;            // of the start
-    uint8_t packet[CDS_PACKET_SIZE(5)];
-    uint8_t reply[CDS_ROBOT_READ_SIZE];
+    uint8_t packet[CDS_TORQUE_ON_PACKET_SIZE];
+    uint8_t reply[CDS_TORQUE_ON_READ_SIZE];
     // the parts:
     struct cds_servos servos;         // what is known of each servo
     struct cds_cycle cycle;           // goals and feedback; begins with CDS_ROBOT_STARTED
@@ -198,8 +184,9 @@ struct cds_robot {
 /* Opens the bus on `port` at `baud_reg` (see cds_bus_open()) and sets the limits of all joints.
  * Sends nothing. Driving is inhibited until a start has checked all servos. `config`: name_config
  * of CDS_ROBOT(). CDS_OK; CDS_BUSY: the robot is starting, running or stopping; CDS_BAD_ARGUMENT:
- * an ID is out of range or stands twice, or another value of joint event.joint is out of range; the
- * robot is closed. Divides 32-bit numbers: not for the hot path. */
+ * an ID is out of range or stands twice, or another value of joint event.joint is out of range: the
+ * state is CDS_ROBOT_STOPPED, and the robot does not start until it is opened well. Divides 32-bit
+ * numbers: not for the hot path. */
 enum cds_result cds_robot_open(struct cds_robot *robot, const struct cds_robot_config *config,
                                uint8_t port, uint8_t baud_reg);
 
@@ -214,8 +201,9 @@ enum cds_result cds_robot_open(struct cds_robot *robot, const struct cds_robot_c
  * If a servo is not well, the robot stops as by cds_robot_stop(). A silent servo is asked for
  * CDS_ROBOT_PATIENCE_US; its return delay is written unread, since it may reply before the board
  * can receive. CDS_OK; CDS_BUSY: the robot is starting, running or stopping;
- * CDS_BAD_ARGUMENT: it is not open, return_delay_us is out of range, or goals of all joints do not
- * fit period_us. */
+ * CDS_BAD_ARGUMENT: it was not opened well, return_delay_us is out of range, or goals of all joints
+ * do not fit period_us; the state is CDS_ROBOT_STOPPED. So a program may ignore the results of open
+ * and start if its main loop ends with that state. */
 enum cds_result cds_robot_start(struct cds_robot *robot);
 
 /* Moves all of the robot on: bus, start, cycle, state check, stop. Call it from the main loop, as
@@ -224,7 +212,7 @@ enum cds_robot_state cds_robot_poll(struct cds_robot *robot);
 
 /* Stops the robot: inhibits driving, ends start and cycle, and switches torque off for all servos
  * on the bus (torque_off.h), before any other request. Begins again if the robot has stopped. Does
- * nothing while it is stopping, or if it is not open. */
+ * nothing while it is stopping, or if it was not opened well. */
 void cds_robot_stop(struct cds_robot *robot);
 
 /* Sets the goal of `joint` (index in the table) to the angle `mdeg`, at the speed of its limit. All

@@ -42,7 +42,7 @@ struct cds_sequence_config {
     bool (*may_begin)(void *context, uint8_t index); // asked again with each poll until it is true;
                                                      // NULL: always
     void (*on_pose)(void *context, uint8_t index, uint8_t event); // the pose of this step was sent;
-                                                                  // NULL: nobody wants to know
+                                                                  // NULL: not called
     uint16_t repeats; // how often the sequence runs; 0: for ever
 };
 

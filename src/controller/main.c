@@ -4,8 +4,8 @@
  * Four deadlines decide the poll order of turn():
  *
  *   bus reply  After a reply the bus is idle until the controller sends the next packet. So each
- *              turn polls the bus first, and a bulk read polls only the bus while it waits for a
- *              servo.
+ *              turn polls the bus first, and only the bus is polled while a bulk read waits for a
+ *              servo or the permit checks a packet.
  *   goal       The goals of a cycle leave within 350 us of their time, or of the end of a
  *              transaction that is on the bus then; within 800 us if its reply changed what the
  *              permit knows, within 2 ms after a broadcast, from which 18 servos learn. So while an
@@ -184,10 +184,17 @@ static void begin_failsafe(void)
     failsafe_apply_settings(failsafe);
 }
 
-static void open(void)
+/* Finds what the EEPROM stores. */
+static void load(void)
 {
     settings_load(&controller.store, &controller.settings);
-    console_load();
+    if (command_set.store)
+        command_set.store->load(command_set.store->motions);
+}
+
+static void open(void)
+{
+    load();
     cds_avr_clock_open();
     controller.host_baud = controller.settings.host_baud;
     if (divisor_of(controller.host_baud) != divisor_of(HOST_BAUD_OWN) &&
@@ -196,6 +203,7 @@ static void open(void)
     serial_open(&controller.serial, divisor_of(controller.host_baud));
     sei();
     cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
+    controller.robot.moves = command_set.moves;
     robot_begin(&controller.robot, &controller.bus, AVR_SHORTEST_DELAY(0));
     robot_resume(&controller.robot, &inhibit_copy, avr_reset_cause & FAILSAFE_RESET_POWER);
     begin_failsafe();
@@ -203,12 +211,14 @@ static void open(void)
                     controller.packets[0] + STATUS_PACKET_HEAD);
     device_registers_open(&controller.registers, &controller.failsafe, &controller.host,
                           &controller.bridge, &controller.serial.gaps);
-    controller.device.ops = &device_registers_ops;
+    controller.device.ops = command_set.device;
     controller.device.context = &controller.registers;
     bridge_open(&controller.bridge, &controller.bus, &controller.host, &controller.device,
                 &controller.serial.tx, controller.packets[1] + STATUS_PACKET_HEAD);
     console_open(&controller.console, &controller.failsafe, &controller.text,
                  &controller.serial.tx);
+    if (command_set.store && command_set.store->begin)
+        command_set.store->begin(&controller.failsafe, command_set.store->motions);
 }
 
 /* ---- bus and robot ---- */
@@ -253,18 +263,22 @@ static bool take_reply(void)
     return is_in_use;
 }
 
-/* Polls bus and bridge. During a bulk read it goes on from servo to servo, until the bulk read
- * ends, the host sends a byte, or the time is over. */
+/* Polls bus and bridge. During a bulk read it goes on from servo to servo, and while the permit
+ * checks a packet from goal to goal, until that ends, the host sends a byte, or the time is over.
+ */
 static void poll_bus(void)
 {
     const struct bridge *bridge = &controller.bridge;
+    const struct cds_bus *bus = &controller.bus;
     bool is_alone = robot_idle(&controller.robot) && !cds_ring_count(&controller.serial.rx);
     uint16_t from_ticks = cds_port_ticks(), us = is_alone ? ALONE_US : PART_US;
     uint8_t sent = send_to_host(), heard = controller.serial.rx.head;
 
     do {
-        while (take_reply() && bridge_awaits_servo(bridge) && sent == controller.serial.tx.head &&
-               heard == controller.serial.rx.head && !is_over(from_ticks, us)) {
+        while (take_reply() &&
+               (bridge_awaits_servo(bridge) || bus->state == CDS_BUS_WAITING_FOR_LINE) &&
+               sent == controller.serial.tx.head && heard == controller.serial.rx.head &&
+               !is_over(from_ticks, us)) {
         }
         sent = send_to_host();
         poll_bridge();

@@ -3,9 +3,8 @@
  * MARK_CALL is cds_cycle_goal() for six joints. */
 #include <cds55xx/gait.h>
 
+#include "../firmware/library/joints.h"
 #include "benchmark.h"
-
-#define JOINTS 18
 
 #define ONE(turn)                                                                                  \
     {                                                                                              \
@@ -27,53 +26,12 @@
 CDS_GAIT_TABLE(of_one_sine) = {ALL(ONE)};
 CDS_GAIT_TABLE(of_three_sines) = {ALL(THREE)};
 
-static struct cds_bus bus;
-CDS_AVR_BUS(bus, 0)
-CDS_AVR_CLOCK()
-
-static struct cds_servos servos;
-static struct cds_servo_state states[JOINTS];
-static struct cds_cycle cycle;
-static struct cds_feedback feedback[JOINTS];
-static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(JOINTS)], ids[JOINTS];
 static struct cds_gait gait;
 static struct cds_gait_state joints[JOINTS];
 
-static void begin(void)
-{
-    for (uint8_t i = 0; i < JOINTS; i++)
-        states[i].id = ids[i] = (uint8_t)(i + 1);
-    say("servos",
-        cds_servos_begin(&servos, &(struct cds_servos_config){.bus = &bus,
-                                                              .queue = &bench_queue,
-                                                              .states = states,
-                                                              .count = JOINTS,
-                                                              .capacity = JOINTS}) == CDS_OK);
-    say("cycle", cds_cycle_begin(&cycle, &(struct cds_cycle_config){
-                                             .bus = &bus,
-                                             .ids = ids,
-                                             .packets = packets,
-                                             .feedback = feedback,
-                                             .count = JOINTS,
-                                             .period_us = CDS_CYCLE_PERIOD_US}) == CDS_OK);
-}
-
-static void torque_on(void)
-{
-    static uint8_t packet[CDS_PACKET_SIZE(2)];
-    static struct cds_request request = CDS_REQUEST_WITHOUT_DATA(packet);
-
-    cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
-    bench_wait(&bus);
-}
-
-/* Reads all joints, then sends them where they are. */
+/* Sends all joints where they are. */
 static void begin_goals(void)
 {
-    while (cycle.counters.reads < JOINTS) {
-        cds_bus_poll(&bus);
-        cds_cycle_poll(&cycle);
-    }
     for (uint8_t i = 0; i < JOINTS; i++)
         cds_cycle_goal(&cycle, i, feedback[i].position, 512);
     cds_cycle_commit(&cycle);
@@ -127,8 +85,7 @@ static enum cds_result set_six_goals(void)
 int main(void)
 {
     bench_open_bare(&bus);
-    torque_on();
-    begin();
+    say("joints", joints_begin(&bench_queue, JOINTS, 1));
     begin_goals();
     say("walked", walk(bench_option(0)));
     while (set_six_goals() != CDS_OK)

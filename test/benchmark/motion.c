@@ -6,64 +6,31 @@
 #include "benchmark.h"
 
 #if RAMEND < 0x1100
-#define JOINTS_MAX 18
+#define JOINTS 18
 #else
-#define JOINTS_MAX 50 // too many for 4 KB of RAM
+#define JOINTS 50 // too many for 4 KB of RAM
 #endif
 #define MOVES 3
 
-static struct cds_bus bus;
-CDS_AVR_BUS(bus, 0)
-CDS_AVR_CLOCK()
+#include "../firmware/library/joints.h"
 
-static struct cds_servos servos;
-static struct cds_servo_state states[JOINTS_MAX];
-static struct cds_cycle cycle;
-static struct cds_feedback feedback[JOINTS_MAX];
-static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(JOINTS_MAX)], ids[JOINTS_MAX], joint_count;
+static uint8_t joint_count;
 static struct cds_motion motion;
-static struct cds_motion_joint joints[JOINTS_MAX];
-static uint16_t pose[JOINTS_MAX];
+static struct cds_motion_joint joints[JOINTS];
+static uint16_t pose[JOINTS];
 
 static void begin(void)
 {
-    for (uint8_t i = 0; i < joint_count; i++)
-        states[i].id = ids[i] = (uint8_t)(i + 1);
-    say("servos",
-        cds_servos_begin(&servos, &(struct cds_servos_config){.bus = &bus,
-                                                              .queue = &bench_queue,
-                                                              .states = states,
-                                                              .count = joint_count,
-                                                              .capacity = joint_count}) == CDS_OK);
-    say("cycle", cds_cycle_begin(&cycle, &(struct cds_cycle_config){
-                                             .bus = &bus,
-                                             .ids = ids,
-                                             .packets = packets,
-                                             .feedback = feedback,
-                                             .count = joint_count,
-                                             .period_us = CDS_CYCLE_PERIOD_US}) == CDS_OK);
+    say("joints", joints_begin(&bench_queue, joint_count, 1));
     say("motion",
         cds_motion_begin(&motion, &(struct cds_motion_config){.cycle = &cycle,
                                                               .servos = &servos,
                                                               .joints = joints}) == CDS_OK);
 }
 
-static void torque_on(void)
-{
-    static uint8_t packet[CDS_PACKET_SIZE(2)];
-    static struct cds_request request = CDS_REQUEST_WITHOUT_DATA(packet);
-
-    cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
-    bench_wait(&bus);
-}
-
-/* Reads all joints, then sends them where they are. */
+/* Sends all joints where they are. */
 static void begin_goals(void)
 {
-    while (cycle.counters.reads < joint_count) {
-        cds_bus_poll(&bus);
-        cds_cycle_poll(&cycle);
-    }
     for (uint8_t i = 0; i < joint_count; i++)
         cds_cycle_goal(&cycle, i, feedback[i].position, 512);
     cds_cycle_commit(&cycle);
@@ -73,7 +40,7 @@ static void poll(void)
 {
     cds_bus_poll(&bus);
     cds_cycle_poll(&cycle);
-    if (motion.move_result == CDS_PENDING || motion.taken_up < joint_count) {
+    if (motion.move_result == CDS_PENDING || motion.begun < joint_count) {
         mark(MARK_SLOW);
         cds_motion_poll(&motion);
         unmark(MARK_SLOW);
@@ -117,7 +84,6 @@ int main(void)
 
     bench_open_bare(&bus);
     joint_count = bench_option(0);
-    torque_on();
     begin();
     begin_goals();
     for (uint8_t i = 0; i < MOVES; i++)

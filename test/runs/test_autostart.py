@@ -7,25 +7,44 @@ import tempfile
 import unittest
 
 import boards
-from simulator import LONG, controller
+from simulator import LONG, ROOT, controller
 
 SERVOS = "1-3"
 PREPARE = ("echo off\ngroup 1 2 3\npose set low 130 140 160\npose set stand 150 150 150\n"
            "sequence walk new low 0.5s\nsequence walk add stand 0.4s\n")
-POWER_UPS = 40 if LONG else 12
+# The controller does not sleep in the delay, so a short one keeps the runs short.
+AFTER_1_S = "settings autostart walk 1s\n"
 
-# Lines right after power-up, and what `settings autostart` then says.
+TEXTS = {int(number): text for number, text in
+         re.findall(r'X\(\w+, (\d+), *"([^"]*)"', re.sub(r"\\\n", "", (
+             ROOT / "include/cds55xx/result.h").read_text() + (
+             ROOT / "src/controller/console/errors.h").read_text()))}
+
+
+def fails(servo, error):
+    """What `settings autostart` says of a servo that is not well."""
+    return f"not begun: servo {servo}: {TEXTS[error]};"
+
+
+# Lines right after power-up, and what `settings autostart` then says, or the error of servo {n}.
 TROUBLES = {
     "none": ("", "has begun"),
     "host byte": ("@wait {ms}\nversion\n", "not begun: a byte came from the host"),
-    "servo missing": ("@power {n} off\n", "servo {n} is not well"),
-    "low voltage": ("@supply {n} 5.5\n", "servo {n} is not well"),
-    "servo dies late": ("@wait 2900\n@power {n} off\n", "servo {n} is not well"),
+    "servo missing": ("@power {n} off\n", 2),
+    "low voltage": ("@supply {n} 5.5\n", 86),
+    "high voltage": ("@supply {n} 16.5\n", 86),
+    "overheating": ("write {n} MAX_TEMPERATURE 20\n@reset power\n", 85),
+    "two replies damaged": ("@fault flip out 1 6 1\n@fault flip out 2 6 1\n", "has begun"),
+    "three replies damaged": ("@fault flip out 1 6 1\n@fault flip out 2 6 1\n@fault flip out 3 6 1\n",
+                               f"not begun: servo 1: {TEXTS[2]};"),
+    "servo dies late": ("@wait 900\n@power {n} off\n", 2),
     "external reset": ("@wait {short}\n@reset external\n", "not begun: the last reset was not power-on"),
     "watchdog reset": ("@wait {short}\n@reset watchdog\n", "not begun: the last reset was not power-on"),
     "brown-out": ("@wait {short}\n@reset brown-out\n", "not begun: the last reset was not power-on"),
     "second power-up": ("@wait {short}\n@reset power\n", "has begun"),
 }
+
+POWER_UPS = 40 if LONG else len(TROUBLES)
 
 
 def driving(run):
@@ -51,7 +70,7 @@ class Autostart(unittest.TestCase):
         run = controller(script + line, board, SERVOS, "--eeprom", self.eeprom)
         self.assertEqual(run.status, 0, run.output[-2000:])
 
-    def power_up(self, board, lines, says, wait_ms=5500):
+    def power_up(self, board, lines, says, wait_ms=2500):
         """A run from power-on; nobody types before `settings autostart` asks how it went."""
         script = f"{lines}@wait {wait_ms}\nsettings autostart\n@expect text {says}\n"
         run = controller(script, board, SERVOS, "--echo", "--eeprom", self.eeprom)
@@ -62,29 +81,29 @@ class Autostart(unittest.TestCase):
         for board in boards.WITH_MOTION:
             with self.subTest(board):
                 self.prepare(board, "settings autostart walk\n")
-                run = self.power_up(board, "", "autostart: walk after 3 s; has begun")
+                run = self.power_up(board, "@wait 2900\n@expect servo 1 PRESENT_POSITION 440..447 within 1000\n"
+                                    "@expect servo 1-3 PRESENT_POSITION 508..515 within 600\n",
+                                    "autostart: walk after 3 s; has begun", 100)
                 first = driving(run)[0] / 16_000_000
                 self.assertGreater(first, 3)
                 self.assertLess(first, 3.2)
-                run = self.power_up(board, "@wait 2900\n@expect servo 1 PRESENT_POSITION 440..447 within 1000\n"
-                                    "@expect servo 1-3 PRESENT_POSITION 508..515 within 600\n",
-                                    "has begun", 100)
                 self.assertIn("rules:   none broken", run.output)
 
     def test_sequence_plays_for_ever_after_another_delay(self):
         board = boards.WITH_MOTION[0]
         self.prepare(board, "settings autostart walk loop 1s\n")
-        self.power_up(board, "@wait 9000\nmotion\n@expect text motion: walk: step\nmotion off\n",
+        self.power_up(board, "@wait 4000\nmotion\n@expect text motion: walk: step\nmotion off\n",
                       "autostart: walk loop after 1 s; has begun", 100)
 
     def test_it_plays_only_when_it_may(self):
         """Random trouble at random times."""
         board, dice = boards.WITH_MOTION[0], random.Random(3)
-        self.prepare(board, "settings autostart walk\n")
+        self.prepare(board, AFTER_1_S)
         names = list(TROUBLES) * (POWER_UPS // len(TROUBLES) + 1)
         for name in names[:POWER_UPS]:
-            values = {"n": dice.randint(1, 3), "ms": dice.randint(1, 2900), "short": dice.randint(1, 2900)}
-            lines, says = (text.format(**values) for text in TROUBLES[name])
+            values = {"n": dice.randint(1, 3), "ms": dice.randint(1, 900), "short": dice.randint(1, 900)}
+            lines, says = TROUBLES[name]
+            lines, says = lines.format(**values), fails(values["n"], says) if isinstance(says, int) else says
             with self.subTest(name, **values):
                 run = self.power_up(board, lines, says)
                 self.assertEqual(bool(driving(run)), says == "has begun")
@@ -92,41 +111,55 @@ class Autostart(unittest.TestCase):
     def test_it_never_plays_after_a_stop(self):
         """The drive inhibit survives resets other than power-on; after those it does not play anyway."""
         board = boards.WITH_MOTION[0]
-        self.prepare(board, "settings autostart walk\n")
+        self.prepare(board, AFTER_1_S)
         run = self.power_up(board, "stop\n@reset external\n", "not begun")
         self.assertEqual(driving(run), [])
 
     def test_a_pose_beyond_the_angle_limits_of_a_servo(self):
         board = boards.WITH_MOTION[0]
-        self.prepare(board, "settings autostart walk\n")
+        self.prepare(board, AFTER_1_S)
         run = self.power_up(board, "write 2 CW_ANGLE_LIMIT 500 0\n@reset power\n",
-                            "servo 2 cannot reach a pose")
+                            "not begun: servo 2: a pose is beyond its angle limits")
         reset = int(re.search(r"(\d+) reset\n", run.output)[1])
         self.assertEqual([cycle for cycle in driving(run) if cycle > reset], [])
 
+    def test_servo_in_endless_turn(self):
+        board = boards.WITH_MOTION[0]
+        self.prepare(board, AFTER_1_S)
+        run = self.power_up(board, "write 3 CCW_ANGLE_LIMIT 0\n@reset power\n", fails(3, 47))
+        reset = int(re.search(r"(\d+) reset\n", run.output)[1])
+        self.assertEqual([cycle for cycle in driving(run) if cycle > reset], [])
+
+    def test_servo_that_refuses_its_goal(self):
+        """Servo 2 stands at 150 degrees, outside of its angle limits; the poses are within."""
+        board = boards.WITH_MOTION[0]
+        self.prepare(board, AFTER_1_S, PREPARE.replace(" 140 ", " 200 ").replace("150 150 150", "150 210 150"))
+        self.power_up(board, "write 2 CW_ANGLE_LIMIT 600\n@reset power\n"
+                      "@wait 5500\n@expect servo 2,3 torque off\n", fails(2, 70), 1)
+
     def test_a_first_step_that_is_too_short_is_told(self):
         board = boards.WITH_MOTION[0]
-        self.prepare(board, "settings autostart walk\n", PREPARE.replace("low 130", "low 290").replace("0.5s", "0.1s"))
+        self.prepare(board, AFTER_1_S, PREPARE.replace("low 130", "low 290").replace("0.5s", "0.1s"))
         self.power_up(board, "", "the motion was refused")
 
     def test_what_is_missing(self):
         board = boards.WITH_MOTION[0]
         self.prepare(board, "")
-        self.power_up(board, "", "autostart: none", 4000)
-        self.prepare(board, "settings autostart walk\nsettings autostart off\n")
-        self.power_up(board, "", "autostart: none", 4000)
+        self.power_up(board, "", "autostart: none", 2000)
+        self.prepare(board, AFTER_1_S + "settings autostart off\n")
+        self.power_up(board, "", "autostart: none", 2000)
         for line in ("sequence delete walk\n", "pose delete low\n"):
-            self.prepare(board, "settings autostart walk\n" + line)
+            self.prepare(board, AFTER_1_S + line)
             run = self.power_up(board, "", "not begun: the sequence, its joints or a pose is missing")
             self.assertEqual(driving(run), [])
 
     def test_ctrl_x_amid_every_part_of_it_ends_it(self):
         """No goal leaves behind a stop."""
         board = boards.WITH_MOTION[0]
-        self.prepare(board, "settings autostart walk loop\n")
-        for ms in (3001, 3004, 3010, 3020, 3100, 4000):
+        self.prepare(board, "settings autostart walk loop 1s\n")
+        for ms in (1001, 1004, 1010, 1020, 1100, 2000):
             with self.subTest(ms):
-                script = f"@wait {ms}\nstop\n@wait 2000\n@expect servo 1-3 torque off\n"
+                script = f"@wait {ms}\nstop\n@wait 1000\n@expect servo 1-3 torque off\n"
                 run = controller(script, board, SERVOS, "--echo", "--eeprom", self.eeprom)
                 self.assertEqual(run.status, 0, run.output[-3000:])
                 off = [cycle for cycle, way, packet in run.packets if packet.startswith("FF FF FE 04 03 18 00")]

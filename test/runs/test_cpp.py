@@ -41,6 +41,18 @@ class Cpp(unittest.TestCase):
                     "FF FF 02 04 03 19 01 DC", "FF FF 02 02 00 FB",
                     "FF FF FE 0E 83 1E 04 01 BC 02 00 02 02 2C 01 00 02 5C"])
 
+    def test_joint_name_of_nine_characters_does_not_compile(self):
+        for compile_ in [["avr-gcc", "-std=gnu99", "-x", "c"], ["avr-g++", "-std=c++11", "-x", "c++"]]:
+            for name, fits in [("12345678", True), ("123456789", False)]:
+                with tempfile.NamedTemporaryFile("w", suffix=".c") as source:
+                    source.write("#include <cds55xx/robot.h>\nextern const struct cds_joint row;\n"
+                                 "const struct cds_joint row = CDS_JOINT(1, CDS_FORWARD, 150000, -90000, "
+                                 f'90000, 31000, CDS_JOINT_CDS55XX, "{name}");\n')
+                    source.flush()
+                    status, said = run(*compile_, "-mmcu=atmega128", "-DF_CPU=16000000UL", *WARNINGS,
+                                       "-Iinclude", "-c", source.name, "-o", "/dev/null", cwd=ROOT)
+                    self.assertEqual(status == 0, fits, said)
+
     def test_robot_reads_its_table_in_flash(self):
         with tempfile.TemporaryDirectory() as folder:
             for board in CHIPS:

@@ -1,6 +1,6 @@
 """The firmware and programs linked with the library, in the simulator."""
 # needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega) $(patsubst %,build/%/examples/two_servos.elf,atmega128 arduino-mega)
-# needs: $(BOARDS:%=build/%/examples/two_joints.elf)
+# needs: $(BOARDS:%=build/%/examples/two_joints.elf) build/atmega128/examples/timed_move.elf
 # needs: $(patsubst %,build/atmega128/firmware/%.elf,absent clock line_errors slow_handler)
 import csv
 import pathlib
@@ -103,6 +103,26 @@ class Programs(unittest.TestCase):
     def test_readme_shows_that_very_program(self):
         source = (ROOT / "examples/two_joints.c").read_text().rsplit("*/\n", 1)[1].strip()
         self.assertIn(source, (ROOT / "README.md").read_text())
+
+    def test_timed_moves_of_two_joints_arrive_together(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table = pathlib.Path(folder) / "motion.csv"
+            run = Run("build/atmega128/examples/timed_move.elf", "--seconds", "6", "--csv", table,
+                      board="atmega128", servos="1,2")
+            rows = list(csv.DictReader(table.read_text().replace("bus0_", "").splitlines()))
+        self.assertEqual(run.status, 0, run.output)
+        self.assertIn("rules:   none broken", run.output)
+        left, right = ([int(row[f"present_{servo}"]) for row in rows] for servo in (1, 2))
+        # 60 degrees of the left joint and 30 of the right one, which is reversed, to both sides
+        for places, ends in [(left, (307, 716)), (right, (409, 614))]:
+            self.assertLess(abs(min(places) - ends[0]), 4)
+            self.assertLess(abs(max(places) - ends[1]), 4)
+        way = [(a - 307 - 2 * (614 - b)) for a, b in zip(left, right)][len(left) // 2:]
+        self.assertLess(max(map(abs, way)), 12)  # half the way each, at any time
+
+    def test_motion_page_shows_the_timed_move_program(self):
+        source = (ROOT / "examples/timed_move.c").read_text().split("*/\n", 1)[1].strip()
+        self.assertIn(source, (ROOT / "docs/motion.md").read_text())
 
     def figures(self, program, servos="none"):
         """What a program of test/firmware/library/ says; the run must break no rule but those given."""

@@ -26,7 +26,7 @@ class Picture:
             svg = pathlib.Path(folder) / "it's a picture.svg"
             run = Run(elf, "--plot", svg, *options, board=board, servos=servos, script=script)
             self.status, self.output = run.status, run.output
-            root = ElementTree.parse(svg).getroot()
+            self.root = root = ElementTree.parse(svg).getroot()
         self.width, self.height = (int(root.get(name)) for name in ("width", "height"))
         self.texts = ["".join(t.itertext()).strip() for t in root.iter(SVG + "text")]
         self.legend = LEGEND & set(self.texts)
@@ -35,6 +35,20 @@ class Picture:
     def count(self, colour):
         """Bars of that colour, the legend's one included."""
         return len(re.findall(r"<[\w:]*polygon fill=\"rgb\(%s\)" % colour, self.source))
+
+    def boxes(self):
+        """(text, left, top, right, bottom) of each text that stands level, in pixels. A character is taken for 0.55
+        of the size of the font."""
+        found = []
+        for group in self.root.iter(SVG + "g"):
+            place = re.fullmatch(r"translate\(([^,]*),([^)]*)\)", group.get("transform", ""))
+            for text in group.findall(SVG + "text") if place else ():
+                what, size = "".join(text.itertext()).strip(), float(group.get("font-size"))
+                width = 0.55 * size * len(what)
+                left = float(place[1]) - width * {"start": 0, "middle": 0.5, "end": 1}[group.get("text-anchor")]
+                bottom = float(place[2])
+                found.append((what, left, bottom - 0.8 * size, left + width, bottom + 0.2 * size))
+        return found
 
     def curves(self):
         """Heights of the points of each full line in the colour of the first servo, in pixels above its first
@@ -140,6 +154,24 @@ class Plot(unittest.TestCase):
         self.assertEqual(lanes[::-1], [  # they are written from the bottom up
             "bus 0 wire", "bus 0 controller", "bus 0 servo 1", "bus 0 servo 2", "bus 0 servo 3",
             "bus 1 wire", "bus 1 controller", "bus 2 wire", "bus 2 controller", "bus 2 servo 1"])
+
+    def assert_no_text_covers_another(self, picture):
+        boxes = picture.boxes()
+        self.assertGreater(len(boxes), 20)
+        for a, left, top, right, bottom in boxes:
+            self.assertGreaterEqual(left, 0, a)
+            self.assertLessEqual(right, picture.width, a)
+            self.assertEqual([], [b for b, b_left, b_top, b_right, b_bottom in boxes if b is not a and
+                                  left < b_right and b_left < right and top < b_bottom and b_top < bottom], a)
+
+    def test_no_text_covers_another(self):
+        servos = [["--servos", "1:1-2", "--servos", "2:1,253"], ["--servos", "1:1-9", "--servos", "2:253"]]
+        for options in servos:
+            self.assert_no_text_covers_another(Picture(
+                *options, "--seconds", "0.5", "--panes", "speed,load", elf="build/firmware/three_buses.elf",
+                board="arduino-mega", servos="1-2"))
+        script = "ping 1\nping 2\n@wait 20\n" * 150 + "@fault flip out 2 4 3\nping 1\n! ping 2\n"
+        self.assert_no_text_covers_another(Picture("--panes", "speed,load", script=script))
 
     def test_the_same_run_draws_the_same_picture(self):
         first, second = (Picture(script="ping 1\nping 2\n").source for _ in range(2))

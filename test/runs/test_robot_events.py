@@ -23,7 +23,7 @@ def write(servo, address, *data):
 
 
 class Events(unittest.TestCase):
-    def events(self, *options, board="atmega128", servos="1-3", script="@wait 5500\n", kept=()):
+    def events(self, *options, board="atmega128", servos="1-3", script="@wait 2500\n", kept=()):
         """Events as (kind, joint, why). `kept`: scenario lines that change the EEPROM of the servos before."""
         with tempfile.TemporaryDirectory() as folder:
             state = pathlib.Path(folder) / "state"
@@ -77,14 +77,14 @@ class Events(unittest.TestCase):
                 self.assertEqual(run.drives, [])
 
     def test_alarm_stops_the_robot(self):
-        run = self.events(script="@wait 300\n@supply 2 5.5\n@wait 2500\n")
+        run = self.events(script="@wait 300\n@supply 2 5.5\n@wait 1000\n")
         self.assertEqual(run.events, [(STARTED, 0, 0), (ALARM, 1, 0), (WAS_STOPPED, 0, 0)])
         self.assertEqual(run.said["move"], INHIBITED)
 
     def test_servo_without_power_stops_the_robot(self):
         for ms, kinds in ((1, {STATE_LOST}), (60000, {OFFLINE})):
             with self.subTest(ms=ms):
-                run = self.events("--rules", "warn", script=f"@wait 300\n@fault brownout 3 {ms}\n@wait 3500\n")
+                run = self.events("--rules", "warn", script=f"@wait 300\n@fault brownout 3 {ms}\n@wait 2000\n")
                 self.assertEqual(run.events[0], (STARTED, 0, 0))
                 self.assertIn(run.events[1][0], kinds)
                 self.assertEqual(run.events[1][1], 2)

@@ -12,6 +12,8 @@ request, as with the SDK at any port. So the judge is the wire in simulated time
   wire in time: the delay of the machine.
 """
 # needs: build/atmega128/controller.elf
+import concurrent.futures
+import functools
 import pathlib
 import tempfile
 import unittest
@@ -30,6 +32,7 @@ REQUESTS_MAX = 40           # 258 bytes, the longest packet, are filled by then
 OPENINGS_MAX = 5
 STARTING = 100              # requests while the firmware may still start
 ANSWERED = 4                # requests in a row end a session; one of four is a goal
+CLIENTS = 3                 # at once, each with a simulator of its own: a client waits most of the time
 
 
 def unique_requests():
@@ -111,13 +114,13 @@ class Client:
         return self.table[raw[5]:raw[5] + raw[6]] if raw[4] == READ else b""
 
 
-def die_everywhere(client):
-    for cut in CUTS:
+def die_everywhere(client, part):
+    for cut in CUTS[part::CLIENTS]:
         client.session(lambda port, size=cut: port.send(CUT[:size]), client.baud)
 
 
-def speak_at_wrong_rates(client):
-    for rate in RATES:
+def speak_at_wrong_rates(client, part):
+    for rate in RATES[part::CLIENTS]:
         if rate != client.baud:
             for pings in PINGS[:2]:
                 client.session(lambda port, raws=pings: [port.ask(raw) for raw in raws], rate)
@@ -181,6 +184,12 @@ def late_requests(sim, client):
     return late, delayed
 
 
+def each_part(run, *arguments):
+    """Calls run(*arguments, part) for all parts at once."""
+    with concurrent.futures.ThreadPoolExecutor(CLIENTS) as pool:
+        list(pool.map(functools.partial(run, *arguments), range(CLIENTS)))
+
+
 class SdkClientPty(unittest.TestCase):
     def check(self, client, late):
         figures = (f"{len(client.asked)} requests, {len(client.wrong())} with a wrong reply, "
@@ -189,22 +198,22 @@ class SdkClientPty(unittest.TestCase):
         print(figures)
         self.assertEqual(late[:5], [], figures)
 
-    def on_bus(self, baud, do):
+    def on_bus(self, baud, do, part):
         with Sim("bus", "--pty") as sim:
             if baud != 1000000:
                 with SdkPort(sim.path, 1000000) as port:
                     Client.read_table(port)
                     port.ask(packet(SERVO, WRITE, [BAUD, 2000000 // baud - 1]))
             client = Client(sim.path, baud)
-            do(client)
+            do(client, part)
             sim.end()
             self.check(client, late_goals(sim))
 
-    def behind_firmware(self, do):
+    def behind_firmware(self, do, part):
         with Sim("firmware", str(ROOT / "build/atmega128/controller.elf"), "--board", "atmega128",
                  "--host", "pty", "--host-baud", "client") as sim:
             client = Client(sim.path, 115200)
-            do(client)
+            do(client, part)
             sim.end()
             late, delayed = late_requests(sim, client)
             self.check(client, late)
@@ -212,16 +221,16 @@ class SdkClientPty(unittest.TestCase):
                 self.assertEqual(client.wrong()[:5], [])
 
     def test_bus_pty_client_dies_in_packet_no_late_goal(self):
-        self.on_bus(1000000, die_everywhere)
+        each_part(self.on_bus, 1000000, die_everywhere)
 
     def test_bus_pty_client_at_wrong_rate_no_late_goal(self):
-        self.on_bus(57600, speak_at_wrong_rates)
+        each_part(self.on_bus, 57600, speak_at_wrong_rates)
 
     def test_firmware_pty_client_dies_in_packet_none_late(self):
-        self.behind_firmware(die_everywhere)
+        each_part(self.behind_firmware, die_everywhere)
 
     def test_firmware_pty_client_at_wrong_rate_none_late(self):
-        self.behind_firmware(speak_at_wrong_rates)
+        each_part(self.behind_firmware, speak_at_wrong_rates)
 
 
 if __name__ == "__main__":

@@ -44,6 +44,8 @@ static inline void begin_console(void)
     settings_default(&settings);
     failsafe = (struct failsafe){.settings = &settings, .store = &store, .robot = &robot};
     console_open(&console, &failsafe, &input, &output);
+    robot.moves = command_set.moves;
+    command_set.store->begin(&failsafe, command_set.store->motions);
     said_length = 0;
     said[0] = '\0';
 }
@@ -77,13 +79,19 @@ static inline bool moves(void)
            (console.state == CONSOLE_READING && !console_idle(&console));
 }
 
-static inline void type(const char *text)
+/* Types a text that is not yet a line: the console need not catch up. */
+static inline void type_part(const char *text)
 {
     while (*text) {
         while (!cds_ring_put(&input, (uint8_t)*text))
             turn();
         text++;
     }
+}
+
+static inline void type(const char *text)
+{
+    type_part(text);
     for (uint16_t i = 0; i < 100 || (i < 5000 && moves()); i++) // 50 goals are checked in parts
         turn();
 }

@@ -56,10 +56,12 @@ static void open_all(void)
                                  .robot = &robot,
                                  .damaged_stops = &host.counters.stops};
     device_registers_open(&registers, &failsafe, &host, &bridge, &lost);
-    device.ops = &device_registers_ops;
+    device.ops = command_set.device;
     device.context = &registers;
     bridge_open(&bridge, &bus, &host, &device, &output, packets[1] + STATUS_PACKET_HEAD);
     console_open(&console, &failsafe, &text, &output);
+    robot.moves = command_set.moves;
+    command_set.store->begin(&failsafe, command_set.store->motions);
 }
 
 /* Whoever is asked answers what was asked for; a third of them do not. A damaged READ that is whole

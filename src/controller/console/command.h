@@ -18,6 +18,7 @@
 #endif
 
 struct console;
+struct device_ops;
 struct failsafe;
 struct moves;
 struct motion_store;
@@ -76,15 +77,17 @@ struct command_group {
 /* Poses and sequences in the EEPROM. */
 struct command_store {
     struct motion_store *motions;
-    void (*load)(struct motion_store *motions);  // at start-up
+    /* main() calls it once, before the host link is open: finds the records, takes up to 40 ms. */
+    void (*load)(struct motion_store *motions);
     void (*abort)(struct motion_store *motions); // Ctrl-X has ended a command
     void (*room)(struct console *console);       // prints a line of `status`
     void (*wear)(struct console *console);       // prints another one
-    /* At start-up, after the load: begins what plays without a host. NULL: nothing does. */
+    /* main() calls it once, after the load and failsafe_begin(): begins what plays without a host.
+     * NULL: this firmware has no motions. */
     void (*begin)(const struct failsafe *failsafe, struct motion_store *motions);
 };
 
-/* The commands that a profile links. */
+/* What a profile links: commands, the storage of motions, and the registers of the device. */
 struct command_set {
     const CDS_FLASH struct command_group *const CDS_FLASH *groups; // ends with NULL
     const CDS_FLASH struct command *on_stop;                       // runs after a Ctrl-X
@@ -94,6 +97,7 @@ struct command_set {
     bool (*report)(struct console *console);
     const CDS_FLASH struct robot_operation *cycle;  // of the group: group_cycle or moves_cycle
     const CDS_FLASH struct command_action *pose_in; // "pose ... in TIME"
+    const CDS_FLASH struct device_ops *device;      // device_registers_ops or motion_registers_ops
     struct moves *moves;                            // storage of timed moves, or NULL
     const CDS_FLASH struct command_store *store;    // NULL: the profile stores nothing
 };

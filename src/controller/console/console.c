@@ -31,21 +31,12 @@ _Static_assert(sizeof(((union console_buffer *)0)->command) + PARSE_NAMES_MAX * 
                    sizeof(((union console_buffer *)0)->packet),
                "the longest packet decides");
 
-void console_load(void)
-{
-    if (command_set.store)
-        command_set.store->load(command_set.store->motions);
-}
-
 void console_open(struct console *console, struct failsafe *failsafe, struct cds_ring *input,
                   struct cds_ring *output)
 {
     OPTIMIZER_BARRIER(console);
     console->failsafe = failsafe;
     console->robot = failsafe->robot;
-    console->robot->moves = command_set.moves;
-    if (command_set.store && command_set.store->begin)
-        command_set.store->begin(failsafe, command_set.store->motions);
     console->bus = failsafe->robot->bus;
     console->input = input;
     console->looked = input->tail;

@@ -79,10 +79,6 @@ struct console {
     uint8_t reply[CDS_REPLY_MAX]; // of its reply
 };
 
-/* Finds the poses and sequences in the EEPROM. Takes up to 15 ms, so call it before the host link
- * is open. */
-void console_load(void);
-
 /* Zero *console first (static storage is). The robot of `failsafe` must have begun; the console
  * uses its bus. */
 void console_open(struct console *console, struct failsafe *failsafe, struct cds_ring *input,

@@ -1,13 +1,22 @@
 /* Texts of the numbered errors; see errors.h. */
 #include "console/errors.h"
 
-#include "cds55xx/packet.h"   // CDS_ERROR_*
-#include "console/command.h"  // command_set
-#include "console/messages.h" // FLASH_TEXT()
-#include "robot/robot.h"      // enum robot_refusal
+#include "cds55xx/packet.h"     // CDS_ERROR_*
+#include "console/command.h"    // command_set
+#include "console/messages.h"   // FLASH_TEXT()
+#include "robot/motion_start.h" // enum motion_refusal
+#include "robot/robot.h"        // enum robot_refusal
 
-_Static_assert((int)ERROR_CYCLE == ROBOT_BUSY && (int)ERROR_STOPPED == ROBOT_STOPPED,
-               "the console prints what robot_start() returns");
+_Static_assert((int)ERROR_TOO_MANY == ROBOT_TOO_MANY && (int)ERROR_CYCLE == ROBOT_BUSY &&
+                   (int)ERROR_STOPPED == ROBOT_STOPPED && (int)ERROR_MOTION == ROBOT_IN_MOTION,
+               "the console prints what the robot returns");
+_Static_assert((int)ERROR_NO_GROUP == MOTION_NO_GROUP && (int)ERROR_OMITTED == MOTION_OMITTED &&
+                   (int)ERROR_MOTION == MOTION_BUSY && (int)ERROR_SAVING == MOTION_SAVING &&
+                   (int)ERROR_NO_SEQUENCE == MOTION_NO_SEQUENCE &&
+                   (int)ERROR_POSE_GONE == MOTION_POSE_GONE &&
+                   (int)ERROR_NO_MOTION == MOTION_NONE && (int)ERROR_ABSENT == MOTION_ABSENT &&
+                   (int)ERROR_STUCK == MOTION_STUCK && (int)ERROR_TORQUE_OFF == MOTION_TORQUE_OFF,
+               "the console prints what motion_start.h returns");
 
 const CDS_FLASH char *const CDS_FLASH errors_with_remedies[] = {
 #define ROW(name, number, text, remedy) [number] = FLASH_TEXT(text "; " remedy),

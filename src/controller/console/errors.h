@@ -52,8 +52,8 @@
     X(ERROR_OMITTED, 55, "not in the firmware of this board",                                      \
       "boards with more flash and RAM have it, and so has the library")                            \
     X(ERROR_TIME, 56, "time of the move out of range", "'help COMMAND' has the range")             \
-    X(ERROR_TOO_FAST, 57, "too fast for a joint",                                                  \
-      "give it the time that the reply names, or more")                                            \
+    X(ERROR_TOO_FAST, 57, "too fast for a servo",                                                  \
+      "give the move the time that the line above names, or more")                                 \
     X(ERROR_MOTION, 58, "a motion plays",                                                          \
       "'motion wait' waits for its end, 'motion off' ends it; torque off always works")            \
     X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \
@@ -75,24 +75,31 @@
 
 /* X(name, number, text, remedy): errors of the profile `full`. */
 #define MOTION_ERRORS(X)                                                                           \
-    X(ERROR_GOAL, 70, "the servo does not keep its goal", "torque stays off; look for noise")      \
+    X(ERROR_GOAL, 70, "the servo does not take its goal",                                          \
+      "torque stays off; hold it still, look for noise")                                           \
     X(ERROR_NAME, 71, "not a name", "a letter, then letters and digits, up to 8 characters")       \
     X(ERROR_NAME_LONG, 72, "name too long", "at most 8 characters")                                \
     X(ERROR_KEYWORD, 73, "the name is a word of the console", "choose another name")               \
     X(ERROR_NO_POSE, 74, "unknown pose", "'pose list' shows the poses")                            \
     X(ERROR_NO_SEQUENCE, 75, "unknown sequence", "'sequence list' shows the sequences")            \
-    X(ERROR_STORE_FULL, 76, "no room for one more",                                                \
+    X(ERROR_STORE_FULL, 76, "the EEPROM has no room for another pose or sequence",                 \
       "delete one, as by 'pose delete NAME'; 'status' shows the room")                             \
-    X(ERROR_STEPS, 77, "the sequence has 16 steps, the most", "begin another sequence")            \
+    X(ERROR_STEPS, 77, "the sequence has 16 steps already", "no sequence has more: begin another") \
     X(ERROR_POSE_GONE, 78, "a step names a deleted pose",                                          \
-      "'sequence show NAME' shows the steps; build it again with 'sequence NAME new'")             \
+      "'sequence show NAME' shows the steps; store all of them again, from 'new' on")              \
     X(ERROR_NO_MOTION, 79, "no motion is under way", "'play NAME' begins one")                     \
-    X(ERROR_JOINTS, 80, "too many joints", "all stored poses together have at most 18 servos")     \
+    X(ERROR_JOINTS, 80, "too many servos in stored poses",                                         \
+      "all stored poses together have at most 18 servos: delete poses, or give fewer servos")      \
     X(ERROR_STUCK, 83, "does not follow its goals, the motion has ended",                          \
-      "look what blocks it, and whether its torque is on")                                         \
-    X(ERROR_OVERRIDE, 82, "share of the speed out of range", "10 to 200%")                         \
-    X(ERROR_ABSENT, 81, "a joint of the pose is not in the group",                                 \
-      "'pose show NAME' names the servos that 'group' must have")
+      "check what blocks the servo, and whether its power and torque are on")                      \
+    X(ERROR_TORQUE_OFF, 84, "torque of a servo is off",                                            \
+      "'teach off' switches torque on where it is")                                                \
+    X(ERROR_ALARM, 85, "the servo reports an alarm", "'servos' names it: remove the cause")        \
+    X(ERROR_VOLTAGE, 86, "voltage outside of the servo's limits",                                  \
+      "charge the battery, or see its MIN_VOLTAGE and MAX_VOLTAGE")                                \
+    X(ERROR_OVERRIDE, 82, "percentage of the speed out of range", "give 10 to 200%")               \
+    X(ERROR_ABSENT, 81, "a servo of the pose is not in the group",                                 \
+      "'pose show NAME' prints the 'group' that the pose needs")
 
 enum console_error {
 #define CONSOLE_ERROR_ENUM_(name, number, text, remedy) name = number,

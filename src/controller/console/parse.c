@@ -7,6 +7,7 @@
 #include "cds55xx/control_table.h"
 #include "compiler.h" // NOINLINE
 #include "console/errors.h"
+#include "robot/letter.h"
 #include "robot/settings.h" // settings_named()
 
 /* What an argument in capitals is. */
@@ -124,11 +125,6 @@ static void move_on(struct command_line *line)
 {
     line->usage = behind(line->usage);
     line->argument = argument_at(line->usage);
-}
-
-static bool is_letter(char c)
-{
-    return (c | 0x20) >= 'a' && (c | 0x20) <= 'z';
 }
 
 /* True if the argument at `usage`, an enum argument, may be the token. Of the arguments in capitals

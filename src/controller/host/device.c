@@ -167,7 +167,7 @@ static uint8_t write(struct device *device, const uint8_t *packet)
     for (uint8_t reg = 0; reg < DEVICE_REGISTER_COUNT; reg++) {
         uint8_t hits = written(device, packet, reg, &value);
 
-        if (hits && (!may_be(reg, value) || !ops->allows(device->context, reg)))
+        if (hits && (!may_be(reg, value) || !ops->allows(device->context, reg, value)))
             return CDS_ERROR_RANGE;
         remaining = (uint8_t)(remaining - hits);
     }

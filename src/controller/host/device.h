@@ -55,6 +55,22 @@
       "1: driving is inhibited, after a stop, a lost host link or a reset during either; 0 "       \
       "releases it, as the command release does; range error while LINK_LOST is 1 or torque off "  \
       "is under way")                                                                              \
+    X(MOTION_PLAY, 0x70, 1, RW, 0, 255, "-",                                                       \
+      "N: plays the stored sequence in line N of 'sequence list', as the command play; 0 ends "    \
+      "the "                                                                                       \
+      "motion, as motion off; reads the sequence that plays; 0: none; see below")                  \
+    X(MOTION_OVERRIDE, 0x71, 1, RW, 10, 200, "%",                                                  \
+      "share of the speed, of the motion under way and of MOTION_PLAY; 'play' and 'pose ... in' "  \
+      "set it, too")                                                                               \
+    X(MOTION_PAUSE, 0x72, 1, RW, 0, 1, "-",                                                        \
+      "1: the motion pauses, as by the command pause; 0: it goes on; range error while none is "   \
+      "under way")                                                                                 \
+    X(MOTION_STATE, 0x73, 1, RD, 0, 2, "-",                                                        \
+      "0 no motion, 1 a motion starts: steps and servos are checked, 2 it is under way or paused") \
+    X(MOTION_STEP, 0x74, 1, RD, 0, 16, "-", "step of the sequence under way, from 1 on; 0: none")  \
+    X(MOTION_ERROR, 0x75, 1, RD, 0, 255, "-",                                                      \
+      "why the last motion was refused or has ended, as in errors.md; 0: it has ended well, or "   \
+      "one is under way; 79: it was ended by motion off or MOTION_PLAY")                           \
     X(DELAYS_REFUSED, 0x4A, 2, RD, 0, 65535, "packets",                                            \
       "not sent because they set a RETURN_DELAY that this board cannot receive")                   \
     X(BUS_SENT, 0x18, 2, RD, 0, 65535, "packets", "sent on the bus, retries included")             \
@@ -99,7 +115,7 @@
       "a bit for each ID that failed in the last SYNC READ or BULK READ: bit ID % 8 of byte "      \
       "ID / 8")
 
-#define DEVICE_TABLE_SIZE    0x70
+#define DEVICE_TABLE_SIZE    0x76
 #define DEVICE_SETTING_COUNT 10
 
 enum device_register {
@@ -113,9 +129,9 @@ enum device_register {
  * itself answers MODEL, VERSION, FAILED and FAILED_IDS. */
 struct device_ops {
     uint16_t (*get)(void *context, uint8_t reg);
-    void (*set)(void *context, uint8_t reg, uint16_t value); // a value within its range
-    bool (*allows)(void *context, uint8_t reg);              // true if `reg` may be written now
-    void (*reset)(void *context);                            // sets factory values
+    void (*set)(void *context, uint8_t reg, uint16_t value);    // a value within its range
+    bool (*allows)(void *context, uint8_t reg, uint16_t value); // true if it may be written now
+    void (*reset)(void *context);                               // sets factory values
     bool (*settled)(void *context); // true when all that was set or reset is in force
 };
 

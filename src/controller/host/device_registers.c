@@ -39,6 +39,12 @@ static uint16_t counter(const struct device_registers *registers, uint8_t reg)
     return value;
 }
 
+/* True for the registers of motion_registers.h. */
+static bool is_of_motion(uint8_t reg)
+{
+    return reg >= DEVICE_MOTION_PLAY && reg <= DEVICE_MOTION_ERROR;
+}
+
 /* The value of register SAVE. */
 static uint16_t saving(const struct settings_store *store)
 {
@@ -64,6 +70,8 @@ static uint16_t get(void *context, uint8_t reg)
 
     if (reg < DEVICE_SETTING_COUNT)
         return settings_get(failsafe->settings, reg);
+    if (is_of_motion(reg))
+        return 0;
     switch (reg) {
     case DEVICE_SAVE: return saving(failsafe->store);
     case DEVICE_BUS_STATE: return cds_bus_line(robot->bus);
@@ -96,12 +104,15 @@ static void set(void *context, uint8_t reg, uint16_t value)
 /* The same rules as at the console: nothing is saved while a motion is under way, neither LINK_LOST
  * nor INHIBIT may be cleared while torque off is under way, and LINK_LOST must be cleared before
  * INHIBIT. */
-static bool allows(void *context, uint8_t reg)
+static bool allows(void *context, uint8_t reg, uint16_t value)
 {
     const struct failsafe *failsafe = ((const struct device_registers *)context)->failsafe;
 
+    (void)value;
+    if (is_of_motion(reg))
+        return false;
     if (reg == DEVICE_SAVE)
-        return !robot_moves(failsafe->robot);
+        return !robot_is_in_motion(failsafe->robot);
     if (reg != DEVICE_INHIBIT && reg != DEVICE_LINK_LOST)
         return true;
     return !robot_is_stopping(failsafe->robot) && (reg == DEVICE_LINK_LOST || !failsafe->link_lost);

@@ -461,7 +461,8 @@ bool host_demux_poll(struct host_demux *demux)
     }
     work(demux);
     if (tail != demux->input->tail)
-        return demux->end && !demux->has_packet;
+        return !demux->has_packet &&
+               (demux->end || cds_ring_count(demux->text) < CDS_RING_SIZE / 2);
     if (!demux->has_packet && demux->seen == demux->count)
         check_silence(demux);
     return false;

@@ -80,7 +80,8 @@ void host_demux_open(struct host_demux *demux, struct cds_ring *input, struct cd
                      uint8_t *bytes);
 
 /* Takes some bytes from the input ring. demux->has_packet is true if a packet is ready. Returns
- * true if it has taken bytes of a packet that is still coming in: poll again soon. */
+ * true if it has taken bytes of a packet that is still coming in, or text for which its ring has
+ * room: poll again soon. */
 bool host_demux_poll(struct host_demux *demux);
 
 /* Notes that bytes were lost after the last byte that the demux has taken. */

@@ -2,11 +2,10 @@
  * text of the host, except Ctrl-X, which stops the robot; a host releases the robot by the virtual
  * device. */
 #include "console/console.h"
+#include "host/device_registers.h" // device_registers_ops
 #include "ring_input.h"
 
-void console_load(void)
-{
-}
+const CDS_FLASH struct command_set command_set = {.device = &device_registers_ops};
 
 void console_open(struct console *console, struct failsafe *failsafe, struct cds_ring *input,
                   struct cds_ring *output)

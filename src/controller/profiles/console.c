@@ -4,6 +4,7 @@
 #include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
 #include "console/errors.h"
+#include "host/device_registers.h" // device_registers_ops
 #include "robot/group_cycle.h"
 
 static uint8_t omitted_begin(struct console *console)
@@ -49,4 +50,5 @@ const CDS_FLASH struct command_set command_set = {
     .report = alarms_report,
     .cycle = &group_cycle,
     .pose_in = &pose_by_servo,
+    .device = &device_registers_ops,
 };

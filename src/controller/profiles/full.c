@@ -13,6 +13,8 @@
 #include "console/commands/shared.h"
 #include "console/commands/stored.h"
 #include "console/errors.h"
+#include "host/device_registers.h"
+#include "host/motion_registers.h"
 #include "robot/autostart.h"
 #include "robot/group_cycle.h"
 #include "robot/moves.h"
@@ -24,6 +26,14 @@ static struct moves moves;
 
 static struct motion_store motion_store;
 
+#if HAS_MOTION
+static void begin(const struct failsafe *failsafe, struct motion_store *store)
+{
+    moves_open(failsafe->robot, store, failsafe->settings);
+    autostart_begin(failsafe, store);
+}
+#endif
+
 static const CDS_FLASH struct command_store store = {
     .motions = &motion_store,
     .load = motion_store_load,
@@ -31,7 +41,7 @@ static const CDS_FLASH struct command_store store = {
     .room = stored_room,
     .wear = stored_wear,
 #if HAS_MOTION
-    .begin = autostart_begin,
+    .begin = begin,
 #endif
 };
 
@@ -66,11 +76,13 @@ const CDS_FLASH struct command_set command_set = {
     .report = alarms_report,
     .store = &store,
 #if HAS_MOTION
-    .cycle = &moves_cycle,
+    .cycle = &motion_cycle,
     .pose_in = &pose_moves,
     .moves = &moves,
+    .device = &motion_registers_ops,
 #else
     .cycle = &group_cycle,
     .pose_in = &pose_by_servo,
+    .device = &device_registers_ops,
 #endif
 };

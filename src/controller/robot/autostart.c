@@ -47,25 +47,97 @@ static bool choose_group(struct robot *robot, const struct motion_store *store)
     return robot->group_count;
 }
 
+/* ---- the servos ---- */
+
+/* Begins with servo `index` of the group. `last`: enum cds_torque_on_part. */
+static void begin_servo(struct robot *robot, uint8_t index, uint8_t last)
+{
+    struct autostart_servos *servos = &robot->work.autostart;
+
+    servos->index = index;
+    cds_torque_on_begin(&servos->torque_on,
+                        &(struct cds_torque_on_config){.bus = robot->bus,
+                                                       .request = &servos->request,
+                                                       .id = robot->group[index],
+                                                       .last = last,
+                                                       .checks_condition = true});
+}
+
+static enum cds_result next_servo(struct robot *robot, uint8_t index, uint8_t last)
+{
+    if (index == robot->group_count)
+        return CDS_OK;
+    robot->work.autostart.tries = 0;
+    begin_servo(robot, index, last);
+    return CDS_PENDING;
+}
+
+/* Keeps the angle limits that were read. */
+static void take_limits(struct autostart_servos *servos, uint8_t index)
+{
+    const uint8_t *limits = servos->reply + (CDS_REG_CW_ANGLE_LIMIT - CDS_TORQUE_ON_READ_FROM);
+
+    servos->lowest[index] = (uint16_t)(limits[0] | limits[1] << 8);
+    servos->highest[index] = (uint16_t)(limits[2] | limits[3] << 8);
+}
+
+/* Goes through the servos of the group, each up to the part `last`. CDS_PENDING; CDS_OK: behind the
+ * last servo, the limits of all are known; CDS_CANCELLED: a servo is not well. */
+static enum cds_result poll_servos(struct robot *robot, struct autostart *autostart, uint8_t last)
+{
+    struct autostart_servos *servos = &robot->work.autostart;
+    enum cds_result result = cds_torque_on_poll(&servos->torque_on);
+    uint8_t index = servos->index;
+
+    if (result == CDS_PENDING)
+        return result;
+    if (result == CDS_OK) {
+        take_limits(servos, index);
+        return next_servo(robot, (uint8_t)(index + 1), last);
+    }
+    autostart->id = robot->group[index];
+    autostart->reason = servos->torque_on.reason;
+    if (autostart->reason != CDS_REASON_NO_REPLY || ++servos->tries == AUTOSTART_TRIES)
+        return give_up(autostart, AUTOSTART_NOT_WELL);
+    begin_servo(robot, index, last);
+    return CDS_PENDING;
+}
+
+/* ---- the states ---- */
+
 static enum cds_result wait(struct robot *robot, struct autostart *autostart)
 {
+    struct autostart_servos *servos = &robot->work.autostart;
+
     if (cds_port_now_us() - autostart->begun_us < (autostart->delay & AUTOSTART_DELAY_MAX) * S_US)
         return CDS_PENDING;
     if (is_alarmed(robot))
         return give_up(autostart, AUTOSTART_ALARM);
     if (!choose_group(robot, autostart->store))
         return give_up(autostart, AUTOSTART_MISSING);
-    wake_begin(&autostart->wake);
-    autostart->state = AUTOSTART_CHECKING;
+    servos->request = (struct cds_request)CDS_REQUEST(servos->packet, servos->reply);
+    next_servo(robot, 0, CDS_TORQUE_ON_CHECK);
+    autostart->state = AUTOSTART_CHECKING_SERVOS;
     return CDS_PENDING;
 }
 
-/* Looks at the pose of one step. CDS_OK behind the last step. */
+static enum cds_result check_servos(struct robot *robot, struct autostart *autostart)
+{
+    enum cds_result result = poll_servos(robot, autostart, CDS_TORQUE_ON_CHECK);
+
+    if (result != CDS_OK)
+        return result;
+    autostart->state = AUTOSTART_CHECKING_POSES;
+    return CDS_PENDING;
+}
+
+/* Checks the pose of one step: the servos have told their limits. CDS_OK behind the last step. */
 static enum cds_result check_step(struct robot *robot, struct autostart *autostart)
 {
+    const uint16_t *lowest = robot->work.autostart.lowest;
+    const uint16_t *highest = robot->work.autostart.highest;
     uint16_t positions[MOTION_STORE_JOINTS];
     struct motion_store_step step;
-    struct wake *wake = &autostart->wake;
 
     if (!motion_store_read_step(autostart->store, autostart->place, autostart->step++, &step))
         return CDS_OK;
@@ -74,42 +146,33 @@ static enum cds_result check_step(struct robot *robot, struct autostart *autosta
         return give_up(autostart, AUTOSTART_MISSING);
     for (uint8_t i = 0; i < robot->group_count; i++) {
         if (positions[i] == CDS_POSE_NONE ||
-            (positions[i] >= wake->lowest[i] && positions[i] <= wake->highest[i]))
+            (positions[i] >= lowest[i] && positions[i] <= highest[i]))
             continue;
-        wake->id = robot->group[i];
+        autostart->id = robot->group[i];
         return give_up(autostart, AUTOSTART_LIMITS);
     }
     return CDS_PENDING;
 }
 
-/* Servos first, then poses: the servos tell their limits. */
-static enum cds_result check(struct robot *robot, struct autostart *autostart)
+static enum cds_result check_poses(struct robot *robot, struct autostart *autostart)
 {
-    enum cds_result result = CDS_OK;
+    enum cds_result result = check_step(robot, autostart);
 
-    if (autostart->wake.index < robot->group_count)
-        result = wake_poll(&autostart->wake, robot);
-    if (result == CDS_REFUSED)
-        return give_up(autostart, AUTOSTART_NOT_WELL);
-    if (result == CDS_OK)
-        result = check_step(robot, autostart);
     if (result != CDS_OK)
         return result;
     if (is_alarmed(robot))
         return give_up(autostart, AUTOSTART_ALARM);
-    wake_hold(&autostart->wake);
-    autostart->state = AUTOSTART_HOLDING;
+    next_servo(robot, 0, CDS_TORQUE_ON_SWITCH);
+    autostart->state = AUTOSTART_SWITCHING_ON;
     return CDS_PENDING;
 }
 
-static enum cds_result hold(struct robot *robot, struct autostart *autostart)
+static enum cds_result switch_on(struct robot *robot, struct autostart *autostart)
 {
-    enum cds_result result = wake_poll(&autostart->wake, robot);
+    enum cds_result result = poll_servos(robot, autostart, CDS_TORQUE_ON_SWITCH);
 
-    if (result == CDS_PENDING)
-        return result;
     if (result != CDS_OK)
-        return give_up(autostart, AUTOSTART_NOT_WELL);
+        return result;
     if (moves_cycle.begin(robot, &autostart->failsafe->settings->cycle_us) != CDS_OK)
         return give_up(autostart, AUTOSTART_REFUSED);
     autostart->begun_us = cds_port_now_us();
@@ -120,7 +183,7 @@ static enum cds_result hold(struct robot *robot, struct autostart *autostart)
 /* The cycle runs, and reads the servos. From here on the operation is that of the cycle. */
 static enum cds_result look(struct robot *robot, struct autostart *autostart)
 {
-    enum cds_result result = group_cycle_look(robot, autostart->begun_us);
+    enum cds_result result = group_cycle_known(robot, autostart->begun_us);
 
     if (result == CDS_OK)
         result = moves_play(robot, autostart->store, autostart->place,
@@ -166,7 +229,7 @@ static enum cds_result poll(struct robot *robot)
 
     if (robot->cycle)
         return poll_cycle(robot, autostart);
-    if (autostart->wake.is_submitted && autostart->wake.request.result == CDS_PENDING)
+    if (robot->work.autostart.request.result == CDS_PENDING)
         return CDS_PENDING; // also if it was aborted
     if (autostart->is_aborted)
         return give_up(autostart, AUTOSTART_REFUSED);
@@ -174,8 +237,9 @@ static enum cds_result poll(struct robot *robot)
         return give_up(autostart, AUTOSTART_HOST);
     switch (autostart->state) {
     case AUTOSTART_WAITING: return wait(robot, autostart);
-    case AUTOSTART_CHECKING: return check(robot, autostart);
-    default: return hold(robot, autostart);
+    case AUTOSTART_CHECKING_SERVOS: return check_servos(robot, autostart);
+    case AUTOSTART_CHECKING_POSES: return check_poses(robot, autostart);
+    default: return switch_on(robot, autostart);
     }
 }
 

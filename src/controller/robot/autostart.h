@@ -1,7 +1,7 @@
 /* Plays a stored sequence after power-up, without a host: an operation of the robot. It plays only
- * if the reset was power-on, no byte came from the host during a delay, every servo is well
- * (wake.h), and each pose is within the angle limits of its servos. It writes to no servo before
- * all of this is known.
+ * if the reset was power-on, no byte came from the host during a delay, every servo is well,
+ * and each pose is within the angle limits of its servos. It writes to no servo before all of this
+ * is known. Then each servo gets torque where it is (torque_on.h).
  *
  * Main context. */
 #ifndef CONTROLLER_AUTOSTART_H
@@ -9,23 +9,23 @@
 
 #include "robot/failsafe.h"     // struct failsafe
 #include "robot/motion_store.h" // struct motion_store
-#include "robot/wake.h"         // struct wake
 
 /* How far it has come, and why no further. */
 enum autostart_state {
-    AUTOSTART_OFF,      // no sequence is set
-    AUTOSTART_WAITING,  // for a byte of the host, or the end of the delay
-    AUTOSTART_CHECKING, // servos, then poses
-    AUTOSTART_HOLDING,  // servos get torque
-    AUTOSTART_LOOKING,  // the cycle reads where the servos are
-    AUTOSTART_PLAYED,   // the sequence has begun
+    AUTOSTART_OFF,     // no sequence is set
+    AUTOSTART_WAITING, // for a byte of the host, or the end of the delay
+    AUTOSTART_CHECKING_SERVOS,
+    AUTOSTART_CHECKING_POSES,
+    AUTOSTART_SWITCHING_ON, // servos get torque
+    AUTOSTART_LOOKING,      // the cycle reads where the servos are
+    AUTOSTART_PLAYED,       // the sequence has begun
     // it does not play:
     AUTOSTART_RESET,    // the reset was not power-on alone
     AUTOSTART_HOST,     // a byte came from the host
     AUTOSTART_ALARM,    // driving is inhibited, or a servo has an alarm
     AUTOSTART_MISSING,  // there is no such sequence, or no joints, or a pose is gone
-    AUTOSTART_NOT_WELL, // servo wake.id
-    AUTOSTART_LIMITS,   // a pose is beyond the angle limits of servo wake.id
+    AUTOSTART_NOT_WELL, // servo `id`: `reason`
+    AUTOSTART_LIMITS,   // a pose is beyond the angle limits of servo `id`
     AUTOSTART_REFUSED,  // the motion was refused or has failed, or a stop came before it began
 } __attribute__((packed));
 
@@ -33,17 +33,21 @@ enum autostart_state {
 #define AUTOSTART_DELAY_MAX 127
 #define AUTOSTART_LOOP      0x80
 
-/* Part of struct moves. Programs read `state` and `wake`. */
+/* Times that a servo without a good reply is read. */
+#define AUTOSTART_TRIES 3
+
+/* Part of struct moves. Programs read the first three fields. */
 struct autostart {
-    uint8_t state; // enum autostart_state
-    uint8_t delay; // of the record
-    uint8_t place; // of the sequence
-    uint8_t step;  // that is checked next
+    uint8_t state;  // enum autostart_state
+    uint8_t id;     // of the servo that the state names
+    uint8_t reason; // enum cds_reason: why that servo is not well
+    uint8_t delay;  // of the record
+    uint8_t place;  // of the sequence
+    uint8_t step;   // that is checked next
     bool is_aborted;
     uint32_t begun_us;
     const struct failsafe *failsafe;
     struct motion_store *store;
-    struct wake wake;
 };
 
 /* Once, at start-up, after motion_store_load() and failsafe_begin(): begins the operation if the

@@ -64,6 +64,10 @@ struct motion_store_record {
     };
 };
 
+/* True if a pose or a sequence may have this name of `length` characters: a letter, then letters
+ * and digits, MOTION_STORE_NAME characters at most. */
+bool motion_store_is_name(const char *name, uint8_t length);
+
 /* store->result, and what motion_store_save() and motion_store_delete() return. */
 enum motion_store_result {
     MOTION_STORE_IDLE,   // nothing was saved since the load, or the save was aborted

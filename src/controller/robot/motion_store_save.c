@@ -8,17 +8,12 @@
 
 #include "cds55xx/motion.h" // CDS_POSE_NONE
 #include "robot/crc.h"
+#include "robot/letter.h"
 #include "compiler.h" // OPTIMIZER_BARRIER()
 
 /* --- what may be saved ------------------------------------------------------------------------ */
 
-static bool is_letter(char c)
-{
-    c |= 'a' ^ 'A'; // lower case
-    return c >= 'a' && c <= 'z';
-}
-
-static bool is_name(const char *name, uint8_t length)
+bool motion_store_is_name(const char *name, uint8_t length)
 {
     if (length == 0 || length > MOTION_STORE_NAME || !is_letter(name[0]))
         return false;
@@ -73,7 +68,7 @@ static bool is_good(const struct motion_store_record *record)
         return are_joints(record);
     if (record->kind == MOTION_STORE_AUTOSTART)
         return record->length == 0 && record->count > 0;
-    if (!is_name(record->name, record->length))
+    if (!motion_store_is_name(record->name, record->length))
         return false;
     return record->kind == MOTION_STORE_POSE ? are_positions(record->positions) : are_steps(record);
 }

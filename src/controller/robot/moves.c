@@ -20,8 +20,18 @@ static enum cds_result begin_cycle(struct robot *robot, const void *config)
                                                               .joints = moves->joints});
 }
 
-static bool goes_on(const struct moves *moves)
+void moves_open(struct robot *robot, const struct motion_store *store,
+                const struct settings *settings)
 {
+    robot->moves->store = store;
+    robot->moves->settings = settings;
+    robot->moves->percent = 100;
+}
+
+bool moves_go_on(const struct robot *robot)
+{
+    const struct moves *moves = robot->moves;
+
     return moves->player.sequence.result == CDS_PENDING || moves->motion.result == CDS_PENDING ||
            cds_motion_is_busy(&moves->motion);
 }
@@ -35,17 +45,20 @@ bool moves_is_playing(const struct robot *robot)
             moves->autostart.state == AUTOSTART_LOOKING);
 }
 
-bool moves_are_under_way(const struct robot *robot)
+void moves_reserve(struct robot *robot, bool ends_cycle)
 {
-    return robot->moves && robot->cycle && goes_on(robot->moves);
+    if (!moves_go_on(robot))
+        robot->moves->follow.result = CDS_OK; // of the motion before
+    robot->moves->ends_cycle = ends_cycle;
+    cds_servos_reserve(&robot->servos, &robot->cycle->goals, robot->group, robot->group_count);
 }
 
-/* The servos of the group are the motion's from now on, and are watched. */
-static void take_servos(struct robot *robot)
+/* The motion has begun: its servos are reserved, and compared with their goals. */
+static void take_servos(struct robot *robot, bool ends_cycle)
 {
     struct moves *moves = robot->moves;
 
-    cds_servos_reserve(&robot->servos, &robot->cycle->goals, robot->group, robot->group_count);
+    moves_reserve(robot, ends_cycle);
     cds_follow_begin(&moves->follow, &(struct cds_follow_config){.cycle = robot->cycle,
                                                                  .joints = moves->follow_joints});
 }
@@ -56,14 +69,14 @@ static void release_servos(struct robot *robot)
 }
 
 /* Compares one joint in each period: the poll, which comes several times in a turn, stays short. */
-static void watch(struct robot *robot)
+static void compare_joint(struct robot *robot)
 {
     struct moves *moves = robot->moves;
     uint8_t period = (uint8_t)robot->work.cycle.cycle.counters.periods;
 
-    if (moves->watched == period)
+    if (moves->compared == period)
         return;
-    moves->watched = period;
+    moves->compared = period;
     if (moves->follow.result == CDS_PENDING && cds_follow_poll(&moves->follow) == CDS_TIMEOUT)
         moves_end(robot);
 }
@@ -86,8 +99,8 @@ static enum cds_result poll_cycle(struct robot *robot)
     else
         cds_motion_poll(&moves->motion);
     if (robot->servos.reserved_count || moves->ends_cycle) {
-        watch(robot);
-        if (result != CDS_PENDING || !goes_on(moves))
+        compare_joint(robot);
+        if (result != CDS_PENDING || !(moves_go_on(robot) || moves->start.result == CDS_PENDING))
             end_motion(robot);
     }
     return result;
@@ -103,15 +116,14 @@ enum cds_result moves_begin(struct robot *robot, const struct cds_move *move, bo
 
     if (moves_is_playing(robot))
         return CDS_BUSY;
-    cds_motion_set_override(&moves->motion, 100);
+    moves_set_override(robot, 100);
     result = cds_motion_move(&moves->motion, move);
     if (result == CDS_BUSY)
         return result;
     moves->player.is_paused = moves->motion.is_paused;
     moves->player.sequence.result = CDS_OK; // of a sequence that played before
-    moves->ends_cycle = ends_cycle;
     if (result == CDS_OK)
-        take_servos(robot);
+        take_servos(robot, ends_cycle);
     return result;
 }
 
@@ -124,15 +136,21 @@ enum cds_result moves_play(struct robot *robot, const struct motion_store *store
 
     if (result != CDS_OK)
         return result;
-    moves->ends_cycle = ends_cycle;
-    take_servos(robot);
-    return cds_motion_set_override(&moves->motion, percent);
+    take_servos(robot, ends_cycle);
+    moves_set_override(robot, percent);
+    return CDS_OK;
+}
+
+void moves_set_override(struct robot *robot, uint8_t percent)
+{
+    robot->moves->percent = percent;
+    cds_motion_set_override(&robot->moves->motion, percent);
 }
 
 void moves_pause(struct robot *robot)
 {
     robot->moves->player.is_paused = true;
-    cds_motion_pause(&robot->moves->motion, MOVES_DECELERATION);
+    cds_motion_pause(&robot->moves->motion, CDS_MOTION_DECELERATION);
 }
 
 void moves_resume(struct robot *robot)
@@ -144,5 +162,5 @@ void moves_resume(struct robot *robot)
 void moves_end(struct robot *robot)
 {
     player_abort(&robot->moves->player);
-    cds_motion_abort(&robot->moves->motion, MOVES_DECELERATION);
+    cds_motion_abort(&robot->moves->motion, CDS_MOTION_DECELERATION);
 }

@@ -1,8 +1,6 @@
 /* Plays a stored sequence; see player.h. */
 #include "robot/player.h"
 
-#include "robot/moves.h" // MOVES_DECELERATION
-
 /* Reads a step for the sequence. A pose that cannot be read has no joints, so its move is refused,
  * which ends the sequence. */
 static bool read_step(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose)
@@ -15,10 +13,10 @@ static bool read_step(void *context, uint8_t index, struct cds_sequence_step *st
     *step = (struct cds_sequence_step){.time_ms = 10ul * stored.time_10ms,
                                        .dwell_ms = (uint16_t)(10u * stored.dwell_10ms),
                                        .curve = stored.curve,
-                                       .acceleration = MOVES_DECELERATION,
+                                       .acceleration = CDS_MOTION_DECELERATION,
                                        .passes = stored.passes};
-    player->pose = stored_pose_read(player->store, &player->joints,
-                                    motion_store_pose_of(player->store, stored.pose), pose);
+    stored_pose_read(player->store, &player->joints,
+                     motion_store_pose_of(player->store, stored.pose), pose);
     return true;
 }
 
@@ -49,5 +47,5 @@ enum cds_result player_begin(struct player *player, struct cds_motion *motion,
 
 void player_abort(struct player *player)
 {
-    cds_sequence_abort(&player->sequence, MOVES_DECELERATION);
+    cds_sequence_abort(&player->sequence, CDS_MOTION_DECELERATION);
 }

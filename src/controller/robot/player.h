@@ -13,7 +13,6 @@ struct player {
     struct cds_sequence sequence; // its result is CDS_PENDING while the player plays
     const struct motion_store *store;
     uint8_t place; // of the sequence
-    uint8_t pose;  // enum stored_pose_result of the pose that was read last
     bool is_paused;
     struct stored_joints joints;
     uint16_t poses[2 * ROBOT_SERVOS];

@@ -107,23 +107,30 @@ NOINLINE static void end_operation(struct robot *robot)
     robot->servos.is_paused = false;
 }
 
+NOINLINE uint8_t robot_busy(const struct robot *robot)
+{
+    if (robot_is_stopping(robot))
+        return ROBOT_STOPPED;
+    if (robot->operation == NULL)
+        return 0;
+    return robot_is_in_motion(robot) ? ROBOT_IN_MOTION : ROBOT_BUSY;
+}
+
 uint8_t robot_start(struct robot *robot, const CDS_FLASH struct robot_operation *operation,
                     const void *config)
 {
-    enum cds_result begun;
+    uint8_t begun = robot_busy(robot);
 
-    if (robot_is_stopping(robot))
-        return ROBOT_STOPPED;
-    if (robot->operation)
-        return ROBOT_BUSY;
+    if (begun)
+        return begun;
     robot->operation = operation;
     robot->result = CDS_PENDING;
     robot->baud_reg = robot->bus->baud_reg;
     robot->servos.is_paused = operation->changes_rate;
-    begun = operation->begin(robot, config);
+    begun = (uint8_t)operation->begin(robot, config);
     if (begun != CDS_OK)
         end_operation(robot);
-    return (uint8_t)begun;
+    return begun;
 }
 
 void robot_abort(struct robot *robot)
@@ -230,6 +237,37 @@ bool robot_add(struct robot *robot, uint8_t id)
 {
     robot->chosen = true;
     return cds_servos_find(&robot->servos, id) || cds_servos_add(&robot->servos, id) == CDS_OK;
+}
+
+/* True if the robot has room for all servos of the list that it does not know. */
+static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
+{
+    uint8_t room = (uint8_t)(ROBOT_SERVOS - robot->servos.count);
+
+    for (; count; count--) {
+        if (cds_servos_find(&robot->servos, *ids++))
+            continue;
+        if (room == 0)
+            return false;
+        room--;
+    }
+    return true;
+}
+
+uint8_t robot_choose_group(struct robot *robot, const uint8_t *ids, uint8_t count)
+{
+    uint8_t busy = robot_busy(robot);
+
+    if (busy)
+        return busy;
+    if (!fit(robot, ids, count))
+        return ROBOT_TOO_MANY;
+    for (uint8_t i = 0; i < count; i++)
+        robot_add(robot, ids[i]);
+    memcpy(robot->group, ids, count);
+    robot->group_count = count;
+    robot->group_acts = false;
+    return 0;
 }
 
 NOINLINE void robot_delay_health(struct robot *robot)

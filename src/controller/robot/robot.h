@@ -18,6 +18,7 @@
 #include "cds55xx/scan.h"            // struct cds_scan
 #include "cds55xx/servos.h"          // struct cds_servos
 #include "cds55xx/torque_off.h"      // struct cds_torque_off
+#include "cds55xx/torque_on.h"       // struct cds_torque_on
 #include "cds55xx/health.h"          // struct cds_health
 #include "flash.h"                   // CDS_FLASH
 #include "robot/inhibit_copy.h"      // struct inhibit_copy
@@ -42,6 +43,18 @@ struct robot_operation {
     bool changes_rate; // it changes the rate of the bus: a servo that is silent is not OFFLINE then
 };
 
+/* What the autostart needs until its cycle begins. */
+struct autostart_servos {
+    struct cds_torque_on torque_on; // of servo `index` of the group
+    uint8_t index;
+    uint8_t tries; // READs of this servo without a good reply
+    struct cds_request request;
+    uint8_t packet[CDS_TORQUE_ON_PACKET_SIZE];
+    uint8_t reply[CDS_TORQUE_ON_READ_SIZE];
+    uint16_t lowest[ROBOT_SERVOS]; // angle limits of each servo, 0 to 1023
+    uint16_t highest[ROBOT_SERVOS];
+};
+
 /* Storage of the operation. */
 union robot_work {
     struct {
@@ -59,6 +72,7 @@ union robot_work {
         struct cds_registered_move move;
         struct cds_goal goals[ROBOT_SERVOS];
     } move;
+    struct autostart_servos autostart;
 };
 
 /* In `unlisted`: no scan has ended since the robot was begun or forgotten, or the rate changed. */
@@ -149,17 +163,24 @@ bool robot_idle(const struct robot *robot);
 /* True if a running cycle sets the goal of servo `id`, 0 to 253; CDS_BROADCAST_ID: of any servo. */
 bool robot_cycles(const struct robot *robot, uint8_t id);
 
-/* True while a motion moves the group: its servos are reserved for the goals of the motion. */
-static inline bool robot_moves(const struct robot *robot)
+/* True while a motion starts, moves the group or is paused: the servos of the group are reserved
+ * for the goals of the motion. */
+static inline bool robot_is_in_motion(const struct robot *robot)
 {
     return robot->servos.reserved_count;
 }
 
-/* What robot_start() returns beside enum cds_result: numbers of errors in docs/errors.md. */
+/* What functions of the robot return beside enum cds_result: numbers of errors in docs/errors.md.
+ */
 enum robot_refusal {
-    ROBOT_BUSY = 43,    // another operation is under way
-    ROBOT_STOPPED = 54, // a stop is under way
+    ROBOT_TOO_MANY = 40,  // there is no room for all these servos
+    ROBOT_BUSY = 43,      // another operation is under way
+    ROBOT_STOPPED = 54,   // a stop is under way
+    ROBOT_IN_MOTION = 58, // a motion is under way
 };
+
+/* Returns 0 if an operation may begin; else enum robot_refusal. */
+uint8_t robot_busy(const struct robot *robot);
 
 /* Begins `operation` with `config`. Returns 0: robot_poll() goes on with it; enum robot_refusal;
  * else the enum cds_result of the begin function of `operation`. */
@@ -181,6 +202,10 @@ void robot_abort(struct robot *robot);
  * when it answers or is written to (failsafe.h). Until robot_add() is called, the state check reads
  * a servo only if it has returned. */
 bool robot_add(struct robot *robot, uint8_t id);
+
+/* Chooses `count` servos, 1 to ROBOT_SERVOS, as the group, moved by SYNC WRITE. Returns 0; or an
+ * enum robot_refusal, and the group stays as it was. */
+uint8_t robot_choose_group(struct robot *robot, const uint8_t *ids, uint8_t count);
 
 /* A packet of the PC passes: delays the state check by ROBOT_HEALTH_DELAY_US, except for servos
  * that have returned. */

@@ -5,6 +5,15 @@
 
 #include "cds55xx/motion.h" // CDS_POSE_NONE
 
+uint8_t stored_group_choose(struct robot *robot, const struct motion_store *store)
+{
+    uint8_t ids[MOTION_STORE_JOINTS];
+
+    return robot->group_count
+               ? 0
+               : robot_choose_group(robot, ids, motion_store_read_joints(store, ids));
+}
+
 bool stored_joints_find(struct stored_joints *joints, const struct motion_store *store,
                         const struct robot *robot)
 {

@@ -32,14 +32,14 @@ void cds_curve_set_trapezoid(struct cds_curve *curve, uint16_t bend)
 {
     uint32_t square = 65536 - 4 * (uint32_t)bend; // of 1 - 2 f, Q16
     uint16_t root = square > UINT16_MAX ? UINT16_MAX : cds_curve_root(square << 16);
-    uint32_t per_ramp;
+    uint32_t inverse_ramp;
 
     curve->kind = CDS_MOTION_TRAPEZOID;
     curve->ramp = (uint16_t)((65536ul - root) / 2);
     if (curve->ramp < RAMP_LEAST)
         curve->ramp = RAMP_LEAST;
-    per_ramp = (((uint32_t)1024 << 16) + curve->ramp / 2) / curve->ramp;
-    curve->per_ramp = per_ramp > UINT16_MAX ? UINT16_MAX : (uint16_t)per_ramp;
+    inverse_ramp = (((uint32_t)1024 << 16) + curve->ramp / 2) / curve->ramp;
+    curve->inverse_ramp = inverse_ramp > UINT16_MAX ? UINT16_MAX : (uint16_t)inverse_ramp;
     curve->rate = (uint16_t)(((uint32_t)CDS_CURVE_RATE_1 << 16) / (65536ul - curve->ramp));
 }
 
@@ -66,7 +66,7 @@ static uint16_t jerk_rate(uint16_t time)
 /* The share of `ramp` that `time` is, Q16. */
 static uint16_t share_of_ramp(const struct cds_curve *curve, uint16_t time)
 {
-    uint32_t share = (uint32_t)time * curve->per_ramp >> 10;
+    uint32_t share = (uint32_t)time * curve->inverse_ramp >> 10;
 
     return share > UINT16_MAX ? UINT16_MAX : (uint16_t)share;
 }

@@ -1,6 +1,8 @@
 /* Finds a joint that does not follow its goals; see follow.h. */
 #include "cds55xx/follow.h"
 
+#include <stdlib.h> // abs()
+
 #include "cds55xx/control_table.h" // CDS_VALUE_MAX
 #include "cds55xx/port.h"          // cds_port_now_us()
 
@@ -8,7 +10,7 @@
 
 static uint16_t distance_of(uint16_t one, uint16_t other)
 {
-    return one > other ? (uint16_t)(one - other) : (uint16_t)(other - one);
+    return (uint16_t)abs((int16_t)(one - other));
 }
 
 /* A goal that comes back to a joint that is stuck is no progress of the joint. */

@@ -3,6 +3,7 @@
 
 #include "compiler.h" // NOINLINE
 #include "robot/gait_internal.h"
+#include "robot/rate_internal.h"
 #include "robot/sine_internal.h"
 
 /* A poll does so much: a joint counts JOINT, and 1 for each of its sines. So it sets the goals of 4
@@ -83,21 +84,10 @@ static uint32_t scaled(uint32_t share, uint16_t factor)
     return (((share >> 16) * factor) + ((share & 0xFFFF) * factor >> 16)) << 2;
 }
 
-/* The time of the gait runs faster or slower by at most rate_step. */
-static void change_rate(struct cds_gait *gait)
-{
-    uint16_t rate = gait->rate, goal = gait->rate_goal, step = gait->rate_step;
-
-    if (rate < goal)
-        gait->rate = goal - rate > step ? (uint16_t)(rate + step) : goal;
-    else
-        gait->rate = rate - goal > step ? (uint16_t)(rate - step) : goal;
-}
-
-/* What a value goes to. */
+/* Returns what a value goes to. */
 static int16_t target(const struct cds_gait *gait, uint8_t value)
 {
-    return gait->is_stopping && value != CDS_GAIT_SPEED ? 0 : gait->wanted[value];
+    return gait->is_stopping && value != CDS_GAIT_SPEED ? 0 : gait->set[value];
 }
 
 /* Begins a ramp if a value has to change. False: none has. */
@@ -180,7 +170,7 @@ static void end_soon(struct cds_gait *gait, enum cds_result outcome)
 static NOINLINE void begin_period(struct cds_gait *gait)
 {
     gait->periods = gait->config.cycle->counters.periods;
-    change_rate(gait);
+    gait->rate = (uint16_t)cds_rate_next(gait->rate, gait->rate_goal, gait->rate_step);
     if (gait->is_at_rest) {
         end(gait, gait->is_ending ? (enum cds_result)gait->outcome : CDS_OK);
     } else if (gait->rate) {
@@ -277,7 +267,7 @@ enum cds_result cds_gait_begin(struct cds_gait *gait, const struct cds_gait_conf
         .ramp_step = cds_gait_share(period_us, config->ramp_ms),
     };
     for (uint8_t i = 0; i < CDS_GAIT_RAMPED; i++)
-        gait->wanted[i] = CDS_GAIT_1;
+        gait->set[i] = CDS_GAIT_1;
     return CDS_OK;
 }
 
@@ -294,22 +284,22 @@ enum cds_result cds_gait_poll(struct cds_gait *gait)
     return (enum cds_result)gait->result;
 }
 
-static enum cds_result want(struct cds_gait *gait, uint8_t value, int8_t percent)
+static enum cds_result set_value(struct cds_gait *gait, uint8_t value, int8_t percent)
 {
     if (percent < -100 || percent > 100)
         return CDS_BAD_ARGUMENT;
-    gait->wanted[value] = (int16_t)((int32_t)CDS_GAIT_1 * percent / 100);
+    gait->set[value] = (int16_t)((int32_t)CDS_GAIT_1 * percent / 100);
     return CDS_OK;
 }
 
 enum cds_result cds_gait_set_scale(struct cds_gait *gait, uint8_t group, int8_t percent)
 {
-    return group < CDS_GAIT_GROUPS ? want(gait, group, percent) : CDS_BAD_ARGUMENT;
+    return group < CDS_GAIT_GROUPS ? set_value(gait, group, percent) : CDS_BAD_ARGUMENT;
 }
 
 enum cds_result cds_gait_set_speed(struct cds_gait *gait, int8_t percent)
 {
-    return want(gait, CDS_GAIT_SPEED, percent);
+    return set_value(gait, CDS_GAIT_SPEED, percent);
 }
 
 /* The time slows down to 0, or speeds up from there, at `acceleration` at most. */

@@ -11,7 +11,7 @@
 /* What the sines of a joint may reach. */
 struct reach {
     uint16_t steps; // sum of amplitudes
-    uint16_t swing; // sum of amplitude x multiple
+    uint16_t swing; // sum of amplitude x multiple: speed in 2 pi steps per base period
     uint8_t sines;
 };
 
@@ -42,13 +42,10 @@ static bool measure(const CDS_GAIT_FLASH struct cds_gait_sine *sine, struct reac
             return false;
         reach->steps = (uint16_t)(reach->steps + amplitude);
         reach->swing = (uint16_t)(reach->swing + amplitude * sine->multiple);
+        if (sine->wave == CDS_GAIT_LIFT) // 4.1 % faster at the end of a change from -100 to 100 %
+            reach->swing = (uint16_t)(reach->swing + amplitude / 16 + 1);
     }
     return true;
-}
-
-static uint16_t distance_of(uint16_t one, uint16_t other)
-{
-    return one > other ? (uint16_t)(one - other) : (uint16_t)(other - one);
 }
 
 /* The joint starts at its last goal, or if it is far from that, where it is. False: not known. */
@@ -60,7 +57,7 @@ static bool locate(const struct cds_gait *gait, uint8_t index, uint16_t *positio
     if (!feedback->known)
         return false;
     *position = feedback->position;
-    if (goal <= CDS_VALUE_MAX && distance_of(goal, *position) <= CDS_MOTION_NEAR_STEPS)
+    if (goal <= CDS_VALUE_MAX && abs((int16_t)(goal - *position)) <= CDS_MOTION_NEAR_STEPS)
         *position = goal;
     return true;
 }
@@ -73,11 +70,11 @@ static void check_speed(struct cds_gait *gait, uint8_t index, const struct reach
     const struct cds_register_profile *profile =
         config->profiles ? config->profiles[index] : &cds_profile_cds55xx;
     uint32_t turn = TURN / profile->full_speed_mrpm;
-    uint16_t distance = distance_of(state->start, config->joints[index].rest);
+    uint16_t distance = (uint16_t)abs((int16_t)(state->start - config->joints[index].rest));
     uint32_t speed = reach->swing * turn, peak;
 
-    // The way from the start is a ramp: its highest speed is 3/2 of its mean speed, turn x 3 / 4
-    // pi.
+    // The highest speed of the ramp from the start is 3/2 of its mean speed. For a sine the factor
+    // is 2 pi, which `turn` has: 3 / (4 pi) is about 1/4.
     if (distance)
         speed += (distance * (turn / 4) / config->ramp_ms + 1) * config->period_ms;
     peak = speed / config->period_ms;

@@ -5,12 +5,14 @@
 #include "compiler.h"              // NOINLINE
 #include "robot/curve_internal.h"
 #include "robot/motion_internal.h"
+#include "robot/rate_internal.h"
 
 #define JOINTS_PER_POLL 6
-#define TAKES_UP        5 // joints less in a poll: a joint that takes up a move divides
+#define BEGIN_COST      5 // joints less in a poll: a joint that begins a move divides
 /* 1023 steps are 300 degrees, and full speed is 1023 units: so many 1/16 units x microseconds x RPM
  * is one step per period. */
-#define SCALE ((uint32_t)800000000)
+#define SCALE        ((uint32_t)800000000)
+#define PERIOD_LEAST 200 // us: below, the scale of a joint does not fit into 16 bits
 /* Added to the speed that leads to the next goal, in 1/16384 of the mean speed: a servo lags behind
  * moving goals, and must catch up before the end. */
 #define RESERVE       (CDS_CURVE_RATE_1 / 2)
@@ -34,6 +36,19 @@ static NOINLINE int32_t speed_of_speeds(const struct cds_motion_joint *joint,
 {
     return (int32_t)joint->begin_speed * basis->braking_rate +
            (int32_t)joint->end_speed * basis->passing_rate;
+}
+
+/* Returns `way`, in 1/65536 of the unit of positions, or where the limit of the joint is if `way`
+ * leads a joint that brakes beyond it. */
+static NOINLINE int32_t way_within_limits(const struct cds_motion_joint *joint, int32_t way)
+{
+    int16_t start = (int16_t)joint->start;
+    int32_t lowest = (int32_t)(joint->lowest - start) * 65536;
+    int32_t highest = (int32_t)(joint->highest - start) * 65536;
+
+    if (joint->begin_speed == 0)
+        return way;
+    return way < lowest ? lowest : way > highest ? highest : way;
 }
 
 static int16_t position_of(const struct cds_motion_joint *joint,
@@ -138,8 +153,8 @@ static int16_t braking(const struct cds_motion_joint *joint, int16_t speed, uint
     return (int16_t)((int32_t)speed * (int32_t)(window * CDS_MOTION_STEP) / (int32_t)joint->scale);
 }
 
-void cds_motion_aim(struct cds_motion_joint *joint, const struct cds_motion_way *way,
-                    const struct cds_motion_plan *plan)
+void cds_motion_set_path(struct cds_motion_joint *joint, const struct cds_motion_way *way,
+                         const struct cds_motion_plan *plan)
 {
     joint->start = (uint16_t)way->position;
     joint->begin_speed = way->begin_speed;
@@ -152,9 +167,9 @@ void cds_motion_aim(struct cds_motion_joint *joint, const struct cds_motion_way 
     joint->mean_speed = mean_speed(joint, joint->distance, plan->duration);
 }
 
-/* Joint `index` takes up the move that was checked. A joint that moves and is not in the pose
- * brakes. */
-static void take_up(struct cds_motion *motion, uint8_t index)
+/* Joint `index` begins the move that was checked. A joint that is not in the pose brakes, or if the
+ * curve is linear or by servo, stops at its last goal. */
+static void begin_path(struct cds_motion *motion, uint8_t index)
 {
     struct cds_motion_joint *joint = &motion->config.joints[index];
     bool is_in_pose = motion->next.pose[index] != CDS_POSE_NONE;
@@ -166,7 +181,7 @@ static void take_up(struct cds_motion *motion, uint8_t index)
     }
     if (!is_in_pose) // it stays at its last goal, wherever it is
         way.goal = way.position = position_of(joint, &motion->last_basis);
-    cds_motion_aim(joint, &way, &motion->plan);
+    cds_motion_set_path(joint, &way, &motion->plan);
     if (!is_in_pose) {
         joint->distance = 0;
         joint->mean_speed = 0;
@@ -187,7 +202,7 @@ static enum cds_result set_goal(struct cds_motion *motion, uint8_t index,
     uint16_t position, quarters;
 
     if (joint->has_speeds) {
-        way += way_of_speeds(joint, basis);
+        way = way_within_limits(joint, way + way_of_speeds(joint, basis));
         speed += speed_of_speeds(joint, basis);
     }
     position = (uint16_t)(joint->start + (uint16_t)((uint32_t)(way + HALF) >> 16));
@@ -225,17 +240,6 @@ static bool advance(struct cds_motion_clock *clock, uint32_t rate)
     else
         clock->time += step;
     return clock->time != UINT32_MAX;
-}
-
-/* The time of the move runs faster or slower by at most rate_step. */
-static void change_rate(struct cds_motion *motion)
-{
-    uint32_t rate = motion->rate, goal = motion->rate_goal, step = motion->rate_step;
-
-    if (rate < goal)
-        motion->rate = goal - rate > step ? rate + step : goal;
-    else
-        motion->rate = rate - goal > step ? rate - step : goal;
 }
 
 static uint16_t share(const struct cds_motion_clock *clock)
@@ -301,7 +305,7 @@ static void begin_move(struct cds_motion *motion)
         motion->carry = (uint16_t)((motion->rate << 8) / motion->plan.rate_most << 4);
         motion->rate = motion->plan.rate_most;
     }
-    motion->taken_up = 0;
+    motion->begun = 0;
     motion->is_ready = motion->is_ending = false;
     motion->is_under_way = true;
     motion->move_result = CDS_OK;
@@ -345,7 +349,7 @@ static void begin_period(struct cds_motion *motion)
         end(motion, motion->is_ending ? (enum cds_result)motion->outcome : CDS_OK);
         return;
     }
-    change_rate(motion);
+    motion->rate = cds_rate_next(motion->rate, motion->rate_goal, motion->rate_step);
     if (motion->rate) {
         set_basis(motion);
         motion->index = 0;
@@ -380,10 +384,10 @@ static void set_goals(struct cds_motion *motion)
     enum cds_result result;
 
     for (; left && index < motion->count; index++, joint++) {
-        if (index == motion->taken_up) {
-            take_up(motion, index);
-            motion->taken_up++;
-            left = left > TAKES_UP ? (uint8_t)(left - TAKES_UP) : 1;
+        if (index == motion->begun) {
+            begin_path(motion, index);
+            motion->begun++;
+            left = left > BEGIN_COST ? (uint8_t)(left - BEGIN_COST) : 1;
         }
         if (!joint->is_moving)
             continue;
@@ -408,12 +412,12 @@ enum cds_result cds_motion_begin(struct cds_motion *motion, const struct cds_mot
     const struct cds_register_profile *profile = &cds_profile_cds55xx;
     uint16_t period_us = config->cycle->period_us;
 
-    if (!config->cycle->bus)
+    if (!config->cycle->bus || period_us < PERIOD_LEAST)
         return CDS_BAD_ARGUMENT;
     *motion = (struct cds_motion){.config = *config,
                                   .count = config->cycle->count,
                                   .index = config->cycle->count,
-                                  .taken_up = config->cycle->count,
+                                  .begun = config->cycle->count,
                                   .basis.is_end = true,
                                   .basis.is_at_rest = true,
                                   .override = CDS_MOTION_RATE_1,
@@ -467,20 +471,20 @@ static void note_check(struct cds_motion *motion, enum cds_result result)
 
 enum cds_result cds_motion_poll(struct cds_motion *motion)
 {
-    if (motion->move_result == CDS_PENDING && !motion->is_ready)
-        note_check(motion, cds_motion_check(motion));
     if (motion->index < motion->count)
         set_goals(motion);
     else if (motion->is_under_way ? motion->config.cycle->counters.periods != motion->periods
                                   : motion->is_ready)
         begin_period(motion);
+    else if (motion->move_result == CDS_PENDING && !motion->is_ready)
+        note_check(motion, cds_motion_check(motion));
     return (enum cds_result)motion->result;
 }
 
 /* The time slows down to 0, or speeds up from there, at `acceleration` at most. */
 static void set_rate_step(struct cds_motion *motion, uint16_t acceleration)
 {
-    uint32_t change = cds_motion_per_period(motion, acceleration);
+    uint32_t change = cds_motion_speed_change(motion, acceleration);
 
     if (change > UINT16_MAX)
         change = UINT16_MAX;

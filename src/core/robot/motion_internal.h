@@ -23,8 +23,8 @@ void cds_motion_begin_check(struct cds_motion *motion);
  * move is possible, and motion->next_plan is its plan; else why it is refused. */
 enum cds_result cds_motion_check(struct cds_motion *motion);
 
-/* Returns an acceleration in 1/16 unit per period, 1 or more. */
-uint32_t cds_motion_per_period(const struct cds_motion *motion, uint16_t acceleration);
+/* Returns by how much `acceleration` changes a speed in a period, in 1/16 unit, 1 or more. */
+uint32_t cds_motion_speed_change(const struct cds_motion *motion, uint16_t acceleration);
 
 /* Finds the way of joint `index` in motion->next, which takes `duration` periods: from where it is
  * at `basis`, and with the speed it has there; at rest perhaps from where the servo says it is.
@@ -33,9 +33,9 @@ bool cds_motion_find_way(const struct cds_motion *motion, uint8_t index,
                          const struct cds_motion_basis *basis, uint32_t duration,
                          struct cds_motion_way *way);
 
-/* Sets *joint for `way`, in the duration and window of `plan`. */
-void cds_motion_aim(struct cds_motion_joint *joint, const struct cds_motion_way *way,
-                    const struct cds_motion_plan *plan);
+/* Sets the path of *joint to `way`, in the duration and window of `plan`. */
+void cds_motion_set_path(struct cds_motion_joint *joint, const struct cds_motion_way *way,
+                         const struct cds_motion_plan *plan);
 
 /* Sets *basis to the end of the move under way. */
 void cds_motion_set_end(const struct cds_motion *motion, struct cds_motion_basis *basis);

@@ -1,15 +1,29 @@
 /* Is a move possible? See motion.h and docs/internals/motion.md. A way is counted in register units
  * of speed x periods: divided by the duration it is the mean speed. */
+#include <stdlib.h> // abs()
+
 #include "cds55xx/control_table.h" // CDS_VALUE_MAX
 #include "robot/curve_internal.h"
 #include "robot/motion_internal.h"
 
-#define WINDOW_US ((uint32_t)250000) // braking takes so long at most
-#define SAMPLES   16                 // of the speed of a joint that moves already
+#define WINDOW_US ((uint32_t)250000) // braking lasts so long at most
+#define SAMPLES   16                 // speeds that are checked in a window and in a move
 
-// No longer duration is tried.
-#define DURATION_MAX (UINT32_MAX / 16384)
+/* What a poll checks: a joint in BRAKING, GOALS and SPEEDS; else it does a step of the plan. */
+enum stage {
+    BRAKING, // how long may a joint that moves brake?
+    GOALS,   // within the limits? And how long does the joint take from rest?
+    DURATION,
+    CURVE,
+    SPEEDS, // of joints that move at begin or end; if one is too fast: DURATION again
+    DECISION,
+    TIME,
+    BRAKING_TIME,
+    OVERRIDE,
+    DONE,
+};
 
+/* Periods that `time_ms` lasts, rounded up: 3000000 at most, 600 s with periods of 200 us. */
 static uint32_t periods_of(const struct cds_motion *motion, uint32_t time_ms)
 {
     uint16_t period_us = motion->config.cycle->period_us;
@@ -30,22 +44,22 @@ void cds_motion_begin_check(struct cds_motion *motion)
     plan->duration = periods_of(motion, motion->next.time_ms);
     plan->passes = motion->next.next_pose != NULL;
     plan->next_duration = plan->passes ? periods_of(motion, motion->next.next_ms) : 0;
-    plan->window = plan->duration;
+    motion->longest_window = UINT32_MAX; // a move that waits brakes during its whole time
     if (motion->next.waits)
         cds_motion_set_end(motion, &motion->last_basis);
-    else if (WINDOW_US / motion->config.cycle->period_us < plan->duration)
-        plan->window = WINDOW_US / motion->config.cycle->period_us + 1;
+    else
+        motion->longest_window = WINDOW_US / motion->config.cycle->period_us + 1;
     motion->shortest = 1;
     motion->longest = 0;
+    motion->requested = plan->duration;
     motion->shortest_ms = 0;
-    motion->tried = plan->duration;
-    motion->checked = motion->next.waits || motion->basis.is_at_rest
-                          ? motion->count // no joint must turn back
-                          : 0;
+    motion->has_speeds = false;
+    motion->checked = 0;
+    motion->stage = basis_before(motion)->is_at_rest ? GOALS : BRAKING;
     motion->move_result = CDS_PENDING;
 }
 
-uint32_t cds_motion_per_period(const struct cds_motion *motion, uint16_t acceleration)
+uint32_t cds_motion_speed_change(const struct cds_motion *motion, uint16_t acceleration)
 {
     uint32_t change = (uint32_t)acceleration * motion->config.cycle->period_us / 62500ul;
 
@@ -79,150 +93,130 @@ static uint32_t shortest(const struct cds_motion *motion, uint32_t way, uint16_t
     switch (motion->next.curve) {
     case CDS_MOTION_TRAPEZOID:
         return shortest_trapezoid(way, fastest,
-                                  cds_motion_per_period(motion, motion->next.acceleration));
+                                  cds_motion_speed_change(motion, motion->next.acceleration));
     case CDS_MOTION_MINIMUM_JERK: // peaks: 15/8 of the mean speed, 5.774 way / time^2
         by_speed = (way * 15 / 8 + fastest - 1) / fastest;
         if (most)
-            by_acceleration = root_up(way * 370 / 4 / cds_motion_per_period(motion, most) + 1);
+            by_acceleration = root_up(way * 370 / 4 / cds_motion_speed_change(motion, most) + 1);
         break;
     default: break;
     }
     return by_speed > by_acceleration ? by_speed : by_acceleration;
 }
 
-static uint16_t distance(int16_t from, int16_t to)
-{
-    return (uint16_t)(to > from ? to - from : from - to);
-}
-
-/* True if a joint that moves at the beginning or at the end keeps `fastest`, in `duration` periods.
- */
-static bool is_slow_enough(const struct cds_motion *motion, const struct cds_motion_way *way,
-                           uint16_t scale, uint32_t duration, uint16_t fastest)
-{
-    struct cds_motion_joint joint = {.scale = scale};
-    struct cds_motion_plan plan = motion->next_plan;
-    struct cds_motion_basis basis = {.is_end = false};
-    struct cds_curve curve;
-    uint16_t most; // what is sent is limited; a servo catches up 1/8
-
-    cds_curve_set(&curve, CDS_MOTION_MINIMUM_JERK);
-    if (motion->next.curve == CDS_MOTION_TRAPEZOID)
-        cds_curve_set_trapezoid(&curve, CDS_CURVE_TRIANGLE); // no other one is faster
-    plan.duration = duration;
-    cds_motion_aim(&joint, way, &plan);
-    most = (uint16_t)(fastest * CDS_MOTION_QUARTERS + fastest * CDS_MOTION_QUARTERS / 8);
-    for (uint8_t i = 0; i < SAMPLES; i++) {
-        uint16_t time = (uint16_t)(i * (65536ul / SAMPLES));
-        uint32_t braking = ((time >> 4) * duration / plan.window) << 4;
-
-        basis.rate = cds_curve_rate(&curve, time);
-        basis.braking_rate =
-            cds_curve_braking_rate(braking > UINT16_MAX ? UINT16_MAX : (uint16_t)braking);
-        basis.passing_rate = cds_curve_braking_rate((uint16_t)~time);
-        if (distance(0, cds_motion_speed(&joint, &basis)) > most)
-            return false;
-    }
-    return true;
-}
-
-/* The joint brakes within its limits. */
+/* Shortens the windows so that the joint brakes within its limits. */
 static void narrow_window(struct cds_motion *motion, const struct cds_motion_way *way,
-                          uint16_t scale, uint16_t lowest, uint16_t highest)
+                          const struct cds_motion_joint *joint)
 {
-    int16_t end = (int16_t)((way->begin_speed > 0 ? highest : lowest) * CDS_MOTION_STEP);
-    uint16_t room = distance(way->position, end), periods = 1;
+    int16_t end = way->begin_speed > 0 ? joint->highest : joint->lowest;
+    uint16_t room = (uint16_t)abs(end - way->position), speed = (uint16_t)abs(way->begin_speed);
+    uint32_t periods = 1;
 
-    if (room > CDS_MOTION_STEP)
-        periods = (uint16_t)((uint32_t)(room - CDS_MOTION_STEP) * scale /
-                             (4ul * distance(0, way->begin_speed)));
-    if (periods < motion->next_plan.window)
-        motion->next_plan.window = periods ? periods : 1;
+    if ((end > way->position) == (way->begin_speed > 0) && room > CDS_MOTION_STEP)
+        periods = (uint32_t)(room - CDS_MOTION_STEP) * joint->scale / ((uint32_t)speed * 4);
+    if (periods < motion->longest_window)
+        motion->longest_window = periods ? periods : 1;
 }
 
-/* Notes the time that joint `index` takes at least. Returns false if it moves already, and the
- * duration that was tried is too short: the next poll tries a longer one. */
-static bool take_time(struct cds_motion *motion, uint8_t index, const struct cds_motion_way *way,
-                      uint16_t fastest)
+/* Notes how many periods joint `index` takes at least. A joint that moves at the beginning or at
+ * the end is checked later, when the curve is known. */
+static void note_shortest(struct cds_motion *motion, uint8_t index,
+                          const struct cds_motion_way *way, uint16_t fastest)
 {
     uint16_t scale = motion->config.joints[index].scale;
-    uint32_t longest = ((uint32_t)distance(way->position, way->goal) * scale >> 7) + 1, periods;
+    uint32_t units = ((uint32_t)abs(way->position - way->goal) * scale >> 7) + 1, periods;
 
-    if (longest > motion->longest)
-        motion->longest = longest;
-    periods = shortest(motion, longest, fastest);
+    if (units > motion->longest)
+        motion->longest = units;
     if (way->begin_speed || way->end_speed) {
-        periods = motion->tried;
-        if (periods < DURATION_MAX && !is_slow_enough(motion, way, scale, periods, fastest)) {
-            motion->tried += periods / 8 + 1;
-            return false;
-        }
+        motion->has_speeds = true;
+        return;
     }
+    periods = shortest(motion, units, fastest);
     if (periods > motion->shortest) {
         motion->shortest = periods;
         motion->joint = index;
     }
-    return true;
 }
 
-/* Checks joint `index`. CDS_PENDING: not over yet. */
-static enum cds_result check_joint(struct cds_motion *motion, uint8_t index, bool is_second)
+static const struct cds_servo_state *servo_of(const struct cds_motion *motion, uint8_t index)
 {
-    uint8_t id = motion->config.cycle->ids[index];
-    uint16_t goal = motion->next.pose[index], lowest = 0, highest = CDS_VALUE_MAX,
-             fastest = CDS_VALUE_MAX;
-    const struct cds_servo_state *servo = NULL;
+    if (!motion->config.servos)
+        return NULL;
+    return cds_servos_find(motion->config.servos, motion->config.cycle->ids[index]);
+}
+
+/* First check of joint `index`: how long it may brake. Notes its limits. */
+static enum cds_result check_braking(struct cds_motion *motion, uint8_t index)
+{
+    struct cds_motion_joint *joint = &motion->config.joints[index];
+    const struct cds_servo_state *servo;
     struct cds_motion_way way;
 
-    if (goal == CDS_POSE_NONE && (is_second || !motion->config.joints[index].is_moving))
+    if (motion->next.pose[index] == CDS_POSE_NONE && !joint->is_moving)
         return CDS_OK;
-    if (!cds_motion_find_way(motion, index, basis_before(motion), motion->tried, &way))
+    if (!cds_motion_find_way(motion, index, basis_before(motion), motion->next_plan.duration, &way))
         return CDS_TIMEOUT;
-    if (motion->config.servos)
-        servo = cds_servos_find(motion->config.servos, id);
+    servo = servo_of(motion, index);
+    joint->lowest = servo ? (int16_t)(servo->lowest * CDS_MOTION_STEP) : 0;
+    joint->highest = (int16_t)((servo ? servo->highest : CDS_VALUE_MAX) * CDS_MOTION_STEP);
+    if (way.begin_speed)
+        narrow_window(motion, &way, joint);
+    return CDS_OK;
+}
+
+/* Second check of joint `index`: its goal, and the time that it takes from rest. */
+static enum cds_result check_goal(struct cds_motion *motion, uint8_t index)
+{
+    uint16_t goal = motion->next.pose[index], lowest = 0, highest = CDS_VALUE_MAX,
+             fastest = CDS_VALUE_MAX;
+    const struct cds_servo_state *servo;
+    struct cds_motion_way way;
+
+    if (goal == CDS_POSE_NONE)
+        return CDS_OK;
+    if (!cds_motion_find_way(motion, index, basis_before(motion), motion->next_plan.duration, &way))
+        return CDS_TIMEOUT;
+    servo = servo_of(motion, index);
     if (servo) {
+        if (!cds_servos_may_drive(motion->config.servos, servo->id))
+            return CDS_INHIBITED;
         lowest = servo->lowest;
         highest = servo->highest;
         fastest = servo->fastest;
     }
-    if (!is_second) {
-        if (way.begin_speed)
-            narrow_window(motion, &way, motion->config.joints[index].scale, lowest, highest);
-        return CDS_OK;
-    }
-    if (servo && !cds_servos_may_drive(motion->config.servos, id))
-        return CDS_INHIBITED;
     if (goal < lowest || goal > highest || fastest == 0)
         return CDS_LIMIT;
     motion->config.joints[index].fastest = (uint16_t)(fastest * CDS_MOTION_QUARTERS);
-    return take_time(motion, index, &way, fastest) ? CDS_OK : CDS_PENDING;
+    note_shortest(motion, index, &way, fastest);
+    return CDS_OK;
 }
 
-/* ---- the plan, when all joints are checked ---- */
+/* ---- the plan, when the goals of all joints are checked ---- */
 
-static enum cds_result decide(struct cds_motion *motion)
+/* Chooses the duration that is tried next. */
+static enum cds_result choose_duration(struct cds_motion *motion)
 {
-    uint32_t ms = (motion->shortest * motion->config.cycle->period_us + 999) / 1000;
+    struct cds_motion_plan *plan = &motion->next_plan;
 
-    if (motion->shortest <= motion->next_plan.duration)
-        return CDS_OK;
-    if (ms > CDS_MOTION_TIME_MAX_MS)
-        return CDS_LIMIT;
-    motion->shortest_ms = ms;
-    if (!motion->next.may_take_longer)
-        return CDS_LIMIT;
-    motion->next_plan.duration = motion->shortest;
-    return CDS_OK;
+    if (plan->duration < motion->shortest)
+        plan->duration = motion->shortest;
+    plan->window = plan->duration;
+    if (plan->window > motion->longest_window)
+        plan->window = motion->longest_window;
+    return plan->duration <= periods_of(motion, CDS_MOTION_TIME_MAX_MS) ? CDS_OK : CDS_LIMIT;
 }
 
 static void set_curve(struct cds_motion *motion)
 {
     struct cds_motion_plan *plan = &motion->next_plan;
-    uint32_t mean_speed = motion->longest * CDS_MOTION_UNIT / plan->duration, bend;
+    uint32_t mean_speed = motion->longest * CDS_MOTION_UNIT / plan->duration;
+    uint32_t bend = CDS_CURVE_TRIANGLE;
 
     if (motion->next.curve == CDS_MOTION_TRAPEZOID) {
-        bend = (mean_speed << 16) / cds_motion_per_period(motion, motion->next.acceleration) /
-               plan->duration;
+        if (mean_speed <= UINT16_MAX)
+            bend = (mean_speed << 16) / cds_motion_speed_change(motion, motion->next.acceleration) /
+                   plan->duration;
         cds_curve_set_trapezoid(&plan->curve,
                                 bend < CDS_CURVE_TRIANGLE ? (uint16_t)bend : CDS_CURVE_TRIANGLE);
     } else {
@@ -231,18 +225,107 @@ static void set_curve(struct cds_motion *motion)
     plan->peak = mean_speed * plan->curve.rate / CDS_CURVE_RATE_1 + 1;
 }
 
+/* ---- speeds of joints that move at the beginning or at the end ---- */
+
+/* True if the joint is not faster than `fastest`, in 1/4 unit, at the share `time` of the move and
+ * the share `braking` of the window. */
+static bool is_slow_at(const struct cds_motion_plan *plan, const struct cds_motion_joint *joint,
+                       uint16_t time, uint16_t braking, uint16_t fastest)
+{
+    struct cds_motion_basis basis = {
+        .rate = cds_curve_rate(&plan->curve, time),
+        .braking_rate = cds_curve_braking_rate(braking),
+        .passing_rate = cds_curve_braking_rate((uint16_t)~time),
+    };
+
+    return (uint16_t)abs(cds_motion_speed(joint, &basis)) <= fastest;
+}
+
+/* Returns window / duration, in 1/65536. */
+static uint32_t share_of_window(const struct cds_motion_plan *plan)
+{
+    uint32_t window = plan->window, duration = plan->duration;
+
+    for (; window > UINT16_MAX; window >>= 1)
+        duration >>= 1;
+    return (window << 16) / duration;
+}
+
+/* True if the joint is not faster than `fastest`: in the window, behind the window, and where the
+ * speed of a trapezoid has its corners. */
+static bool is_slow(const struct cds_motion_plan *plan, const struct cds_motion_joint *joint,
+                    uint16_t fastest)
+{
+    uint32_t window = share_of_window(plan);
+    uint16_t ramp = plan->curve.ramp, braking = UINT16_MAX;
+
+    for (uint8_t i = 0; i < SAMPLES; i++) {
+        uint16_t share = (uint16_t)(i * (65536ul / SAMPLES));
+
+        if (!is_slow_at(plan, joint, (uint16_t)(i * window / SAMPLES), share, fastest) ||
+            (share >= window && !is_slow_at(plan, joint, share, UINT16_MAX, fastest)))
+            return false;
+    }
+    if (plan->curve.kind != CDS_MOTION_TRAPEZOID)
+        return true;
+    if (ramp < window)
+        braking = (uint16_t)(((uint32_t)ramp << 16) / window);
+    return is_slow_at(plan, joint, ramp, braking, fastest) &&
+           is_slow_at(plan, joint, (uint16_t)~ramp, UINT16_MAX, fastest);
+}
+
+/* Third check of joint `index`: its speed. CDS_PENDING: it is too fast, and a duration 1/8 longer
+ * is tried. A joint that is at rest now is checked, too: it may have moved in check_goal(). */
+static enum cds_result check_speed(struct cds_motion *motion, uint8_t index)
+{
+    const struct cds_motion_plan *plan = &motion->next_plan;
+    struct cds_motion_joint joint = motion->config.joints[index];
+    struct cds_motion_way way;
+
+    if (!motion->has_speeds || motion->next.pose[index] == CDS_POSE_NONE)
+        return CDS_OK;
+    if (!cds_motion_find_way(motion, index, basis_before(motion), plan->duration, &way))
+        return CDS_TIMEOUT;
+    cds_motion_set_path(&joint, &way, plan);
+    // what is sent is limited to joint.fastest: a servo catches up 1/8
+    if (is_slow(plan, &joint, (uint16_t)(joint.fastest + joint.fastest / 8)))
+        return CDS_OK;
+    motion->shortest = plan->duration + plan->duration / 8 + 1;
+    motion->joint = index;
+    return CDS_PENDING;
+}
+
+/* ---- the rest of the plan ---- */
+
+static enum cds_result decide(struct cds_motion *motion)
+{
+    uint32_t duration = motion->next_plan.duration;
+
+    if (motion->has_speeds) // no joint was checked for less
+        motion->shortest = duration;
+    if (duration <= motion->requested)
+        return CDS_OK;
+    motion->shortest_ms = (duration * motion->config.cycle->period_us + 999) / 1000;
+    return motion->next.may_take_longer ? CDS_OK : CDS_LIMIT;
+}
+
 /* The clock runs from 0 to 1 in `periods`, 1 or more, at 100 %. */
 static void start_clock(struct cds_motion_clock *clock, uint32_t periods)
 {
-    uint32_t left; // of the division, shifted by 8 bits at a time
+    uint32_t rest; // of the division, which goes on by 8 bits at a time
 
     *clock = (struct cds_motion_clock){.step = UINT32_MAX};
     if (periods == 1)
         return;
     clock->step = UINT32_MAX / periods;
-    left = (UINT32_MAX % periods + 1) << 8;
-    clock->step_low = (uint16_t)(left / periods << 8);
-    clock->step_low = (uint16_t)(clock->step_low + (left % periods << 8) / periods);
+    rest = UINT32_MAX % periods + 1;
+    if (rest == periods) { // a power of two divides without a rest
+        clock->step++;
+        return;
+    }
+    rest <<= 8;
+    clock->step_low = (uint16_t)(rest / periods << 8);
+    clock->step_low = (uint16_t)(clock->step_low + (rest % periods << 8) / periods);
 }
 
 /* How much faster the time may run: speed and acceleration stay within what was checked. */
@@ -259,44 +342,62 @@ static uint32_t most_of(const struct cds_motion *motion)
     return (duration << 16) / shortest;
 }
 
-/* The steps of the plan: a poll each, since each divides. */
-static enum cds_result plan(struct cds_motion *motion, uint8_t step)
+static enum cds_result check_joint(struct cds_motion *motion, uint8_t index)
 {
-    struct cds_motion_plan *next = &motion->next_plan;
+    switch (motion->stage) {
+    case BRAKING: return check_braking(motion, index);
+    case GOALS: return check_goal(motion, index);
+    default: return check_speed(motion, index);
+    }
+}
 
-    switch (step) {
-    case 0: return decide(motion);
-    case 1: set_curve(motion); break;
-    case 2: start_clock(&next->time, next->duration); break;
-    case 3: start_clock(&next->braking_time, next->window); break;
-    default: next->rate_most = most_of(motion); break;
+/* One step of the plan. Each one divides. */
+static enum cds_result plan(struct cds_motion *motion)
+{
+    struct cds_motion_plan *plan = &motion->next_plan;
+
+    switch (motion->stage) {
+    case DURATION: return choose_duration(motion);
+    case CURVE: set_curve(motion); break;
+    case DECISION: return decide(motion);
+    case TIME: start_clock(&plan->time, plan->duration); break;
+    case BRAKING_TIME: start_clock(&plan->braking_time, plan->window); break;
+    default: plan->rate_most = most_of(motion); break;
     }
     return CDS_OK;
 }
 
-#define PLAN_STEPS 5
+/* Joint or stage is done. */
+static void go_on(struct cds_motion *motion, bool is_of_joints)
+{
+    if (is_of_joints && ++motion->checked < motion->count)
+        return;
+    motion->checked = 0;
+    motion->stage++;
+    if (motion->stage == SPEEDS && !motion->has_speeds)
+        motion->stage++;
+}
 
 enum cds_result cds_motion_check(struct cds_motion *motion)
 {
-    uint8_t count = motion->count, index = motion->checked;
+    bool is_of_joints = motion->stage <= GOALS || motion->stage == SPEEDS;
     enum cds_result result;
 
     motion->carry = CDS_MOTION_CARRY_1; // at most: the move may not run as fast
     if (motion->rate > CDS_MOTION_RATE_1)
         motion->carry = (uint16_t)(motion->rate >> 4);
 
-    if (index < count)
-        result = check_joint(motion, index, false);
-    else if (index < 2 * count)
-        result = check_joint(motion, index = (uint8_t)(index - count), true);
-    else
-        result = plan(motion, (uint8_t)(index - 2 * count));
-    if (result == CDS_PENDING)
-        return result;
-    if (result != CDS_OK) {
-        if (motion->checked < 2 * count)
-            motion->joint = index;
+    result = is_of_joints ? check_joint(motion, motion->checked) : plan(motion);
+    if (result == CDS_PENDING) {
+        motion->checked = 0;
+        motion->stage = DURATION;
         return result;
     }
-    return ++motion->checked < 2 * count + PLAN_STEPS ? CDS_PENDING : CDS_OK;
+    if (result != CDS_OK) {
+        if (is_of_joints)
+            motion->joint = motion->checked;
+        return result;
+    }
+    go_on(motion, is_of_joints);
+    return motion->stage == DONE ? CDS_OK : CDS_PENDING;
 }

@@ -1,8 +1,7 @@
 /* The one object most programs need; see robot.h. robot_start.c has the steps of a start. */
 #include "cds55xx/robot.h"
 
-#include "bus/steps_internal.h" // cds_steps_end()
-#include "compiler.h"           // NOINLINE, OPTIMIZER_BARRIER()
+#include "compiler.h" // NOINLINE, OPTIMIZER_BARRIER()
 #include "robot/robot_internal.h"
 
 #define RETRIES        2
@@ -116,8 +115,11 @@ enum cds_result cds_robot_open(struct cds_robot *robot, const struct cds_robot_c
     robot->count = cds_robot_config_of(robot)->count;
     cds_bus_open(&robot->bus, port, baud_reg);
     result = begin_servos(robot);
-    if (result != CDS_OK)
+    if (result != CDS_OK) {
+        robot->count = 0; // until it is opened well, the robot cannot start
+        robot->state = CDS_ROBOT_STOPPED;
         return result;
+    }
     robot->tolerates = 0;
     robot->return_delay_us = CDS_ROBOT_RETURN_DELAY_US;
     robot->period_us = CDS_CYCLE_PERIOD_US;
@@ -160,32 +162,21 @@ static enum cds_result begin_cycle(struct cds_robot *robot)
 
 enum cds_result cds_robot_start(struct cds_robot *robot)
 {
-    enum cds_result result;
+    enum cds_result result = CDS_BAD_ARGUMENT;
 
     OPTIMIZER_BARRIER(robot);
     if (!is_at_rest(robot))
         return CDS_BUSY;
-    if (robot->state == CDS_ROBOT_CLOSED || robot->return_delay_us > CDS_RETURN_DELAY_MAX_US)
-        return CDS_BAD_ARGUMENT;
-    result = begin_cycle(robot); // checks period_us
+    robot->state = CDS_ROBOT_STOPPED;
+    if (robot->count && robot->return_delay_us <= CDS_RETURN_DELAY_MAX_US)
+        result = begin_cycle(robot); // checks period_us
     if (result != CDS_OK)
         return result;
     cds_servos_inhibit_all(&robot->servos);
     cds_servos_acknowledge(&robot->servos, NULL);
     cds_robot_begin_steps(robot);
-    robot->looked = 0;
     robot->state = CDS_ROBOT_STARTING;
     return CDS_OK;
-}
-
-/* The first goal of `joint` in the cycle is its position. */
-static void set_first_goal(struct cds_robot *robot, uint8_t joint)
-{
-    const CDS_FLASH struct cds_robot_config *config = cds_robot_config_of(robot);
-
-    config->reported[joint] = 0;
-    cds_cycle_goal(&robot->cycle, joint, config->feedback[joint].position,
-                   config->states[joint].fastest);
 }
 
 /* Torque is on, and the cycle has its first goals. */
@@ -206,9 +197,7 @@ static void poll_start(struct cds_robot *robot)
 {
     enum cds_result result = cds_robot_poll_steps(robot);
 
-    if (result == CDS_OK && robot->looked < robot->count)
-        set_first_goal(robot, robot->looked++); // one in a poll: 50 would take 1.5 ms
-    else if (result == CDS_OK)
+    if (result == CDS_OK)
         run(robot);
     else if (result != CDS_PENDING)
         cds_robot_stop(robot);
@@ -276,9 +265,8 @@ static void poll_run(struct cds_robot *robot)
 void cds_robot_stop(struct cds_robot *robot)
 {
     OPTIMIZER_BARRIER(robot);
-    if (robot->state == CDS_ROBOT_CLOSED || robot->state == CDS_ROBOT_STOPPING)
+    if (robot->count == 0 || robot->state == CDS_ROBOT_STOPPING)
         return;
-    cds_steps_end(&robot->steps, CDS_CANCELLED);
     cds_cycle_abort(&robot->cycle);
     cds_torque_off_begin(&robot->torque_off, &robot->servos);
     robot->state = CDS_ROBOT_STOPPING;

@@ -1,33 +1,21 @@
-/* The steps of a start: each servo is checked, then gets its first goal, then its torque; see
- * cds_robot_start() in robot.h. Manual: 3.1, registers 0x05 to 0x2E. */
-#include "bus/steps_internal.h"    // cds_steps_poll()
+/* The steps of a start: all servos are checked, then get their first goals, then their torque; see
+ * cds_robot_start() in robot.h. torque_on.h does this for one servo. Manual: 3.1, registers 0x05 to
+ * 0x2E. */
 #include "cds55xx/control_table.h" // CDS_REG_*
-#include "cds55xx/servo.h"         // cds_servo_read(), cds_servo_write()
-#include "compiler.h"              // NOINLINE
+#include "cds55xx/servo.h"         // cds_servo_write_byte()
 #include "robot/robot_internal.h"
-#include "servo/goal.h" // cds_goal_put(), CDS_GOAL_SIZE
-
-#define FIRST_READ CDS_REG_RETURN_DELAY
 
 enum phase {
-    CHECK,     // READ: is the servo well?
-    SET_DELAY, // WRITE, then CHECK again
-    // all servos are well
-    FIND,      // READ: where is the servo?
-    SET_GOAL,  // WRITE: there
-    READ_BACK, // READ: the permit needs mode, goal and speed before torque on
-    // all servos have their goals
-    TORQUE_ON, // WRITE
+    CHECK = CDS_TORQUE_ON_CHECK,      // is the servo well?
+    SET_GOAL = CDS_TORQUE_ON_GOAL,    // all servos are well
+    TORQUE_ON = CDS_TORQUE_ON_SWITCH, // all servos have their goals
+    SET_DELAY,                        // WRITE of the return delay, then CHECK again
+    AWAIT_DELAY,                      // the WRITE is on its way
 } __attribute__((packed));
 
-static uint8_t byte_of(const struct cds_robot *robot, uint8_t reg)
+static const uint8_t *reply_of(const struct cds_robot *robot, uint8_t reg)
 {
-    return robot->reply[reg - FIRST_READ];
-}
-
-static uint16_t word_of(const struct cds_robot *robot, uint8_t reg)
-{
-    return (uint16_t)(byte_of(robot, reg) | (uint16_t)byte_of(robot, (uint8_t)(reg + 1)) << 8);
+    return robot->reply + (reg - CDS_TORQUE_ON_READ_FROM);
 }
 
 static struct cds_servo_state *servo_of(const struct cds_robot *robot)
@@ -40,77 +28,65 @@ static uint8_t delay_of(const struct cds_robot *robot)
     return (uint8_t)((robot->return_delay_us + 1u) / 2u);
 }
 
-static enum cds_result send(void *operation)
+/* Begins the phase of the joint. */
+static void begin(struct cds_robot *robot, uint8_t phase)
 {
-    struct cds_robot *robot = (struct cds_robot *)operation;
-    struct cds_bus *bus = &robot->bus;
     struct cds_request *request = &robot->request;
-    uint8_t id = servo_of(robot)->id, goal[CDS_GOAL_SIZE];
 
+    robot->phase = phase;
     request->servo_index = robot->joint;
-    request->ignores_servo_state = robot->phase == CHECK; // another servo may have its place
-    switch (robot->phase) {
-    case SET_DELAY:
-        return cds_servo_write_byte(bus, request, id, CDS_REG_RETURN_DELAY, delay_of(robot));
-    case SET_GOAL:
-        cds_goal_put(goal, word_of(robot, CDS_REG_PRESENT_POSITION), servo_of(robot)->fastest);
-        return cds_servo_write(bus, request, id, CDS_REG_GOAL_POSITION, goal, sizeof goal);
-    case TORQUE_ON: return cds_servo_write_byte(bus, request, id, CDS_REG_TORQUE_ENABLE, 1);
-    default: return cds_servo_read(bus, request, id, FIRST_READ, CDS_ROBOT_READ_SIZE);
-    }
+    request->ignores_servo_state = phase == CHECK; // another servo may have its place
+    if (phase <= TORQUE_ON)
+        cds_torque_on_begin(&robot->torque_on,
+                            &(struct cds_torque_on_config){.bus = &robot->bus,
+                                                           .request = request,
+                                                           .id = servo_of(robot)->id,
+                                                           .first = phase,
+                                                           .last = phase,
+                                                           .checks_condition = phase == CHECK,
+                                                           .speed = servo_of(robot)->fastest});
 }
 
-/* Returns what is wrong with the servo that was read, enum cds_robot_reason. */
-static uint8_t judge(const struct cds_robot *robot)
+static void begin_joint(struct cds_robot *robot, uint8_t joint, uint8_t phase)
 {
-    const struct cds_servo_state *servo = servo_of(robot);
-    uint16_t position = word_of(robot, CDS_REG_PRESENT_POSITION);
-    uint8_t voltage = byte_of(robot, CDS_REG_PRESENT_VOLTAGE);
-
-    if (byte_of(robot, CDS_REG_RETURN_DELAY) != delay_of(robot))
-        return CDS_REASON_RETURN_DELAY;
-    if (voltage < byte_of(robot, CDS_REG_MIN_VOLTAGE) ||
-        voltage > byte_of(robot, CDS_REG_MAX_VOLTAGE))
-        return CDS_REASON_VOLTAGE;
-    if (robot->request.error & CDS_ERRORS_OF_CONDITION)
-        return CDS_REASON_ALARM;
-    if (!word_of(robot, CDS_REG_CW_ANGLE_LIMIT) && !word_of(robot, CDS_REG_CCW_ANGLE_LIMIT))
-        return CDS_REASON_MODE;
-    return position < servo->lowest || position > servo->highest ? CDS_REASON_POSITION
-                                                                 : CDS_REASON_NONE;
-}
-
-/* Goes on to the next joint, or to the next phase behind the last joint. */
-static void go_on(struct cds_robot *robot, uint8_t same_phase, uint8_t next_phase)
-{
+    robot->joint = joint;
     robot->is_delay_written = false;
     robot->unread_writes = 0;
-    robot->phase = same_phase;
-    if (++robot->joint < robot->count)
-        return;
-    robot->joint = 0;
-    robot->phase = next_phase;
-    if (robot->has_failed)
-        cds_steps_end(&robot->steps, CDS_REFUSED);
-    else if (next_phase == FIND) {
-        cds_bus_set_return_delay(&robot->bus, (uint16_t)(2u * delay_of(robot)));
-        cds_servos_release_all(&robot->servos);
-    } else if (next_phase == CHECK) {
-        cds_steps_end(&robot->steps, CDS_OK);
+    begin(robot, phase);
+}
+
+/* Goes on to the next joint, or to the next phase behind the last joint. Returns what the start
+ * ends as, or CDS_PENDING. */
+static enum cds_result go_on(struct cds_robot *robot)
+{
+    uint8_t phase = robot->phase, joint = (uint8_t)(robot->joint + 1);
+
+    if (joint == robot->count) {
+        if (robot->has_failed)
+            return CDS_REFUSED;
+        if (phase == TORQUE_ON)
+            return CDS_OK;
+        if (phase == CHECK) {
+            cds_bus_set_return_delay(&robot->bus, (uint16_t)(2u * delay_of(robot)));
+            cds_servos_release_all(&robot->servos);
+        }
+        joint = 0;
+        phase++;
     }
+    begin_joint(robot, joint, phase);
+    return CDS_PENDING;
 }
 
 /* The joint is not well. While servos are checked, the others still are: the program learns of
- * all. */
-static void fail(struct cds_robot *robot, uint8_t why, enum cds_result result)
+ * all. Returns what the start ends as, or CDS_PENDING. */
+static enum cds_result fail(struct cds_robot *robot, uint8_t why, enum cds_result result)
 {
     uint8_t joint = robot->joint, error = robot->request.error;
+    enum cds_result end = CDS_REFUSED;
 
     robot->has_failed = true;
-    if (robot->phase > SET_DELAY)
-        cds_steps_end(&robot->steps, CDS_REFUSED);
-    else
-        go_on(robot, CHECK, CHECK);
+    if (robot->phase == CHECK)
+        end = go_on(robot);
     robot->event = (struct cds_robot_event){
         .kind = CDS_ROBOT_START_FAILED,
         .joint = joint,
@@ -119,84 +95,96 @@ static void fail(struct cds_robot *robot, uint8_t why, enum cds_result result)
         .alarms = result == CDS_OK ? error & CDS_ERRORS_OF_CONDITION : 0,
     };
     cds_robot_report(robot);
+    return end;
 }
 
 /* No good reply: the servo starts up, or is absent, or replies sooner than the board can receive.
  * The latter hears a WRITE of its return delay nevertheless. The WRITE is sent at first, and once
  * more at the end. It is not sent each time: a servo that starts up meanwhile would write its
  * EEPROM each time. */
-static void ask_again(struct cds_robot *robot, enum cds_result result)
+static enum cds_result ask_again(struct cds_robot *robot, enum cds_result result)
 {
     bool is_over = cds_port_now_us() - robot->begun_us >= CDS_ROBOT_PATIENCE_US;
 
     if (robot->unread_writes < (is_over ? 2 : 1)) {
         robot->unread_writes++;
-        robot->phase = SET_DELAY;
-    } else if (is_over) {
-        fail(robot, CDS_REASON_NO_REPLY, result);
+        begin(robot, SET_DELAY);
+        return CDS_PENDING;
     }
+    if (is_over)
+        return fail(robot, CDS_REASON_NO_REPLY, result);
+    begin(robot, CHECK);
+    return CDS_PENDING;
 }
 
-static void check_ended(struct cds_robot *robot)
+/* Returns what is wrong with the servo that was read, enum cds_reason. */
+static uint8_t reason_to_fail(const struct cds_robot *robot)
 {
-    uint8_t why = judge(robot);
+    const struct cds_servo_state *servo = servo_of(robot);
+    const uint8_t *bytes = reply_of(robot, CDS_REG_PRESENT_POSITION);
+    uint16_t position = (uint16_t)(bytes[0] | (uint16_t)bytes[1] << 8);
+
+    if (*reply_of(robot, CDS_REG_RETURN_DELAY) != delay_of(robot))
+        return CDS_REASON_RETURN_DELAY;
+    if (robot->torque_on.reason != CDS_REASON_NONE)
+        return robot->torque_on.reason;
+    return position < servo->lowest || position > servo->highest ? CDS_REASON_POSITION
+                                                                 : CDS_REASON_NONE;
+}
+
+static enum cds_result check_ended(struct cds_robot *robot)
+{
+    uint8_t why = reason_to_fail(robot);
 
     if (why == CDS_REASON_RETURN_DELAY && !robot->is_delay_written) {
         robot->is_delay_written = true;
-        robot->phase = SET_DELAY;
-    } else if (why == CDS_REASON_NONE) {
-        go_on(robot, CHECK, FIND);
-    } else {
-        fail(robot, why, CDS_OK);
+        begin(robot, SET_DELAY);
+        return CDS_PENDING;
     }
+    return why == CDS_REASON_NONE ? go_on(robot) : fail(robot, why, CDS_OK);
 }
 
-static void take_feedback(struct cds_robot *robot)
+/* The first goal of the joint in the cycle is the goal that the servo has. */
+static void note_goal(struct cds_robot *robot)
 {
-    struct cds_feedback *feedback = &cds_robot_config_of(robot)->feedback[robot->joint];
+    const CDS_FLASH struct cds_robot_config *config = cds_robot_config_of(robot);
+    struct cds_feedback *feedback = &config->feedback[robot->joint];
 
-    cds_feedback_decode(feedback, robot->reply + (CDS_REG_PRESENT_POSITION - FIRST_READ));
+    cds_feedback_decode(feedback, reply_of(robot, CDS_REG_PRESENT_POSITION));
     feedback->time_us = cds_port_now_us();
     feedback->error = robot->request.error;
     feedback->result = CDS_OK;
     feedback->known = true;
+    config->reported[robot->joint] = 0;
+    cds_cycle_goal(&robot->cycle, robot->joint, robot->torque_on.goal, servo_of(robot)->fastest);
 }
 
-static uint8_t reason_of(enum cds_result result)
+/* True if the reply has the registers of the servo, which is well or not. */
+static bool is_read(const struct cds_torque_on *on, enum cds_result result)
 {
-    switch (result) {
-    case CDS_REFUSED: return CDS_REASON_REFUSED;
-    case CDS_RESERVED:
-    case CDS_INHIBITED: return CDS_REASON_INHIBITED;
-    case CDS_LIMIT: return CDS_REASON_POSITION;
-    default: return CDS_REASON_NO_REPLY;
-    }
+    return result == CDS_OK || (result == CDS_REFUSED && on->reason != CDS_REASON_REFUSED);
 }
 
-static void ended(void *operation, enum cds_result result)
+static enum cds_result part_ended(struct cds_robot *robot, enum cds_result result)
 {
-    struct cds_robot *robot = (struct cds_robot *)operation;
+    if (robot->phase == CHECK)
+        return is_read(&robot->torque_on, result) ? check_ended(robot) : ask_again(robot, result);
+    if (result != CDS_OK)
+        return fail(robot, robot->torque_on.reason, result);
+    if (robot->phase == SET_GOAL)
+        note_goal(robot);
+    return go_on(robot);
+}
 
+/* Writes the return delay. Whatever the servo replies, it is checked again. */
+static void poll_delay(struct cds_robot *robot)
+{
     if (robot->phase == SET_DELAY) {
-        robot->phase = CHECK; // whatever the servo answered
-        return;
-    }
-    if (result != CDS_OK) {
-        if (robot->phase == CHECK && robot->steps.is_submitted)
-            ask_again(robot, result);
-        else
-            fail(robot, reason_of(result), result);
-        return;
-    }
-    switch (robot->phase) {
-    case CHECK: check_ended(robot); break;
-    case FIND:
-        take_feedback(robot);
-        robot->phase = SET_GOAL;
-        break;
-    case SET_GOAL: robot->phase = READ_BACK; break;
-    case READ_BACK: go_on(robot, FIND, TORQUE_ON); break;
-    default: go_on(robot, TORQUE_ON, CHECK); break;
+        if (cds_servo_write_byte(&robot->bus, &robot->request, servo_of(robot)->id,
+                                 CDS_REG_RETURN_DELAY, delay_of(robot)) != CDS_BUSY)
+            robot->phase = AWAIT_DELAY;
+    } else if (robot->request.result != CDS_PENDING) {
+        begin(robot, CHECK);
     }
 }
 
@@ -209,15 +197,19 @@ void cds_robot_begin_steps(struct cds_robot *robot)
     request->reply = robot->reply;
     request->reply_capacity = sizeof robot->reply;
     cds_bus_set_return_delay(&robot->bus, CDS_RETURN_DELAY_MAX_US);
-    cds_steps_begin(&robot->steps, &robot->bus, request);
     robot->begun_us = cds_port_now_us();
-    robot->phase = CHECK;
-    robot->joint = 0;
-    robot->is_delay_written = robot->has_failed = false;
-    robot->unread_writes = 0;
+    robot->has_failed = false;
+    begin_joint(robot, 0, CHECK);
 }
 
 enum cds_result cds_robot_poll_steps(struct cds_robot *robot)
 {
-    return cds_steps_poll(&robot->steps, robot, send, ended);
+    enum cds_result result;
+
+    if (robot->phase >= SET_DELAY) {
+        poll_delay(robot);
+        return CDS_PENDING;
+    }
+    result = cds_torque_on_poll(&robot->torque_on);
+    return result == CDS_PENDING ? CDS_PENDING : part_ended(robot, result);
 }

@@ -1,8 +1,6 @@
-/* Sequences of poses; see sequence.h. Two places hold the step under way and the one behind it, in
+/* Sequences of poses; see sequence.h. The step under way and the next one are in two places, in
  * turn. */
 #include "cds55xx/sequence.h"
-
-#define DECELERATION 8000 // of joints that pass a pose, if the next move is refused
 
 enum {
     RESTING,  // until the next step may begin
@@ -65,9 +63,9 @@ static enum cds_result end(struct cds_sequence *sequence, enum cds_result result
     return result;
 }
 
-/* The step at `turn` is under way now. What is needed of it is copied: its place is the next one to
- * be read to. */
-static void take_step(struct cds_sequence *sequence, uint8_t turn)
+/* The step at `turn` is under way now. Copies what is needed of the step: its place is the next one
+ * that a step is read to. */
+static void note_step(struct cds_sequence *sequence, uint8_t turn)
 {
     const struct cds_sequence_place *place = &sequence->places[turn];
 
@@ -117,7 +115,7 @@ static enum cds_result arrive(struct cds_sequence *sequence)
     sequence->rest_ms = sequence->dwell_ms;
     if (!read_behind(sequence, sequence->turn))
         return end(sequence, CDS_OK);
-    take_step(sequence, !sequence->turn);
+    note_step(sequence, !sequence->turn);
     sequence->rest_from_us = cds_port_now_us();
     sequence->state = RESTING;
     return CDS_PENDING;
@@ -138,7 +136,7 @@ static enum cds_result poll_way(struct cds_sequence *sequence)
     if (result == CDS_OK) {
         sequence->state = QUEUED;
     } else if (result != CDS_BUSY) {
-        cds_motion_abort(motion, DECELERATION);
+        cds_motion_abort(motion, CDS_MOTION_DECELERATION);
         return end(sequence, result);
     }
     return CDS_PENDING;
@@ -152,10 +150,10 @@ static enum cds_result poll_queue(struct cds_sequence *sequence)
 
     if (result == CDS_OK) {
         tell_pose(sequence);
-        take_step(sequence, !sequence->turn);
+        note_step(sequence, !sequence->turn);
         sequence->state = MOVING;
     } else if (result != CDS_PENDING) {
-        cds_motion_abort(motion, DECELERATION);
+        cds_motion_abort(motion, CDS_MOTION_DECELERATION);
         return end(sequence, result);
     }
     return CDS_PENDING;
@@ -169,7 +167,7 @@ enum cds_result cds_sequence_begin(struct cds_sequence *sequence,
     *sequence = (struct cds_sequence){.config = *config, .state = RESTING};
     if (!read_to(sequence, 0, 0, 0))
         return CDS_BAD_ARGUMENT;
-    take_step(sequence, 0);
+    note_step(sequence, 0);
     sequence->result = CDS_PENDING;
     return CDS_OK;
 }

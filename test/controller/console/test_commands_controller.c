@@ -40,6 +40,8 @@ void setUp(void)
                                  .spare_bytes = 1234};
     failsafe_begin(&failsafe, FAILSAFE_RESET_POWER | FAILSAFE_RESET_BROWN_OUT);
     console_open(&console, &failsafe, &input, &output);
+    robot.moves = command_set.moves;
+    command_set.store->begin(&failsafe, command_set.store->motions);
 }
 
 void tearDown(void)
@@ -217,7 +219,7 @@ void test_status_tells_all_there_is(void)
                              "bus: busy\r\nservos: 1, inhibited 0, offline 0\r\n"
                              "RETURN_DELAY refused: 0; this board bears 0 or more\r\n"
                              "poses: 0, room for 20; sequences: 0, room for 8\r\n"
-                             "EEPROM: 0 saves of poses and sequences, 0 are damaged\r\n"
+                             "EEPROM: 0 saves of motion data, 0 records are damaged\r\n"
                              "stack: 1234 of 2000 bytes never used\r\nok\r\n",
                              reply_to("status"));
 }

@@ -84,10 +84,10 @@ void test_the_first_error_of_a_line_counts(void)
 void test_line_too_long_is_one_error_and_the_next_line_works(void)
 {
     for (uint16_t i = 0; i < 7000; i++)
-        type("abcdefghij ");
+        type_part("abcdefghij ");
     assert_error(ERROR_LINE_TOO_LONG, "");
     for (uint16_t i = 0; i < CONSOLE_LINE_MAX; i++)
-        type(" ");
+        type_part(" ");
     assert_error(ERROR_LINE_TOO_LONG, "version");
     TEST_ASSERT_EQUAL_STRING("cds55xx 0.1.0 host\r\nok\r\n", reply_to("version"));
 }
@@ -95,7 +95,7 @@ void test_line_too_long_is_one_error_and_the_next_line_works(void)
 void test_a_line_of_just_the_longest_length_is_carried_out(void)
 {
     for (uint16_t i = 0; i < CONSOLE_LINE_MAX - 7; i++)
-        type(" ");
+        type_part(" ");
     reply_to("version");
     TEST_ASSERT_EQUAL_STRING("cds55xx 0.1.0 host\r\nok\r\n", said);
 }

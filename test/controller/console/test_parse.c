@@ -1,44 +1,13 @@
 /* The table of commands, and lines that are read by it. */
-#include <string.h>
-
-#include "console/errors.h"
-#include "console/parse.h"
-#include "unity.h"
-
-static uint8_t packet[258];
-static struct cds_request request;
-static struct command_line line;
+#include "line_rig.h"
 
 void setUp(void)
 {
-    request = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(packet);
-    line.request = &request;
-    parse_begin(&line);
+    begin_request();
 }
 
 void tearDown(void)
 {
-}
-
-/* Reads a line: its error, or 0. */
-static uint8_t read_line(const char *text)
-{
-    struct token token = {0};
-
-    parse_begin(&line);
-    for (;; text++) {
-        bool block = parse_in_block(&line) && (*text == ':' || *text == ',');
-
-        if (*text != '\0' && *text != ' ' && !block) {
-            token_add(&token, *text);
-            continue;
-        }
-        if (token.length || block)
-            parse_word(&line, &token, block ? *text : ' ');
-        token.length = 0;
-        if (*text == '\0')
-            return parse_end(&line);
-    }
 }
 
 /* Calls `check` with every command. */

@@ -1,9 +1,5 @@
 /* Lines of a command with several rows: which row reads the line. */
-#include <string.h>
-
-#include "console/errors.h"
-#include "console/parse.h"
-#include "unity.h"
+#include "line_rig.h"
 
 #define ROW(text)                                                                                  \
     {                                                                                              \
@@ -30,37 +26,13 @@ static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {&group,
 
 const CDS_FLASH struct command_set command_set = {.groups = groups};
 
-static uint8_t packet[258];
-static struct cds_request request;
-static struct command_line line;
-
 void setUp(void)
 {
-    request = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(packet);
-    line.request = &request;
+    begin_request();
 }
 
 void tearDown(void)
 {
-}
-
-/* Reads a line: its error, or 0. */
-static uint8_t read_line(const char *text)
-{
-    struct token token = {0};
-
-    parse_begin(&line);
-    memset(packet, 0xEE, sizeof packet);
-    for (;; text++) {
-        if (*text != '\0' && *text != ' ') {
-            token_add(&token, *text);
-            continue;
-        }
-        parse_word(&line, &token, ' ');
-        token.length = 0; // its text stays
-        if (*text == '\0')
-            return parse_end(&line);
-    }
 }
 
 static void assert_read_by(const CDS_FLASH struct command *row, const char *text)

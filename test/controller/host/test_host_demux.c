@@ -678,16 +678,27 @@ void test_rest_of_a_malformed_packet_does_not_reach_a_later_line(void)
     assert_said("ping 2\r");
 }
 
-void test_poll_returns_true_while_a_packet_comes_in(void)
+void test_poll_returns_true_while_more_may_be_taken(void)
 {
     static const uint8_t ping[] = {0xFF, 0xFF, 1, 2, 1, 0xFB};
 
     for (uint8_t i = 0; i < sizeof ping; i++) {
         cds_ring_put(&input, ping[i]);
-        TEST_ASSERT_EQUAL(i == CDS_AT_LENGTH || i == CDS_AT_INSTRUCTION, host_demux_poll(&host));
+        TEST_ASSERT_EQUAL(i + 1u < sizeof ping, host_demux_poll(&host));
         TEST_ASSERT_FALSE(host_demux_poll(&host)); // no byte has come since
     }
     TEST_ASSERT_TRUE(host.has_packet);
     cds_ring_put(&input, 'x');
     TEST_ASSERT_FALSE(host_demux_poll(&host));
+}
+
+void test_poll_returns_false_once_the_text_ring_is_half_full(void)
+{
+    uint8_t taken = 0;
+
+    do {
+        cds_ring_put(&input, 'x');
+        taken++;
+    } while (host_demux_poll(&host));
+    TEST_ASSERT_EQUAL_UINT8(CDS_RING_SIZE / 2, taken);
 }

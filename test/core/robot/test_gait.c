@@ -7,12 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "bus_rig.h"
 #include "real_sine.h"
 #include "robot/gait_internal.h"
-#include "unity.h"
 
-#define JOINTS    7 // more than one poll sets
+#include "joints_rig.h"
+
 #define PERIOD_US 4000
 #define BASE_MS   1000
 #define RAMP_MS   1200
@@ -40,18 +39,10 @@ CDS_GAIT_TABLE(table) = {
     {.rest = 300},
 };
 
-static struct cds_queue queue;
-static struct cds_servos servos;
-static struct cds_servo_state states[JOINTS];
-static struct cds_cycle cycle;
-static struct cds_feedback feedback[JOINTS];
-static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(JOINTS)], ids[JOINTS];
 static struct cds_gait gait;
 static struct cds_gait_state joints[JOINTS];
 static struct cds_gait_config config;
 
-/* The last SYNC WRITE. */
-static uint16_t goals[JOINTS], speeds[JOINTS];
 static uint16_t last_way[JOINTS]; // steps in the last period
 static uint32_t sent;             // SYNC WRITEs since the gait has begun
 
@@ -60,34 +51,11 @@ static double phase, way, from[CDS_GAIT_RAMPED], to[CDS_GAIT_RAMPED], now[CDS_GA
 
 void setUp(void)
 {
-    rig_open(0);
-    memset(&cycle, 0, sizeof cycle);
-    memset(&servos, 0, sizeof servos);
-    memset(states, 0, sizeof states);
-    memset(feedback, 0, sizeof feedback);
+    rig_begin_joints(450);
+    feedback[5].position = 900;
+    rig_begin_cycle(PERIOD_US);
     memset(&gait, 0, sizeof gait);
     memset(last_way, 0, sizeof last_way);
-    for (uint8_t i = 0; i < JOINTS; i++) {
-        states[i].id = ids[i] = (uint8_t)(i + 1);
-        feedback[i] = (struct cds_feedback){.known = true, .position = 450};
-    }
-    feedback[5].position = 900;
-    TEST_ASSERT_EQUAL(CDS_OK,
-                      cds_servos_begin(&servos, &(struct cds_servos_config){.bus = &bus,
-                                                                            .queue = &queue,
-                                                                            .states = states,
-                                                                            .count = JOINTS,
-                                                                            .capacity = JOINTS}));
-    TEST_ASSERT_EQUAL(CDS_OK,
-                      cds_cycle_begin(&cycle, &(struct cds_cycle_config){.bus = &bus,
-                                                                         .ids = ids,
-                                                                         .packets = packets,
-                                                                         .feedback = feedback,
-                                                                         .count = JOINTS,
-                                                                         .period_us = PERIOD_US}));
-    for (uint8_t i = 0; i < JOINTS; i++)
-        TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, i, feedback[i].position, 1));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
     config = (struct cds_gait_config){.cycle = &cycle,
                                       .servos = &servos,
                                       .joints = table,
@@ -116,17 +84,7 @@ static void poll_often(void)
 /* The goals leave, and the gait sets those of the next period. */
 static enum cds_result pass_period(void)
 {
-    port_fake.now_us += PERIOD_US;
-    while (!cds_bus_is_busy(&bus))
-        cds_cycle_poll(&cycle);
-    rig_transmit();
-    port_fake_look(&bus);
-    for (uint8_t i = 0; i < JOINTS; i++) {
-        const uint8_t *block = port_fake.sent + CDS_AT_PARAMETERS + 2 + 5 * i;
-
-        goals[i] = (uint16_t)(block[1] | block[2] << 8);
-        speeds[i] = (uint16_t)(block[3] | block[4] << 8);
-    }
+    rig_send_goals();
     sent++;
     poll_often();
     return (enum cds_result)gait.result;
@@ -377,6 +335,46 @@ void test_speed_limit_of_a_servo_is_kept(void)
     for (uint32_t i = 0; i < 2 * RAMP; i++) {
         TEST_ASSERT_EQUAL(CDS_PENDING, pass_period());
         TEST_ASSERT_LESS_OR_EQUAL_UINT16(600, speeds[0]);
+    }
+}
+
+CDS_GAIT_TABLE(lifts) = {
+    {.rest = 512, .sines = {{.amplitude = 300, .multiple = 1, .wave = CDS_GAIT_LIFT}}},
+    {.rest = 512, .sines = {{.amplitude = 300, .multiple = 1, .group = 1}}},
+    {.rest = CDS_POSE_NONE},
+    {.rest = CDS_POSE_NONE},
+    {.rest = CDS_POSE_NONE},
+    {.rest = CDS_POSE_NONE},
+    {.rest = CDS_POSE_NONE},
+};
+
+/* Passes a period. The way of joints 0 and 1 between two goals is at most that of full speed, 1023
+ * units: 5.074 steps in 4 ms, and the rounding of both goals to 1/256 step. */
+static void pass_within_full_speed(void)
+{
+    uint16_t last[] = {joints[0].position, joints[1].position};
+
+    pass_period();
+    for (uint8_t i = 0; i < 2; i++)
+        TEST_ASSERT_INT_WITHIN(1299 + 2, 0, (int16_t)(joints[i].position - last[i]));
+}
+
+/* The ramp is as short as it may be, and the scale changes from 100 % to -100 % and back. */
+void test_change_of_scale_keeps_full_speed(void)
+{
+    config.joints = lifts;
+    feedback[0].position = feedback[1].position = 512;
+    config.period_ms = config.ramp_ms = 1000;
+    assert_refused(CDS_LIMIT, 0);
+    config.period_ms = config.ramp_ms = (uint16_t)gait.shortest_ms;
+    begin_gait();
+    for (uint16_t i = 0; i < MANY / 10; i++) {
+        int8_t percent = i % 1402 < 701 ? -100 : 100;
+
+        if (i % 701 == 0) // another phase each time
+            for (uint8_t group = 0; group < 2; group++)
+                TEST_ASSERT_EQUAL(CDS_OK, cds_gait_set_scale(&gait, group, percent));
+        pass_within_full_speed();
     }
 }
 

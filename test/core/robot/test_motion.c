@@ -7,10 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "bus_rig.h"
-#include "unity.h"
+#include "joints_rig.h"
 
-#define JOINTS    7 // more than one poll sets
 #define PERIOD_US 4000
 #define SIZE      (8 + 5 * JOINTS)
 
@@ -22,18 +20,10 @@
 #define SOME 1
 #endif
 
-static struct cds_queue queue;
-static struct cds_servos servos;
-static struct cds_servo_state states[JOINTS];
-static struct cds_cycle cycle;
-static struct cds_feedback feedback[JOINTS];
-static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(JOINTS)], ids[JOINTS];
 static struct cds_motion motion;
 static struct cds_motion_joint joints[JOINTS];
 static uint16_t pose[JOINTS];
 
-/* The last SYNC WRITE. */
-static uint16_t goals[JOINTS], speeds[JOINTS];
 static uint32_t sent; // SYNC WRITEs
 
 static void begin_motion(uint16_t acceleration)
@@ -45,36 +35,17 @@ static void begin_motion(uint16_t acceleration)
                                                             .acceleration = acceleration}));
 }
 
+static void begin_cycle(uint16_t period_us)
+{
+    rig_begin_cycle(period_us);
+    begin_motion(0);
+}
+
 void setUp(void)
 {
-    rig_open(0);
-    memset(&cycle, 0, sizeof cycle);
-    memset(&servos, 0, sizeof servos);
-    memset(states, 0, sizeof states);
-    memset(feedback, 0, sizeof feedback);
-    for (uint8_t i = 0; i < JOINTS; i++) {
-        states[i].id = ids[i] = (uint8_t)(i + 1);
-        feedback[i].known = true;
-        feedback[i].position = 500;
-        pose[i] = CDS_POSE_NONE;
-    }
-    TEST_ASSERT_EQUAL(CDS_OK,
-                      cds_servos_begin(&servos, &(struct cds_servos_config){.bus = &bus,
-                                                                            .queue = &queue,
-                                                                            .states = states,
-                                                                            .count = JOINTS,
-                                                                            .capacity = JOINTS}));
-    TEST_ASSERT_EQUAL(CDS_OK,
-                      cds_cycle_begin(&cycle, &(struct cds_cycle_config){.bus = &bus,
-                                                                         .ids = ids,
-                                                                         .packets = packets,
-                                                                         .feedback = feedback,
-                                                                         .count = JOINTS,
-                                                                         .period_us = PERIOD_US}));
-    for (uint8_t i = 0; i < JOINTS; i++)
-        TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, i, 500, 1));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
-    begin_motion(0);
+    rig_begin_joints(500);
+    begin_cycle(PERIOD_US);
+    memset(pose, 0xFF, sizeof pose); // CDS_POSE_NONE
     sent = 0;
 }
 
@@ -83,28 +54,24 @@ void tearDown(void)
     rig_check();
 }
 
+/* The goals leave, and all servos report. */
+static void send_goals(void)
+{
+    rig_send_goals();
+    TEST_ASSERT_EQUAL_UINT16(SIZE, port_fake.sent_size);
+    for (uint8_t i = 0; i < JOINTS; i++)
+        feedback[i].time_us = port_fake.now_us;
+}
+
 /* The goals leave, and the motion sets those of the next period. Returns what its last poll has
  * returned. */
 static enum cds_result pass_period(void)
 {
     enum cds_result result = CDS_OK;
 
-    port_fake.now_us += PERIOD_US;
-    for (uint8_t i = 0; i < JOINTS; i++)
-        feedback[i].time_us = port_fake.now_us; // all servos report
-    while (!cds_bus_is_busy(&bus))
-        cds_cycle_poll(&cycle);
-    rig_transmit();
-    port_fake_look(&bus);
-    TEST_ASSERT_EQUAL_UINT16(SIZE, port_fake.sent_size);
-    for (uint8_t i = 0; i < JOINTS; i++) {
-        const uint8_t *block = port_fake.sent + CDS_AT_PARAMETERS + 2 + 5 * i;
-
-        goals[i] = (uint16_t)(block[1] | block[2] << 8);
-        speeds[i] = (uint16_t)(block[3] | block[4] << 8);
-    }
+    send_goals();
     sent++;
-    for (uint8_t i = 0; i < 2 * JOINTS + 10; i++)
+    for (uint8_t i = 0; i < 3 * JOINTS + 10; i++)
         result = cds_motion_poll(&motion);
     return result;
 }
@@ -115,7 +82,7 @@ static enum cds_result try_move(uint32_t time_ms, enum cds_motion_curve curve)
     struct cds_move it = {.pose = pose, .time_ms = time_ms, .curve = curve, .acceleration = 4000};
 
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
-    for (uint8_t i = 0; i < 2 * JOINTS + 10; i++)
+    for (uint8_t i = 0; i < 3 * JOINTS + 10; i++)
         cds_motion_poll(&motion);
     if (motion.move_result == CDS_PENDING)
         pass_period();
@@ -255,6 +222,93 @@ void test_move_of_ten_minutes_takes_150000_periods(void)
     check_way(0, 1023, periods, CDS_MOTION_MINIMUM_JERK, minimum_jerk);
 }
 
+/* Submits a move of joint 0 from 500 to 501 and checks it. */
+static void plan_slowest_move(uint32_t time_ms, enum cds_motion_curve curve)
+{
+    struct cds_move it = {.pose = pose, .time_ms = time_ms, .curve = curve, .acceleration = 1000};
+
+    pose[0] = 501;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    for (uint8_t i = 0; i < 3 * JOINTS + 10; i++)
+        cds_motion_poll(&motion);
+    TEST_ASSERT_EQUAL(CDS_OK, motion.move_result);
+}
+
+/* The bus needs longer periods for 7 joints than the shortest one: the cycle is not polled. */
+void test_times_of_all_periods_are_exact_in_the_plan(void)
+{
+    static const uint16_t all[] = {200, 201, 1000, 4000, 10007, 65535};
+    static const uint32_t times_ms[] = {66, 1000, 65536, 131072, 262144, 524288, 600000};
+
+    for (uint8_t i = 0; i < sizeof all / sizeof *all; i++)
+        for (uint8_t j = 0; j < sizeof times_ms / sizeof *times_ms; j++) {
+            uint32_t time_ms = times_ms[j];
+            uint32_t periods = (time_ms * 1000 + all[i] - 1) / all[i];
+            uint64_t end; // of the clock: 2^48
+
+            cycle.period_us = all[i];
+            begin_motion(0);
+            plan_slowest_move(time_ms, (enum cds_motion_curve)(i % 4));
+            TEST_ASSERT_EQUAL_UINT32(periods, motion.plan.duration);
+            end = ((uint64_t)motion.plan.time.step << 16 | motion.plan.time.step_low) * periods;
+            if (periods > 1)
+                TEST_ASSERT_TRUE(end <= 1ull << 48 && (1ull << 48) - end <= periods);
+        }
+}
+
+void test_period_below_200_us_is_refused(void)
+{
+    struct cds_motion_config config = {.cycle = &cycle, .joints = joints};
+
+    cycle.period_us = 199;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_motion_begin(&motion, &config));
+    cycle.period_us = 200;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_begin(&motion, &config));
+}
+
+void test_move_of_one_and_of_all_periods_of_65_ms(void)
+{
+    static const uint32_t times_ms[] = {1, 65, 66, 600000 / FEW};
+
+    for (uint8_t i = 0; i < sizeof times_ms / sizeof *times_ms; i++) {
+        begin_cycle(65535);
+        sent = 0;
+        pose[0] = 501;
+        move(times_ms[i], CDS_MOTION_MINIMUM_JERK);
+        while (pass_period() == CDS_PENDING) {
+        }
+        TEST_ASSERT_EQUAL(CDS_OK, motion.result);
+        TEST_ASSERT_EQUAL_UINT16(501, goals[0]);
+        TEST_ASSERT_EQUAL_UINT32((times_ms[i] * 1000 + 65534) / 65535, sent);
+    }
+}
+
+/* A joint at full speed gets a limit of 1 unit: no time is long enough. */
+void test_new_target_beyond_ten_minutes_is_refused(void)
+{
+    static const uint16_t all[] = {1000, 4000, 65535};
+
+    for (uint8_t i = 0; i < sizeof all / sizeof *all; i++) {
+        struct cds_move it = {.pose = pose, .time_ms = 600000, .may_take_longer = true};
+
+        feedback[0].position = 100;
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[0], 0, 1023, 1023));
+        begin_cycle(all[i]);
+        pose[0] = 900;
+        move(700, CDS_MOTION_LINEAR);
+        pass_period();
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[0], 0, 1023, 1));
+        TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+        for (uint16_t poll = 0; poll < 2000 && motion.move_result == CDS_PENDING; poll++)
+            cds_motion_poll(&motion);
+        TEST_ASSERT_EQUAL(CDS_LIMIT, motion.move_result);
+        TEST_ASSERT_EQUAL_UINT32(0, motion.shortest_ms);
+        cds_motion_abort(&motion, 60000);
+        while (pass_period() == CDS_PENDING) {
+        }
+    }
+}
+
 /* ---- feasible or refused ---- */
 
 static uint32_t shortest_ms(enum cds_motion_curve curve)
@@ -301,7 +355,7 @@ void test_time_too_short_is_stretched_if_asked(void)
 
     pose[3] = 1000;
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
-    for (uint8_t i = 0; i < 2 * JOINTS + 10; i++)
+    for (uint8_t i = 0; i < 3 * JOINTS + 10; i++)
         cds_motion_poll(&motion);
     TEST_ASSERT_EQUAL(CDS_OK, motion.move_result);
     while (pass_period() == CDS_PENDING) {
@@ -429,6 +483,113 @@ void test_limit_holds_while_a_joint_turns_back(void)
     }
 }
 
+static uint16_t random_below(uint16_t end)
+{
+    return (uint16_t)(((uint32_t)rand() & 0x7FFF) % end);
+}
+
+static uint16_t distance(uint16_t from, uint16_t to)
+{
+    return to > from ? to - from : from - to;
+}
+
+/* Joint 0 goes from 100 towards 900 at `speed_ms`, and after `at` periods towards `to` instead.
+ * Returns the most steps between two goals of the second move. */
+static uint16_t fastest_after_new_target(uint32_t speed_ms, enum cds_motion_curve first,
+                                         uint16_t at, struct cds_move *second)
+{
+    uint16_t last, most = 0;
+
+    begin_motion(0);
+    feedback[0].position = 100;
+    pose[0] = 900;
+    move(speed_ms, first);
+    for (uint16_t i = 0; i < at; i++)
+        pass_period();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, second));
+    do {
+        last = feedback[0].position = goals[0];
+        pass_period();
+        if (distance(last, goals[0]) > most)
+            most = distance(last, goals[0]);
+    } while (motion.result == CDS_PENDING || motion.move_result == CDS_PENDING);
+    return most;
+}
+
+/* Full speed is 5.1 steps in a period. A joint that moves may be 1/8 too fast, and goals are
+ * rounded. */
+void test_new_target_with_a_short_ramp_keeps_full_speed(void)
+{
+    static uint16_t target[JOINTS];
+    struct cds_move it = {.pose = target,
+                          .may_take_longer = true,
+                          .curve = CDS_MOTION_TRAPEZOID,
+                          .acceleration = 60000};
+
+    memset(target, 0xFF, sizeof target);
+    for (uint32_t ms = 4; ms < 900; ms += 4 * SOME * SOME)
+        for (uint16_t at = 40; at < 160; at = (uint16_t)(at + 40 * SOME)) {
+            target[0] = (uint16_t)(random_below(1024));
+            it.time_ms = ms;
+            TEST_ASSERT_LESS_OR_EQUAL_UINT16(
+                6, fastest_after_new_target(700, CDS_MOTION_LINEAR, at, &it));
+            TEST_ASSERT_EQUAL_UINT16(target[0], goals[0]);
+        }
+}
+
+void test_new_target_after_a_linear_move_keeps_the_limits(void)
+{
+    static uint16_t target[JOINTS];
+    struct cds_move it = {.pose = target, .may_take_longer = true};
+
+    srand(2);
+    memset(target, 0xFF, sizeof target);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[0], 100, 900, 1023));
+    states[0].held = CDS_HELD_CW_SET | CDS_HELD_CCW_SET; // position mode
+    for (uint16_t i = 0; i < 1000 / FEW; i++) {
+        uint32_t ms = 640u + random_below(200);
+        uint16_t at = (uint16_t)(ms / 4 - 1u - random_below(10));
+
+        target[0] = (uint16_t)(100 + random_below(801));
+        it.time_ms = 1u + random_below(3000);
+        it.curve = random_below(2) ? CDS_MOTION_TRAPEZOID : CDS_MOTION_MINIMUM_JERK;
+        it.acceleration = (uint16_t)(1000u + random_below(60000));
+        TEST_ASSERT_LESS_OR_EQUAL_UINT16(6,
+                                         fastest_after_new_target(ms, CDS_MOTION_LINEAR, at, &it));
+        TEST_ASSERT_EQUAL(CDS_OK, motion.result); // the permit refuses goals beyond 900
+    }
+}
+
+/* The joint has 2 steps in which it may brake: the window is one period. */
+void test_new_target_at_a_limit_may_take_ten_minutes(void)
+{
+    for (uint32_t ms = 280000; ms <= 600000; ms += 10007ul * SOME) {
+        struct cds_move it = {.pose = pose, .time_ms = ms, .curve = CDS_MOTION_TRAPEZOID};
+
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[0], 0, 900, 1023));
+        states[0].held = CDS_HELD_CW_SET | CDS_HELD_CCW_SET; // position mode
+        begin_motion(0);
+        feedback[0].position = 100;
+        pose[0] = 900;
+        move(640, CDS_MOTION_LINEAR);
+        for (uint8_t i = 0; i < 158; i++)
+            pass_period();
+        TEST_ASSERT_TRUE(motion.is_under_way);
+        pose[0] = 400;
+        it.acceleration = 1000;
+        TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+        for (uint16_t poll = 0; poll < 200 && motion.move_result == CDS_PENDING && !motion.is_ready;
+             poll++)
+            cds_motion_poll(&motion);
+        TEST_ASSERT_EQUAL_UINT32(0, motion.shortest_ms);
+        TEST_ASSERT_EQUAL(CDS_PENDING, motion.move_result);
+        TEST_ASSERT_EQUAL_UINT32(1, motion.next_plan.window);
+        cds_motion_abort(&motion, 60000);
+        while (pass_period() == CDS_PENDING) {
+        }
+    }
+}
+
 /* ---- through poses without a stop ---- */
 
 /* Joint 0 goes by way of `via` to `end`, each within 1 s, and joint 1 by way of 600 back to 500. */
@@ -444,7 +605,7 @@ static void go_by_way_of(uint16_t via, uint16_t end)
     first[1] = 600;
     second[1] = 500;
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
-    for (uint8_t i = 0; i < 2 * JOINTS + 10; i++)
+    for (uint8_t i = 0; i < 3 * JOINTS + 10; i++)
         cds_motion_poll(&motion);
     TEST_ASSERT_EQUAL(CDS_OK, motion.move_result);
     it = (struct cds_move){.pose = second, .time_ms = 1000, .waits = true};
@@ -504,7 +665,7 @@ void test_time_too_short_to_pass_is_refused(void)
         second[0] = 1023;
         it.next_pose = second;
         TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
-        for (uint16_t i = 0; i < 2 * JOINTS + 400; i++)
+        for (uint16_t i = 0; i < 3 * JOINTS + 400; i++)
             cds_motion_poll(&motion);
         TEST_ASSERT_EQUAL(CDS_LIMIT, motion.move_result);
         TEST_ASSERT_GREATER_THAN_UINT32(ms, motion.shortest_ms);
@@ -540,7 +701,7 @@ void test_move_that_waits_is_checked_from_the_end_of_the_one_before(void)
     for (uint8_t i = 0; i < 20; i++)
         pass_period();
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
-    for (uint8_t i = 0; i < 2 * JOINTS + 10; i++)
+    for (uint8_t i = 0; i < 3 * JOINTS + 10; i++)
         cds_motion_poll(&motion);
     TEST_ASSERT_EQUAL(CDS_LIMIT, motion.move_result);
 }
@@ -572,7 +733,7 @@ void test_pause_holds_a_move_that_is_checked(void)
     pose[0] = 600;
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
     cds_motion_pause(&motion, 8000);
-    for (uint8_t i = 0; i < 2 * JOINTS + 10; i++)
+    for (uint8_t i = 0; i < 3 * JOINTS + 10; i++)
         cds_motion_poll(&motion);
     TEST_ASSERT_EQUAL(CDS_OK, motion.move_result);
     TEST_ASSERT_TRUE(motion.result == CDS_PENDING && motion.is_paused);
@@ -752,13 +913,7 @@ void test_polls_set_at_most_six_goals(void)
     for (uint8_t i = 0; i < JOINTS; i++)
         pose[i] = 600;
     move(1000, CDS_MOTION_MINIMUM_JERK);
-    port_fake.now_us += PERIOD_US;
-    for (uint8_t i = 0; i < JOINTS; i++)
-        feedback[i].time_us = port_fake.now_us; // all servos report
-    while (!cds_bus_is_busy(&bus))
-        cds_cycle_poll(&cycle);
-    rig_transmit();
-    port_fake_look(&bus);
+    send_goals();
     cds_motion_poll(&motion); // a new period
     for (; motion.index < JOINTS; polls++)
         cds_motion_poll(&motion);
@@ -766,11 +921,6 @@ void test_polls_set_at_most_six_goals(void)
 }
 
 /* ---- at random ---- */
-
-static uint16_t random_below(uint16_t end)
-{
-    return (uint16_t)(((uint32_t)rand() & 0x7FFF) % end);
-}
 
 static void submit_at_random(void)
 {
@@ -807,11 +957,6 @@ static void approach(uint16_t *position, uint16_t goal)
     int16_t way = (int16_t)(goal - *position);
 
     *position = (uint16_t)(*position + (uint16_t)(way > 5 ? 5 : way < -5 ? -5 : way));
-}
-
-static uint16_t distance(uint16_t from, uint16_t to)
-{
-    return to > from ? to - from : from - to;
 }
 
 /* Whatever the program asks for: no goal is beyond its limits or further from the last one, or from

@@ -294,8 +294,23 @@ void test_open_with_a_bad_row_is_refused(void)
         if (i > 1) // else the ID is bad
             TEST_ASSERT_EQUAL_UINT8(1, robot.event.joint);
         TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_robot_start(&robot));
-        TEST_ASSERT_EQUAL(CDS_ROBOT_CLOSED, cds_robot_poll(&robot));
+        TEST_ASSERT_EQUAL(CDS_ROBOT_STOPPED, cds_robot_poll(&robot));
+        cds_robot_stop(&robot);
+        TEST_ASSERT_EQUAL(CDS_ROBOT_STOPPED, cds_robot_poll(&robot));
     }
+    TEST_ASSERT_EQUAL(CDS_OK, cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_robot_start(&robot));
+}
+
+void test_start_that_is_refused_leaves_the_robot_stopped(void)
+{
+    memset(&robot, 0, sizeof robot);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_robot_start(&robot)); // not open
+    TEST_ASSERT_EQUAL(CDS_ROBOT_STOPPED, cds_robot_poll(&robot));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M));
+    robot.period_us = 100;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_robot_start(&robot));
+    TEST_ASSERT_EQUAL(CDS_ROBOT_STOPPED, cds_robot_poll(&robot));
 }
 
 /* ---- start ---- */
@@ -493,7 +508,7 @@ void test_goals_that_do_not_fit_the_period_are_refused(void)
 {
     robot.period_us = 200;
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_robot_start(&robot));
-    TEST_ASSERT_EQUAL(CDS_ROBOT_OPEN, cds_robot_poll(&robot));
+    TEST_ASSERT_EQUAL(CDS_ROBOT_STOPPED, cds_robot_poll(&robot));
 }
 
 /* Starts with a fault of servo 1, or of the line, at packet `at`. The robot then runs with torque

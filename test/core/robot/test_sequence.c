@@ -3,16 +3,12 @@
 
 #include <string.h>
 
-#include "bus_rig.h"
-#include "unity.h"
+#define JOINTS 2
 
-#define JOINTS    2
+#include "joints_rig.h"
+
 #define PERIOD_US 4000
 
-static struct cds_cycle cycle;
-static struct cds_feedback feedback[JOINTS];
-static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(JOINTS)];
-static const uint8_t ids[JOINTS] = {1, 2};
 static struct cds_motion motion;
 static struct cds_motion_joint joints[JOINTS];
 static struct cds_sequence sequence;
@@ -24,7 +20,6 @@ static struct {
 } steps[4];
 static uint8_t step_count;
 
-static uint16_t goals[JOINTS];
 static uint16_t periods; // since setUp()
 static uint16_t told_at[16];
 static uint8_t told[16], told_count;
@@ -64,24 +59,12 @@ static void add_step(uint16_t position, uint16_t time_ms, uint16_t dwell_ms, boo
 
 void setUp(void)
 {
-    rig_open(0);
-    memset(&cycle, 0, sizeof cycle);
+    rig_begin_joints(500);
+    rig_begin_cycle(PERIOD_US);
     memset(&sequence, 0, sizeof sequence);
     step_count = told_count = 0;
     periods = 0;
     may = true;
-    TEST_ASSERT_EQUAL(CDS_OK,
-                      cds_cycle_begin(&cycle, &(struct cds_cycle_config){.bus = &bus,
-                                                                         .ids = ids,
-                                                                         .packets = packets,
-                                                                         .feedback = feedback,
-                                                                         .count = JOINTS,
-                                                                         .period_us = PERIOD_US}));
-    for (uint8_t i = 0; i < JOINTS; i++) {
-        feedback[i] = (struct cds_feedback){.known = true, .position = 500};
-        TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, i, 500, 1));
-    }
-    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_begin(&motion, &(struct cds_motion_config){
                                                             .cycle = &cycle, .joints = joints}));
 }
@@ -107,13 +90,7 @@ static void pass_period(void)
 {
     for (uint8_t i = 0; i < 20; i++)
         cds_sequence_poll(&sequence);
-    port_fake.now_us += PERIOD_US;
-    while (!cds_bus_is_busy(&bus))
-        cds_cycle_poll(&cycle);
-    rig_transmit();
-    port_fake_look(&bus);
-    for (uint8_t i = 0; i < JOINTS; i++)
-        goals[i] = (uint16_t)(port_fake.sent[8 + 5 * i] | port_fake.sent[9 + 5 * i] << 8);
+    rig_send_goals();
     periods++;
 }
 

@@ -8,7 +8,7 @@
 #include "unity.h"
 
 #define PERIOD_US 30000ul // 10 ms for each of three
-#define IDLE_US   20
+#define TURN_US   20
 
 static struct cds_queue queue;
 static struct cds_servos servos;
@@ -59,15 +59,25 @@ static void turn(void)
     cds_health_poll(&health);
 }
 
-/* The main loop turns every microsecond, or, while nothing is on its way, every 20: the simulated
- * AVR has to do this too. */
+/* Returns how long the wire and its servos do nothing, up to `us`. */
+static uint32_t quiet_us(uint32_t us)
+{
+    if (wire.talking || wire.answering) {
+        uint32_t left_us = wire.end_us - port_fake.now_us - 1;
+
+        return left_us < us ? left_us : us;
+    }
+    return bus.link.state == CDS_LINK_TALKING ? 0 : us;
+}
+
+/* The main loop turns every TURN_US, as a simulated AVR can; sooner if the wire has something. */
 static void run_for(uint32_t us)
 {
     while (us--) {
-        if (us > IDLE_US && !bus.request && !wire.answering) {
-            port_fake.now_us += IDLE_US - 1;
-            us -= IDLE_US - 1;
-        }
+        uint32_t skipped_us = quiet_us(us < TURN_US ? us : TURN_US - 1);
+
+        port_fake.now_us += skipped_us;
+        us -= skipped_us;
         turn();
     }
 }
@@ -149,7 +159,7 @@ void test_an_offline_servo_is_found_read_and_inhibited(void)
     wire.servo[0].dead = false;
     first = wire.count;
     while (states[0].presence == CDS_PRESENCE_OFFLINE && wire.count < first + 20)
-        run_for(1);
+        run_for(TURN_US);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, states[0].presence);
     TEST_ASSERT_FALSE(cds_servos_may_drive(&servos, 1));
     run_for(200); // at once
@@ -181,7 +191,7 @@ void test_offline_servos_cost_one_ping_in_100_ms(void)
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
         TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, states[i].presence);
     while (health.request.result == CDS_PENDING)
-        run_for(1);
+        run_for(TURN_US);
     TEST_ASSERT_EQUAL(CDS_OK, begin_health(100 * PERIOD_US));
     run_for(5000); // rests, and the first of the looks
     first = wire.count;
@@ -223,10 +233,10 @@ void test_a_servo_whose_first_reads_are_lost_keeps_its_level(void)
     wire.servo[1].torque = 1;
     wire.servo[1].dead = false;
     while (states[1].presence == CDS_PRESENCE_OFFLINE)
-        run_for(1);
+        run_for(TURN_US);
     wire.servo[1].mute = true;
     while (states[1].misses < CDS_SERVOS_MISSES - 1)
-        run_for(1);
+        run_for(TURN_US);
     wire.servo[1].mute = false;
     run_for(2 * CDS_HEALTH_SEEK_US);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
@@ -244,7 +254,7 @@ static void return_mute(uint8_t index)
     wire.servo[index].mute = true;
     while (states[index].presence != CDS_PRESENCE_RETURNED ||
            states[index].misses < CDS_SERVOS_MISSES)
-        run_for(1);
+        run_for(TURN_US);
 }
 
 void test_a_damaged_reply_to_ping_tells_nothing(void)
@@ -268,7 +278,7 @@ void test_a_read_of_others_tells_more_than_the_ping(void)
 
     return_mute(1);
     while (!health.asked_returned || health.request.packet.bytes[4] != CDS_PING)
-        run_for(1);
+        run_for(TURN_US);
     while (health.request.result == CDS_PENDING) {
         torque_wire(&bus);
         cds_bus_poll(&bus);
@@ -308,7 +318,7 @@ void test_a_returned_servo_that_is_gone_again_is_offline(void)
     lose(1);
     wire.servo[1].dead = false;
     while (states[1].presence == CDS_PRESENCE_OFFLINE)
-        run_for(1);
+        run_for(TURN_US);
     wire.servo[1].dead = true;
     run_for(5 * CDS_HEALTH_SEEK_US);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, states[1].presence);
@@ -364,7 +374,7 @@ void test_begin_with_a_bad_period_or_in_flight_is_refused(void)
 {
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_health(9999));
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_health(1000000001ul));
-    run_for(20);
+    run_for(2 * TURN_US);
     TEST_ASSERT_EQUAL(CDS_BUSY, begin_health(PERIOD_US));
     cds_bus_open(&bus, 0, CDS_BAUD_1M); // what was on its way is over
     wire.talking = false;
@@ -382,7 +392,7 @@ void test_a_servo_returned_before_begin_is_read_at_once(void)
     lose(0);
     wire.servo[0].dead = false;
     while (health.request.result == CDS_PENDING)
-        run_for(1);
+        run_for(TURN_US);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
     while (request.result == CDS_PENDING) {
         torque_wire(&bus);
@@ -403,7 +413,7 @@ void test_two_returned_servos_are_read_at_once(void)
     lose(2);
     wire.servo[0].dead = wire.servo[2].dead = false;
     while (states[0].presence == CDS_PRESENCE_OFFLINE || states[2].presence == CDS_PRESENCE_OFFLINE)
-        run_for(1);
+        run_for(TURN_US);
     run_for(800);
     TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[0].inhibits);
     TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[2].inhibits);
@@ -540,7 +550,7 @@ void test_servos_forgotten_while_one_is_asked(void)
 {
     return_mute(1);
     while (!health.asked_returned)
-        run_for(1);
+        run_for(TURN_US);
     cds_servos_forget(&servos);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servos_add(&servos, 3));
     run_for(PERIOD_US + 500);
@@ -557,16 +567,16 @@ void test_a_returned_servo_goes_before_an_offline_one(void)
     lose(0);
     lose(2);
     while (health.request.result == CDS_PENDING)
-        run_for(1);
+        run_for(TURN_US);
     TEST_ASSERT_EQUAL(CDS_OK, begin_health(1000 * PERIOD_US));
     run_for(500);
     wire.servo[0].dead = false;
     wire.servo[0].mute = true;
     while (states[0].presence != CDS_PRESENCE_RETURNED)
-        run_for(1);
+        run_for(TURN_US);
     first = wire.count;
     while (states[0].presence == CDS_PRESENCE_RETURNED)
-        run_for(1);
+        run_for(TURN_US);
     TEST_ASSERT_EQUAL_UINT8(CDS_SERVOS_MISSES, torque_packets(first, 1, CDS_READ));
     TEST_ASSERT_EQUAL_UINT8(0, torque_packets(first, 3, CDS_PING));
     run_for(2 * CDS_HEALTH_SEEK_US);

@@ -162,7 +162,7 @@ static void meet(void)
 
 static void turn(void)
 {
-    port_fake.now_us += 20;
+    port_fake.now_us += bus.request ? 20 : 100;
     if (world.replies_at && port_fake.now_us >= world.replies_at) {
         world.replies_at = 0;
         meet();

@@ -1,29 +1,17 @@
 /* 18 joints go to poses at random, each in a time from 0.3 to 3 s, with a rest behind each move.
  * Prints how many moves ended well, and their times. Pin B0 is high while a move is under way. */
 #include <cds55xx/motion.h>
-#include <cds55xx/queue.h>
-#include <cds55xx/servo.h>
-#include <cds55xx_avr.h>
 #include <stdlib.h>
 
+#include "joints.h"
 #include "say.h"
 
-#define JOINTS       18
 #define MOVES        12
 #define LOWEST       50
 #define HIGHEST      973
 #define REST_PERIODS 75
 
-static struct cds_bus bus;
-CDS_AVR_BUS(bus, 0)
-CDS_AVR_CLOCK()
-
 static struct cds_queue queue;
-static struct cds_servos servos;
-static struct cds_servo_state states[JOINTS];
-static struct cds_cycle cycle;
-static struct cds_feedback feedback[JOINTS];
-static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(JOINTS)], ids[JOINTS];
 static struct cds_motion motion;
 static struct cds_motion_joint joints[JOINTS];
 static uint16_t pose[JOINTS];
@@ -37,28 +25,9 @@ static void poll(void)
 
 static void begin(void)
 {
-    static uint8_t packet[CDS_PACKET_SIZE(2)];
-    static struct cds_request request = CDS_REQUEST_WITHOUT_DATA(packet);
-
-    for (uint8_t i = 0; i < JOINTS; i++)
-        states[i].id = ids[i] = (uint8_t)(i + 1);
-    cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
-    while (cds_bus_poll(&bus)) {
-    }
-    cds_servos_begin(
-        &servos,
-        &(struct cds_servos_config){
-            .bus = &bus, .queue = &queue, .states = states, .count = JOINTS, .capacity = JOINTS});
-    cds_cycle_begin(&cycle, &(struct cds_cycle_config){.bus = &bus,
-                                                       .ids = ids,
-                                                       .packets = packets,
-                                                       .feedback = feedback,
-                                                       .count = JOINTS,
-                                                       .period_us = CDS_CYCLE_PERIOD_US});
+    joints_begin(&queue, JOINTS, 2);
     cds_motion_begin(
         &motion, &(struct cds_motion_config){.cycle = &cycle, .servos = &servos, .joints = joints});
-    while (cycle.counters.reads < 2 * JOINTS)
-        poll();
     for (uint8_t i = 0; i < JOINTS; i++)
         pose[i] = feedback[i].position;
 }

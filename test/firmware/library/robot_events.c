@@ -6,7 +6,7 @@
 #include "say.h"
 
 #define MOVE_MS     600
-#define STOP_PERIOD 1000 // 4 s
+#define STOP_PERIOD 400 // 1.6 s
 
 CDS_JOINTS(joints) = {
     CDS_JOINT(1, CDS_FORWARD, 150000, -90000, 90000, 31000, CDS_JOINT_CDS55XX, "hip"),

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "console/commands/command_groups.h"
+#include "console/commands/shared.h"
 #include "console/commands/stored.h"
 #include "console/console.h"
 #include "console/errors.h"
@@ -12,14 +13,15 @@
 static const CDS_FLASH char message_none[] = "autostart: none";
 static const CDS_FLASH char message_name[] = "autostart: ";
 static const CDS_FLASH char message_how[] = "%s after %u s; %s";
-static const CDS_FLASH char message_how_servo[] = "%s after %u s; servo %u %s";
+static const CDS_FLASH char message_how_servo[] = "%s after %u s; not begun: servo %u: %s";
 static const CDS_FLASH char message_loop[] = " loop";
 
 /* In the order of enum autostart_state. */
 static const CDS_FLASH char *const CDS_FLASH state_texts[] = {
     FLASH_TEXT("from the next power-up on"),
     FLASH_TEXT("waits"),
-    FLASH_TEXT("looks at the servos"),
+    FLASH_TEXT("checks the servos"),
+    FLASH_TEXT("checks the poses"),
     FLASH_TEXT("switches torque on"),
     FLASH_TEXT("begins"),
     FLASH_TEXT("has begun"),
@@ -27,8 +29,8 @@ static const CDS_FLASH char *const CDS_FLASH state_texts[] = {
     FLASH_TEXT("not begun: a byte came from the host"),
     FLASH_TEXT("not begun: an alarm, or driving is inhibited"),
     FLASH_TEXT("not begun: the sequence, its joints or a pose is missing"),
-    FLASH_TEXT("is not well"),
-    FLASH_TEXT("cannot reach a pose: its angle limits"),
+    NULL, // the error of the servo
+    FLASH_TEXT("a pose is beyond its angle limits"),
     FLASH_TEXT("the motion was refused: 'motion wait' tells why"),
 };
 
@@ -81,8 +83,10 @@ static bool show_poll(struct console *console)
     printer->values[1].number = delay & AUTOSTART_DELAY_MAX;
     printer->values[2].text = state_texts[state];
     if (state == AUTOSTART_NOT_WELL || state == AUTOSTART_LIMITS) {
-        printer->values[2].number = autostart->wake.id;
-        printer->values[3].text = state_texts[state];
+        printer->values[2].number = autostart->id;
+        printer->values[3].text = state == AUTOSTART_LIMITS
+                                      ? state_texts[state]
+                                      : error_text(torque_on_error(autostart->reason));
         printer_line(printer, message_how_servo);
     } else {
         printer_line(printer, message_how);

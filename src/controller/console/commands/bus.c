@@ -233,10 +233,8 @@ static uint8_t bus_begin(struct console *console)
 
     if (line->numbers == 0)
         return 0;
-    if (console->robot->operation)
-        return ERROR_CYCLE;
-    error = console_number(console, 0, CDS_UNIT_BPS);
-    return error;
+    error = robot_busy(console->robot);
+    return error ? error : console_number(console, 0, CDS_UNIT_BPS);
 }
 
 /* While a request of the state check is under way, the rate cannot change yet. */

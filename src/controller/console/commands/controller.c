@@ -113,7 +113,7 @@ static uint8_t save_begin(struct console *console)
 {
     struct failsafe *failsafe = console->failsafe;
 
-    if (robot_moves(console->robot)) // it may read the EEPROM
+    if (robot_is_in_motion(console->robot)) // it may read the EEPROM
         return ERROR_MOTION;
     return settings_save(failsafe->store, failsafe->settings) ? 0 : ERROR_SAVING;
 }

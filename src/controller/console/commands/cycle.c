@@ -18,7 +18,7 @@ static const CDS_FLASH char message_cycle_bus[] = ", bus ";
 #define PERIOD_MAX_MS 65
 
 enum cycle_choice { CHOICE_NONE, CHOICE_EVERY, CHOICE_OFF } __attribute__((packed));
-enum cycle_phase { CYCLE_TELL, CYCLE_LOOK, CYCLE_GOALS, CYCLE_END } __attribute__((packed));
+enum cycle_phase { CYCLE_TELL, CYCLE_READ, CYCLE_GOALS, CYCLE_END } __attribute__((packed));
 
 /* The period of the line or of the settings, in us, into console->raw. Returns an error or 0. */
 static uint8_t period(struct console *console)
@@ -46,7 +46,7 @@ uint8_t cycle_start(struct console *console, uint16_t period_us)
     return robot_start(robot, command_set.cycle, &period_us);
 }
 
-enum cds_result cycle_look(struct console *console)
+enum cds_result cycle_known(struct console *console)
 {
     struct robot *robot = console->robot;
     enum cds_result result = CDS_CANCELLED;
@@ -55,7 +55,7 @@ enum cds_result cycle_look(struct console *console)
         console->error = ERROR_STOPPED;
         return result;
     }
-    result = group_cycle_look(robot, move_job(console)->begun_us);
+    result = group_cycle_known(robot, move_job(console)->begun_us);
     if (result != CDS_OK && result != CDS_PENDING) {
         console->error = (uint8_t)result;
         robot_abort(robot);
@@ -69,7 +69,7 @@ static uint8_t cycle_begin(struct console *console)
     uint8_t error;
 
     if (console->line.choice == CHOICE_EVERY) {
-        console->phase = CYCLE_LOOK;
+        console->phase = CYCLE_READ;
         error = period(console);
         return error ? error : cycle_start(console, console->raw);
     }
@@ -87,9 +87,9 @@ static uint8_t cycle_begin(struct console *console)
 /* ---- starting ---- */
 
 /* The first goals are the present positions: none is sent until all servos have answered. */
-static bool look_poll(struct console *console)
+static bool read_poll(struct console *console)
 {
-    enum cds_result result = cycle_look(console);
+    enum cds_result result = cycle_known(console);
 
     if (console->error)
         console->phase = CYCLE_END;
@@ -185,7 +185,7 @@ static bool print_line(struct console *console, uint8_t index)
 static bool cycle_poll(struct console *console)
 {
     switch (console->phase) {
-    case CYCLE_LOOK: return look_poll(console);
+    case CYCLE_READ: return read_poll(console);
     case CYCLE_GOALS: return goals_poll(console);
     case CYCLE_END:
         if (console->robot->cycle)

@@ -18,35 +18,6 @@ static const CDS_FLASH char message_servo_failed[] = "servo %u%s: %s";
 /* 20 RPM, the default speed. */
 #define POSE_SPEED 330
 
-/* True if the robot has room for all servos of the list that it does not know. */
-static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
-{
-    uint8_t room = (uint8_t)(ROBOT_SERVOS - robot->servos.count);
-
-    for (; count; count--) {
-        if (cds_servos_find(&robot->servos, *ids++))
-            continue;
-        if (room == 0)
-            return false;
-        room--;
-    }
-    return true;
-}
-
-uint8_t group_choose(struct robot *robot, const uint8_t *ids, uint8_t count)
-{
-    if (robot->operation)
-        return ERROR_CYCLE;
-    if (!fit(robot, ids, count))
-        return ERROR_TOO_MANY;
-    for (uint8_t i = 0; i < count; i++)
-        robot_add(robot, ids[i]);
-    memcpy(robot->group, ids, count);
-    robot->group_count = count;
-    robot->group_acts = false;
-    return 0;
-}
-
 static uint8_t group_begin(struct console *console)
 {
     const struct command_line *line = &console->line;
@@ -55,7 +26,7 @@ static uint8_t group_begin(struct console *console)
 
     if (line->values == 0)
         return robot->group_count ? 0 : ERROR_NO_GROUP;
-    error = group_choose(robot, line->request->packet.bytes, line->values);
+    error = robot_choose_group(robot, line->request->packet.bytes, line->values);
     if (error == 0)
         robot->group_acts = line->choice == 2;
     return error;
@@ -90,14 +61,18 @@ uint16_t pose_angle(const struct console *console, uint8_t index)
 }
 
 /* Copies the goals out of the request's buffer, which the packet needs. */
-void pose_keep_goals(struct console *console)
+uint8_t pose_keep_goals(struct console *console)
 {
     struct robot *robot = console->robot;
     struct cds_goal *goal = robot->work.move.goals;
+    uint8_t error = robot_busy(robot);
 
+    if (error)
+        return error;
     for (uint8_t i = 0; i < robot->group_count; i++)
         *goal++ = (struct cds_goal){
             .id = robot->group[i], .position = pose_angle(console, i), .speed = console->raw};
+    return 0;
 }
 
 static uint8_t sync(struct console *console)
@@ -169,14 +144,12 @@ static uint8_t pose_begin(struct console *console)
         return ERROR_GROUP_SIZE;
     if (line->choice == POSE_IN)
         return command_set.pose_in->begin(console);
-    if (robot_moves(robot))
-        return ERROR_MOTION;
-    if (robot->cycle) {
+    if (robot->cycle && !robot_is_in_motion(robot)) {
         console->phase = POSE_CYCLE;
         return 0;
     }
-    pose_keep_goals(console);
-    return pose_send(console);
+    error = pose_keep_goals(console);
+    return error ? error : pose_send(console);
 }
 
 /* Puts the goals into the next packet of the cycle, which is busy for one period at most. */

@@ -7,71 +7,47 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
+#include "robot/motion_start.h"
 #include "robot/moves.h"
 
 static const CDS_FLASH char message_none[] = "motion: none";
+static const CDS_FLASH char message_starts[] = "motion: starts";
 static const CDS_FLASH char message_move[] = "motion: a move%s";
 static const CDS_FLASH char message_plays[] = ": step %u of %u, run %u%s";
 static const CDS_FLASH char message_name[] = "motion: ";
 static const CDS_FLASH char message_paused[] = ", paused";
 
+/* Known when the firmware is linked: on a chip without room for motions their code is dropped. */
+#define HAS_MOTIONS (command_set.moves != NULL)
+
 /* ---- play ---- */
 
 struct play_job {
-    struct move_job move; // first: moves_command_poll()
-    struct stored_joints joints;
-    uint16_t repeats;
+    uint16_t repeats; // 0: for ever
     uint8_t percent;
-    uint8_t place;   // of the sequence
-    uint8_t step;    // that is checked next
-    bool is_checked; // all steps are
 };
 
 _Static_assert(sizeof(struct play_job) <= CONSOLE_JOB_SIZE, "the job must fit");
 
-static struct play_job *play_job(struct console *console)
+/* Plays the sequence `repeats` times, 0: for ever. Number `index` of the line, if there is one, is
+ * the share of the speed. */
+static uint8_t play(struct console *console, uint16_t repeats, uint8_t index)
 {
-    return console_job(console);
-}
+    struct play_job *job = console_job(console);
+    uint8_t error = 0;
 
-/* Number `index` of the line, if there is one, is the share of the speed. */
-static uint8_t take_percent(struct console *console, uint8_t index)
-{
-    struct play_job *job = play_job(console);
-    uint8_t error;
-
+    if (!HAS_MOTIONS)
+        return ERROR_OMITTED;
+    job->repeats = repeats;
     job->percent = 100;
-    if (index == console->line.numbers)
-        return 0;
-    error = number_percent(&console->line.number[index], &job->percent);
+    if (index < console->line.numbers)
+        error = number_percent(&console->line.number[index], &job->percent);
     return error == ERROR_OUT_OF_RANGE || (error == 0 && (job->percent < 10 || job->percent > 200))
                ? (uint8_t)ERROR_OVERRIDE
                : error;
 }
 
-/* Plays the sequence `repeats` times, 0: for ever. The share is number `index` of the line. */
-static uint8_t play(struct console *console, uint16_t repeats, uint8_t index)
-{
-    struct play_job *job = play_job(console);
-    uint8_t error = take_percent(console, index);
-
-    if (console->robot->moves == NULL) // the chip has no room for them
-        return ERROR_OMITTED;
-    job->repeats = repeats;
-    if (error == 0 && moves_are_under_way(console->robot))
-        error = ERROR_MOTION;
-    if (error == 0)
-        error = stored_may_read();
-    if (error == 0)
-        error = stored_group(console);
-    if (error)
-        return error;
-    job->place = stored_find(console, MOTION_STORE_SEQUENCE, 0);
-    return job->place == MOTION_STORE_NONE ? (uint8_t)ERROR_NO_SEQUENCE
-                                           : moves_command_begin(console);
-}
-
-static uint8_t play_begin(struct console *console)
+static uint8_t once_begin(struct console *console)
 {
     return play(console, 1, 0);
 }
@@ -90,59 +66,42 @@ static uint8_t times_begin(struct console *console)
     return error ? error : play(console, console->raw, 1);
 }
 
-/* Checks one step in each call: is its pose there, for servos of the group? */
-static bool check_step(struct console *console)
+static uint8_t start(struct console *console)
 {
-    struct play_job *job = play_job(console);
-    uint16_t pose[ROBOT_SERVOS];
-    struct motion_store_step step;
-    uint8_t place;
+    const struct play_job *job = console_job(console);
+    uint8_t place = motion_store_is_saving(stored())
+                        ? (uint8_t)MOTION_STORE_NONE
+                        : stored_find(console, MOTION_STORE_SEQUENCE, 0);
+    uint8_t error = motion_start_sequence(console->robot, place, job->repeats);
 
-    if (!motion_store_read_step(stored(), job->place, job->step++, &step)) {
-        job->is_checked = true;
-        return true;
-    }
-    if (job->step == 1)
-        stored_joints_find(&job->joints, stored(), console->robot);
-    place = motion_store_pose_of(stored(), step.pose);
-    console->error = place == MOTION_STORE_NONE
-                         ? (uint8_t)ERROR_POSE_GONE
-                         : stored_pose_error(stored_pose_read(stored(), &job->joints, place, pose));
-    return console->error == 0;
-}
-
-static enum cds_result begin_sequence(struct console *console, bool ends_cycle)
-{
-    const struct play_job *job = play_job(console);
-
-    return moves_play(console->robot, stored(), job->place, job->repeats, job->percent, ends_cycle);
+    if (error == 0)
+        moves_set_override(console->robot, job->percent);
+    return error;
 }
 
 static bool play_poll(struct console *console)
 {
-    return play_job(console)->is_checked ? moves_command_poll(console, begin_sequence)
-                                         : check_step(console);
+    return HAS_MOTIONS && motion_command_poll(console, start);
 }
 
 /* ---- pause, resume, motion ---- */
 
-static uint8_t no_motion(const struct console *console)
-{
-    return console->robot->moves ? (uint8_t)ERROR_NO_MOTION : (uint8_t)ERROR_OMITTED;
-}
-
 static uint8_t pause_begin(struct console *console)
 {
-    if (!moves_are_under_way(console->robot))
-        return no_motion(console);
+    if (!HAS_MOTIONS)
+        return ERROR_OMITTED;
+    if (!motion_may_pause(console->robot))
+        return ERROR_NO_MOTION;
     moves_pause(console->robot);
     return 0;
 }
 
 static uint8_t resume_begin(struct console *console)
 {
-    if (!moves_are_under_way(console->robot))
-        return no_motion(console);
+    if (!HAS_MOTIONS)
+        return ERROR_OMITTED;
+    if (!motion_may_pause(console->robot))
+        return ERROR_NO_MOTION;
     moves_resume(console->robot);
     return 0;
 }
@@ -151,13 +110,13 @@ enum choice { CHOICE_NONE, CHOICE_WAIT, CHOICE_OFF } __attribute__((packed));
 
 static uint8_t motion_begin(struct console *console)
 {
-    if (console->robot->moves == NULL)
+    if (!HAS_MOTIONS)
         return ERROR_OMITTED;
     if (console->line.choice != CHOICE_OFF)
         return 0;
-    if (!moves_are_under_way(console->robot))
+    if (!robot_is_in_motion(console->robot))
         return ERROR_NO_MOTION;
-    moves_end(console->robot);
+    motion_end(console->robot);
     return 0;
 }
 
@@ -171,8 +130,10 @@ static void print_motion(struct console *console)
     char name[MOTION_STORE_NAME + 1];
 
     printer->values[0].text = paused;
-    if (!moves_are_under_way(console->robot)) {
+    if (!robot_is_in_motion(console->robot)) {
         printer_line(printer, message_none);
+    } else if (moves->start.result == CDS_PENDING) {
+        printer_line(printer, message_starts);
     } else if (!moves_is_playing(console->robot)) {
         printer_line(printer, message_move);
     } else {
@@ -188,25 +149,13 @@ static void print_motion(struct console *console)
     }
 }
 
-/* How the last motion has ended. */
-static uint8_t outcome(const struct moves *moves)
-{
-    uint8_t result = moves->player.sequence.result;
-
-    if (moves->follow.result == CDS_TIMEOUT)
-        return ERROR_STUCK;
-    return result == CDS_OK || result == CDS_CANCELLED ? moves->motion.result : result;
-}
-
-static uint8_t joint_of(const struct moves *moves)
-{
-    return moves->follow.result == CDS_TIMEOUT ? moves->follow.joint : moves->motion.joint;
-}
-
 static bool motion_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
+    uint8_t joint;
 
+    if (!HAS_MOTIONS)
+        return false;
     if (console->line.choice == CHOICE_NONE) {
         print_motion(console);
         return false;
@@ -215,17 +164,13 @@ static bool motion_poll(struct console *console)
         console->error = ERROR_KEY;
         return false;
     }
-    if (moves_are_under_way(robot))
+    if (robot_is_in_motion(robot))
         return true;
     if (console->line.choice == CHOICE_OFF)
-        return robot->cycle && robot->moves->ends_cycle;
-    console->error = outcome(robot->moves);
-    if (console->error == CDS_PENDING)
-        console->error = ERROR_STOPPED;
-    else if (console->error == CDS_CANCELLED)
-        console->error = ERROR_NO_MOTION; // it was ended
-    else if (console->error)
-        motion_failed(console, joint_of(robot->moves));
+        return motion_cycle_is_ending(robot);
+    console->error = motion_outcome(robot, &joint);
+    if (console->error)
+        motion_failed(console, joint);
     return false;
 }
 
@@ -233,13 +178,13 @@ static const CDS_FLASH struct command play_rows[] = {
     {
         .usage = FLASH_TEXT("play NAME [at PERCENT]"),
         .what = FLASH_TEXT("play a stored sequence"),
-        .details = COMMAND_DETAILS("With the servos of the group; without a group those of all "
-                                   "stored poses. PERCENT: 10 to "
-                                   "200% of the speed, as far as the servos can. ok: the motion "
-                                   "has begun. A cycle that it "
-                                   "starts ends with it"),
+        .details = COMMAND_DETAILS(
+            "With the servos of the group; without a group those of all stored poses. PERCENT: 10 "
+            "to 200% of the speed, as far as the servos can. ok: the motion has begun. A cycle "
+            "that it starts ends with it. Switch torque on first: error 84 comes only after stop. "
+            "After torque off or teach on the motion begins, and ends with error 83"),
         .example = COMMAND_DETAILS("play walk at 80%"),
-        .begin = play_begin,
+        .begin = once_begin,
         .poll = play_poll,
     },
     {

@@ -20,10 +20,9 @@ static uint8_t read_position(struct console *console)
 
 static uint8_t begin(struct console *console)
 {
-    if (console->robot->operation)
-        return ERROR_CYCLE;
-    pose_keep_goals(console);
-    return read_position(console);
+    uint8_t error = pose_keep_goals(console);
+
+    return error ? error : read_position(console);
 }
 
 /* The speed at which a servo goes `steps` in `by` milliseconds, rounded up; or the milliseconds

@@ -17,14 +17,14 @@ static const CDS_FLASH char message_raw[] = "raw";
 
 /* ---- save, set ---- */
 
-enum save_phase { NAME, READ, JOINTS, POSE } __attribute__((packed));
+enum save_phase { NAME, READ, SAVE_JOINTS, SAVE_POSE } __attribute__((packed));
 
 struct save_job {
     struct motion_store_record record;
     uint16_t positions[MOTION_STORE_JOINTS];
     uint8_t ids[MOTION_STORE_JOINTS]; // of the joints of all poses
     uint8_t count;                    // of joints
-    bool grows;                       // the robot has joints that are not stored yet
+    bool has_new_joints;              // that are not stored yet
 };
 
 _Static_assert(sizeof(struct save_job) <= CONSOLE_JOB_SIZE, "the job must fit");
@@ -40,7 +40,7 @@ static uint8_t joint_of(struct save_job *job, uint8_t id)
     if (job->count == MOTION_STORE_JOINTS)
         return MOTION_STORE_NONE;
     job->ids[job->count] = id;
-    job->grows = true;
+    job->has_new_joints = true;
     return job->count++;
 }
 
@@ -78,23 +78,29 @@ static uint8_t set_begin(struct console *console)
     return 0;
 }
 
-/* Begins to save the joints, if there are more than before, or else the pose. */
-static bool save(struct console *console)
+static bool save_pose(struct console *console)
 {
     struct save_job *job = console_job(console);
-    struct motion_store_record *record = &job->record;
 
-    console->phase = job->grows ? JOINTS : POSE;
-    if (job->grows)
-        *record = (struct motion_store_record){
-            .kind = MOTION_STORE_JOINT_LIST, .count = job->count, .ids = job->ids};
-    else
-        *record = (struct motion_store_record){.kind = MOTION_STORE_POSE,
+    job->record = (struct motion_store_record){.kind = MOTION_STORE_POSE,
                                                .name = parse_name(&console->line, 0),
                                                .length = stored_length(console, 0),
                                                .positions = job->positions};
-    job->grows = false;
-    return stored_save(console, record);
+    console->phase = SAVE_POSE;
+    return stored_save(console, &job->record);
+}
+
+/* Begins to save the joints if there are new ones, else the pose. */
+static bool save(struct console *console)
+{
+    struct save_job *job = console_job(console);
+
+    if (!job->has_new_joints)
+        return save_pose(console);
+    job->record = (struct motion_store_record){
+        .kind = MOTION_STORE_JOINT_LIST, .count = job->count, .ids = job->ids};
+    console->phase = SAVE_JOINTS;
+    return stored_save(console, &job->record);
 }
 
 /* Asks the next servo of the group where it is. */
@@ -141,10 +147,11 @@ static bool save_poll(struct console *console)
             return false;
         return console->line.values ? save(console) : read_next(console);
     case READ: return read_poll(console);
-    default:
+    case SAVE_JOINTS:
         if (stored_waits(console))
             return true;
-        return console->phase == JOINTS && console->error == 0 && save(console);
+        return console->error == 0 && save_pose(console);
+    default: return stored_waits(console);
     }
 }
 
@@ -159,14 +166,7 @@ struct show_job {
 
 static uint8_t show_begin(struct console *console)
 {
-    uint8_t error = stored_may_read();
-
-    if (error == 0 && console->line.names) {
-        console->index = stored_find(console, MOTION_STORE_POSE, 0);
-        if (console->index == MOTION_STORE_NONE)
-            error = ERROR_NO_POSE;
-    }
-    return error;
+    return stored_show_begin(console, MOTION_STORE_POSE);
 }
 
 /* Begins one of the two lines of the pose at place console->index: "group", or "pose set stand". */
@@ -233,18 +233,24 @@ static bool list_poll(struct console *console)
     return stored_list_poll(console, MOTION_STORE_POSE);
 }
 
-static uint8_t list_begin(struct console *console)
-{
-    (void)console;
-    return stored_may_read();
-}
-
 static uint8_t delete_begin(struct console *console)
 {
     return stored_delete(console, MOTION_STORE_POSE);
 }
 
 /* ---- in TIME ---- */
+
+/* The error for an enum stored_pose_result, or 0. */
+static uint8_t error_of_pose(enum stored_pose_result result)
+{
+    static const CDS_FLASH uint8_t errors[] = {
+        [STORED_POSE_READ] = 0,
+        [STORED_POSE_MISSING] = ERROR_NO_POSE,
+        [STORED_POSE_ABSENT] = ERROR_ABSENT,
+    };
+
+    return errors[result];
+}
 
 /* Puts the positions of the group into the line, as its angles. */
 static void take_pose(struct console *console)
@@ -253,7 +259,7 @@ static void take_pose(struct console *console)
     struct stored_joints joints;
 
     stored_joints_find(&joints, stored(), console->robot);
-    console->error = stored_pose_error(stored_pose_read(stored(), &joints, console->part, pose));
+    console->error = error_of_pose(stored_pose_read(stored(), &joints, console->part, pose));
     memcpy(console->line.request->packet.bytes, pose, sizeof pose);
 }
 
@@ -264,7 +270,7 @@ static uint8_t in_begin(struct console *console)
     if (error == 0)
         error = stored_may_read();
     if (error == 0)
-        error = stored_group(console);
+        error = stored_group_choose(console->robot, stored());
     console->part = stored_find(console, MOTION_STORE_POSE, 0);
     return error;
 }
@@ -287,7 +293,7 @@ static const CDS_FLASH struct command pose_rows[] = {
         .what = FLASH_TEXT("names of the stored poses"),
         .details = COMMAND_DETAILS("One a line"),
         .example = COMMAND_DETAILS("pose list"),
-        .begin = list_begin,
+        .begin = stored_list_begin,
         .poll = list_poll,
     },
     {

@@ -94,14 +94,7 @@ static bool step_poll(struct console *console)
 
 static uint8_t show_begin(struct console *console)
 {
-    uint8_t error = stored_may_read();
-
-    if (error == 0 && console->line.names) {
-        console->index = stored_find(console, MOTION_STORE_SEQUENCE, 0);
-        if (console->index == MOTION_STORE_NONE)
-            error = ERROR_NO_SEQUENCE;
-    }
-    return error;
+    return stored_show_begin(console, MOTION_STORE_SEQUENCE);
 }
 
 /* "1.2s" */
@@ -170,12 +163,6 @@ static bool show_poll(struct console *console)
     return console->line.names == 0;
 }
 
-static uint8_t list_begin(struct console *console)
-{
-    (void)console;
-    return stored_may_read();
-}
-
 static bool list_poll(struct console *console)
 {
     return stored_list_poll(console, MOTION_STORE_SEQUENCE);
@@ -192,7 +179,7 @@ static const CDS_FLASH struct command sequence_rows[] = {
         .what = FLASH_TEXT("names of the stored sequences"),
         .details = COMMAND_DETAILS("One a line"),
         .example = COMMAND_DETAILS("sequence list"),
-        .begin = list_begin,
+        .begin = stored_list_begin,
         .poll = list_poll,
     },
     {

@@ -49,9 +49,7 @@ uint8_t servo_write(struct console *console, uint8_t address, uint8_t length)
  * of this command. */
 static uint8_t cycled(const struct console *console)
 {
-    if (!robot_cycles(console->robot, console->line.id))
-        return 0;
-    return robot_moves(console->robot) ? (uint8_t)ERROR_MOTION : (uint8_t)ERROR_CYCLE;
+    return robot_cycles(console->robot, console->line.id) ? robot_busy(console->robot) : 0;
 }
 
 uint8_t servo_outcome(struct console *console)

@@ -27,18 +27,14 @@ uint8_t cycle_start(struct console *console, uint16_t period_us);
 /* In cycle.c, for the poll of a command that has called cycle_start(). Returns CDS_PENDING until
  * each servo has answered once, then CDS_OK. Else it has stored console->error, and the cycle ends.
  */
-enum cds_result cycle_look(struct console *console);
-
-/* In group.c: chooses `count` servos, 1 to ROBOT_SERVOS, as the group, moved by SYNC WRITE. Returns
- * an error, or 0. */
-uint8_t group_choose(struct robot *robot, const uint8_t *ids, uint8_t count);
+enum cds_result cycle_known(struct console *console);
 
 /* In group.c: angle `index` of the line. */
 uint16_t pose_angle(const struct console *console, uint8_t index);
 
-/* In group.c: the goals of the group, with the angles of the line and the speed in console->raw.
- * They stand in robot->work.move; no operation may be under way. */
-void pose_keep_goals(struct console *console);
+/* In group.c: keeps the goals of the group, with the angles of the line and the speed in
+ * console->raw, in robot->work.move. Returns an error if an operation is under way, or 0. */
+uint8_t pose_keep_goals(struct console *console);
 
 /* In group.c: sends these goals, as `group` says. Returns an error, or 0. */
 uint8_t pose_send(struct console *console);
@@ -49,19 +45,17 @@ bool pose_sent_poll(struct console *console);
 /* In pose_by_servo.c and pose_moves.c: "pose ... in TIME", pose_in of struct command_set. */
 extern const CDS_FLASH struct command_action pose_by_servo, pose_moves;
 
-/* In pose_moves.c, for a command that begins a motion, in the running cycle or in one that it
- * starts. Its job begins with a struct move_job. Returns ERROR_MOTION or 0. */
-uint8_t moves_command_begin(struct console *console);
+/* In motion.c: the poll of a command that starts a motion, with console->phase 0 at first. `start`
+ * calls a function of motion_start.h, and returns its error. Returns true until the motion has
+ * begun or was refused. Then console->error is stored. */
+bool motion_command_poll(struct console *console, uint8_t (*start)(struct console *console));
 
-/* In pose_moves.c: the poll of such a command. `move` begins the motion, and is called again while
- * it returns CDS_BUSY; `ends_cycle`: the cycle was started for it. Returns true until the first
- * move has begun or was refused. Then console->error is stored. */
-bool moves_command_poll(struct console *console,
-                        enum cds_result (*move)(struct console *console, bool ends_cycle));
-
-/* In pose_moves.c: prints why the motion was refused or has ended, console->error, and for which
- * joint of the group. */
+/* In motion.c: prints for which joint of the group the motion was refused or has ended, because of
+ * console->error; nothing for MOTION_NO_JOINT. */
 void motion_failed(struct console *console, uint8_t joint);
+
+/* In teach.c: the error for an enum cds_reason. */
+uint8_t torque_on_error(uint8_t reason);
 
 /* The job of a command that writes registers. */
 struct set_job {

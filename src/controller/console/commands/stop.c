@@ -120,13 +120,13 @@ enum servos_part {
 static uint8_t servos_begin(struct console *console)
 {
     struct robot *robot = console->robot;
+    uint8_t error;
 
     if (console->line.choice == 0)
         return 0;
-    if (robot->operation)
-        return ERROR_CYCLE;
-    if (robot_is_stopping(robot))
-        return ERROR_STOPPED;
+    error = robot_busy(robot);
+    if (error)
+        return error;
     robot_forget(robot);
     memset(console->failsafe->reported, 0,
            sizeof console->failsafe->reported); // other servos will take these places

@@ -10,7 +10,7 @@
 
 static const CDS_FLASH char message_room[] = "poses: %u, room for %u; sequences: %u, room for %u";
 static const CDS_FLASH char message_wear[] =
-    "EEPROM: %l saves of poses and sequences, %u are damaged";
+    "EEPROM: %l saves of motion data, %u records are damaged";
 
 uint8_t stored_may_read(void)
 {
@@ -19,7 +19,13 @@ uint8_t stored_may_read(void)
 
 uint8_t stored_may_write(const struct console *console)
 {
-    return robot_moves(console->robot) ? (uint8_t)ERROR_MOTION : stored_may_read();
+    return robot_is_in_motion(console->robot) ? (uint8_t)ERROR_MOTION : stored_may_read();
+}
+
+uint8_t stored_list_begin(struct console *console)
+{
+    (void)console;
+    return stored_may_read();
 }
 
 /* ---- names ---- */
@@ -43,25 +49,28 @@ uint8_t stored_find(const struct console *console, enum motion_store_kind kind, 
                : motion_store_find(stored(), kind, parse_name(&console->line, index), length);
 }
 
-static bool is_letter_or_digit(char c)
+static uint8_t error_of_missing(uint8_t kind)
 {
-    return ((c | 0x20) >= 'a' && (c | 0x20) <= 'z') || (c >= '0' && c <= '9');
+    return kind == MOTION_STORE_POSE ? ERROR_NO_POSE : ERROR_NO_SEQUENCE;
 }
 
-/* The parser takes only a word with a letter in front as a name, unless no other row fits. */
+uint8_t stored_show_begin(struct console *console, enum motion_store_kind kind)
+{
+    uint8_t error = stored_may_read();
+
+    if (error || console->line.names == 0)
+        return error;
+    console->index = stored_find(console, kind, 0);
+    return console->index == MOTION_STORE_NONE ? error_of_missing(kind) : 0;
+}
+
 static uint8_t error_of_name(const struct console *console)
 {
-    const char *name = parse_name(&console->line, 0);
     uint8_t length = stored_length(console, 0);
 
     if (length > MOTION_STORE_NAME)
         return ERROR_NAME_LONG;
-    if (name[0] <= '9')
-        return ERROR_NAME;
-    for (uint8_t i = 0; i < length; i++)
-        if (!is_letter_or_digit(name[i]))
-            return ERROR_NAME;
-    return 0;
+    return motion_store_is_name(parse_name(&console->line, 0), length) ? 0 : (uint8_t)ERROR_NAME;
 }
 
 bool stored_name_poll(struct console *console)
@@ -95,13 +104,11 @@ static uint8_t error_of(enum motion_store_result result, uint8_t kind)
         [MOTION_STORE_FAILED] = ERROR_NOT_SAVED,
         [MOTION_STORE_BUSY] = ERROR_SAVING,
         [MOTION_STORE_BAD] = ERROR_OUT_OF_RANGE,
-        [MOTION_STORE_MISSING] = ERROR_NO_SEQUENCE,
         [MOTION_STORE_FULL] = ERROR_STORE_FULL,
         [MOTION_STORE_IN_USE] = ERROR_JOINTS,
     };
 
-    return result == MOTION_STORE_MISSING && kind == MOTION_STORE_POSE ? (uint8_t)ERROR_NO_POSE
-                                                                       : errors[result];
+    return result == MOTION_STORE_MISSING ? error_of_missing(kind) : errors[result];
 }
 
 bool stored_save(struct console *console, const struct motion_store_record *record)
@@ -175,26 +182,4 @@ void stored_wear(struct console *console)
     values[1].number = (uint16_t)(store->saves >> 16);
     values[2].number = store->damaged;
     printer_line(&console->printer, message_wear);
-}
-
-/* ---- the group ---- */
-
-uint8_t stored_pose_error(uint8_t result)
-{
-    static const CDS_FLASH uint8_t errors[] = {
-        [STORED_POSE_READ] = 0,
-        [STORED_POSE_MISSING] = ERROR_NO_POSE,
-        [STORED_POSE_ABSENT] = ERROR_ABSENT,
-    };
-
-    return errors[result];
-}
-
-uint8_t stored_group(struct console *console)
-{
-    uint8_t ids[MOTION_STORE_JOINTS];
-
-    if (console->robot->group_count)
-        return 0;
-    return group_choose(console->robot, ids, motion_store_read_joints(stored(), ids));
 }

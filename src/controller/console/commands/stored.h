@@ -14,6 +14,14 @@ static inline struct motion_store *stored(void)
 /* Returns 0 if the EEPROM can be read; else ERROR_SAVING. */
 uint8_t stored_may_read(void);
 
+/* The begin function of `pose list` and `sequence list`: as stored_may_read(). */
+uint8_t stored_list_begin(struct console *console);
+
+/* The begin function of `pose show` and `sequence show`: stores the place of the record of this
+ * kind with name 0 of the line, if there is a name, in console->index. Returns ERROR_SAVING,
+ * ERROR_NO_POSE, ERROR_NO_SEQUENCE or 0. */
+uint8_t stored_show_begin(struct console *console, enum motion_store_kind kind);
+
 /* Returns 0 if something may be stored now; else ERROR_SAVING, or ERROR_MOTION: the motion under
  * way may read the EEPROM. */
 uint8_t stored_may_write(const struct console *console);
@@ -51,11 +59,5 @@ bool stored_next(struct console *console, enum motion_store_kind kind);
 /* Print two lines of `status`: room, and wear. */
 void stored_room(struct console *console);
 void stored_wear(struct console *console);
-
-/* The error for an enum stored_pose_result, or 0. */
-uint8_t stored_pose_error(uint8_t result);
-
-/* If no group is chosen, it becomes the joints of the stored poses. Returns an error or 0. */
-uint8_t stored_group(struct console *console);
 
 #endif

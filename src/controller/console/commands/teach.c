@@ -1,60 +1,61 @@
 /* teach: switches torque off so that a person can turn the servos, and on again where they are. */
 #include <string.h>
 
-#include "cds55xx/servo.h" // cds_servo_write_byte()
+#include "cds55xx/servo.h"     // cds_servo_write_byte()
+#include "cds55xx/torque_on.h" // cds_torque_on_poll()
 #include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
 
-/* Registers read before torque goes on: from the mode to the present position. */
-#define LOOK_FROM   CDS_REG_CW_ANGLE_LIMIT
-#define LOOK_SIZE   (CDS_REG_PRESENT_POSITION + 2 - LOOK_FROM)
-#define AT_TORQUE   (CDS_REG_TORQUE_ENABLE - LOOK_FROM)
-#define AT_POSITION (CDS_REG_PRESENT_POSITION - LOOK_FROM)
-
 enum choice { CHOICE_ON = 1, CHOICE_OFF } __attribute__((packed));
-enum phase { LOOK, GOAL, CHECK, TORQUE, DONE } __attribute__((packed));
 
 struct teach_job {
+    struct cds_torque_on torque_on; // of servo line.id
     uint8_t ids[PARSE_LIST_MAX];
     uint8_t count;
-    uint8_t error;   // of the first servo that failed
-    uint8_t goal[2]; // the present position of the servo, low byte first
+    uint8_t error; // of the first servo that failed
 };
 
 _Static_assert(sizeof(struct teach_job) <= CONSOLE_JOB_SIZE, "the job must fit");
 
-/* Submits the request of the present phase to servo line.id. Returns enum cds_result. */
-static uint8_t send(struct console *console)
+uint8_t torque_on_error(uint8_t reason)
 {
-    const struct teach_job *job = console_job(console);
-    const struct command_line *line = &console->line;
+    static const CDS_FLASH uint8_t errors[] = {
+        [CDS_REASON_NONE] = 0,
+        [CDS_REASON_NO_REPLY] = CDS_TIMEOUT,
+        [CDS_REASON_ALARM] = ERROR_ALARM,
+        [CDS_REASON_MODE] = ERROR_ENDLESS,
+        [CDS_REASON_VOLTAGE] = ERROR_VOLTAGE,
+        [CDS_REASON_POSITION] = CDS_LIMIT,
+        [CDS_REASON_REFUSED] = ERROR_GOAL,
+        [CDS_REASON_INHIBITED] = CDS_INHIBITED,
+    };
 
-    switch (console->phase) {
-    case LOOK: return servo_read(console, LOOK_FROM, LOOK_SIZE);
-    case GOAL:
-        return (uint8_t)cds_servo_write(console->bus, line->request, line->id,
-                                        CDS_REG_GOAL_POSITION, job->goal, sizeof job->goal);
-    case CHECK: // speed too: the permit wants to know both of a servo with soft limits
-        return servo_read(console, CDS_REG_GOAL_POSITION, 4);
-    default:
-        return (uint8_t)cds_servo_write_byte(console->bus, line->request, line->id,
-                                             CDS_REG_TORQUE_ENABLE, line->choice == CHOICE_OFF);
-    }
+    return errors[reason];
 }
 
 /* Begins with servo `index` of the list. False: there is none. */
 static bool begin_servo(struct console *console)
 {
-    const struct teach_job *job = console_job(console);
+    struct teach_job *job = console_job(console);
+    struct command_line *line = &console->line;
+    enum cds_result begun;
 
     if (console->index == job->count)
         return false;
-    console->line.id = job->ids[console->index];
-    console->phase = console->line.choice == CHOICE_OFF ? LOOK : TORQUE;
-    console->part = send(console);
+    line->id = job->ids[console->index];
+    if (line->choice == CHOICE_OFF)
+        begun = cds_torque_on_begin(&job->torque_on,
+                                    &(struct cds_torque_on_config){.bus = console->bus,
+                                                                   .request = line->request,
+                                                                   .id = line->id,
+                                                                   .last = CDS_TORQUE_ON_SWITCH});
+    else
+        begun =
+            cds_servo_write_byte(console->bus, line->request, line->id, CDS_REG_TORQUE_ENABLE, 0);
+    console->part = (uint8_t)begun;
     return true;
 }
 
@@ -63,9 +64,10 @@ static uint8_t teach_begin(struct console *console)
     const struct command_line *line = &console->line;
     const struct robot *robot = console->robot;
     struct teach_job *job = console_job(console);
+    uint8_t error = robot_busy(robot); // the next goals would move a servo that gets torque
 
-    if (robot->operation) // its next goals would move a servo whose torque is on again
-        return ERROR_CYCLE;
+    if (error)
+        return error;
     job->count = line->values ? line->values : robot->group_count;
     if (job->count == 0)
         return ERROR_NO_GROUP;
@@ -74,39 +76,36 @@ static uint8_t teach_begin(struct console *console)
     return 0;
 }
 
-/* Takes the reply of servo line.id, and stores the next phase. Returns an error or 0. */
-static uint8_t take_reply(struct console *console)
+/* Returns CDS_PENDING while torque of servo line.id is switched on; else an error or 0. */
+static uint8_t switch_on(struct console *console)
 {
-    const uint8_t *reply = console->line.request->reply;
     struct teach_job *job = console_job(console);
+    uint8_t bits = console->line.request->error, result = cds_torque_on_poll(&job->torque_on);
 
-    switch (console->phase++) {
-    case LOOK:
-        if (reply[AT_TORQUE]) // it holds its position: a new goal would move it
-            console->phase = DONE;
-        memcpy(job->goal, reply + AT_POSITION, sizeof job->goal);
-        return reply[0] | reply[1] | reply[2] | reply[3] ? 0 : (uint8_t)ERROR_ENDLESS;
-    case CHECK: return memcmp(reply, job->goal, sizeof job->goal) ? (uint8_t)ERROR_GOAL : 0;
-    default: return 0;
-    }
+    if (result != CDS_REFUSED)
+        return result;
+    result = error_of_servo(&bits);
+    return result ? result : torque_on_error(job->torque_on.reason);
 }
 
-/* Moves one servo on by one request. A servo that fails is left as it is, and printed. */
+/* As switch_on(), of either choice. */
+static uint8_t poll_servo(struct console *console)
+{
+    if (console->part) // it did not begin
+        return console->part;
+    if (console->line.choice == CHOICE_OFF)
+        return switch_on(console);
+    return console_waits(console) ? (uint8_t)CDS_PENDING : servo_outcome(console);
+}
+
+/* Moves one servo on. A servo that fails is left as it is, and printed. */
 static bool teach_poll(struct console *console)
 {
     struct teach_job *job = console_job(console);
-    uint8_t error = console->part; // of the submit
+    uint8_t error = poll_servo(console);
 
-    if (error == 0 && console_waits(console))
+    if (error == CDS_PENDING)
         return true;
-    if (error == 0)
-        error = servo_outcome(console);
-    if (error == 0)
-        error = take_reply(console);
-    if (error == 0 && console->phase < DONE) {
-        console->part = send(console);
-        return true;
-    }
     if (error) {
         servo_failed(console, error);
         if (job->error == 0)

@@ -1,0 +1,49 @@
+/* Two joints, servos 1 and 2, go to and fro by timed moves: both arrive after 1.5 s, smoothly. The
+ * program of docs/motion.md. */
+#include <cds55xx/motion.h>
+#include <cds55xx/robot.h>
+#include <cds55xx_avr.h>
+
+CDS_JOINTS(joints) = {
+    CDS_JOINT(1, CDS_FORWARD, 150000, -90000, 90000, 31000, CDS_JOINT_CDS55XX, "left"),
+    CDS_JOINT(2, CDS_REVERSED, 150000, -90000, 90000, 31000, CDS_JOINT_CDS55XX, "right"),
+};
+CDS_ROBOT(robot, joints);
+CDS_AVR_ROBOT(robot, 0)
+
+static struct cds_motion motion;
+static struct cds_motion_joint motion_joints[CDS_JOINT_COUNT(joints)];
+static uint16_t pose[CDS_JOINT_COUNT(joints)]; // stays in place until the move is over
+
+static void on_event(struct cds_robot *it)
+{
+    if (it->event.kind == CDS_ROBOT_STARTED)
+        cds_robot_begin_motion(it, &motion, motion_joints, NULL);
+}
+
+static void move_to(int32_t left_mdeg, int32_t right_mdeg)
+{
+    cds_robot_to_position(&robot, 0, left_mdeg, &pose[0]);
+    cds_robot_to_position(&robot, 1, right_mdeg, &pose[1]);
+    cds_motion_move(&motion, &(struct cds_move){.pose = pose, .time_ms = 1500});
+}
+
+int main(void)
+{
+    int32_t mdeg = 60000;
+
+    cds_avr_clock_open();
+    sei();
+    cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
+    robot.on_event = on_event;
+    cds_robot_start(&robot);
+    while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED) {
+        if (robot.state != CDS_ROBOT_RUNNING || cds_motion_is_busy(&motion) ||
+            motion.result == CDS_PENDING)
+            continue;
+        if (motion.move_result != CDS_OK) // refused for motion.joint; motion.shortest_ms works
+            cds_robot_stop(&robot);
+        move_to(mdeg, mdeg / 2);
+        mdeg = -mdeg;
+    }
+}

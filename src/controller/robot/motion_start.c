@@ -1,0 +1,291 @@
+/* The start of a motion; see motion_start.h. */
+#include "robot/motion_start.h"
+
+#include <stddef.h>
+#include <string.h>
+
+#include "cds55xx/torque_off.h" // CDS_TORQUE_OFF_OFF
+#include "robot/group_cycle.h"
+#include "robot/moves.h"
+
+enum phase {
+    CHECK_STEPS, // one step of the sequence in each poll
+    READ_SERVOS, // until the positions of all servos are known
+    BEGIN,       // until the motion takes the move
+    CHECK_MOVE,  // until the move has begun
+} __attribute__((packed));
+
+static struct motion_start *start_of(const struct robot *robot)
+{
+    return &robot->moves->start;
+}
+
+/* ---- begin ---- */
+
+bool motion_cycle_is_ending(const struct robot *robot)
+{
+    return robot->cycle && robot->moves->ends_cycle && !robot_is_in_motion(robot);
+}
+
+/* Returns 0 if a motion may be started now; `replaces`: also in place of a move under way. */
+static uint8_t may_start(const struct robot *robot, bool replaces)
+{
+    if (robot->moves == NULL)
+        return MOTION_OMITTED;
+    if (motion_cycle_is_ending(robot) || start_of(robot)->result == CDS_PENDING ||
+        moves_is_playing(robot) || (robot_is_in_motion(robot) && !replaces))
+        return MOTION_BUSY;
+    if (robot_is_stopping(robot))
+        return ROBOT_STOPPED;
+    return robot_is_inhibited(robot) ? (uint8_t)CDS_INHIBITED : 0;
+}
+
+uint8_t motion_may_start_sequence(const struct robot *robot, uint8_t place)
+{
+    char name[MOTION_STORE_NAME + 1];
+    uint8_t error = may_start(robot, false);
+
+    if (error)
+        return error;
+    if (motion_store_is_saving(robot->moves->store))
+        return MOTION_SAVING;
+    return motion_store_read_name(robot->moves->store, MOTION_STORE_SEQUENCE, place, name)
+               ? 0
+               : (uint8_t)MOTION_NO_SEQUENCE;
+}
+
+/* Starts a cycle unless one runs, and reserves the servos. The caller sets what is started. */
+static uint8_t begin(struct robot *robot, enum phase phase)
+{
+    struct moves *moves = robot->moves;
+    struct motion_start *start = &moves->start;
+    bool ends_cycle = robot->cycle == NULL || moves->ends_cycle;
+    uint8_t error = 0;
+
+    if (robot->group_count == 0)
+        return MOTION_NO_GROUP;
+    if (robot->cycle == NULL)
+        error = robot_start(robot, &motion_cycle, &moves->settings->cycle_us);
+    if (error)
+        return error;
+    start->begun_us = cds_port_now_us();
+    start->result = CDS_PENDING;
+    start->refusal = 0;
+    start->joint = MOTION_NO_JOINT;
+    start->phase = phase;
+    moves_reserve(robot, ends_cycle);
+    return 0;
+}
+
+uint8_t motion_start_sequence(struct robot *robot, uint8_t place, uint16_t repeats)
+{
+    struct motion_start *start = start_of(robot);
+    uint8_t error = motion_may_start_sequence(robot, place);
+
+    if (error == 0)
+        error = stored_group_choose(robot, robot->moves->store);
+    if (error == 0)
+        error = begin(robot, CHECK_STEPS);
+    if (error)
+        return error;
+    stored_joints_find(&start->joints, robot->moves->store, robot);
+    start->is_sequence = true;
+    start->place = place;
+    start->repeats = repeats;
+    start->step = 0;
+    return 0;
+}
+
+uint8_t motion_start_move(struct robot *robot, const struct cds_move *move)
+{
+    struct motion_start *start = start_of(robot);
+    uint8_t error = may_start(robot, true);
+
+    if (error == 0)
+        error = begin(robot, READ_SERVOS);
+    if (error)
+        return error;
+    start->is_sequence = false;
+    start->move = *move;
+    return 0;
+}
+
+/* ---- phases: each returns CDS_PENDING, or the result of the start ---- */
+
+/* The joint of the pose whose servo is known to have torque off: torque off for all has read that,
+ * and no packet has switched torque on since. MOTION_NO_JOINT: none is. */
+static uint8_t joint_without_torque(const struct robot *robot, const uint16_t *pose)
+{
+    const struct cds_servo_state *servo = robot->servos.states;
+
+    for (uint8_t left = robot->servos.count; left; left--, servo++) {
+        const uint8_t *id;
+
+        if (servo->torque || servo->torque_off != CDS_TORQUE_OFF_OFF)
+            continue;
+        id = memchr(robot->group, servo->id, robot->group_count);
+        if (id && pose[id - robot->group] != CDS_POSE_NONE)
+            return (uint8_t)(id - robot->group);
+    }
+    return MOTION_NO_JOINT;
+}
+
+/* CDS_PENDING if torque is not known to be off. */
+static uint8_t check_torque(const struct robot *robot, const uint16_t *pose)
+{
+    struct motion_start *start = start_of(robot);
+
+    start->joint = joint_without_torque(robot, pose);
+    return start->joint == MOTION_NO_JOINT ? (uint8_t)CDS_PENDING : (uint8_t)MOTION_TORQUE_OFF;
+}
+
+/* Is the pose of the step there, for servos of the group? */
+static uint8_t check_step(const struct robot *robot)
+{
+    static const CDS_FLASH uint8_t errors[] = {
+        [STORED_POSE_READ] = 0,
+        [STORED_POSE_MISSING] = MOTION_POSE_GONE,
+        [STORED_POSE_ABSENT] = MOTION_ABSENT,
+    };
+    const struct motion_store *store = robot->moves->store;
+    struct motion_start *start = start_of(robot);
+    struct motion_store_step step;
+    uint16_t pose[ROBOT_SERVOS];
+    uint8_t error;
+
+    if (!motion_store_read_step(store, start->place, start->step++, &step)) {
+        start->phase = READ_SERVOS;
+        return CDS_PENDING;
+    }
+    error = errors[stored_pose_read(store, &start->joints, motion_store_pose_of(store, step.pose),
+                                    pose)];
+    return error ? error : check_torque(robot, pose);
+}
+
+static uint8_t read_servos(const struct robot *robot)
+{
+    struct motion_start *start = start_of(robot);
+    uint8_t result = (uint8_t)group_cycle_known(robot, start->begun_us);
+
+    if (result != CDS_OK)
+        return result;
+    start->phase = BEGIN;
+    return start->is_sequence ? (uint8_t)CDS_PENDING : check_torque(robot, start->move.pose);
+}
+
+static uint8_t begin_motion(struct robot *robot)
+{
+    const struct moves *moves = robot->moves;
+    struct motion_start *start = start_of(robot);
+    enum cds_result result = start->is_sequence
+                                 ? moves_play(robot, moves->store, start->place, start->repeats,
+                                              moves->percent, moves->ends_cycle)
+                                 : moves_begin(robot, &start->move, moves->ends_cycle);
+
+    if (result == CDS_OK)
+        start->phase = CHECK_MOVE;
+    return result == CDS_OK || result == CDS_BUSY ? (uint8_t)CDS_PENDING : (uint8_t)result;
+}
+
+static uint8_t check_move(const struct robot *robot)
+{
+    const struct moves *moves = robot->moves;
+    struct motion_start *start = start_of(robot);
+    uint8_t result = moves->player.sequence.result;
+
+    if (result == CDS_OK || result == CDS_PENDING)
+        result = moves->motion.move_result;
+    if (result != CDS_OK && result != CDS_PENDING)
+        start->joint = moves->motion.joint;
+    return result;
+}
+
+static uint8_t poll_start(struct robot *robot)
+{
+    switch (start_of(robot)->phase) {
+    case CHECK_STEPS: return check_step(robot);
+    case READ_SERVOS: return read_servos(robot);
+    case BEGIN: return begin_motion(robot);
+    default: return check_move(robot);
+    }
+}
+
+/* ---- end ---- */
+
+/* The start has ended; a move under way goes on. */
+static void end_start(const struct robot *robot, uint8_t result)
+{
+    struct motion_start *start = start_of(robot);
+
+    start->result = result;
+    if (!moves_go_on(robot))
+        start->refusal = result;
+}
+
+static enum cds_result begin_cycle(struct robot *robot, const void *config)
+{
+    return moves_cycle.begin(robot, config);
+}
+
+static enum cds_result poll(struct robot *robot)
+{
+    struct motion_start *start = start_of(robot);
+    enum cds_result result;
+
+    if (start->result == CDS_PENDING) {
+        uint8_t error = poll_start(robot);
+
+        if (error != CDS_PENDING)
+            end_start(robot, error);
+    }
+    result = moves_cycle.poll(robot);
+    if (result != CDS_PENDING && start->result == CDS_PENDING)
+        end_start(robot, ROBOT_STOPPED);
+    return result;
+}
+
+/* Nothing reads the pose of a start after this: the console may use its buffer for another line. */
+static void abort_cycle(struct robot *robot)
+{
+    if (start_of(robot)->result == CDS_PENDING)
+        end_start(robot, ROBOT_STOPPED);
+    moves_cycle.abort(robot);
+}
+
+const CDS_FLASH struct robot_operation motion_cycle = {
+    .begin = begin_cycle, .poll = poll, .abort = abort_cycle};
+
+void motion_end(struct robot *robot)
+{
+    if (start_of(robot)->result == CDS_PENDING)
+        end_start(robot, CDS_CANCELLED);
+    moves_end(robot);
+}
+
+bool motion_may_pause(const struct robot *robot)
+{
+    return robot_is_in_motion(robot) && start_of(robot)->result != CDS_PENDING;
+}
+
+uint8_t motion_outcome(const struct robot *robot, uint8_t *joint)
+{
+    const struct moves *moves = robot->moves;
+    uint8_t result = moves->player.sequence.result;
+
+    *joint = MOTION_NO_JOINT;
+    if (moves->start.refusal) {
+        *joint = moves->start.joint;
+        result = moves->start.refusal;
+    } else if (moves->follow.result == CDS_TIMEOUT) {
+        *joint = moves->follow.joint;
+        return MOTION_STUCK;
+    } else {
+        if (result == CDS_OK || result == CDS_CANCELLED)
+            result = moves->motion.result;
+        if (result != CDS_OK && result != CDS_CANCELLED && result != CDS_PENDING)
+            *joint = moves->motion.joint;
+    }
+    if (result == CDS_PENDING) // the cycle has ended before the motion
+        return ROBOT_STOPPED;
+    return result == CDS_CANCELLED ? (uint8_t)MOTION_NONE : result;
+}

@@ -1,0 +1,83 @@
+/* Starts a motion of the group: a timed move, or a stored sequence. The motion runs in the running
+ * cycle, or in a cycle that is started for it and ends with it. The console and the virtual device
+ * start motions here, so both have the same checks.
+ *
+ *     error = motion_start_sequence(&robot, place, 1); // then, until it is not CDS_PENDING:
+ *     error = robot.moves->start.result;
+ *
+ * Main context. */
+#ifndef CONTROLLER_MOTION_START_H
+#define CONTROLLER_MOTION_START_H
+
+#include "cds55xx/motion.h"    // struct cds_move
+#include "robot/robot.h"       // struct robot
+#include "robot/stored_pose.h" // struct stored_joints
+
+/* What these functions return beside enum cds_result and enum robot_refusal: numbers of errors in
+ * docs/errors.md. */
+enum motion_refusal {
+    MOTION_NO_GROUP = 45,
+    MOTION_OMITTED = 55, // this firmware has no motions
+    MOTION_BUSY = 58,    // a motion is under way
+    MOTION_SAVING = 63,  // the EEPROM is being written
+    MOTION_NO_SEQUENCE = 75,
+    MOTION_POSE_GONE = 78,  // a step names a deleted pose
+    MOTION_NONE = 79,       // no motion is under way, or it was ended
+    MOTION_ABSENT = 81,     // a joint of a pose is not in the group
+    MOTION_STUCK = 83,      // a joint does not follow its goals
+    MOTION_TORQUE_OFF = 84, // torque of a joint is off
+};
+
+#define MOTION_NO_JOINT UINT8_MAX
+
+/* Part of struct moves. Programs read the first three fields. */
+struct motion_start {
+    uint8_t result;  // CDS_PENDING while a motion starts; CDS_OK: it has begun; else why it has not
+    uint8_t refusal; // why no motion is under way: `result` of the last start; 0 if one has begun
+    uint8_t joint;   // of the group, for which it was refused; MOTION_NO_JOINT: for none
+    uint8_t phase;
+    bool is_sequence;
+    uint8_t place;     // of the sequence
+    uint8_t step;      // that is checked next
+    uint16_t repeats;  // of the sequence
+    uint32_t begun_us; // when the cycle was started
+    struct cds_move move;
+    struct stored_joints joints;
+};
+
+/* As group_cycle (group_cycle.h), with the motions of the group: moves_cycle and their start. */
+extern const CDS_FLASH struct robot_operation motion_cycle;
+
+/* Returns 0 if a stored sequence may be started now: motion_start_sequence() would return 0, unless
+ * robot_choose_group() or robot_start() refuses. Else MOTION_OMITTED, MOTION_BUSY (also while the
+ * cycle of the last motion ends), ROBOT_STOPPED, CDS_INHIBITED, MOTION_SAVING or
+ * MOTION_NO_SEQUENCE: no whole sequence is at `place`, which may be MOTION_STORE_NONE. Takes up to
+ * 0.4 ms. */
+uint8_t motion_may_start_sequence(const struct robot *robot, uint8_t place);
+
+/* Starts the sequence at `place` of the store, `repeats` times; 0: for ever. moves_set_override()
+ * sets its speed. If no group is chosen, the joints of the stored poses become the group. Returns
+ * 0: it starts; else an error as motion_may_start_sequence(), MOTION_NO_GROUP, ROBOT_TOO_MANY,
+ * ROBOT_BUSY, or the enum cds_result of cds_cycle_begin(). */
+uint8_t motion_start_sequence(struct robot *robot, uint8_t place, uint16_t repeats);
+
+/* Starts a timed move, which may take the place of a move under way. `move->pose` stays in place
+ * while start.result is CDS_PENDING. The override becomes 100%. Returns as motion_start_sequence(),
+ * but neither MOTION_SAVING nor MOTION_NO_SEQUENCE. */
+uint8_t motion_start_move(struct robot *robot, const struct cds_move *move);
+
+/* Returns how the last motion has ended, when none is under way: CDS_OK; MOTION_NONE: it was ended
+ * by motion_end(); ROBOT_STOPPED; MOTION_STUCK; or an enum cds_result or enum motion_refusal. If a
+ * joint is the reason, *joint is its index in the group, else MOTION_NO_JOINT. */
+uint8_t motion_outcome(const struct robot *robot, uint8_t *joint);
+
+/* True while the cycle of a motion that has ended still runs: at most for a period. */
+bool motion_cycle_is_ending(const struct robot *robot);
+
+/* True if a motion can be paused or resumed: it has begun and not ended. */
+bool motion_may_pause(const struct robot *robot);
+
+/* Ends the motion that starts or is under way: the joints come to rest on their way. */
+void motion_end(struct robot *robot);
+
+#endif

@@ -1,0 +1,63 @@
+/* Commands that need the robot for themselves, beside an operation, a motion or a stop. */
+#include "console_rig.h"
+
+static enum cds_result begin(struct robot *of, const void *config)
+{
+    (void)of;
+    (void)config;
+    return CDS_OK;
+}
+
+static enum cds_result poll(struct robot *of)
+{
+    (void)of;
+    return CDS_PENDING;
+}
+
+static const CDS_FLASH struct robot_operation operation = {.begin = begin, .poll = poll};
+
+void setUp(void)
+{
+    begin_console();
+    robot.group[0] = 1;
+    robot.group_count = 1;
+    memset(&robot.work, 0xA5, sizeof robot.work);
+    TEST_ASSERT_EQUAL_UINT8(0, robot_start(&robot, &operation, NULL));
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+/* Every command that needs the group or robot->work for itself ends with this error. */
+static void assert_refused(const char *error)
+{
+    static const char *const lines[] = {"pose 90",  "group 2", "teach off",
+                                        "teach on", "scan",    "servos forget"};
+
+    for (uint8_t i = 0; i < sizeof lines / sizeof lines[0]; i++) {
+        TEST_ASSERT_EQUAL_STRING_LEN_MESSAGE(error, reply_to(lines[i]), strlen(error), lines[i]);
+        for (uint16_t at = 0; at < sizeof robot.work; at++)
+            TEST_ASSERT_EQUAL_HEX8(0xA5, ((const uint8_t *)&robot.work)[at]);
+    }
+    TEST_ASSERT_EQUAL_UINT8(1, robot.group_count);
+    TEST_ASSERT_EQUAL_UINT8(1, robot.group[0]);
+}
+
+void test_commands_beside_an_operation_are_refused(void)
+{
+    assert_refused("error 43: ");
+}
+
+void test_commands_beside_a_motion_are_refused(void)
+{
+    cds_servos_reserve(&robot.servos, NULL, robot.group, 1);
+    assert_refused("error 58: ");
+}
+
+void test_commands_beside_a_stop_are_refused(void)
+{
+    robot_stop(&robot); // it waits for the end of the operation
+    assert_refused("error 54: ");
+}
