@@ -1,14 +1,38 @@
 # The whole build, out of tree below build/. `make help` lists the targets; V=1 shows the commands.
 #
 #   BOARD=name   one of boards/          DEPS=no    install nothing, name what is missing
+#   BOARD_DIR=   or the folder of a board of yours
 #   PROFILE=name bridge, console, full   UNITY=dir  your own copy of Unity 2.7 (its src/ and auto/)
 
+ifneq ($(BOARD_DIR),)
+ifneq ($(filter command%,$(origin BOARD)),)
+$(error BOARD names a board of boards/, BOARD_DIR the folder of another one: leave one of them out)
+endif
+ifneq ($(words $(BOARD_DIR)),1)
+$(error BOARD_DIR='$(BOARD_DIR)' has a blank, which make takes for the end of a name)
+endif
+override BOARD_DIR := $(abspath $(BOARD_DIR))
+override BOARD := $(notdir $(BOARD_DIR))
+endif
+
+BOARD_IS_ASKED_FOR := $(BOARD)
 BOARD ?= atmega128
 BOARDS := $(sort $(notdir $(patsubst %/board.mk,%,$(wildcard boards/*/board.mk))))
 # $(1) if it is one word of the list $(2), else nothing.
 one_of = $(if $(filter 1,$(words $(1))),$(filter $(2),$(1)))
+ifeq ($(BOARD_DIR),)
 ifneq ($(or $(call one_of,$(BOARD),$(BOARDS)),no board),$(BOARD))
 $(error there is no board '$(BOARD)'; BOARD= one of: $(BOARDS))
+endif
+else ifneq ($(filter $(BOARD),$(BOARDS)),)
+$(error boards/ has a board '$(BOARD)', too: give the folder $(BOARD_DIR) another name)
+endif
+BOARD_FOLDER := $(or $(BOARD_DIR),boards/$(BOARD))
+ifneq ($(BOARD_IS_ASKED_FOR),)
+LACKS := $(shell scripts/board.py '$(BOARD_FOLDER)')
+ifneq ($(LACKS),)
+$(error $(LACKS))
+endif
 endif
 
 # $(call say,WHAT,FILE) in a recipe: the step that begins. On a terminal it is one line, which the next step
@@ -38,7 +62,7 @@ endif
 .SECONDARY:
 .DEFAULT_GOAL := help
 
-PARTS := mk/avr.mk sim/sim.mk mk/benchmark.mk test/test.mk mk/check.mk mk/site.mk
+PARTS := mk/library.mk mk/avr.mk sim/sim.mk mk/install.mk mk/benchmark.mk test/test.mk mk/check.mk mk/site.mk
 
 WARNINGS := -Wall -Wextra -Wconversion -Wvla -Werror
 DEPFILES := -MMD -MP

@@ -7,7 +7,7 @@
  * 150 degrees a leg points straight out, its femur is level and its tibia points down. */
 #include <cds55xx/gait.h>
 #include <cds55xx/robot.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 #define WALK_PERIODS 1500 // 6 s
 

@@ -2,7 +2,7 @@
  * a state check, and torque off for all as soon as something is wrong. Put your own gait into
  * gait(). Nothing here waits. */
 #include <cds55xx/robot.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 /* 62 degrees to both sides of the middle, 31 RPM. */
 #define LEG(id, direction, name)                                                                   \

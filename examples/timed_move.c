@@ -2,7 +2,7 @@
  * program of docs/motion.md. */
 #include <cds55xx/motion.h>
 #include <cds55xx/robot.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 CDS_JOINTS(joints) = {
     CDS_JOINT(1, CDS_FORWARD, 150000, -90000, 90000, 31000, CDS_JOINT_CDS55XX, "left"),

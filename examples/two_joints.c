@@ -1,6 +1,6 @@
 /* Two joints, servos 1 and 2, to and fro in step: the program of the README. */
 #include <cds55xx/robot.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 CDS_JOINTS(joints) = {
     CDS_JOINT(1, CDS_FORWARD, 150000, -90000, 90000, 31000, CDS_JOINT_CDS55XX, "left"),

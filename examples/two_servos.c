@@ -1,7 +1,7 @@
 /* Two servos, IDs 1 and 2, to and fro in step: the shortest program, without any check. */
 #include <cds55xx/sync_write.h>
 #include <cds55xx/servo.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 #include <util/delay.h>
 
 static struct cds_bus bus;

@@ -1,21 +1,11 @@
-# The AVR side, for each board, in build/<board>/:
+# The AVR side, for each board, in build/<board>/ (mk/library.mk has the library that they link):
 #
-#   libcds55xx.a        the library
 #   bridge.elf, console.elf, full.elf   the controller's firmware, one for each profile
 #   firmware.elf        the board's own program, where board.mk names a FIRMWARE: such a board has no profile
 #   controller.elf      a copy of one of these: what `make flash` writes to the board
 #   examples/*.elf      the programs of examples/
 #   firmware/*.elf      small programs of the tests; benchmark/*.elf: those of make bench
 
-# The same sources make the same bytes, wherever they are. PWD: the name of the folder in the debugging information,
-# which a debugger takes for its own. -frandom-seed: names in the objects come from the target, not from a random
-# number.
-AVR_CC = PWD=/proc/self/cwd avr-gcc -frandom-seed=$@
-AVR_AR := avr-gcc-ar
-AVR_SIZE := avr-size
-# -mstrict-X: without it gcc 5 adds an offset to X and subtracts it again for each field.
-AVR_COMMON := -std=gnu99 -Os -gdwarf-2 -flto -ffat-lto-objects -ffunction-sections -fdata-sections \
-	-fno-common -mstrict-X $(WARNINGS)
 # -flto-partition=none: a debugger finds static variables and lines after link-time optimisation.
 # mk/constants.ld is a linker script: it fails if constants do not end within 64 KB.
 AVR_LINK := -flto-partition=none -Wl,--gc-sections -Wl,--relax mk/constants.ld
@@ -27,14 +17,10 @@ CONTROLLER_LDFLAGS := -mcall-prologues -fipa-pta
 # most use: 0.5 KB less flash.
 CONTROLLER_CFLAGS := -fno-inline-small-functions -fno-move-loop-invariants -fira-algorithm=priority
 
-CORE_SRC := $(wildcard src/core/*/*.c)
-AVR_SRC := $(wildcard src/avr/*.c)
 EXAMPLE_SRC := $(wildcard examples/*.c)
 # Examples that need more RAM or flash than a board has.
 TOO_LARGE_EXAMPLES := $(patsubst %,build/arduino-uno/examples/%.elf,hexapod timed_move)
 EXAMPLES := $(filter-out $(TOO_LARGE_EXAMPLES),$(foreach b,$(BOARDS),$(EXAMPLE_SRC:examples/%.c=build/$(b)/examples/%.elf)))
-
-LIBRARY_SRC := $(CORE_SRC) $(AVR_SRC)
 
 # Hardware that only the firmware uses: the serial port to the PC, EEPROM, watchdog, RAM.
 CONTROLLER_AVR_SRC := $(wildcard src/controller/avr/*.c)
@@ -66,10 +52,10 @@ profile_objects = $(foreach s,$(3),$(if $(filter console/src/controller/console/
 # The rules of board $(1), whose folder is $(2). Call read_board first: the rules use its variables.
 define board_rules
 $(1)_MCU := $(MCU)
-$(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(INCLUDES) -Isrc/avr -Isrc/controller $(AVR_COMMON)
+$(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(INCLUDES) -Isrc/controller $(AVR_COMMON)
 $(1)_BUDGETS := $(FLASH_MAX) $(RAM_MAX)
-$(1)_PROFILE := $(if $(FIRMWARE),,$(or $(ASKED_PROFILE),$(PROFILE),full))
-$(1)_PROFILES := $(if $(FIRMWARE),,$(or $(PROFILES),$(ALL_PROFILES)))
+$(1)_PROFILE := $(if $(FIRMWARE),,$(or $(ASKED_PROFILE),$(PROFILE),$(lastword $(PROFILES))))
+$(1)_PROFILES := $(if $(FIRMWARE),,$(PROFILES))
 
 build/$(1)/flags: force
 	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_CFLAGS) $$(CONTROLLER_LDFLAGS))
@@ -84,20 +70,12 @@ build/$(1)/console/%.o: %.c build/$(1)/flags | tools
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(CONTROLLER_CFLAGS) $$(console_CFLAGS) $$(DEPFILES) -c $$< -o $$@
 
-# Rewritten when a source is added or removed, so that the archive is built again.
-build/$(1)/sources: force
-	$$(call stamp,$(LIBRARY_SRC))
-
-build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o) build/$(1)/sources
-	$$(call say,AR,$$@)
-	$$(Q)rm -f $$@ && $$(AVR_AR) rcsD $$@ $$(filter %.o,$$^)
-
 $(foreach p,$(ALL_PROFILES),
-build/$(1)/$(p).elf: $(call profile_objects,$(1),$(p),$($(p)_SRC) $(CONTROLLER_AVR_SRC)) build/$(1)/libcds55xx.a
+build/$(1)/$(p).elf: $(call profile_objects,$(1),$(p),$($(p)_SRC) $(CONTROLLER_AVR_SRC)) $(call library_of,$(MCU))
 	$$(call say,LD,$$@)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LDFLAGS) $$^ -o $$@
 )
-build/$(1)/firmware.elf: $(FIRMWARE:%.c=build/$(1)/obj/%.o) build/$(1)/libcds55xx.a
+build/$(1)/firmware.elf: $(FIRMWARE:%.c=build/$(1)/obj/%.o) $(call library_of,$(MCU))
 	$$(call say,LD,$$@)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
@@ -108,26 +86,26 @@ build/$(1)/profile: force
 build/$(1)/controller.elf: build/$(1)/$$(or $$($(1)_PROFILE),firmware).elf build/$(1)/profile
 	$$(Q)cp $$< $$@
 
-build/$(1)/examples/%.elf: build/$(1)/obj/examples/%.o build/$(1)/libcds55xx.a
+build/$(1)/examples/%.elf: build/$(1)/obj/examples/%.o $(call library_of,$(MCU))
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
 # Programs of the tests that link the library as a robot's firmware does.
-build/$(1)/firmware/%.elf: build/$(1)/obj/test/firmware/library/%.o build/$(1)/libcds55xx.a
+build/$(1)/firmware/%.elf: build/$(1)/obj/test/firmware/library/%.o $(call library_of,$(MCU))
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
 # Programs of make bench, linked in the same way.
-build/$(1)/benchmark/%.elf: build/$(1)/obj/test/benchmark/%.o build/$(1)/libcds55xx.a
+build/$(1)/benchmark/%.elf: build/$(1)/obj/test/benchmark/%.o $(call library_of,$(MCU))
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
 # The firmware with a flood of host bytes; flood.c includes main.c.
 build/$(1)/firmware/flood.elf: build/$(1)/obj/test/firmware/library/flood.o \
-		$(call profile_objects,$(1),console,$(filter-out %/main.c,$(console_SRC)) $(CONTROLLER_AVR_SRC)) build/$(1)/libcds55xx.a
+		$(call profile_objects,$(1),console,$(filter-out %/main.c,$(console_SRC)) $(CONTROLLER_AVR_SRC)) $(call library_of,$(MCU))
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LDFLAGS) $$^ -o $$@
@@ -137,35 +115,45 @@ build/$(1)/%.hex: build/$(1)/%.elf
 	$$(Q)avr-objcopy -O ihex -R .eeprom $$< $$@
 endef
 
-# The variables that a board.mk may set. read_board empties all of them before it includes the file: else a
-# board that leaves one out would take the value of the board before it.
-#   PROFILE    the profile of the board's firmware (default: full); PROFILE= on the command line or in the
-#              environment overrides it
-#   PROFILES   the profiles that its flash has room for (default: all)
+# The variables that a board.mk may set. read_board gives all of them their defaults before it includes the file:
+# else a board that leaves one out would take the value of the board before it. Only MCU has no default.
+#   FLASH_MAX, RAM_MAX   budgets; -: what the chip has, less 640 bytes of stack
+#   PROFILE    the profile of the board's firmware (default: the last of PROFILES); PROFILE= on the command line or
+#              in the environment overrides it
+#   PROFILES   the profiles that its flash has room for (default: all if it has 128 KB, else without full)
 #   FUSES      what avrdude writes (-U lfuse:w:...); as-shipped: the fuses are right as shipped; empty: not known
 BOARD_FIELDS := MCU F_CPU FLASH_MAX RAM_MAX PROGRAMMER PORT FLASH_FLAGS FLASH_NOTE FUSES FIRMWARE SIM_MCU PROFILE PROFILES
-# $(1): the folder of the board, $(2): the variables that its board.mk must set
+default_F_CPU := 16000000
+default_FLASH_MAX := -
+default_RAM_MAX := -
+default_PROGRAMMER := usbasp
+default_PORT := usb
+default_PROFILES = $(if $(filter $(avr5_MCUS),$(MCU)),bridge console,$(ALL_PROFILES))
+# $(1): the folder of the board
 read_board = $(foreach f,$(BOARD_FIELDS),$(eval $(f) :=))$(eval include $(1)/board.mk)$(foreach \
-	f,$(2),$(if $(strip $($(f))),,$(error $(1)/board.mk: $(f) is missing)))
-BOARD_REQUIRED := MCU F_CPU FLASH_MAX RAM_MAX PROGRAMMER PORT
+	f,$(BOARD_FIELDS),$(if $(strip $($(f))),,$(eval $(f) := $(default_$(f)))))$(if \
+	$(call one_of,$(MCU),$(LIBRARY_MCUS)),,$(error $(1)/board.mk: $(if $(MCU),there is no library for MCU \
+	'$(MCU)',MCU is missing); MCU := one of: $(LIBRARY_MCUS)))$(if \
+	$(FIRMWARE),,$(if $(filter $(SMALL_MCUS),$(MCU)),$(error $(1)/board.mk: the controller does not fit the RAM of \
+	$(MCU); name a program of yours in FIRMWARE)))
 
 # The rules of all boards. A board without a host link has a FIRMWARE: the source of its own program.
-$(foreach b,$(BOARDS),$(call read_board,boards/$(b),$(BOARD_REQUIRED))$(eval $(call board_rules,$(b),boards/$(b))))
+$(foreach b,$(BOARDS),$(call read_board,boards/$(b))$(eval $(call board_rules,$(b),boards/$(b))))
 
 # Boards of the tests: wirings that no real board has.
 TEST_BOARDS := adapter adapter-echo
 # Board of make bench: another chip, to compare with.
 BENCH_BOARDS := atmega644p
-$(foreach b,$(TEST_BOARDS) $(BENCH_BOARDS),$(call read_board,test/boards/$(b),MCU F_CPU)$(eval $(call board_rules,$(b),test/boards/$(b))))
+$(foreach b,$(TEST_BOARDS) $(BENCH_BOARDS),$(call read_board,test/boards/$(b))$(eval $(call board_rules,$(b),test/boards/$(b))))
 
 # $(1): board. profile_elfs: the ELF of each profile that fits its flash, or of its own program. too_large: the
 # profiles that do not fit.
 profile_elfs = $(if $($(1)_PROFILE),$($(1)_PROFILES:%=build/$(1)/%.elf),build/$(1)/firmware.elf)
 too_large = $(if $($(1)_PROFILE),$(patsubst %,$(1)/%.elf,$(filter-out $($(1)_PROFILES),$(ALL_PROFILES))))
-PROFILE_ELFS := $(foreach b,$(BOARDS),$(call profile_elfs,$(b)))
 
 # The variables of the board asked for.
-$(call read_board,boards/$(BOARD),$(BOARD_REQUIRED))
+$(call read_board,$(BOARD_FOLDER))
+$(if $(BOARD_DIR),$(eval $(call board_rules,$(BOARD),$(BOARD_DIR))))
 # A make that this one starts gets the PROFILE that was asked for, not the one of board.mk.
 PROFILE := $(ASKED_PROFILE)
 
@@ -178,9 +166,9 @@ $(error profile '$(ASKED_PROFILE)' does not fit the flash of $(BOARD); PROFILE= 
 endif
 endif
 
-## lib: build/BOARD/libcds55xx.a
+## lib: build/lib/libcds55xx-<mcu>.a for the chip of BOARD
 .PHONY: lib
-lib: build/$(BOARD)/libcds55xx.a
+lib: $(call library_of,$(MCU))
 	$(call built,$^)
 
 ## firmware: build/BOARD/controller.elf and .hex (PROFILE=bridge, console or full)
@@ -190,15 +178,17 @@ firmware: build/$(BOARD)/controller.elf build/$(BOARD)/controller.hex
 
 ## examples: the programs of examples/, for BOARD
 .PHONY: examples
-examples: $(filter build/$(BOARD)/%,$(EXAMPLES))
+examples: $(filter-out $(TOO_LARGE_EXAMPLES),$(EXAMPLE_SRC:examples/%.c=build/$(BOARD)/examples/%.elf))
 	$(call built,$^)
 
-## size: flash and RAM of each profile on every board beside its budget
+## size: flash and RAM of each profile on every board, or of BOARD_DIR, beside its budget
+SIZED := $(if $(BOARD_DIR),$(BOARD),$(BOARDS))
+NOTED := $(if $(BOARD_DIR),,$(EXAMPLES))
 .PHONY: size
-size: $(PROFILE_ELFS) $(EXAMPLES)
+size: $(foreach b,$(SIZED),$(call profile_elfs,$(b))) $(NOTED)
 	$(clear)
-	@scripts/size.py $(foreach b,$(BOARDS),$(foreach f,$(call profile_elfs,$(b)),$(f) $($(b)_BUDGETS))) \
-	  --note $(EXAMPLES) --too-large $(foreach b,$(BOARDS),$(call too_large,$(b)))
+	@scripts/size.py $(foreach b,$(SIZED),$(foreach f,$(call profile_elfs,$(b)),$(f) $($(b)_BUDGETS))) \
+	  --note $(NOTED) --too-large $(foreach b,$(SIZED),$(call too_large,$(b)))
 
 ## size-map: what the flash of BOARD's firmware is made of, by folder and file
 .PHONY: size-map
@@ -206,11 +196,21 @@ size-map: build/$(BOARD)/controller.elf
 	$(clear)
 	@scripts/size-map.py $<
 
-## flash: write the firmware with avrdude (PROGRAMMER=, PORT=)
+ifneq ($(ELF),)
+ifeq ($(wildcard $(ELF)),)
+$(error ELF=$(ELF) does not exist: name the program that make flash shall write)
+endif
+build/$(BOARD)/flash.hex: $(ELF) force | tools
+	@mkdir -p $(@D)
+	$(Q)avr-objcopy -O ihex -R .eeprom $< $@
+endif
+FLASH_HEX := build/$(BOARD)/$(if $(ELF),flash,controller).hex
+
+## flash: write the firmware, or another program (ELF=), with avrdude (PROGRAMMER=, PORT=)
 .PHONY: flash
-flash: port build/$(BOARD)/controller.hex
+flash: port $(FLASH_HEX)
 	$(if $(FLASH_NOTE),$(clear); echo 'note: $(FLASH_NOTE)')
-	@scripts/avrdude.sh '$(PORT)' -p $(MCU) -c $(PROGRAMMER) $(FLASH_FLAGS) -U flash:w:build/$(BOARD)/controller.hex:i
+	@scripts/avrdude.sh '$(PORT)' -p $(MCU) -c $(PROGRAMMER) $(FLASH_FLAGS) -U flash:w:$(FLASH_HEX):i
 
 # Before the build, which takes longer.
 .PHONY: port
@@ -224,7 +224,7 @@ ifneq ($(filter as-shipped,$(FUSES)),)
 	@echo 'the fuses of $(BOARD) are right as shipped: nothing to write'
 else
 	$(if $(filter -U,$(FUSES)),,@echo 'the right fuses of $(BOARD) are not known: nothing is written; look them up in the' \
-	  'documents of the board, then set FUSES in boards/$(BOARD)/board.mk'; false)
+	  'documents of the board, then set FUSES in $(BOARD_FOLDER)/board.mk'; false)
 	@scripts/avrdude.sh '$(PORT)' -p $(MCU) -c $(PROGRAMMER) $(FUSES)
 endif
 

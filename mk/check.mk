@@ -1,10 +1,11 @@
 # Checks, and documents that are made from tables.
 
-FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] src/*/*/*.[ch] src/*/*/*/*.[ch] sim/*.[ch] sim/*/*.[ch] boards/*/*.h examples/*.c \
+FORMATTED := $(wildcard include/cds55xx/*.h include/cds55xx/*/*.h src/*/*.[ch] src/*/*/*.[ch] src/*/*/*/*.[ch] sim/*.[ch] sim/*/*.[ch] boards/*/*.h examples/*.c examples/*/*.c \
 	test/*/*.[ch] test/*/*/*.[ch])
 
 # Each public header compiles alone, as C99 and as C++11.
-PUBLIC_HEADERS := $(wildcard include/cds55xx/*.h)
+PUBLIC_HEADERS := $(filter-out %/avr.h,$(wildcard include/cds55xx/*.h))
+PORT_HEADERS := include/cds55xx/avr.h $(wildcard include/cds55xx/avr/*.h)
 ALONE := -pedantic-errors -Wall -Wextra -Werror -fsyntax-only -Iinclude
 
 GENERATED_DOCS := errors registers settings console device
@@ -21,11 +22,13 @@ check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
 	@echo '  CHECK    links'; scripts/links.py
 	@scripts/readme.py --check
 	@echo '  CHECK    docs/internals/conformance.md'; scripts/conformance.py
-	@echo '  CHECK    machine code'; scripts/elf.py $(BOARDS:%=build/%/libcds55xx.a) \
+	@echo '  CHECK    machine code'; scripts/elf.py $(sort $(foreach b,$(BOARDS),$(call library_of,$($(b)_MCU)))) \
 	  $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 	@echo '  CHECK    headers'; for h in $(PUBLIC_HEADERS); do \
 	  echo 'extern int not_empty;' | gcc -std=c99 $(ALONE) -include $$h -x c - && \
 	  echo 'extern int not_empty;' | avr-g++ -mmcu=atmega128 -std=c++11 $(ALONE) -include $$h -x c++ - || exit 1; done
+	@for h in $(PORT_HEADERS); do for l in 'c -std=gnu99' 'c++ -std=gnu++11'; do echo 'extern int not_empty;' | \
+	  $(AVR_CC) -mmcu=atmega128 -DF_CPU=16000000UL -Os -Iboards/atmega128 $(ALONE) -include $$h -x $$l - || exit 1; done; done
 	@$(MAKE) --no-print-directory size
 
 ## eva: Frama-C Eva looks for run-time errors in ring, parser, packet, link and bus (2 min)

@@ -1,7 +1,5 @@
 # What leaves the tree: the site (API reference and documents as HTML), and a release.
 
-VERSION = $(shell sed -n 's/^\#define CDS_VERSION "\(.*\)"/\1/p' include/cds55xx/version.h)
-
 ## site: API reference and documents as HTML, in build/site; fails if a public item is not documented
 .PHONY: site
 site:

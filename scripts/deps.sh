@@ -2,7 +2,7 @@
 # Looks for what the build, the simulator and the tests need, and installs what is missing: Debian
 # packages with apt-get (through sudo when not root), Unity out of the gem of its authors. With
 # everything there it takes a fraction of a second and touches nothing.
-#   usage: deps.sh packages|unity|eva|site
+#   usage: deps.sh packages|unity|eva|site|test-build
 #   DEPS=no      install nothing; name what is missing and fail
 #   UNITY=DIR    where Unity is, or is to be put (default build/unity)
 set -eu
@@ -34,6 +34,11 @@ WANTED_BY_EVA='
 # Only make site needs it.
 WANTED_BY_SITE='
 /usr/bin/doxygen                    doxygen
+'
+# Only make test-build needs these: it builds the examples with the installed library.
+WANTED_BY_TEST_BUILD='
+/usr/bin/cmake                      cmake
+/usr/bin/pkg-config                 pkgconf
 '
 GEM=ceedling
 GEM_VERSION=1.2.1
@@ -83,10 +88,11 @@ fetch_unity()
 }
 
 case "${1:-}" in
-packages | eva | site)
+packages | eva | site | test-build)
     case $1 in
     eva) WANTED=$WANTED_BY_EVA ;;
     site) WANTED=$WANTED_BY_SITE ;;
+    test-build) WANTED=$WANTED_BY_TEST_BUILD ;;
     esac
     packages=$(missing_packages | sort -u | tr '\n' ' ')
     [ -n "$packages" ] || exit 0
@@ -105,7 +111,7 @@ unity)
     fetch_unity
     ;;
 *)
-    echo "usage: deps.sh packages|unity|eva|site" >&2
+    echo "usage: deps.sh packages|unity|eva|site|test-build" >&2
     exit 2
     ;;
 esac

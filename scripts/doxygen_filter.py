@@ -99,7 +99,7 @@ class Lines:
                 end = re.compile(r"[;{,}]\s*(?:__attribute__\(\(packed\)\);)?\s*(//.*)?$|//")
                 if not line.startswith(" "): # a declaration, up to its end or to the body
                     end = re.compile(r"[;{]\s*(//.*)?$")
-                text = self.until(lambda line: end.search(line) or self.lines[0].startswith("{"))
+                text = self.until(lambda line: end.search(line) or not self.lines or self.lines[0].startswith("{"))
                 yield "code", *self.behind(text)
 
     def behind(self, text):
@@ -175,7 +175,7 @@ def target(path, link):
         return f"{page}.html" + (f"#{label(file)}-{heading}" if heading else "")
     if file == "include/cds55xx":
         return "files.html"
-    if file.startswith("include/cds55xx/") and file.endswith(".h"):
+    if os.path.dirname(file) == "include/cds55xx" and file.endswith(".h"):
         return os.path.basename(file).replace("_", "__").replace(".h", "_8h.html")
     return "files/" + file
 

@@ -719,7 +719,7 @@ JOBS = {
     "polls": polls,
     "bulk": bulk,
     "bridge": bridge,
-    "shipped": lambda: shipped("irq_off_max", "atmega128", "arduino-mega", "cm510", "arduino-uno"),
+    "shipped": lambda: shipped("irq_off_max", "atmega128", "atmega1284p", "arduino-mega", "cm510", "arduino-uno"),
     "shipped_tied": lambda: shipped("irq_off_max_tied", "arbotix"),
     "handlers": lambda: handlers("atmega128"),
     "handlers_2560": lambda: handlers("arduino-mega", "_2560"),

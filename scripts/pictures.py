@@ -215,8 +215,7 @@ def bus():
 CONTROLLER = ("controller", "src/controller: the firmware", ["main.c", "host/", "console/", "profiles/", "robot/", "avr/"])
 ROBOT_PROGRAM = ("your program", "examples/: linked with the library",
                  ["two_servos.c", "two_joints.c", "robot.c", "hexapod.c"])
-PORT = ("AVR port", "src/avr: of the library, only this folder knows a register of the chip",
-        ["usart", "handlers", "clock", "now"])
+PORT = ("AVR port", "include/cds55xx/avr: only this folder knows a register", ["usart", "handlers", "clock", "timer"])
 
 
 def draw_storey(drawing, x, y, width, name, what, modules, colour):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Flash and static RAM of firmwares beside their budgets, and the RAM of the chip that is left to the
+"""Flash and static RAM of firmwares beside their budgets (-: what the chip has, less STACK bytes of RAM), and the RAM of the chip that is left to the
 stack; exit 1 when one is over.
 
 usage: size.py ELF FLASH_MAX RAM_MAX [ELF FLASH_MAX RAM_MAX ...] [--note ELF ...] [--too-large NAME ...]
@@ -12,6 +12,7 @@ import sys
 
 NOTE = ".note.gnu.avr.deviceinfo"
 NOTE_HEAD = 16 # bytes before flash start and size, RAM start and size
+STACK = 640
 
 
 def sizes(elf):
@@ -26,12 +27,12 @@ def sizes(elf):
             data + sections.get(".bss", 0) + sections.get(".noinit", 0))
 
 
-def ram_of_chip(elf):
-    """Bytes, as avr-gcc's start-up code has noted it."""
+def chip_of(elf):
+    """(flash, RAM) in bytes, as avr-gcc's start-up code has noted them."""
     text = subprocess.check_output(["avr-objdump", "-s", "-j", NOTE, elf], text=True)
     words = re.findall(r"^ [0-9a-f]+ ((?:[0-9a-f]+ ){1,4}) ", text, re.M)
     note = bytes.fromhex("".join(words).replace(" ", ""))
-    return struct.unpack_from("<4I", note, NOTE_HEAD)[3]
+    return struct.unpack_from("<4I", note, NOTE_HEAD)[1::2]
 
 
 def split(arguments, option):
@@ -42,20 +43,22 @@ def split(arguments, option):
 def main(arguments):
     budgeted, absent = split(arguments, "--too-large")
     budgeted, noted = split(budgeted, "--note")
-    rows = [(budgeted[i], int(budgeted[i + 1]), int(budgeted[i + 2]))
-            for i in range(0, len(budgeted), 3)]
+    rows = [budgeted[i:i + 3] for i in range(0, len(budgeted), 3)]
     over = False
     print(f"  {'bytes of':<36}{'flash':>8}{'budget':>8}{'RAM':>8}{'budget':>8}{'stack':>8}")
     for elf, flash_max, ram_max in rows:
         flash, ram = sizes(elf)
+        chip_flash, chip_ram = chip_of(elf)
+        flash_max = chip_flash if flash_max == "-" else int(flash_max)
+        ram_max = chip_ram - STACK if ram_max == "-" else int(ram_max)
         verdict = ""
         if flash > flash_max or ram > ram_max:
             verdict, over = "  OVER BUDGET", True
         print(f"  {elf.replace('build/', ''):<36}{flash:>8}{flash_max:>8}{ram:>8}{ram_max:>8}"
-              f"{ram_of_chip(elf) - ram:>8}{verdict}")
+              f"{chip_ram - ram:>8}{verdict}")
     for elf in noted:
         flash, ram = sizes(elf)
-        print(f"  {elf.replace('build/', ''):<36}{flash:>8}{'-':>8}{ram:>8}{'-':>8}{ram_of_chip(elf) - ram:>8}")
+        print(f"  {elf.replace('build/', ''):<36}{flash:>8}{'-':>8}{ram:>8}{'-':>8}{chip_of(elf)[1] - ram:>8}")
     for name in absent:
         print(f"  {name:<36}  does not fit the chip")
     return 1 if over else 0

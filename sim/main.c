@@ -8,13 +8,10 @@
 #include <string.h>
 #include <time.h>
 
+#include "data_path.h"
 #include "output/files.h"
 #include "output/named_files.h"
 #include "testbench.h"
-
-#ifndef SIM_BOARDS_DIR
-#define SIM_BOARDS_DIR "boards"
-#endif
 
 #define SECONDS_MIN 1e-6
 #define SECONDS_MAX 1e6
@@ -33,7 +30,7 @@ static const char help[] =
     "first line printed: docs/simulated-bus.md. Without --pty: --script or --seconds, as fast\n"
     "as it goes.\n"
     "\n"
-    "  --board NAME       a folder below " SIM_BOARDS_DIR "\n"
+    "  --board NAME       a board that comes with the simulator, as in atmega128\n"
     "  --board FILE       or a board.h of yours, with a board.mk beside it\n"
     "  --servos LIST      IDs of the servos, as in 1-18 or 0,1,5-7, or none (default);\n"
     "                     1:LIST are those on bus 1 of a board with several\n"
@@ -385,7 +382,9 @@ static int run(const struct testbench_options *options)
 
 int main(int argc, char **argv)
 {
-    struct testbench_options options = {.boards = SIM_BOARDS_DIR, .exact = true};
+    char boards[DATA_PATH_SIZE];
+    data_path(boards, "boards");
+    struct testbench_options options = {.boards = boards, .exact = true};
     setvbuf(stdout, 0, _IOLBF, 0); // progress shall appear at once, also in a pipe
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0) {

@@ -3,8 +3,7 @@
 CC := gcc
 HOST_COMMON := -std=gnu99 -g -D_GNU_SOURCE $(WARNINGS)
 SANITIZE := -O1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
-SIM_FLAGS := $(HOST_COMMON) -Isim -DSIM_BOARDS_DIR='"$(CURDIR)/boards"'
-SIM_FLAGS += -DSIM_SCRIPTS_DIR='"$(CURDIR)/scripts"'
+SIM_FLAGS := $(HOST_COMMON) -Isim
 # simavr linked statically: the simulator takes 12 to 18 % less CPU time than with calls through the PLT.
 SIM_LIBS := -l:libsimavr.a -lelf -lm
 SIM_SRC := $(wildcard sim/*.c sim/*/*.c)
@@ -50,7 +49,7 @@ HOST_BAUD ?= board
 .PHONY: run
 run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
 	$(clear)
-	@build/host/cds55xx-sim firmware $< --board $(BOARD) --servos $(SERVOS) --host pty \
+	@build/host/cds55xx-sim firmware $< --board $(or $(BOARD_DIR),$(BOARD)) --servos $(SERVOS) --host pty \
 	  --host-baud $(HOST_BAUD)
 
 ## sim-speed: how many times real time the simulator runs at on this machine

@@ -201,6 +201,7 @@ BUILD_TESTS := $(wildcard test/build/test_*.py)
 ## test-build: what make itself promises: boards, flash, fuses, dependencies, checks
 .PHONY: test-build
 test-build: $$(call run_needs,$$(BUILD_TESTS))
+	@scripts/deps.sh test-build
 	$(clear)
 	@$(run_tests) $(BUILD_TESTS)
 

@@ -164,7 +164,7 @@ struct cds_stats {
     uint16_t unexpected_packets; // good packets of another servo or of another length
     uint16_t framing_errors;     // bytes damaged: noise, collision or another baud rate
     uint16_t overruns;           // bytes lost because other handlers held up the receive handler
-                                 // for more than 285 cycles at 1 Mbps (cds55xx_avr.h)
+                                 // for more than 285 cycles at 1 Mbps (avr.h)
     uint16_t ring_overflows;     // bytes lost because no poll took them in time
     uint16_t echo_errors;        // own bytes that came back changed: another station talked too
 };

@@ -1,5 +1,5 @@
 /* What a chip must supply for the core: the verbs of a port, found at link time.
- * The events it raises in return are in link.h. src/avr is the port for AVRs;
+ * The events it raises in return are in link.h. avr.h is the port for AVRs;
  * test/support/port_fake.c records.
  *
  * `port` is the number of a bus of the board, from 0: what was given to cds_bus_open(). Circuit and

@@ -6,10 +6,6 @@
 
 #include "output/plot_drawing.h"
 
-#ifndef SIM_SCRIPTS_DIR
-#define SIM_SCRIPTS_DIR "scripts"
-#endif
-
 #define FIRST_BIN_US  5
 #define FIRST_LOOK_US 1000
 
@@ -210,13 +206,13 @@ bool plot_open(struct plot *plot, const char *path, const char *title, const cha
     char *arguments[] = {"gnuplot", "--version", 0};
     *plot = (struct plot){.path = path,
                           .title = title,
-                          .script = SIM_SCRIPTS_DIR "/plot.gp",
                           .panes = panes,
                           .schedule = schedule,
                           .clock_Hz = clock_Hz,
                           .controller = controller,
                           .bin = (uint64_t)clock_Hz * FIRST_BIN_US / 1000000u,
                           .period = (uint64_t)clock_Hz * FIRST_LOOK_US / 1000000u};
+    data_path(plot->script, "scripts/plot.gp");
     FILE *file = fopen(path, "w");
     if (!file) {
         fprintf(stderr, "%s: %s\n", path, strerror(errno));

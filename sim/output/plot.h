@@ -11,6 +11,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "data_path.h"
 #include "servo/servos.h"
 #include "wire/schedule.h"
 
@@ -54,7 +55,7 @@ struct plot_lane {
 struct plot {
     const char *path; // 0: every call does nothing
     const char *title;
-    const char *script; // gnuplot's
+    char script[DATA_PATH_SIZE]; // gnuplot's
     struct plot_panes panes;
     struct schedule *schedule;
     uint32_t clock_Hz;

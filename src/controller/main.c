@@ -18,7 +18,7 @@
 #include <stddef.h>
 
 #include "host/bridge.h"
-#include "cds55xx_avr.h"
+#include "cds55xx/avr.h"
 #include "compiler.h" // NOINLINE
 #include "console/console.h"
 #include "host/device.h"
@@ -204,7 +204,7 @@ static void open(void)
     sei();
     cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
     controller.robot.moves = command_set.moves;
-    robot_begin(&controller.robot, &controller.bus, AVR_SHORTEST_DELAY(0));
+    robot_begin(&controller.robot, &controller.bus, CDS_AVR_SHORTEST_DELAY(0));
     robot_resume(&controller.robot, &inhibit_copy, avr_reset_cause & FAILSAFE_RESET_POWER);
     begin_failsafe();
     host_demux_open(&controller.host, &controller.serial.rx, &controller.text,

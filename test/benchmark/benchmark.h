@@ -12,7 +12,7 @@
 
 #include <cds55xx/queue.h>
 #include <cds55xx/servo.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 #include "../firmware/library/say.h"
 

@@ -7,7 +7,7 @@
 
 #include "benchmark.h"
 
-#define BUS_CONTROL AVR_PASTE3(UCSR, BOARD_BUS0_USART, B)
+#define BUS_CONTROL CDS_AVR_PASTE3(UCSR, BOARD_BUS0_USART, B)
 #define BUS_RXCIE   (1 << 7)
 #define SERVOS      50
 #define BABBLE_US   200000ul

@@ -3,7 +3,7 @@
  * bytes of goals. The written values are read values, so that the compiler cannot build packets. */
 #include <cds55xx/sync_write.h>
 #include <cds55xx/servo.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 #define SERVOS 18
 

@@ -9,7 +9,7 @@
 
 #include "handlers.c"
 
-void VECTOR(void) __attribute__((signal, naked, used, externally_visible)) AVR_NEAR;
+void VECTOR(void) __attribute__((signal, naked, used, externally_visible)) CDS_AVR_NEAR;
 void VECTOR(void)
 {
     __asm__ volatile(".rept 40\n\tnop\n\t.endr\n\tjmp __vector_of_the_library");

@@ -9,7 +9,7 @@
  * scripts/measure.py sweeps them, then searches around the longest turnarounds. */
 #include "avr/eeprom_driver.c"
 #include "avr/serial.c"
-#include "timer.h"
+#include "cds55xx/avr/timer.h"
 
 #include "benchmark.h"
 
@@ -132,7 +132,7 @@ static void one_case(enum activity activity, const struct moments *at)
     while (!bench_is_draining(&bus)) {
     }
     delay((uint8_t)overflow % TICK);
-    TIMER_COUNT = (uint16_t) - (TICKS_LEFT + overflow / TICK);
+    CDS_AVR_TIMER_COUNT = (uint16_t) - (TICKS_LEFT + overflow / TICK);
     stay_busy(activity, at->write);
     bench_wait(&bus);
 }

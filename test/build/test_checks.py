@@ -1,5 +1,5 @@
 """The project's own checks notice what they are for."""
-# needs: $(BOARDS:%=build/%/controller.elf) build/atmega128/libcds55xx.a
+# needs: $(BOARDS:%=build/%/controller.elf) build/lib/libcds55xx-atmega128.a
 import contextlib
 import io
 import os
@@ -52,12 +52,12 @@ class Layering(unittest.TestCase):
 
     def test_controller_includes_public_headers_of_the_library(self):
         self.breach("src/controller/main.c", '#include "bus/bus_internal.h"')
-        self.breach("src/controller/robot/robot.c", '#include "handlers.h"')
+        self.breach("src/controller/robot/robot.c", '#include "cds55xx/avr/handlers.h"')
         self.breach("src/controller/host/bridge.c", '#include "board.h"')
         self.breach("examples/robot.c", '#include "compiler.h"')
 
     def test_avr_port_includes_no_more_of_the_core_than_the_seam(self):
-        self.breach("src/avr/usart.c", '#include "cds55xx/bus.h"')
+        self.breach("include/cds55xx/avr/usart.h", '#include "cds55xx/bus.h"')
 
     def test_a_lower_layer_includes_no_higher_one(self):
         self.breach("src/core/wire/parser.c", '#include "cds55xx/bus.h"')
@@ -91,7 +91,7 @@ class Layering(unittest.TestCase):
 
     def test_the_library_waits_for_nothing(self):
         self.breach("src/core/service/scan.c", "static void f(void) { cds_blocking_for(0, 0, CDS_OK); }")
-        self.breach("src/avr/clock.c", "#include <util/delay.h>")
+        self.breach("include/cds55xx/avr/clock.h", "#include <util/delay.h>")
 
 
 class MachineCode(unittest.TestCase):
@@ -314,7 +314,7 @@ class Links(unittest.TestCase):
 
     def test_a_file_that_is_not_in_git_is_named(self):
         root = os.path.relpath(ROOT, tempfile.gettempdir())
-        self.complaint(f"[a]({root}/build/atmega128/libcds55xx.a)", "there is no such file")
+        self.complaint(f"[a]({root}/build/lib/libcds55xx-atmega128.a)", "there is no such file")
 
     def test_a_missing_heading_or_label_is_named(self):
         root = os.path.relpath(ROOT, tempfile.gettempdir())
@@ -345,15 +345,16 @@ class Readme(unittest.TestCase):
                                    ("atmega1284p", "arbotix", ["-fno-lto"])]:  # avr51, as atmega128
             with tempfile.TemporaryDirectory() as folder:
                 status, output = run("avr-gcc", f"-mmcu={chip}", "-DF_CPU=16000000UL", "-std=gnu99",
-                                     "-Os", *flags, "-Iinclude", "-Isrc/avr", f"-Iboards/{board}",
-                                     "examples/two_servos.c", "build/atmega128/libcds55xx.a", "-o",
+                                     "-Os", *flags, "-Iinclude", f"-Iboards/{board}",
+                                     "examples/two_servos.c", "build/lib/libcds55xx-atmega128.a", "-o",
                                      f"{folder}/robot.elf", cwd=ROOT)
             self.assertNotEqual(status, 0)
-            self.assertIn("undefined reference to `cds_avr_clock_for_atmega128'", output)
+            self.assertEqual(re.findall(r"undefined reference to `(.*)'", output), [
+                "cds55xx_library_is_for_atmega128_but_program_is_for_" + chip])
 
     def test_unoptimised_programs_are_refused_with_the_remedy(self):
         status, output = run("avr-gcc", "-mmcu=atmega128", "-DF_CPU=16000000UL", "-O0", "-Iinclude",
-                             "-Isrc/avr", "-Iboards/atmega128", "-c", "examples/two_servos.c", "-o",
+                             "-Iboards/atmega128", "-c", "examples/two_servos.c", "-o",
                              "/dev/null", cwd=ROOT)
         self.assertNotEqual(status, 0)
         self.assertIn("compile with -Os", output)
@@ -366,6 +367,7 @@ class Turnaround(unittest.TestCase):
         for board, vector, turns in [("atmega128", "32", ["cbi", "sbi"] + rest),
                                      ("arduino-mega", "38", ["cbi", "sbi"] + rest),
                                      ("cm510", "27", ["cbi", "sbi"] + rest),
+                                     ("atmega1284p", "30", ["cbi", "sbi"] + rest),
                                      ("arduino-uno", "20", ["cbi"] + rest)]:
             code = run("avr-objdump", "-d", "--no-show-raw-insn",
                        ROOT / f"build/{board}/controller.elf")[1]

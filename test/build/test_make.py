@@ -1,5 +1,5 @@
 """What make promises: boards and their mistakes, what is missing, flash, fuses and run."""
-# needs: build/atmega128/libcds55xx.a
+# needs: build/lib/libcds55xx-atmega128.a
 import os
 import pathlib
 import pty
@@ -26,24 +26,25 @@ def copy_build_files(root):
 
 
 class NewBoard(unittest.TestCase):
-    def test_a_field_that_board_mk_forgets_is_named_and_not_another_boards(self):
+    def test_board_mk_needs_an_mcu_only_and_takes_no_other_boards_value(self):
         with tempfile.TemporaryDirectory() as folder:
             root = pathlib.Path(folder)
             copy_build_files(root)
             new = root / "boards/new"
             (root / "boards/cm510").rename(new)
-            for other in ["atmega128", "arbotix", "arduino-mega"]:  # arduino-uno is read before it
+            for other in ["atmega128", "atmega1284p", "arbotix", "arduino-mega"]:  # arduino-uno is read before it
                 shutil.rmtree(root / "boards" / other)
             text = (new / "board.mk").read_text()
             make = ["make", "-C", root, "-n", "-s", "--no-print-directory"]
-            for field in ["MCU", "F_CPU", "FLASH_MAX", "RAM_MAX", "PROGRAMMER", "PORT"]:
-                for line in ["", f"{field} :=\n"]:
-                    (new / "board.mk").write_text(re.sub(rf"^{field} .*\n", line, text, flags=re.M))
-                    status, output = call(*make, "fuses", "BOARD=new")
-                    self.assertNotEqual(status, 0)
-                    self.assertIn(f"boards/new/board.mk: {field} is missing", output)
-            # an optional one is empty, and not the one of arduino-uno
-            (new / "board.mk").write_text(re.sub(r"^FLASH_(NOTE|FLAGS).*\n", "", text, flags=re.M))
+            for line, message in [
+                    ("", "boards/new lacks board.mk: MCU"), ("MCU :=\n", "boards/new lacks board.mk: MCU"),
+                    ("MCU := atmega32\n", "boards/new/board.mk: there is no library for MCU 'atmega32'; MCU := one of: ")]:
+                (new / "board.mk").write_text(re.sub(r"^MCU .*\n", line, text, flags=re.M))
+                status, output = call(*make, "fuses", "BOARD=new")
+                self.assertNotEqual(status, 0)
+                self.assertIn(message, output)
+            # the others have the defaults, and not the values of arduino-uno
+            (new / "board.mk").write_text("MCU := atmega2561\n")
             self.assertEqual(call(*make, "flash", "BOARD=new", "-o", "port", "-o",
                                   "build/new/controller.hex")[1].split(),
                              "scripts/avrdude.sh 'usb' -p atmega2561 -c usbasp -U "
@@ -212,6 +213,12 @@ class Build(unittest.TestCase):
         self.assertNotEqual(status, 0, output)
         self.assertIn(message, output)
 
+    def assert_one_line(self, message, *arguments):
+        status, output = self.make("-n", "firmware", *arguments)
+        self.assertNotEqual(status, 0, output)
+        self.assertEqual(output.count("\n"), 1, output)
+        self.assertIn(message, output)
+
     def assert_profile(self, profile, *arguments, **environment):
         status, output = self.make("-n", "firmware", *arguments, **environment)
         self.assertEqual(status, 0, output)
@@ -220,6 +227,60 @@ class Build(unittest.TestCase):
     def test_board_of_two_words_or_none_is_refused(self):
         for words in ["atmega128 arbotix", "atmega128 toaster", "atmega128 ", ""]:
             self.assert_refused(f"no board '{words}'; BOARD= one of: ", f"BOARD={words}")
+
+    def make_board(self, header="", chip="MCU := atmega644p"):
+        """The folder of a board outside the tree: that of atmega128, with these lines of board.h left out."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        board = pathlib.Path(folder.name) / "mine"
+        board.mkdir()
+        text = (ROOT / "boards/atmega128/board.h").read_text()
+        (board / "board.h").write_text(re.sub(rf"^#define BOARD_({header})\b.*\n", "", text, flags=re.M))
+        (board / "board.mk").write_text(chip + "\n")
+        return board
+
+    def test_board_dir_with_an_mcu_builds_flashes_and_runs(self):
+        board = self.make_board()
+        for target, line in [
+                ("firmware", f" -I{board} "),
+                ("run", f"--board {board} --servos 1-18"),
+                ("size", "scripts/size.py build/mine/bridge.elf - - build/mine/console.elf - -   --note  --too-large mine/full.elf"),
+                ("examples", "-o build/mine/examples/robot.elf"),
+                ("flash", "scripts/avrdude.sh 'usb' -p atmega644p -c usbasp  -U flash:w:build/mine/controller.hex:i")]:
+            status, output = self.make("-n", target, f"BOARD_DIR={board}")
+            self.assertEqual(status, 0, output)
+            self.assertIn(line, output.replace("\\\n", ""))
+
+    def test_board_dir_names_all_that_is_missing_at_once(self):
+        board = self.make_board("BUS0_TXD_BIT|CLOCK_TIMER|HOST_BAUD", chip="# nothing")
+        self.assert_one_line(f"{board} lacks board.mk: MCU; board.h: BOARD_BUS0_TXD_BIT, BOARD_CLOCK_TIMER, "
+                             "BOARD_HOST_BAUD (CONTRIBUTING.md, Add a board)", f"BOARD_DIR={board}")
+        board = self.make_board("HOST_USART|HOST_BAUD")
+        self.assert_one_line(f"{board} lacks board.h: BOARD_HOST_USART, BOARD_HOST_BAUD, or, without a host link, "
+                             "FIRMWARE in board.mk", f"BOARD_DIR={board}")
+        (board / "board.h").unlink()
+        self.assert_one_line(f"{board} lacks board.h (CONTRIBUTING.md", f"BOARD_DIR={board}")
+        self.assert_one_line("/nowhere is no folder", "BOARD_DIR=/nowhere")
+
+    def test_board_dir_that_cannot_be_is_refused(self):
+        board = self.make_board()
+        self.assert_one_line("leave one of them out", f"BOARD_DIR={board}", "BOARD=cm510")
+        self.assert_one_line("has a blank", "BOARD_DIR=a b")
+        for chip, message in [("atmega32", "there is no library for MCU 'atmega32'; MCU := one of: at90can128 "),
+                              ("atmega328p", "the controller does not fit the RAM of atmega328p; name a program")]:
+            (board / "board.mk").write_text(f"MCU := {chip}\n")
+            self.assert_one_line(message, f"BOARD_DIR={board}")
+        board = board.rename(board.parent / "cm510")
+        self.assert_one_line("boards/ has a board 'cm510', too", f"BOARD_DIR={board}")
+
+    def test_flash_writes_another_elf(self):
+        output = self.make("-n", "flash", "ELF=README.md")[1]
+        self.assertIn("avr-objcopy -O ihex -R .eeprom README.md build/atmega128/flash.hex", output)
+        self.assertIn("-U flash:w:build/atmega128/flash.hex:i", output)
+        self.assert_one_line("ELF=none.elf does not exist", "ELF=none.elf")
+
+    def test_library_of_an_unknown_chip_lists_those_there_are(self):
+        self.assert_one_line("there is no library for 'atmega32'; MCUS= some of: at90can128 ", "MCUS=atmega32")
 
     def test_profile_that_is_not_one_name_is_refused(self):
         for words in ["huge", "full bridge", "full huge", "bridge "]:

@@ -10,6 +10,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "data_path.h"
 #include "rows.h"
 
 static const struct row *const tables[] = {rows_wire, rows_servo, rows_line, rows_handler,
@@ -63,7 +64,9 @@ static int run(const struct row *row, const char *board, const char *elf, struct
 {
     static struct rig rig;
     static struct check check;
-    if (!rig_open(&rig, elf, SIM_BOARDS_DIR, board, row->servos, is_in(rows_host, row))) {
+    char boards[DATA_PATH_SIZE];
+    data_path(boards, "boards");
+    if (!rig_open(&rig, elf, boards, board, row->servos, is_in(rows_host, row))) {
         return 2;
     }
     check = (struct check){.rig = &rig,

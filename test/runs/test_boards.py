@@ -64,7 +64,7 @@ class Boards(unittest.TestCase):
 class NewBoard(unittest.TestCase):
     """Mistakes in the two files of a board of one's own: what the first error says."""
 
-    def header(self, board, chip, pattern="", text="", source="src/avr/usart.c"):
+    def header(self, board, chip, pattern="", text="", source="examples/two_servos.c"):
         """The first error of `source` for `board`, where in board.h `text` is put for `pattern`."""
         before = (ROOT / f"boards/{board}/board.h").read_text()
         after = re.sub(pattern, text, before)
@@ -73,7 +73,7 @@ class NewBoard(unittest.TestCase):
             (pathlib.Path(folder) / "board.h").write_text(after)
             status, output = call(
                 "avr-gcc", f"-mmcu={chip}", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", "-Wall",
-                "-Wextra", "-Iinclude", "-Isrc/avr", "-Isrc/controller", f"-I{folder}", "-c", source, "-o",
+                "-Wextra", "-Iinclude", "-Isrc/controller", f"-I{folder}", "-c", source, "-o",
                 "/dev/null", cwd=ROOT)
         errors = re.findall(r"error: (.*)", output)
         self.assertEqual(status != 0, bool(errors), output)
@@ -83,8 +83,7 @@ class NewBoard(unittest.TestCase):
         for board, chip in [("cm510", "atmega2561"), ("arduino-mega", "atmega2560"),
                             ("arduino-uno", "atmega328p"), ("arbotix", "atmega644p"),
                             ("cm510", "atmega1281"), ("arduino-uno", "atmega168")]:
-            for source in ["src/avr/usart.c", "src/avr/clock.c", "src/avr/now.c"]:
-                self.assertEqual(self.header(board, chip, source=source), "")
+            self.assertEqual(self.header(board, chip), "")
 
     def test_what_is_missing_is_named(self):
         for board, chip, macros in [
@@ -109,8 +108,8 @@ class NewBoard(unittest.TestCase):
                       self.header("cm510", "atmega2561", "TWO_ENABLES", "THREE_ENABLES"))
         for timer, chip in [("2", "atmega2561"), ("0", "atmega328p"), ("3", "atmega328p")]:
             self.assertIn("BOARD_CLOCK_TIMER is no 16-bit timer of this chip", self.header(
-                "cm510", chip, r"TIMER 1", f"TIMER {timer}", "src/avr/clock.c"))
-        self.assertEqual(self.header("cm510", "atmega2561", "TIMER 1", "TIMER 3", "src/avr/clock.c"), "")
+                "cm510", chip, r"TIMER 1", f"TIMER {timer}"))
+        self.assertEqual(self.header("cm510", "atmega2561", "TIMER 1", "TIMER 3"), "")
 
     def test_a_console_without_a_host_link_is_named(self):
         self.assertIn("the console wants BOARD_HOST_USART and _BAUD in board.h; or name a FIRMWARE",

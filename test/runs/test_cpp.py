@@ -1,5 +1,5 @@
 """Programs in C++11 (test/firmware/library/cpp*.cpp) and all headers, on boards with different handlers."""
-# needs: $(patsubst %,build/%/libcds55xx.a,atmega128 arduino-mega arbotix)
+# needs: $(patsubst %,build/lib/libcds55xx-%.a,atmega128 atmega2560 atmega644p)
 import pathlib
 import tempfile
 import unittest
@@ -12,7 +12,7 @@ WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror"]
 
 def compiler(board, standard):
     return ["avr-g++", f"-mmcu={CHIPS[board]}", "-DF_CPU=16000000UL", f"-std={standard}", "-Os",
-            "-flto", "-Wl,--relax", "-Wl,--gc-sections", *WARNINGS, "-Iinclude", "-Isrc/avr",
+            "-flto", "-Wl,--relax", "-Wl,--gc-sections", *WARNINGS, "-Iinclude",
             f"-Iboards/{board}"]
 
 
@@ -32,7 +32,7 @@ class Cpp(unittest.TestCase):
             for board in CHIPS:
                 elf = f"{folder}/{board}.elf"
                 self.assertEqual(run(*compiler(board, "c++11"), "test/firmware/library/cpp.cpp",
-                                     f"build/{board}/libcds55xx.a", "-o", elf, cwd=ROOT), (0, ""))
+                                     f"build/lib/libcds55xx-{CHIPS[board]}.a", "-o", elf, cwd=ROOT), (0, ""))
                 done = Run(elf, "--seconds", "0.05", board=board, servos="1-3")
                 self.assertEqual(done.status, 0, done.output)
                 self.assertIn("rules:   none broken", done.output)
@@ -58,7 +58,7 @@ class Cpp(unittest.TestCase):
             for board in CHIPS:
                 elf = f"{folder}/{board}.elf"
                 self.assertEqual(run(*compiler(board, "c++11"), "test/firmware/library/cpp_robot.cpp",
-                                     f"build/{board}/libcds55xx.a", "-o", elf, cwd=ROOT), (0, ""))
+                                     f"build/lib/libcds55xx-{CHIPS[board]}.a", "-o", elf, cwd=ROOT), (0, ""))
                 done = Run(elf, "--seconds", "0.05", board=board, servos="1,2")
                 self.assertEqual(done.status, 0, done.output)
                 # 20 degrees: 580 of servo 1, 443 of servo 2, which is reversed; 31 RPM

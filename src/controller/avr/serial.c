@@ -13,8 +13,8 @@ void serial_open(struct serial *serial, uint16_t divisor)
     serial->rx.tail = serial->rx.head;
     serial->tx.tail = serial->tx.head;
     serial->broken = 0;
-    SERIAL_STATUS = AVR_U2X;
-    SERIAL_REGISTER_(UCSR, C) = AVR_EIGHT_BITS;
+    SERIAL_STATUS = CDS_AVR_U2X;
+    SERIAL_REGISTER_(UCSR, C) = CDS_AVR_EIGHT_BITS;
     SERIAL_REGISTER_(UBRR, H) = (uint8_t)(divisor >> 8);
     SERIAL_REGISTER_(UBRR, L) = (uint8_t)divisor;
     SERIAL_CONTROL = SERIAL_IDLE;

@@ -13,8 +13,8 @@
 #include <stdint.h>
 
 #include "board.h"
-#include "cds55xx/ring.h" // struct cds_ring
-#include "usart.h"        // AVR_PASTE, AVR_U2X
+#include "cds55xx/ring.h"      // struct cds_ring
+#include "cds55xx/avr/usart.h" // CDS_AVR_PASTE, CDS_AVR_U2X
 
 #if !defined BOARD_HOST_USART || !defined BOARD_HOST_BAUD
 #error "the console wants BOARD_HOST_USART and _BAUD in board.h; or name a FIRMWARE in board.mk"
@@ -27,8 +27,8 @@ struct serial {
     volatile uint16_t gaps;  // times that bytes were lost, modulo 65536
 };
 
-#define SERIAL_REGISTER_(a, b) AVR_PASTE3(a, BOARD_HOST_USART, b)
-#define SERIAL_DATA            AVR_PASTE(UDR, BOARD_HOST_USART)
+#define SERIAL_REGISTER_(a, b) CDS_AVR_PASTE3(a, BOARD_HOST_USART, b)
+#define SERIAL_DATA            CDS_AVR_PASTE(UDR, BOARD_HOST_USART)
 #define SERIAL_STATUS          SERIAL_REGISTER_(UCSR, A)
 #define SERIAL_CONTROL         SERIAL_REGISTER_(UCSR, B)
 
@@ -92,7 +92,7 @@ bool serial_resume_after_gap(struct serial *serial);
     [control] "n"(&SERIAL_CONTROL), [data] "n"(&SERIAL_DATA),                   \
     [quiet] "n"(SERIAL_QUIET), [idle] "n"(SERIAL_IDLE),                         \
     [sending] "n"(SERIAL_SENDING), [deaf] "n"(SERIAL_DEAF),                     \
-    [broken] "i"(&(serial).broken), [mask] "n"(CDS_RING_SIZE - 1),               \
+    [broken] "i"(&(serial).broken), [mask] "n"(CDS_RING_SIZE - 1),              \
     [tx_head] "i"(&(serial).tx.head), [tx_tail] "i"(&(serial).tx.tail)
 
 /* A byte came. Its status is read first, since reading the byte clears it. */
@@ -110,7 +110,7 @@ bool serial_resume_after_gap(struct serial *serial);
     "lds  r24, %[head]        \n\t" "inc  r24                 \n\t"             \
     "sts  %[head], r24        \n\t"                                             \
     "1:                       \n\t" SERIAL_LEAVE_                               \
-    "2: lds r24, %[data]      \n\t" /* read, but not stored */                 \
+    "2: lds r24, %[data]      \n\t" /* read, but not stored */                  \
     "lds  r24, %[broken]      \n\t" "sbrc r24, 0              \n\t"             \
     "rjmp 1b                  \n\t"                                             \
     "ldi  r24, 1              \n\t" "sts  %[broken], r24      \n\t"             \
@@ -118,7 +118,7 @@ bool serial_resume_after_gap(struct serial *serial);
     "adiw r30, 1              \n\t" "sts  %[gaps]+1, r31      \n\t"             \
     "sts  %[gaps], r30        \n\t" "rjmp 1b                  \n\t"             \
     :: SERIAL_OPERANDS_(serial), [status] "n"(&SERIAL_STATUS),                  \
-       [errors] "n"(AVR_FRAMING_ERROR | AVR_OVERRUN),                           \
+       [errors] "n"(CDS_AVR_FRAMING_ERROR | CDS_AVR_OVERRUN),                   \
        [full] "n"(256 - CDS_RING_SIZE), [head] "i"(&(serial).rx.head),          \
        [tail] "i"(&(serial).rx.tail), [bytes] "i"(&(serial).rx.bytes[0]),       \
        [gaps] "i"(&(serial).gaps))
@@ -140,11 +140,11 @@ bool serial_resume_after_gap(struct serial *serial);
 
 /* Binds the board's BOARD_HOST_USART to `serial`, a struct serial with static storage. */
 #define AVR_SERIAL(serial)                                                                         \
-    ISR(AVR_PASTE3(USART, BOARD_HOST_USART, _RX_vect), ISR_NAKED AVR_NEAR)                         \
+    ISR(CDS_AVR_PASTE3(USART, BOARD_HOST_USART, _RX_vect), ISR_NAKED CDS_AVR_NEAR)                 \
     {                                                                                              \
         SERIAL_ON_RX_(serial);                                                                     \
     }                                                                                              \
-    ISR(AVR_PASTE3(USART, BOARD_HOST_USART, _UDRE_vect), ISR_NAKED AVR_NEAR)                       \
+    ISR(CDS_AVR_PASTE3(USART, BOARD_HOST_USART, _UDRE_vect), ISR_NAKED CDS_AVR_NEAR)               \
     {                                                                                              \
         SERIAL_ON_TX_READY_(serial);                                                               \
     }

@@ -1,7 +1,7 @@
 /* The main loop continues while a servo does not answer. Prints the number of its turns, the
  * duration of submit and transaction in microseconds, and the outcome of the transaction. */
 #include <cds55xx/servo.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 #include "say.h"
 

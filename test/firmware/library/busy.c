@@ -2,7 +2,7 @@
  * of each, without a pause. The servos have IDs from 1 on without a gap, at most 50. */
 #include <cds55xx/sync_write.h>
 #include <cds55xx/servo.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 #define SERVOS_MAX 50
 

@@ -3,7 +3,7 @@
  * prints the outcome. "rate REGISTER" sets the rate of the bus. "scan REGISTER" prints which of IDs
  * 0 to 9 answer at that rate. */
 #include <cds55xx/blocking.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 #include <string.h>
 
 #include "say.h"

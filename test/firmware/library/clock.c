@@ -2,10 +2,10 @@
  * never go back or jump. Prints how often it did, how many timers expired early or late, and how
  * many were set to a wrong time. */
 #include <cds55xx/port.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 #include "say.h"
-#include "timer.h" // TIMER_COMPARE_A
+#include "cds55xx/avr/timer.h" // CDS_AVR_TIMER_COMPARE_A
 
 CDS_AVR_CLOCK()
 
@@ -80,7 +80,7 @@ static uint32_t wrong_sums(void)
             uint8_t laps = cds_port_set_timer(0, from, time.count, time.each_us, time.more_us);
 
             if ((uint16_t)ticks > SEEN_TICKS &&
-                (laps != ticks >> 16 || TIMER_COMPARE_A != (uint16_t)(from + ticks)))
+                (laps != ticks >> 16 || CDS_AVR_TIMER_COMPARE_A != (uint16_t)(from + ticks)))
                 wrong++;
         }
     return wrong;
@@ -99,7 +99,7 @@ static uint32_t wrong_laps(void)
 
             for (uint8_t i = 0; i < cycles; i++)
                 __asm__ __volatile__("nop");
-            laps = cds_port_set_timer(0, from, 1, AVR_CLOCK_OVERFLOW_US, us);
+            laps = cds_port_set_timer(0, from, 1, CDS_AVR_CLOCK_OVERFLOW_US, us);
             while ((uint16_t)(cds_port_ticks() - from) < 100 * CDS_PORT_TICKS_PER_US) {
             }
             wrong += laps == 0 && cds_port_timer_expired(0);
@@ -114,7 +114,7 @@ int main(void)
     say_open();
     cds_avr_clock_open();
     sei();
-    while (now_us < 10ul * AVR_CLOCK_OVERFLOW_US) {
+    while (now_us < 10ul * CDS_AVR_CLOCK_OVERFLOW_US) {
         before_us = now_us;
         if (readings & 1) { // every other pair without interrupts: the overflow then waits for us
             cli();

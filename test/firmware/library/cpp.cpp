@@ -1,7 +1,7 @@
 // A robot in C++11: both macros of the AVR port, requests with and without a reply; built and run
 // by test/runs/test_cpp.py.
 #include <cds55xx/cds55xx.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 namespace
 {

@@ -1,6 +1,6 @@
 // A robot in C++11 with a table in flash; built and run by test/runs/test_cpp.py.
 #include <cds55xx/robot.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 namespace
 {

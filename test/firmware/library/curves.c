@@ -3,7 +3,7 @@
  */
 #include <cds55xx/motion.h>
 #include <cds55xx/servo.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 #include "say.h"
 

@@ -9,7 +9,7 @@
 #include <cds55xx/cycle.h>
 #include <cds55xx/queue.h>
 #include <cds55xx/servo.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 #include "say.h"
 

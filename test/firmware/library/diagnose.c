@@ -2,7 +2,7 @@
  * letter and numbers. The program answers each line with "ok". */
 #include <cds55xx/blocking.h>
 #include <cds55xx/queue.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 #include "say.h"
 

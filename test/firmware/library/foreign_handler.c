@@ -1,9 +1,9 @@
-/* READs of 50 bytes, with a handler of the program that is as long as cds55xx_avr.h allows, or
+/* READs of 50 bytes, with a handler of the program that is as long as avr.h allows, or
  * longer. It runs every 1000 cycles, at other phases of the bytes in each READ. Byte 0 of the
  * EEPROM is its number of loops of 3 cycles. Interrupts are off for 24 cycles plus the loops, from
  * its entry (4 cycles) to the end of reti. */
 #include <cds55xx/servo.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 #include <util/delay_basic.h>
 
 #include "say.h"
@@ -30,7 +30,7 @@ static uint8_t packet[CDS_PACKET_SIZE(2)], reply[CDS_REPLY_MAX];
 static struct cds_request request = CDS_REQUEST(packet, reply);
 __attribute__((used)) static volatile uint8_t loops;
 
-ISR(FOREIGN_VECTOR, ISR_NAKED AVR_NEAR) // reached by rjmp
+ISR(FOREIGN_VECTOR, ISR_NAKED CDS_AVR_NEAR) // reached by rjmp
 {
     __asm__ volatile("push r24              \n\t" // 4 of the entry and 2 of the vector before it; 2
                      "in   r24, __SREG__    \n\t" // 1

@@ -2,7 +2,7 @@
  * most 64 bytes; a group read of the goals; a registered move of three that servo 2 refuses; a
  * registered move of 18 with verification. Prints the outcome of each. */
 #include <cds55xx/blocking.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 #include <util/delay.h>
 
 #include "say.h"

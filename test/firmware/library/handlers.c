@@ -1,8 +1,8 @@
-/* Compares the handlers of src/avr/handlers.h with the functions of link.h that they implement in
+/* Compares the handlers of avr/handlers.h with the functions of link.h that they implement in
  * assembler. Both get the same links, bytes and errors; the registers of the USART are in RAM.
  * Prints how often they differed, or changed a register or flag of the interrupted code, and the
  * longest time of each handler in cycles, with 4 cycles for the entry and 2 for the vector. */
-#include "handlers.h"
+#include "cds55xx/avr/handlers.h"
 
 #include <string.h>
 
@@ -22,14 +22,14 @@ static struct {
     struct cds_link link;
 } hand __attribute__((aligned(256)));
 
-AVR_HANDLERS_TWO_ENABLES(hand, 7)
+CDS_AVR_HANDLERS_TWO_ENABLES(hand, 7)
 #undef USARTF_RX_vect
 #undef USARTF_UDRE_vect
 #undef USARTF_TX_vect
 #define USARTF_RX_vect   __vector_of_tied_rx
 #define USARTF_UDRE_vect __vector_of_tied_udre
 #define USARTF_TX_vect   __vector_of_tied_tx
-AVR_HANDLERS_TIED(hand, 8)
+CDS_AVR_HANDLERS_TIED(hand, 8)
 
 static struct cds_link twin;
 static uint8_t twin_data, twin_status, twin_control;
@@ -43,14 +43,14 @@ void cds_port_tx(uint8_t port, uint8_t byte)
 void cds_port_tx_last(uint8_t port, uint8_t byte)
 {
     twin_data = byte;
-    twin_status = AVR_TXC | AVR_U2X;
-    twin_control = port == 8 ? AVR_STATE_TIED_DRAINING : AVR_STATE_DRAINING;
+    twin_status = CDS_AVR_TXC | CDS_AVR_U2X;
+    twin_control = port == 8 ? CDS_AVR_STATE_TIED_DRAINING : CDS_AVR_STATE_DRAINING;
 }
 
 void cds_port_listen(uint8_t port)
 {
     (void)port;
-    twin_control = AVR_STATE_LISTENING;
+    twin_control = CDS_AVR_STATE_LISTENING;
 }
 
 #define ROUNDS 4000
@@ -122,7 +122,8 @@ static void any_link(void)
     }
     memcpy(&hand.link, &twin, sizeof twin);
     UDRF = twin_data = any() & 1 ? any() : *twin.echo;
-    UCSRFA = twin_status = (uint8_t)(AVR_U2X | 1 << 7 | AVR_UDRE | (any() & 3 ? 0 : any() & 0x18));
+    UCSRFA = twin_status =
+        (uint8_t)(CDS_AVR_U2X | 1 << 7 | CDS_AVR_UDRE | (any() & 3 ? 0 : any() & 0x18));
     UCSRFB = twin_control = any();
 }
 
@@ -134,8 +135,8 @@ static void compare(void)
 
 static uint8_t line_errors(void)
 {
-    return (uint8_t)((twin_status & AVR_FRAMING_ERROR ? CDS_LINE_FRAMING : 0) |
-                     (twin_status & AVR_OVERRUN ? CDS_LINE_OVERRUN : 0));
+    return (uint8_t)((twin_status & CDS_AVR_FRAMING_ERROR ? CDS_LINE_FRAMING : 0) |
+                     (twin_status & CDS_AVR_OVERRUN ? CDS_LINE_OVERRUN : 0));
 }
 
 int main(void)

@@ -7,7 +7,7 @@
 #include <cds55xx/queue.h>
 #include <cds55xx/servo.h>
 #include <cds55xx/servos.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 #ifndef JOINTS
 #define JOINTS 18

@@ -1,7 +1,7 @@
 /* A damaged line: framing errors from a servo at another rate, and bytes lost while interrupts are
  * off. Prints results and counters. */
 #include <cds55xx/servo.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 #include <util/delay.h>
 
 #include "say.h"

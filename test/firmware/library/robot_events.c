@@ -1,7 +1,7 @@
 /* A robot of three joints that makes one timed move and stops. It says each event, and where the
  * joints are behind the move. */
 #include <cds55xx/robot.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 
 #include "say.h"
 

@@ -8,7 +8,7 @@
 #include <cds55xx/servo.h>
 #include <cds55xx/sync_write.h>
 #include <cds55xx/torque_off.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 #include <string.h>
 
 #include "say.h"
@@ -55,7 +55,7 @@ static struct cds_request requests[WAITING];
 static volatile uint8_t heard;
 static char line[24];
 
-ISR(AVR_VECTOR(BOARD_HOST_USART, RX))
+ISR(CDS_AVR_VECTOR(BOARD_HOST_USART, RX))
 {
     uint8_t byte = SAY_DATA;
 

@@ -12,13 +12,13 @@
 #include <stdlib.h>
 
 #include "board.h"
-#include "usart.h" // AVR_PASTE, AVR_PASTE3
+#include "cds55xx/avr/usart.h" // CDS_AVR_PASTE, CDS_AVR_PASTE3
 
 #ifdef BOARD_HOST_USART
-#define SAY_REGISTER_(a, b) AVR_PASTE3(a, BOARD_HOST_USART, b)
+#define SAY_REGISTER_(a, b) CDS_AVR_PASTE3(a, BOARD_HOST_USART, b)
 #define SAY_STATUS          SAY_REGISTER_(UCSR, A)
 #define SAY_CONTROL         SAY_REGISTER_(UCSR, B)
-#define SAY_DATA            AVR_PASTE(UDR, BOARD_HOST_USART)
+#define SAY_DATA            CDS_AVR_PASTE(UDR, BOARD_HOST_USART)
 #define SAY_DIVISOR         ((F_CPU + 4ul * BOARD_HOST_BAUD) / (8ul * BOARD_HOST_BAUD))
 
 enum { // where all these chips have them

@@ -2,7 +2,7 @@
  * be released at the last stop bit, not at a stale transmit complete. The program sends only
  * broadcasts, because such a handler is too long to receive replies. */
 #include <cds55xx/servo.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 #include <util/delay.h>
 
 #include "say.h"

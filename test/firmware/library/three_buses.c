@@ -5,7 +5,7 @@
  * the counters of each bus, and the longest time from one READ to the next. */
 #include <avr/eeprom.h>
 #include <cds55xx/servo.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 #include <stdbool.h>
 
 #include "say.h"

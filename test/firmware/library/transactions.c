@@ -4,7 +4,7 @@
 #include <cds55xx/scan.h>
 #include <cds55xx/servo.h>
 #include <cds55xx/servos.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 #include <string.h>
 #include <util/delay_basic.h>
 

@@ -4,7 +4,7 @@
 #include <cds55xx/servo.h>
 #include <cds55xx/servo_units.h>
 #include <cds55xx/blocking.h>
-#include <cds55xx_avr.h>
+#include <cds55xx/avr.h>
 #include <util/delay.h>
 
 #include "say.h"

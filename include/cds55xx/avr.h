@@ -17,8 +17,8 @@
  * The handlers change the enables. Change other pins of those ports by a constant bit each (sbi,
  * cbi) or with interrupts off, or an enable may be put back to where it was.
  */
-#ifndef CDS55XX_AVR_H
-#define CDS55XX_AVR_H
+#ifndef CDS_AVR_H
+#define CDS_AVR_H
 
 #ifndef __OPTIMIZE__
 #error "compile with -Os: the handlers must be inlined to keep up with 1 Mbps"
@@ -26,38 +26,23 @@
 
 #include <avr/interrupt.h>
 
-#include "cds55xx/link.h" // the events
-#include "clock.h"        // cds_avr_clock_open()
-#include "handlers.h"     // AVR_HANDLERS_*
-#include "usart.h"        // the verbs, inline
-
-/* The three verbs an event may use, inlined wherever this header is included; the functions that
- * the core calls are in usart.c. */
-AVR_INLINE void cds_port_tx(uint8_t port, uint8_t byte)
-{
-    avr_usart_tx(port, byte);
-}
-
-AVR_INLINE void cds_port_tx_last(uint8_t port, uint8_t byte)
-{
-    avr_usart_tx_last(port, byte);
-}
-
-AVR_INLINE void cds_port_listen(uint8_t port)
-{
-    avr_usart_listen(port);
-}
+#include "cds55xx/link.h"         // the events
+#include "cds55xx/avr/clock.h"    // cds_avr_clock_open()
+#include "cds55xx/avr/handlers.h" // CDS_AVR_HANDLERS_*
+#include "cds55xx/avr/usart.h"    // the verbs, inline
 
 /* Binds bus `number` (0 to BOARD_BUS_COUNT - 1, a plain number) of the board to `bus`, a struct
  * cds_bus with static storage. At file scope, once for each bus.
  *
  * A servo may answer 32 cycles after the last stop bit: so the transmit-complete handler turns the
  * line around before anything is saved. */
-#define CDS_AVR_BUS(bus, number) AVR_PASTE(AVR_HANDLERS_, AVR_BUS(number, _WIRING))(bus, number)
+#define CDS_AVR_BUS(bus, number)                                                                   \
+    CDS_AVR_PASTE(CDS_AVR_HANDLERS_, CDS_AVR_BOARD(number, _WIRING))(bus, number)
 
 /* Binds the board's BOARD_CLOCK_TIMER: its count, its overflow vector, and of its compare units A,
- * B and C one for each bus. At file scope, once. */
-#define CDS_AVR_CLOCK() struct cds_avr_clock cds_avr_clock;
+ * B and C one for each bus. Defines the functions through which the library reaches clock and
+ * USARTs of this board. At file scope, once in a program. */
+#define CDS_AVR_CLOCK() CDS_AVR_USART_FUNCTIONS_ CDS_AVR_CLOCK_FUNCTIONS_
 
 /* Both for the only robot (cds55xx/robot.h) of a program: binds bus `number` to its bus, and the
  * clock. At file scope. */

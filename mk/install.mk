@@ -1,0 +1,36 @@
+# make install, uninstall and dist.
+
+PREFIX ?= /usr/local
+VERSION = $(shell sed -n 's/.*CDS_VERSION "\(.*\)"/\1/p' include/cds55xx/version.h)
+
+# Options that a program needs beside -mmcu. The handlers must be inlined, so the library refuses a program
+# without -Os. -flto: the compiler sees library and program at once.
+INSTALLED_CFLAGS := -DF_CPU=16000000UL -Os -flto -ffunction-sections -fdata-sections -mstrict-X
+INSTALLED_LDFLAGS := -Os -flto -flto-partition=none -Wl,--gc-sections -Wl,--relax
+INSTALL := scripts/install.py
+
+## install: library for each chip (MCUS=), simulator, man page; pkg-config and CMake (PREFIX= DESTDIR=)
+.PHONY: install
+install: may-install libs sim
+	@$(INSTALL) install --prefix '$(PREFIX)' --destdir '$(DESTDIR)' --mcus '$(MCUS)' \
+	  --cflags '$(INSTALLED_CFLAGS)' --ldflags '$(INSTALLED_LDFLAGS)'
+
+# Before the build, which takes longer.
+.PHONY: may-install
+may-install:
+	@$(INSTALL) check --prefix '$(PREFIX)' --destdir '$(DESTDIR)'
+
+## uninstall: remove what make install has put into PREFIX
+.PHONY: uninstall
+uninstall:
+	@$(INSTALL) uninstall --prefix '$(PREFIX)' --destdir '$(DESTDIR)'
+
+## dist: build/cds55xx-<version>.tar.gz, the sources of the last commit
+.PHONY: dist
+dist:
+	@git rev-parse --git-dir > /dev/null 2>&1 || { echo 'make dist needs a clone with git: it archives the last' \
+	  'commit'; exit 1; }
+	@git diff --quiet HEAD || echo 'note: what is not committed is not in the archive'
+	@mkdir -p build
+	$(Q)git archive --prefix=cds55xx-$(VERSION)/ HEAD | gzip -9n > build/cds55xx-$(VERSION).tar.gz
+	@echo build/cds55xx-$(VERSION).tar.gz

@@ -1,0 +1,59 @@
+#!/usr/bin/env python3
+"""What a board's two files lack, all of it in one line; prints nothing if they are complete. make asks it
+about BOARD_DIR and BOARD before it compiles.
+
+usage: board.py FOLDER
+"""
+import pathlib
+import re
+import sys
+
+PINS = {"TWO_ENABLES": ["RXD", "TXD", "TX_ENABLE", "RX_ENABLE"], "ONE_ENABLE": ["RXD", "TXD", "ENABLE"],
+        "TIED": ["RXD", "TXD"], "ADAPTER": ["RXD", "TXD"], "ADAPTER_ECHO": ["RXD", "TXD"]}
+
+
+def values(path, pattern):
+    return dict(re.findall(pattern, path.read_text(), re.M))
+
+
+def of_bus(macros, bus):
+    """The macros that bus number `bus` needs."""
+    wiring = macros.get(f"BOARD_BUS{bus}_WIRING", "TWO_ENABLES")
+    yield f"BOARD_BUS{bus}_USART"
+    for pin in PINS.get(wiring, PINS["TIED"]):
+        yield f"BOARD_BUS{bus}_{pin}_PORT"
+        yield f"BOARD_BUS{bus}_{pin}_BIT"
+
+
+def missing_in_header(path, has_firmware):
+    macros = values(path, r"^#define (BOARD_\w+)[ \t]+(\S+)")
+    count = macros.get("BOARD_BUS_COUNT", "1")
+    wanted = ["BOARD_BUS_COUNT"]
+    for bus in range(int(count) if count in "123" else 1):
+        wanted += of_bus(macros, bus)
+    wanted.append("BOARD_CLOCK_TIMER")
+    if not has_firmware:
+        wanted += ["BOARD_HOST_USART", "BOARD_HOST_BAUD"]
+    missing = [name for name in wanted if name not in macros]
+    if "BOARD_HOST_USART" in missing:
+        missing.append("or, without a host link, FIRMWARE in board.mk")
+    return missing
+
+
+def complaint(folder):
+    if not folder.is_dir():
+        return f"{folder} is no folder"
+    absent = [name for name in ["board.mk", "board.h"] if not (folder / name).is_file()]
+    if absent:
+        return f"{folder} lacks {' and '.join(absent)}"
+    fields = values(folder / "board.mk", r"^(\w+)[ \t]*[:?]?=[ \t]*(\S.*)$")
+    parts = [f"{name}: {', '.join(missing)}" for name, missing in
+             [("board.mk", [] if "MCU" in fields else ["MCU"]),
+              ("board.h", missing_in_header(folder / "board.h", "FIRMWARE" in fields))] if missing]
+    return f"{folder} lacks {'; '.join(parts)}" if parts else ""
+
+
+if __name__ == "__main__":
+    found = complaint(pathlib.Path(sys.argv[1]))
+    if found:
+        print(found + " (CONTRIBUTING.md, Add a board)")

@@ -1,0 +1,167 @@
+#!/usr/bin/env python3
+"""Installs library, simulator and documents below a prefix, and removes them again.
+
+usage: install.py check|install|uninstall --prefix DIR [--destdir DIR]
+                  [--mcus "MCU ..."] [--cflags "..."] [--ldflags "..."]
+
+check: may this user write there? One line on stderr if not, before make builds anything.
+install: writes share/cds55xx/manifest, too: the files, and the folders that did not exist before.
+uninstall: removes what the manifest names, and nothing else.
+"""
+import argparse
+import getpass
+import os
+import pathlib
+import re
+import shutil
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+MANIFEST = "share/cds55xx/manifest"
+
+
+def version():
+    return re.search(r'CDS_VERSION "(.*)"', (ROOT / "include/cds55xx/version.h").read_text())[1]
+
+
+def user():
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return f"user {os.getuid()}"
+
+
+def refuse(text):
+    sys.exit(f"install.py: {text}")
+
+
+def check(prefix):
+    """The nearest folder that exists must take new files."""
+    folder = prefix
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    if not folder.is_dir():
+        refuse(f"{folder} is no folder; name another one: make install PREFIX=$HOME/.local")
+    if os.statvfs(folder).f_flag & os.ST_RDONLY:
+        refuse(f"{folder} is on a read-only file system; make install PREFIX=$HOME/.local")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        refuse(f"{folder} may not be written by {user()}; make install PREFIX=$HOME/.local, or use sudo")
+
+
+def filled(name, words):
+    """A template of packaging/ with its @WORDS@."""
+    text = (ROOT / "packaging" / name).read_text()
+    return re.sub(r"@([A-Z_]+)@", lambda match: words[match[1]], text)
+
+
+def contents(options):
+    """(path below the prefix, source file or text) of all that is installed."""
+    words = {"VERSION": version(), "CFLAGS_LIST": ";".join(options.cflags.split()),
+             "LDFLAGS_LIST": ";".join(options.ldflags.split()), "MCUS": " ".join(options.mcus)}
+    yield "bin/cds55xx-sim", ROOT / "build/host/cds55xx-sim"
+    yield "share/man/man1/cds55xx-sim.1", ROOT / "packaging/cds55xx-sim.1"
+    # A folder of their own: pkg-config must never name /usr/include, which has the headers of the host.
+    for header in sorted((ROOT / "include").rglob("*.h")):
+        yield f"include/cds55xx/{header.relative_to(ROOT / 'include')}", header
+    for mcu in options.mcus:
+        yield f"lib/cds55xx/libcds55xx-{mcu}.a", ROOT / f"build/lib/libcds55xx-{mcu}.a"
+        yield f"lib/pkgconfig/cds55xx-{mcu}.pc", filled("cds55xx.pc.in", {
+            **words, "MCU": mcu, "CFLAGS": f"-mmcu={mcu} {options.cflags}",
+            "LDFLAGS": f"-mmcu={mcu} {options.ldflags}"})
+    yield "lib/cds55xx/constants.ld", ROOT / "mk/constants.ld"
+    for name in ["cds55xx-config.cmake", "cds55xx-config-version.cmake"]:
+        yield f"lib/cmake/cds55xx/{name}", filled(f"{name}.in", words)
+    yield "lib/cmake/cds55xx/avr-gcc.cmake", ROOT / "packaging/avr-gcc.cmake"
+    for board in sorted((ROOT / "boards").glob("*/board.*")):
+        yield f"share/cds55xx/{board.relative_to(ROOT)}", board
+    yield "share/cds55xx/scripts/plot.gp", ROOT / "scripts/plot.gp"
+    for file in sorted((ROOT / "examples").rglob("*")):
+        if file.is_file() and file.suffix != ".elf" and "build" not in file.relative_to(ROOT).parts:
+            yield f"share/cds55xx/{file.relative_to(ROOT)}", file
+    yield "share/doc/cds55xx/LICENSE", ROOT / "LICENSE"
+    yield "share/doc/cds55xx/README.md", ROOT / "README.md"
+
+
+def make_folder(prefix, folder, made):
+    """Makes the folder and those above it; adds to `made` what was missing, relative to the prefix."""
+    missing = []
+    while not folder.exists():
+        missing.append(folder)
+        folder = folder.parent
+    for folder in reversed(missing):
+        folder.mkdir(mode=0o755)
+        made.append(os.path.relpath(folder, prefix))
+
+
+def put(target, source):
+    target.unlink(missing_ok=True) # a link is replaced, not written through
+    if isinstance(source, str):
+        target.write_text(source)
+    else:
+        shutil.copyfile(source, target)
+    target.chmod(0o755 if target.parent.name == "bin" else 0o644)
+
+
+def install(prefix, options):
+    check(prefix)
+    if (prefix / MANIFEST).exists():
+        uninstall(prefix)
+    files, folders = [], []
+    try:
+        for name, source in contents(options):
+            make_folder(prefix, (prefix / name).parent, folders)
+            files.append(name)
+            put(prefix / name, source)
+    finally: # what an error has left can be uninstalled, too
+        if files:
+            make_folder(prefix, (prefix / MANIFEST).parent, folders)
+            put(prefix / MANIFEST, "".join(f"{kind} {name}\n" for kind, names in
+                                           [("file", files), ("folder", folders)] for name in names))
+    print(f"installed cds55xx {options.version} in {prefix} for {len(options.mcus)} chips")
+
+
+def uninstall(prefix):
+    manifest = prefix / MANIFEST
+    if not manifest.exists():
+        refuse(f"nothing is installed in {prefix}; name the prefix of the installation: make uninstall PREFIX=...")
+    if not os.access(manifest.parent, os.W_OK):
+        refuse(f"{prefix} may not be written by {user()}; use sudo")
+    rows = [line.split(" ", 1) for line in manifest.read_text().splitlines()]
+    for kind, name in rows:
+        if kind == "file":
+            (prefix / name).unlink(missing_ok=True)
+    manifest.unlink()
+    for kind, name in reversed(rows):
+        if kind == "folder":
+            try:
+                pathlib.Path(os.path.normpath(prefix / name)).rmdir() # `name` may be `..`
+            except OSError: # it has files of others
+                pass
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("order", choices=["check", "install", "uninstall"])
+    parser.add_argument("--prefix", required=True)
+    parser.add_argument("--destdir", default="")
+    parser.add_argument("--mcus", type=str.split, default=[])
+    parser.add_argument("--cflags", default="")
+    parser.add_argument("--ldflags", default="")
+    options = parser.parse_args()
+    options.version = version()
+    if not os.path.isabs(options.prefix):
+        refuse(f"PREFIX={options.prefix} is not absolute; name it from / on")
+    prefix = pathlib.Path(options.destdir + options.prefix) # as in GNU make: the one before the other
+    try:
+        if options.order == "check":
+            check(prefix)
+        elif options.order == "install":
+            install(prefix, options)
+        else:
+            uninstall(prefix)
+    except OSError as error:
+        refuse(f"{error.filename}: {error.strerror}")
+
+
+if __name__ == "__main__":
+    main()

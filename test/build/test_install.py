@@ -1,0 +1,282 @@
+"""make install, uninstall and dist: what they write, and programs that use what is installed."""
+# needs: $(foreach m,$(MCUS),$(call library_of,$(m)))
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path += [str(ROOT / "test/runs")]
+
+from simulator import call
+
+SIMULATED = {"atmega128", "atmega1280", "atmega1281", "atmega1284", "atmega1284p", "atmega164p", "atmega168",
+             "atmega168p", "atmega2560", "atmega324p", "atmega328", "atmega328p", "atmega644", "atmega644p"}
+# A board that each chip can be: bus on USART0, one enable.
+ANY_BOARD = "".join(f"#define BOARD_{line}\n" for line in [
+    "BUS_COUNT 1", "BUS0_WIRING ONE_ENABLE", "BUS0_USART 0", "BUS0_RXD_PORT D", "BUS0_RXD_BIT 0",
+    "BUS0_TXD_PORT D", "BUS0_TXD_BIT 1", "BUS0_ENABLE_PORT D", "BUS0_ENABLE_BIT 2", "CLOCK_TIMER 1"])
+
+
+def setUpModule():
+    global FOLDER, PREFIX, ENVIRONMENT
+    FOLDER = pathlib.Path(tempfile.mkdtemp())
+    unittest.addModuleCleanup(shutil.rmtree, FOLDER)
+    PREFIX = FOLDER / "prefix"
+    ENVIRONMENT = {**os.environ, "MAKEFLAGS": "", "PKG_CONFIG_PATH": str(PREFIX / "lib/pkgconfig")}
+    status, output = make("install", f"PREFIX={PREFIX}")
+    assert status == 0, output
+
+
+def make(*arguments):
+    return call("make", "-C", ROOT, "--no-print-directory", *arguments, env={**os.environ, "MAKEFLAGS": ""})
+
+
+def files_of(folder):
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
+
+
+def shell(command, **options):
+    """(status, output) of a command of a user who has the installed library."""
+    return call("sh", "-c", command, env=ENVIRONMENT, **options)
+
+
+def libraries():
+    return sorted(path.stem[len("libcds55xx-"):] for path in (PREFIX / "lib/cds55xx").glob("*.a"))
+
+
+class Files(unittest.TestCase):
+    def test_all_headers_examples_and_boards_are_installed(self):
+        self.assertEqual(files_of(PREFIX / "include/cds55xx"), files_of(ROOT / "include"))
+        self.assertEqual(files_of(PREFIX / "share/cds55xx/boards"), files_of(ROOT / "boards"))
+        self.assertEqual(files_of(PREFIX), sorted({  # nothing that the manifest does not name
+            line.split(" ", 1)[1] for line in (PREFIX / "share/cds55xx/manifest").read_text().splitlines()
+            if line.split(" ", 1)[1] != "."} | {"share/cds55xx/manifest"}))
+
+    def test_each_library_has_a_pkg_config_file(self):
+        self.assertEqual(len(libraries()), 19)
+        for mcu in libraries():
+            status, flags = shell(f"pkg-config --cflags --libs cds55xx-{mcu}")
+            self.assertEqual(status, 0, flags)
+            self.assertEqual(re.findall(r"-mmcu=(\S+)", flags), [mcu, mcu])  # to compile, and to link
+            version = re.search(r'"(.*)"', (ROOT / "include/cds55xx/version.h").read_text())[1]
+            self.assertEqual(shell(f"pkg-config --modversion cds55xx-{mcu}"), (0, version + "\n"))
+
+    def test_destdir_install_and_uninstall_leave_nothing(self):
+        words = [f"DESTDIR={FOLDER}/image", "PREFIX=/usr", "MCUS=atmega328p"]
+        self.assertEqual(make("install", *words)[0], 0)
+        self.assertEqual(sorted(p.name for p in (FOLDER / "image/usr").iterdir()),
+                         ["bin", "include", "lib", "share"])
+        flags = call("pkg-config", "--cflags", "cds55xx-atmega328p", env={
+            **os.environ, "PKG_CONFIG_PATH": f"{FOLDER}/image/usr/lib/pkgconfig"})[1]
+        self.assertIn("/usr/lib/pkgconfig/../../include/cds55xx", flags)  # never /usr/include of the host
+        self.assertEqual(make("uninstall", *words), (0, ""))
+        self.assertFalse((FOLDER / "image").exists())
+
+    def test_uninstall_keeps_files_and_folders_of_others(self):
+        prefix = FOLDER / "shared"
+        (prefix / "lib").mkdir(parents=True)
+        words = [f"PREFIX={prefix}", "MCUS=atmega328p"]
+        self.assertEqual(make("install", *words)[0], 0)
+        (prefix / "bin/other").write_text("")
+        self.assertEqual(make("install", *words)[0], 0)  # again: replaces what is there
+        self.assertEqual(make("uninstall", *words), (0, ""))
+        self.assertEqual(files_of(prefix), ["bin", "bin/other", "lib"])
+
+    def test_uninstall_where_nothing_is_installed_says_so(self):
+        status, output = make("uninstall", f"PREFIX={FOLDER}/none")
+        self.assertNotEqual(status, 0)
+        self.assertIn(f"nothing is installed in {FOLDER}/none; name the prefix", output)
+
+    def test_man_page_has_the_options_of_help(self):
+        options = re.compile(r"--[a-z]+(?:-[a-z]+)*")
+        page = (PREFIX / "share/man/man1/cds55xx-sim.1").read_text().replace("\\-", "-")
+        self.assertEqual(set(options.findall(page)) - {"--help"},
+                         set(options.findall(call(PREFIX / "bin/cds55xx-sim", "--help")[1])))
+
+
+class Refused(unittest.TestCase):
+    def refused(self, prefix, message, **options):
+        done = subprocess.run(["/usr/bin/python3", FOLDER / "tree/scripts/install.py", "check", "--prefix", prefix],
+                              stderr=subprocess.PIPE, text=True, cwd="/", **options)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertRegex(done.stderr, f"^install.py: {message}.*\n$")
+
+    def setUp(self):
+        for file in ["scripts/install.py", "include/cds55xx/version.h"]:
+            target = FOLDER / "tree" / file
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / file, target)
+        FOLDER.chmod(0o755)
+
+    def test_prefix_that_is_no_folder(self):
+        self.refused(FOLDER / "tree/scripts/install.py/x", ".*/install.py is no folder; name another one")
+
+    def test_prefix_without_leave_to_write(self):
+        (FOLDER / "closed").mkdir(mode=0o555)
+        as_user = {"user": 65534, "group": 65534, "extra_groups": []} if os.geteuid() == 0 else {}
+        self.refused(FOLDER / "closed/below", ".*/closed may not be written by .*; make install PREFIX=", **as_user)
+
+    def test_prefix_on_a_read_only_file_system(self):
+        if os.statvfs("/sys").f_flag & os.ST_RDONLY:
+            self.refused("/sys/x", "/sys is on a read-only file system; make install PREFIX=")
+
+    def test_prefix_that_is_relative(self):
+        self.refused("here", "PREFIX=here is not absolute")
+
+    def test_unknown_chip_lists_those_with_a_library(self):
+        status, output = make("install", f"PREFIX={FOLDER}/none", "MCUS=atmega328p atmega32")
+        self.assertNotEqual(status, 0)
+        self.assertIn("there is no library for 'atmega32'; MCUS= some of: at90can128 ", output)
+        self.assertFalse((FOLDER / "none").exists())
+
+
+class Examples(unittest.TestCase):
+    """Copies of the installed examples, built and run as a user does."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def copy(self, name):
+        return shutil.copytree(PREFIX / "share/cds55xx/examples" / name, self.folder / name)
+
+    def make_test(self, name, runs=1):
+        status, output = shell("make test", cwd=self.copy(name))
+        self.assertEqual(status, 0, output)
+        self.assertEqual(output.count("rules:   none broken"), runs, output)
+
+    def test_blink(self):
+        self.make_test("blink")
+
+    def test_sweep(self):
+        self.make_test("sweep")
+
+    def test_wheels(self):
+        self.make_test("wheels")
+
+    def test_gripper_on_its_own_board(self):
+        self.make_test("gripper", runs=2)
+
+    def test_example_that_fails_its_script_fails_make(self):
+        folder = self.copy("blink")
+        source = folder / "blink.c"
+        source.write_text(source.read_text().replace("led = !led", "led = 0"))
+        status, output = shell("make test", cwd=folder)
+        self.assertNotEqual(status, 0)
+        self.assertIn("@expect servo 1 led on within 0: not met", output)
+
+    def cmake(self, source):
+        return shell(f"cmake --toolchain {PREFIX}/lib/cmake/cds55xx/avr-gcc.cmake -S {source} -B {self.folder}/build"
+                     f" && cmake --build {self.folder}/build && ctest --test-dir {self.folder}/build")
+
+    def test_blink_with_cmake(self):
+        status, output = self.cmake(self.copy("blink"))
+        self.assertEqual(status, 0, output)
+        self.assertIn("100% tests passed", output)
+
+    def test_cmake_component_without_library_is_named(self):
+        source = self.copy("blink") / "CMakeLists.txt"
+        source.write_text(source.read_text().replace("COMPONENTS atmega2560", "COMPONENTS atmega32"))
+        status, output = self.cmake(source.parent)
+        self.assertNotEqual(status, 0)
+        self.assertIn("there is no library for 'atmega32'; COMPONENTS are some of: at90can128", output)
+
+    def test_cmake_without_avr_gcc_names_the_package(self):
+        source = self.copy("blink")
+        (self.folder / "bin").mkdir()
+        (self.folder / "bin/make").symlink_to(shutil.which("make"))
+        status, output = call(shutil.which("cmake"), "--toolchain", PREFIX / "lib/cmake/cds55xx/avr-gcc.cmake", "-S",
+                              source, "-B", self.folder / "build", "-DCMAKE_FIND_USE_CMAKE_SYSTEM_PATH=FALSE",
+                              env={"PATH": str(self.folder / "bin")})
+        self.assertNotEqual(status, 0)
+        self.assertIn("avr-gcc is not in PATH; Debian: apt-get install gcc-avr", " ".join(output.split()))
+
+    def test_examples_of_one_file_by_the_line_of_the_docs(self):
+        text = (ROOT / "docs/linking.md").read_text()
+        line = re.search(r"```sh\n(avr-gcc .*(?:\\\n.*)*)\n```", text)[1]
+        for name, servos in [("robot", "1-12"), ("two_joints", "1,2"), ("hexapod", "1-18")]:
+            shutil.copy(PREFIX / f"share/cds55xx/examples/{name}.c", self.folder)
+            self.assertEqual(shell(line.replace("robot", name), cwd=self.folder), (0, ""))
+            status, output = shell(f"{PREFIX}/bin/cds55xx-sim firmware {name}.elf --board arduino-mega --servos "
+                                   f"{servos} --seconds 0.3", cwd=self.folder)
+            self.assertEqual(status, 0, output)
+            self.assertRegex(output, r"bus 0: +[1-9]\d\d+ packets in")
+
+
+class Libraries(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        (self.folder / "board.h").write_text(ANY_BOARD)
+
+    def build(self, mcu, library=None, flags=""):
+        library = library or mcu
+        return shell(f"avr-gcc -std=gnu99 -Wall -Wextra -Werror {PREFIX}/share/cds55xx/examples/blink/blink.c -I. "
+                     f"$(pkg-config --cflags cds55xx-{mcu}) $(pkg-config --libs cds55xx-{library} | "
+                     f"sed s/-mmcu={library}/-mmcu={mcu}/) {flags} -o {mcu}.elf", cwd=self.folder)
+
+    def test_each_chip_links_and_those_of_simavr_blink(self):
+        for mcu in libraries():
+            self.assertEqual(self.build(mcu), (0, ""), mcu)
+            (self.folder / "board.mk").write_text(f"MCU := {mcu}\nF_CPU := 16000000\n")
+            if mcu in SIMULATED:
+                status, output = call(PREFIX / "bin/cds55xx-sim", "firmware", self.folder / f"{mcu}.elf", "--board",
+                                      self.folder, "--servos", "1", "--seconds", "0.52")
+                self.assertEqual(status, 0, (mcu, output))
+                self.assertIn("bus 0:   1 packets in, 1 out, 0 damaged", output, mcu)
+
+    def test_library_for_another_chip_is_one_error_with_both_names(self):
+        for mcu, library in [("atmega328p", "atmega2560"), ("atmega1284p", "atmega128")]:
+            for flags in ["", "-fno-lto"]:
+                status, output = self.build(mcu, library, flags)
+                self.assertNotEqual(status, 0)
+                self.assertEqual(re.findall(r"undefined reference to `(.*)'", output), [
+                    f"cds55xx_library_is_for_{library}_but_program_is_for_{mcu}"])
+
+    def test_package_of_an_unknown_chip_is_named(self):
+        status, output = shell("pkg-config --cflags cds55xx-atmega32")
+        self.assertNotEqual(status, 0)
+        self.assertIn("cds55xx-atmega32", output)
+
+
+class Simulator(unittest.TestCase):
+    def test_installed_simulator_has_its_boards(self):
+        output = call(PREFIX / "bin/cds55xx-sim", "firmware", "x.elf", "--board", "toaster", "--seconds", "1", cwd="/")[1]
+        self.assertIn(f'no board "toaster" in {PREFIX}/bin/../share/cds55xx/boards; there are: arbotix', output)
+
+    def test_installed_simulator_draws_by_its_own_script(self):
+        picture = FOLDER / "plot.svg"
+        status, output = call(PREFIX / "bin/cds55xx-sim", "bus", "--servos", "1", "--seconds", "0.01", "--plot",
+                              picture, cwd="/")
+        self.assertEqual(status, 0, output)
+        self.assertIn("</svg>", picture.read_text())
+        self.assertNotIn(str(ROOT).encode() + b"/scripts", (PREFIX / "bin/cds55xx-sim").read_bytes())
+
+
+class Dist(unittest.TestCase):
+    def test_dist_unpacks_and_builds(self):
+        status, output = make("dist")
+        if not (ROOT / ".git").exists():
+            self.assertIn("make dist needs a clone with git", output)
+            return
+        self.assertEqual(status, 0, output)
+        archive = ROOT / output.splitlines()[-1]
+        first = archive.read_bytes()
+        make("dist")
+        self.assertEqual(archive.read_bytes(), first)  # the same commit, the same bytes
+        self.assertEqual(call("tar", "-xf", archive, "-C", FOLDER)[0], 0)
+        folder = FOLDER / archive.name[:-len(".tar.gz")]
+        status, output = call("make", "-C", folder, "DEPS=no", "build/arduino-uno/controller.elf", env={
+            **os.environ, "MAKEFLAGS": ""})
+        self.assertEqual(status, 0, output)
+
+
+if __name__ == "__main__":
+    unittest.main()
