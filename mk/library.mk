@@ -68,3 +68,4 @@ endif
 ## libs: the library for each chip (MCUS=): build/lib/libcds55xx-<mcu>.a
 .PHONY: libs
 libs: $(foreach m,$(MCUS),$(call library_of,$(m)))
+	$(clear)

@@ -14,10 +14,8 @@ site:
 
 # Firmware of each board and profile, as FILE:NAME.
 RELEASE_FIRMWARE := $(foreach b,$(BOARDS),$(foreach e,$(call profile_elfs,$(b)),$(foreach f,$(e) $(e:.elf=.hex),$(f):$(b)-$(notdir $(f)))))
-# The library for each chip where the build has that (mk/library.mk), else for each board.
-RELEASE_LIBRARIES := $(if $(wildcard mk/library.mk),\
-	$(foreach m,$(LIBRARY_MCUS),build/lib/libcds55xx-$(m).a:lib-$(m).a),\
-	$(foreach b,$(BOARDS),build/$(b)/libcds55xx.a:lib-$(b).a))
+# The library for each chip.
+RELEASE_LIBRARIES := $(foreach m,$(MCUS),$(call library_of,$(m)):lib-$(m).a)
 RELEASE_ARDUINO = $(if $(wildcard mk/arduino.mk),build/arduino/CDS55xx-$(VERSION).zip:arduino.zip)
 # The firmware contains parts of avr-libc (docs/licence.md).
 RELEASE_LICENCES := LICENSE:LICENSE /usr/share/doc/avr-libc/copyright:LICENSE-avr-libc

@@ -46,7 +46,7 @@ class Release(unittest.TestCase):
 
     def make(self, path):
         return call("make", "-C", path, "-s", "--no-print-directory", "release", "BOARD=arduino-uno",
-                    "BOARDS=arduino-uno", "LIBRARY_MCUS=atmega328p", env=ENVIRONMENT)
+                    "BOARDS=arduino-uno", "MCUS=atmega328p", env=ENVIRONMENT)
 
     def test_release_two_clones_same_bytes_and_right_sums(self):
         contents = []
