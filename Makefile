@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The whole build, out of tree below build/. `make help` lists the targets; V=1 shows the commands.
 #
 #   BOARD=name   one of boards/          DEPS=no    install nothing, name what is missing

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The AVR side, for each board, in build/<board>/ (mk/library.mk has the library that they link):
 #
 #   bridge.elf, console.elf, full.elf   the controller's firmware, one for each profile

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # What the hot path costs: make bench.
 
 BENCH_NEEDS := build/host/cds55xx-sim $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/atmega644p/benchmark/min.elf \

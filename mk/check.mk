@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Checks, and documents that are made from tables.
 
 FORMATTED := $(wildcard include/cds55xx/*.h include/cds55xx/*/*.h src/*/*.[ch] src/*/*/*.[ch] src/*/*/*/*.[ch] sim/*.[ch] sim/*/*.[ch] boards/*/*.h examples/*.c examples/*/*.c \

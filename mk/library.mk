@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The library: build/lib/libcds55xx-<mcu>.a, an archive for each chip. It knows no board: a program gets the
 # USARTs, timer and pins of its board by CDS_AVR_BUS and CDS_AVR_CLOCK (include/cds55xx/avr.h).
 

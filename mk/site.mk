@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # What leaves the tree: the site (API reference and documents as HTML), and a release.
 
 ## site: API reference and documents as HTML, in build/site; fails if a public item is not documented

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # The main job in the simulator: the real firmware carries out the manual's worked examples and a wave
 # through 18 servos; it plays what a person has taught; examples/hexapod.c walks. Leaves transcript,
 # waveforms and motion in build/demo/. Fails if a reply was an error, a rule of the wire was broken or a

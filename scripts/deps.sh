@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Looks for what the build, the simulator and the tests need, and installs what is missing: Debian
 # packages with apt-get (through sudo when not root), Unity out of the gem of its authors. With
 # everything there it takes a fraction of a second and touches nothing.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Filters one file for Doxygen (INPUT_FILTER of mk/Doxyfile): prints it in the form that Doxygen reads.
 
 usage: doxygen_filter.py FILE

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Checks the documents: the target of every relative link exists in git, its heading too, and so does every
 file that stands in code marks, such as `src/core/bus/bus.c`. docs/index.md links every page of docs/.
 

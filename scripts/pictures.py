@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Draws the pictures of the documents, docs/img/*.svg: real data from the simulator.
 
 usage: pictures.py    needs the simulator and programs in build/: run make pictures

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Collects a release: copies files, packs the sources of the last commit, and writes SHA256SUMS.
 
 usage: release.py DIR PREFIX FILE:NAME...    DIR/PREFIX-NAME is a copy of FILE, DIR/PREFIX.tar.gz the sources

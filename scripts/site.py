@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Puts the files that the pages of the site lead to beside them, and checks every link between pages.
 
 usage: site.py DIR    DIR: what Doxygen has made. Exit 1 if a link leads nowhere.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Each source file names its licence: one line at its top, behind #! if there is one.
 
 usage: spdx.py [--add]    Prints the files of git that lack the line; exit 1 if there is one. --add: adds it

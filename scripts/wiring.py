@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Draws a schematic of each wiring between controller and servos, docs/img/wiring-NAME.svg.
 
 usage: wiring.py [DIR]    DIR: in place of docs/img

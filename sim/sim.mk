@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The simulator, build/host/cds55xx-sim, and what runs in it for people.
 
 CC := gcc

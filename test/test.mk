@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Every test: faults, unit tests on the host and on the simulated AVR, whole runs.
 
 # Without sanitizers: a whole run has some hundred thousand transactions.

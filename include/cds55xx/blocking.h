@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* For programs that would rather wait: each call begins an instruction or an operation, polls the
  * bus until it has ended, and returns its result. Other requests of the bus go on meanwhile, and
  * their on_end is called.

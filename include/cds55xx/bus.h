@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* One half-duplex bus and the transaction in flight on it: an instruction packet and the status
  * packet that answers it, if one is due. Manual: 2.1; registers 0x05 and 0x10 in 3.1.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Goals and feedback of a whole robot at a fixed rate: in each period the goals of all servos leave
  * in one SYNC WRITE (manual 2.4.7), and READs of feedback (feedback.h) fill what remains, servo
  * after servo.

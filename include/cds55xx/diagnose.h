@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Finds out why a servo does not answer: looks at the line, at the servo and at the servos around
  * it, and ends with one finding and what to do about it. It sends PING and READ only, and writes
  * nothing (manual 2.4.2, 2.4.5; registers: 3.1).

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Finds a joint that does not follow its goals: a collision, an overload, an output that is
  * blocked. It compares the goals of a cycle (cycle.h) with the feedback. The goals come from
  * motion.h, gait.h or the program itself.

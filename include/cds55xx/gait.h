@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Gait generator: each joint swings about its rest position as a sum of up to three sines, all of
  * one base period. In each period of a cycle (cycle.h) a joint gets its next goal, and the speed
  * that leads there. It starts where the joints are and ends in the rest positions, without a jump.

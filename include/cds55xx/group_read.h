@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Reads the same registers of many servos: READs back to back (manual 2.4.2), each with its own
  * result and time. One READ is in flight or in the queue at a time, so requests of a higher
  * priority get their turn between two of them. For items that differ: read_pipeline.h. Main

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The state check, beside the application: finds servos that lost their state between two
  * transactions (power failed for a moment, so torque is off), and servos that come back. What it
  * finds is in struct cds_servo_state: presence, and CDS_INHIBIT_STATE_LOST. Manual: 2.4.2, 2.4.5,

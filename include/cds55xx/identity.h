@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Changes the ID or the baud rate of a servo, or resets it, and finds out where the servo is then.
  * Is the new place free? Is the servo at the old one? Write once, then look at both. The answer is
  * where the servo is now, whatever was lost on the way. Manual: 3.1, registers 0x03 and 0x04; 2.4.6

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Timed moves: the joints of a robot go to a pose in a given time and arrive together. In each
  * period of a cycle (cycle.h) every joint gets the next goal on its curve, and the speed that leads
  * there. Formulas and bounds: docs/internals/motion.md.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Helpers for poses: mirror left and right, add offsets. A pose has a position of each joint, 0 to
  * 1023 (0 to 300 degrees, R8), or CDS_POSE_NONE (motion.h), which stays.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Requests that wait behind the one in flight, in the order of their priority, and retries of
  * requests that got no good reply. A bus without a queue refuses a second request as CDS_BUSY.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* READs of many servos one behind the other (manual 2.4.2), each of its own registers: the READ of
  * the next servo is built while a reply is awaited, and sent from the end of that transaction.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The registered move: REG WRITE of a goal to each servo, then one ACTION, so that all servos start
  * at the same moment (manual 2.4.3, 2.4.4 and example 19; R20, R21, R39). If one servo does not
  * accept its goal, no ACTION is sent and the goals already registered are cleared.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The one object most programs need: a bus, the servos of a robot with their limits, goals and
  * feedback at 250 Hz, the state check, and torque off. A table in flash describes the joints.
  * Example: examples/two_joints.c. Manual: 2.4, 3.1.

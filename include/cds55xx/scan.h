@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Finds the servos on the bus: PING of every ID at every baud rate asked for (manual 2.4.5; rates:
  * 3.1, register 0x04).
  *

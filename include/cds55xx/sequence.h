@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Sequences of poses: step after step by timed moves (motion.h), with rests between them or through
  * a pose without a stop, once, several times or for ever.
  *

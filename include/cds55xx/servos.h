@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What is known of each servo of a bus, and the permit, which decides which packets may leave.
  * Everything is learnt from the packets that pass. Rules of the permit: docs/internals/permit.md.
  *

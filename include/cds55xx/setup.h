@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Settings of a servo that are written only if they differ, and read back (an EEPROM wears).
  * Manual: 3.1; 2.4.1, 2.4.2. ID and baud rate: identity.h.
  *

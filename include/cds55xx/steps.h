@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What the operations of several transactions have in common: scan, identity, setup, diagnose,
  * group read, registered move, SYNC WRITE to many, torque off. x_begin(&x, ...) prepares one.
  * x_poll(&x) moves it on, from the main loop beside cds_bus_poll(). x_abort(&x) ends it early.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* SYNC WRITE: the same registers of many servos (manual 2.4.7). One packet that the caller fills,
  * or as many packets as it takes. No servo replies: whether a packet was heard is not known.
  *

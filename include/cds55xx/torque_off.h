@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Torque off for all: inhibits driving, tells all servos on the bus to switch torque off and to
  * discard their registered writes, and reads back which servos did. Manual: 2.4.1, 2.4.2, registers
  * 0x18 and 0x2C.

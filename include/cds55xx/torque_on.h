@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Switches torque of a servo on without a movement: reads the servo, sets its position as its goal,
  * reads the goal back, then switches torque on. Manual: 3.1, registers 0x05 to 0x2E.
  *

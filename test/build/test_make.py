@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """What make promises: boards and their mistakes, what is missing, flash, fuses and run."""
 # needs: build/lib/libcds55xx-atmega128.a
 import os

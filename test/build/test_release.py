@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """make release of one board: its files, and the same bytes from two clones in different folders."""
 import hashlib
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """What make site does beside Doxygen: comments and documents in Doxygen's form, and the check of the links."""
 import pathlib
 import subprocess

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The firmware and programs linked with the library, in the simulator."""
 # needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega) $(patsubst %,build/%/examples/two_servos.elf,atmega128 arduino-mega)
 # needs: $(BOARDS:%=build/%/examples/two_joints.elf) build/atmega128/examples/timed_move.elf
