@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The whole build, out of tree below build/. `make help` lists the targets; V=1 shows the commands.
 #
 #   BOARD=name   one of boards/          DEPS=no    install nothing, name what is missing
@@ -35,10 +36,26 @@ $(error $(LACKS))
 endif
 endif
 
-ifneq ($(V),1)
-Q := @
-endif
+# $(call say,WHAT,FILE) in a recipe: the step that begins. On a terminal it is one line, which the next step
+# overwrites (\033[?7l: a long line does not wrap); elsewhere each tenth step is printed.
+# $(clear): before other output, so that nothing of this line remains.
+STEPS :=
+step = printf '$(3)%5d  %-8s %s$(4)' $(words $(STEPS)) $(1) $(2)
+ifeq ($(V),1)
 say = @printf '  %-8s %s\n' $(1) $(2)
+else
+Q := @
+say = $(eval STEPS += x)@if [ -t 1 ]; then $(call step,$(1),$(2),\033[K\033[?7l,\033[?7h\r); \
+  else $(if $(filter %0,$(words $(STEPS))),$(call step,$(1),$(2),,\n),:); fi
+endif
+clear = @[ ! -t 1 ] || printf '\033[K'
+# $(call built,FILES): the end of a target that builds files for the user.
+built = @[ ! -t 1 ] || printf '\033[K'; printf '%s\n' $(1)
+# make -s
+ifneq ($(findstring s,$(firstword -$(MAKEFLAGS))),)
+say =
+built = @:
+endif
 
 .DELETE_ON_ERROR:
 .SECONDEXPANSION:
@@ -46,7 +63,7 @@ say = @printf '  %-8s %s\n' $(1) $(2)
 .SECONDARY:
 .DEFAULT_GOAL := help
 
-PARTS := mk/library.mk mk/avr.mk sim/sim.mk mk/install.mk mk/benchmark.mk test/test.mk mk/check.mk
+PARTS := mk/library.mk mk/avr.mk sim/sim.mk mk/install.mk mk/benchmark.mk test/test.mk mk/check.mk mk/site.mk
 
 WARNINGS := -Wall -Wextra -Wconversion -Wvla -Werror
 DEPFILES := -MMD -MP

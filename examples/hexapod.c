@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A hexapod of 18 servos walks 6 s in a tripod gait, then stands. Three feet stand and push back
  * while the other three are lifted and swing forward. docs/img/hexapod.svg shows it from above.
  * Torque goes off if a servo fails or a leg is blocked.

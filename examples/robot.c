@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A robot of servos 1 to 12 that walks on the spot: goals at 250 Hz, feedback of all, soft limits,
  * a state check, and torque off for all as soon as something is wrong. Put your own gait into
  * gait(). Nothing here waits. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Two joints, servos 1 and 2, go to and fro by timed moves: both arrive after 1.5 s, smoothly. The
  * program of docs/motion.md. */
 #include <cds55xx/motion.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Two joints, servos 1 and 2, to and fro in step: the program of the README. */
 #include <cds55xx/robot.h>
 #include <cds55xx/avr.h>

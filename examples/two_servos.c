@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Two servos, IDs 1 and 2, to and fro in step: the shortest program, without any check. */
 #include <cds55xx/sync_write.h>
 #include <cds55xx/servo.h>

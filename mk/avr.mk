@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The AVR side, for each board, in build/<board>/ (mk/library.mk has the library that they link):
 #
 #   bridge.elf, console.elf, full.elf   the controller's firmware, one for each profile
@@ -169,26 +170,31 @@ endif
 ## lib: build/lib/libcds55xx-<mcu>.a for the chip of BOARD
 .PHONY: lib
 lib: $(call library_of,$(MCU))
+	$(call built,$^)
 
 ## firmware: build/BOARD/controller.elf and .hex (PROFILE=bridge, console or full)
 .PHONY: firmware
 firmware: build/$(BOARD)/controller.elf build/$(BOARD)/controller.hex
+	$(call built,$^)
 
 ## examples: the programs of examples/, for BOARD
 .PHONY: examples
 examples: $(filter-out $(TOO_LARGE_EXAMPLES),$(EXAMPLE_SRC:examples/%.c=build/$(BOARD)/examples/%.elf))
+	$(call built,$^)
 
 ## size: flash and RAM of each profile on every board, or of BOARD_DIR, beside its budget
 SIZED := $(if $(BOARD_DIR),$(BOARD),$(BOARDS))
 NOTED := $(if $(BOARD_DIR),,$(EXAMPLES))
 .PHONY: size
 size: $(foreach b,$(SIZED),$(call profile_elfs,$(b))) $(NOTED)
+	$(clear)
 	@scripts/size.py $(foreach b,$(SIZED),$(foreach f,$(call profile_elfs,$(b)),$(f) $($(b)_BUDGETS))) \
 	  --note $(NOTED) --too-large $(foreach b,$(SIZED),$(call too_large,$(b)))
 
 ## size-map: what the flash of BOARD's firmware is made of, by folder and file
 .PHONY: size-map
 size-map: build/$(BOARD)/controller.elf
+	$(clear)
 	@scripts/size-map.py $<
 
 ifneq ($(ELF),)
@@ -204,7 +210,7 @@ FLASH_HEX := build/$(BOARD)/$(if $(ELF),flash,controller).hex
 ## flash: write the firmware, or another program (ELF=), with avrdude (PROGRAMMER=, PORT=)
 .PHONY: flash
 flash: port $(FLASH_HEX)
-	$(if $(FLASH_NOTE),@echo 'note: $(FLASH_NOTE)')
+	$(if $(FLASH_NOTE),$(clear); echo 'note: $(FLASH_NOTE)')
 	@scripts/avrdude.sh '$(PORT)' -p $(MCU) -c $(PROGRAMMER) $(FLASH_FLAGS) -U flash:w:$(FLASH_HEX):i
 
 # Before the build, which takes longer.

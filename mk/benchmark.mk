@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # What the hot path costs: make bench.
 
 BENCH_NEEDS := build/host/cds55xx-sim $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/atmega644p/benchmark/min.elf \
@@ -9,26 +10,31 @@ BENCH_NEEDS := build/host/cds55xx-sim $(BOARDS:%=build/%/controller.elf) $(EXAMP
 ## bench: what the hot path costs, in cycles, beside limits and goals; build/bench.tsv
 .PHONY: bench
 bench: $(BENCH_NEEDS)
+	$(clear)
 	@scripts/bench.py
 
 ## bench-scaling: how the cost grows from 1 to 50 servos; build/bench-scaling.tsv and .svg
 .PHONY: bench-scaling
 bench-scaling: $(BENCH_NEEDS)
+	$(clear)
 	@scripts/bench.py --scaling
 
 ## bench-account: where the cycles of make bench go, function by function
 .PHONY: bench-account
 bench-account: $(BENCH_NEEDS)
+	$(clear)
 	@scripts/account.py
 
 ## bench-docs: make bench, and renew its tables in README.md and docs/internals/performance.md
 .PHONY: bench-docs
 bench-docs: $(BENCH_NEEDS)
+	$(clear)
 	@scripts/bench.py; scripts/bench.py --docs; scripts/account.py --docs
 
 ## bench-ci: make bench, a third of it again, the same to the digit, its tables up to date
 .PHONY: bench-ci
 bench-ci: $(BENCH_NEEDS)
+	$(clear)
 	@scripts/bench.py
 	@scripts/bench.py --again 1/3 --seed $(or $(SEED),0)
 	@scripts/bench.py --docs --check

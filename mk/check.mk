@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Checks, and documents that are made from tables.
 
 FORMATTED := $(wildcard include/cds55xx/*.h include/cds55xx/*/*.h src/*/*.[ch] src/*/*/*.[ch] src/*/*/*/*.[ch] sim/*.[ch] sim/*/*.[ch] boards/*/*.h examples/*.c examples/*/*.c \
@@ -13,7 +14,9 @@ GENERATED_DOCS := errors registers settings console device
 ## check: format, layering, docs, headers, machine code; every board built
 .PHONY: check
 check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
+	$(clear)
 	@echo '  CHECK    format'; clang-format --dry-run --Werror $(FORMATTED)
+	@echo '  CHECK    licences'; scripts/spdx.py
 	@echo '  CHECK    layering'; scripts/layering.py
 	@echo '  CHECK    docs'; for d in $(GENERATED_DOCS); do scripts/$$d.py | diff -u docs/$$d.md - || \
 	  { echo "docs/$$d.md is out of date: run make docs"; exit 1; }; done
@@ -38,6 +41,7 @@ eva:
 ## docs: renew what documents quote from tables and commands
 .PHONY: docs
 docs: tools build/atmega128/controller.elf build/host/cds55xx-sim
+	$(clear)
 	@for d in $(GENERATED_DOCS); do scripts/$$d.py > docs/$$d.md; done
 	@scripts/readme.py
 
@@ -45,6 +49,7 @@ docs: tools build/atmega128/controller.elf build/host/cds55xx-sim
 .PHONY: pictures
 pictures: tools build/host/cds55xx-sim $(addprefix build/atmega128/,controller.elf firmware/curves.elf firmware/motion.elf \
 		examples/hexapod.elf)
+	$(clear)
 	@scripts/pictures.py
 
 ## format: put all C into the project's format

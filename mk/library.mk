@@ -1,7 +1,11 @@
+# SPDX-License-Identifier: MIT
 # The library: build/lib/libcds55xx-<mcu>.a, an archive for each chip. It knows no board: a program gets the
 # USARTs, timer and pins of its board by CDS_AVR_BUS and CDS_AVR_CLOCK (include/cds55xx/avr.h).
 
-AVR_CC := avr-gcc
+# The same sources make the same bytes, wherever they are. PWD: the name of the folder in the debugging information,
+# which a debugger takes for its own. -frandom-seed: names in the objects come from the target, not from a random
+# number.
+AVR_CC = PWD=/proc/self/cwd avr-gcc -frandom-seed=$@
 AVR_AR := avr-gcc-ar
 AVR_SIZE := avr-size
 # -mstrict-X: without it gcc 5 adds an offset to X and subtracts it again for each field.
@@ -65,3 +69,4 @@ endif
 ## libs: the library for each chip (MCUS=): build/lib/libcds55xx-<mcu>.a
 .PHONY: libs
 libs: $(foreach m,$(MCUS),$(call library_of,$(m)))
+	$(clear)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Toolchain file of CMake for avr-gcc: cmake --toolchain PREFIX/lib/cmake/cds55xx/avr-gcc.cmake -S . -B build
 # The option -mmcu comes with the target cds55xx::<mcu>.
 set(CMAKE_SYSTEM_NAME Generic)

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Where the cycles of the benchmark go: the worst case of each figure by function, as the
 simulated CPU runs it (--steps). Inlined code counts for the function that contains it.
 

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Runs `avrdude -P PORT ARGUMENT...`, and ends where avrdude 7.1 would spin for ever: it does so if it
 # cannot open the device file PORT, or if the device is unplugged while avrdude talks to it.
 # Names that are no device file (usb, net:host:1234, ch340, usb:serial) go to avrdude unchecked.
@@ -35,6 +36,7 @@ case $port in
 esac
 [ $# -gt 0 ] || exit 0
 
+[ ! -t 1 ] || printf '\033[K' # clears the line of progress of make
 echo "avrdude -P $port $*"
 status=0
 timeout --foreground "$LIMIT_S" avrdude -P "$port" "$@" || status=$?

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Draws build/bench-scaling.tsv: how the cost grows with the number of servos. Upper row: measured time
 # and the floor of the wire. Lower row: the time above the floor, for each servo.
 # gnuplot -e "table='FILE'; output_file='FILE'" bench.gp

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """What the library costs, measured in the simulator (measure.py), beside the limits and goals of
 test/benchmark/rows.tsv. Exact cycle counts: two runs agree to the digit.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """What documents quote: a block behind a line `<!-- COMMAND -->`, up to `<!-- end -->`."""
 import re
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """What a board's two files lack, all of it in one line; prints nothing if they are complete. make asks it
 about BOARD_DIR and BOARD before it compiles.
 

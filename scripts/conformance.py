@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Checks docs/internals/conformance.md: its registers are the 50 bytes of the simulator, its
 rulings are those of docs/internals/rulings.md, every row names a test, and every test named there
 exists. Prints what does not hold."""

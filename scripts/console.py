@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """docs/console.md from the rows of src/controller/console/commands/*.c, and from a first session with the firmware in the simulator (atmega128, built). Prints the document.
 
 usage: console.py [--session]    --session: only the session, shortened for docs/getting-started.md

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Measures the branch coverage of src/core by the tests that run on this machine.
 
 usage: coverage.py [--limit PERCENT]

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # The main job in the simulator: the real firmware carries out the manual's worked examples and a wave
 # through 18 servos; it plays what a person has taught; examples/hexapod.c walks. Leaves transcript,
 # waveforms and motion in build/demo/. Fails if a reply was an error, a rule of the wire was broken or a
@@ -30,6 +31,12 @@ printf '\nA hexapod walks: 18 servos in a tripod gait, goals at 250 Hz (examples
 build/host/cds55xx-sim firmware build/atmega128/examples/hexapod.elf --board atmega128 --servos 1-18 \
     --seconds 8 --csv "$out/walk.csv"
 scripts/hexapod_picture.py "$out/walk.csv" "$out/hexapod.svg"
+
+printf '\nOther examples, which the tests run (%s):' 'make examples builds the programs'
+for file in examples/*; do
+    grep -q "$(basename "${file%.*}")\." "$0" || printf ' %s' "$file"
+done
+echo
 
 cat <<EOF
 

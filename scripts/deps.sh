@@ -1,8 +1,9 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Looks for what the build, the simulator and the tests need, and installs what is missing: Debian
 # packages with apt-get (through sudo when not root), Unity out of the gem of its authors. With
 # everything there it takes a fraction of a second and touches nothing.
-#   usage: deps.sh packages|unity|eva|test-build
+#   usage: deps.sh packages|unity|eva|site|test-build
 #   DEPS=no      install nothing; name what is missing and fail
 #   UNITY=DIR    where Unity is, or is to be put (default build/unity)
 set -eu
@@ -30,6 +31,10 @@ WANTED_BY_EVA='
 /usr/bin/frama-c                    frama-c-base
 /usr/bin/ocamlfind                  ocaml-findlib
 /usr/bin/ocamlopt                   ocaml
+'
+# Only make site needs it.
+WANTED_BY_SITE='
+/usr/bin/doxygen                    doxygen
 '
 # Only make test-build needs these: it builds the examples with the installed library.
 WANTED_BY_TEST_BUILD='
@@ -84,9 +89,12 @@ fetch_unity()
 }
 
 case "${1:-}" in
-packages | eva | test-build)
-    [ "$1" != eva ] || WANTED=$WANTED_BY_EVA
-    [ "$1" != test-build ] || WANTED=$WANTED_BY_TEST_BUILD
+packages | eva | site | test-build)
+    case $1 in
+    eva) WANTED=$WANTED_BY_EVA ;;
+    site) WANTED=$WANTED_BY_SITE ;;
+    test-build) WANTED=$WANTED_BY_TEST_BUILD ;;
+    esac
     packages=$(missing_packages | sort -u | tr '\n' ' ')
     [ -n "$packages" ] || exit 0
     [ "${DEPS:-yes}" != no ] || {
@@ -104,7 +112,7 @@ unity)
     fetch_unity
     ;;
 *)
-    echo "usage: deps.sh packages|unity|eva|test-build" >&2
+    echo "usage: deps.sh packages|unity|eva|site|test-build" >&2
     exit 2
     ;;
 esac

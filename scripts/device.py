@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """docs/device.md from the register table in src/controller/host/device.h. Prints the document."""
 import re
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """What the pictures of the documents are drawn with: SVG without a library."""
 import html
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """What the library's machine code must not do. Prints every breach as file: function: what; exit 1
 if there is one, or if a file has nothing to check.
 

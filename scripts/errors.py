@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """docs/errors.md from the two tables of errors, include/cds55xx/result.h and
 src/controller/console/errors.h, and the findings of include/cds55xx/diagnose.h. Prints the document."""
 import re

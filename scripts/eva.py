@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Frama-C Eva shows that the analysed sources have no run-time error: no access out of bounds, no
 invalid pointer, no signed overflow, no uninitialised read, no wrong shift or division.
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Runs every row of build/host/faults on every board it applies to, --jobs at a time. Prints a line for
 each row.
 

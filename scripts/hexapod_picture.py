@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Draws hexapod.svg: the robot of examples/hexapod.c from above, animated. Angles of its joints are the
 present positions of 18 simulated servos in one step of the gait; forward kinematics gives the feet. SMIL
 animates the picture, so that it moves in a README, too.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Installs library, simulator and documents below a prefix, and removes them again.
 
 usage: install.py check|install|uninstall --prefix DIR [--destdir DIR]

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Who may include whom. Prints every breach as file:line: why; exit 1 if there is one.
 
 usage: layering.py [DIR]   (the project's root; default: the current directory)

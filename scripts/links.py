@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Checks the documents: the target of every relative link exists in git, its heading too, and so does every
-file that stands in code marks, such as `src/core/bus/bus.c`.
+file that stands in code marks, such as `src/core/bus/bus.c`. docs/index.md links every page of docs/.
 
 usage: links.py [FILE...]    the files of git that end in .md if none is named. Exit 1 if one is missing.
 """
@@ -41,15 +42,19 @@ def in_git():
 
 
 @functools.lru_cache
-def anchors(path):
+def anchors_in_order(path):
     """The names that GitHub and GitLab give to the headings: a second `Map` is `map-1`."""
-    seen, names = collections.Counter(), set(HTML_ANCHOR.findall(text_of(path)))
+    seen, names = collections.Counter(), []
     for heading in HEADING.findall(text_of(path)):
         text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", "".join(heading))
         name = re.sub(r"[^\w\- ]", "", text.lower().strip()).replace(" ", "-")
-        names.add(f"{name}-{seen[name]}" if seen[name] else name)
+        names.append(f"{name}-{seen[name]}" if seen[name] else name)
         seen[name] += 1
     return names
+
+
+def anchors(path):
+    return {*HTML_ANCHOR.findall(text_of(path)), *anchors_in_order(path)}
 
 
 def broken_link(path, link):
@@ -78,10 +83,22 @@ def broken(path):
             yield f"{path}: {name}: there is no such file"
 
 
+def not_in_index():
+    """The pages of docs/ that docs/index.md does not link."""
+    index = pathlib.Path("docs/index.md")
+    linked = {(index.parent / link.partition("#")[0]).resolve() for link in INLINE.findall(text_of(index))}
+    for page in sorted(pathlib.Path("docs").rglob("*.md")):
+        if page != index and page.resolve() not in linked:
+            yield f"{index}: {page}: no link leads to this page"
+
+
 def main(names):
+    everything = not names
     names = names or subprocess.run(["git", "ls-files", "*.md"], stdout=subprocess.PIPE, text=True,
                                     check=True).stdout.split()
     wrong = [line for name in names for line in broken(pathlib.Path(name))]
+    if everything:
+        wrong += not_in_index()
     for line in wrong:
         print(line, file=sys.stderr)
     return 1 if wrong else 0

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The measurements of bench.py: runs programs in the simulator and computes figures from the files
 that it writes. Each function of JOBS returns rows of the benchmark, {name: value}."""
 import concurrent.futures

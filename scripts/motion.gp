@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Draws goal and present position of the servos over time, one row for each servo, from the last data
 # block of a CSV that cds55xx-sim --csv wrote. gnuplot -e "csv='FILE'; svg='FILE'; name='TITLE'" motion.gp
 set datafile separator comma

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Draws the curves of timed moves from runs of the simulator: curves.svg, one joint and eight moves of
 test/firmware/library/curves.c; arrival.svg, 18 joints that test/firmware/library/motion.c sends to
 poses at random. Both programs hold pin B0 high while a move is under way.

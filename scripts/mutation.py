@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Mutation testing of src/core: changes one place at a time, and counts the changes that a test on
 this machine notices.
 

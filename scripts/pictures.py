@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Draws the pictures of the documents, docs/img/*.svg: real data from the simulator.
 
 usage: pictures.py    needs the simulator and programs in build/: run make pictures
 bus.svg: one READ on the wire, its turnaround in detail, and a wave of 18 servos. storeys.svg: who may
 call whom, from the table of layering.py. curves.svg and arrival.svg: motion_pictures.py. hexapod.svg,
-which moves: hexapod_picture.py.
+which moves: hexapod_picture.py. wiring-*.svg: wiring.py.
 """
 import collections
 import csv
@@ -17,6 +18,7 @@ import hexapod_picture
 import layering
 import motion_pictures
 import wave
+import wiring
 from drawing import BLUE, DARK, GREEN, GREY, ORANGE, PALE, VIOLET, Drawing, simplified, stairs
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
@@ -273,6 +275,7 @@ def main():
     motion_pictures.curves(IMAGES / "curves.svg")
     motion_pictures.arrival(IMAGES / "arrival.svg")
     hexapod_picture.hexapod(IMAGES / "hexapod.svg")
+    wiring.main(IMAGES)
 
 
 if __name__ == "__main__":

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The picture of a run, from the data files that sim/output/plot_drawing.c writes into a folder:
 # gnuplot -e "folder='...'" plot.gp
 # First pane: a lane for each talker. Behind it: positions of the servos, and on request speed and load.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Renews what the user documents quote from commands: each block that follows a line `<!-- COMMAND -->`.
 
 usage: readme.py [--check]    --check: changes nothing, exit 1 if a block is out of date

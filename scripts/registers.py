@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """docs/registers.md from the control table in include/cds55xx/control_table.h. Prints the document."""
 import re
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Runs test programs, a line each, and adds up their tests; the last line is `N passed, N failed`.
 
 usage: run-tests.py [--avr-board BOARD] [--jobs N] [--times FILE] PROGRAM...

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """docs/settings.md from the table of settings in src/controller/robot/settings.h. Prints the document."""
 import re
 

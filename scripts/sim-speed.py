@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """How fast the simulator is on this machine, in times of real time: a line for each kind of run.
 
 usage: sim-speed.py SIM BUSY_ELF

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """What the flash of a firmware is made of: bytes by folder and file, as the linked ELF's debug information
 has them. An instruction belongs to the file of its source line, also where a function was copied into
 its caller; a table, to the file that defines it, and stands in the second column, too. These are of no

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Flash and static RAM of firmwares beside their budgets (-: what the chip has, less STACK bytes of RAM), and the RAM of the chip that is left to the
 stack; exit 1 when one is over.
 

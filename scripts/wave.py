@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Prints a console script: a wave through servos 1 to 18 by SYNC WRITE, positions read back.
 
 usage: wave.py [STEPS]   (default 60, about 90 ms each)

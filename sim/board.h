@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Reads a board's two data files as text: board.mk (chip, clock) and board.h (wiring). */
 #ifndef SIM_BOARD_H
 #define SIM_BOARD_H

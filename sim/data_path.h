@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Where the simulator's own data are: the boards, and the script of gnuplot. */
 #ifndef SIM_DATA_PATH_H
 #define SIM_DATA_PATH_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* cds55xx-sim: simulates CDS55xx servos and the AVR of their controller. This file is the command
  * line. */
 #include <ctype.h>

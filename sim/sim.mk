@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The simulator, build/host/cds55xx-sim, and what runs in it for people.
 
 CC := gcc
@@ -28,6 +29,7 @@ build/host/cds55xx-sim: $(SIM_SRC:sim/%.c=build/host/sim/%.o)
 ## sim: build/host/cds55xx-sim, the simulated controller, wire and servos
 .PHONY: sim
 sim: build/host/cds55xx-sim
+	$(call built,$^)
 
 # ---- the main job ----------------------------------------------------------------------------------
 
@@ -38,6 +40,7 @@ ifneq ($(filter demo,$(MAKECMDGOALS)),)
 MAKEFLAGS += -j2
 endif
 demo: $(addprefix build/,atmega128/controller.elf arduino-mega/controller.elf atmega128/examples/hexapod.elf host/cds55xx-sim)
+	$(clear)
 	@scripts/demo.sh
 
 SERVOS ?= 1-18
@@ -46,11 +49,13 @@ HOST_BAUD ?= board
 ## run: BOARD's firmware and servos (SERVOS=1-18) in real time, its console a pty (HOST_BAUD=client: its rate)
 .PHONY: run
 run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
+	$(clear)
 	@build/host/cds55xx-sim firmware $< --board $(or $(BOARD_DIR),$(BOARD)) --servos $(SERVOS) --host pty \
 	  --host-baud $(HOST_BAUD)
 
 ## sim-speed: how many times real time the simulator runs at on this machine
 .PHONY: sim-speed
 sim-speed: build/host/cds55xx-sim build/atmega128/firmware/busy.elf
+	$(clear)
 	@scripts/sim-speed.py $^
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "testbench.h"
 
 #include <errno.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The testbench: servos on a bus, what drives the bus, the PC, and the instruments of a run.
  *
  * With a controller, a board's firmware drives up to three buses in a simulated AVR. Without one

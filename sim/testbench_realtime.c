@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The testbench behind a pty: simulated time follows real time. */
 #include "testbench.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The testbench at work: the run, its report, and its end. testbench.c sets it up. */
 #include "testbench.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What a scenario can do to the testbench: struct script_ops, with and without a controller. */
 #include "testbench.h"
 

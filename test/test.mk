@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Every test: faults, unit tests on the host and on the simulated AVR, whole runs.
 
 # Without sanitizers: a whole run has some hundred thousand transactions.
@@ -22,6 +23,7 @@ SEED ?= 0
 ## faults: every fault of docs/internals/faults.md at every position; build/faults.tsv (FAULTS_PART=1/20 SEED=7 ROWS=F16)
 .PHONY: faults
 faults: $(FAULTS_NEEDS)
+	$(clear)
 	@scripts/faults.py --part $(FAULTS_PART) --seed $(SEED) $(ROWS)
 
 ## faults-docs: make faults, and renew its table in docs/internals/faults.md
@@ -179,6 +181,7 @@ test:
 	@echo "no suite has '$(firstword $(UNKNOWN_WORDS))' in its name; make list-tests lists the suites"; false
 else
 test: $$(test_programs)
+	$(clear)
 	@$(run_tests) --times build/test-times.tsv $(TESTS)
 endif
 
@@ -192,6 +195,7 @@ LONG_TESTS := $(wildcard $(patsubst %,test/runs/test_%.py,autostart bus_random e
 ## test-long: the random and exhaustive runs in full length; make test runs them with fewer inputs
 .PHONY: test-long
 test-long: $$(call run_needs,$$(LONG_TESTS))
+	$(clear)
 	@TEST_LONG=1 $(run_tests) --times build/test-long-times.tsv $(LONG_TESTS)
 
 BUILD_TESTS := $(wildcard test/build/test_*.py)
@@ -199,6 +203,7 @@ BUILD_TESTS := $(wildcard test/build/test_*.py)
 .PHONY: test-build
 test-build: $$(call run_needs,$$(BUILD_TESTS))
 	@scripts/deps.sh test-build
+	$(clear)
 	@$(run_tests) $(BUILD_TESTS)
 
 # The programs on this machine that run src/core. Coverage and mutation build them with other flags.
@@ -224,11 +229,13 @@ mutation: | deps
 ## cycle: 60 s of 50 servos at 250 Hz: the figures; fails if a promise is broken
 .PHONY: cycle
 cycle: build/host/cds55xx-sim build/atmega128/firmware/cycle50.elf
+	$(clear)
 	@test/runs/cycle.py 60
 
 ## fuzz: random bytes, lines and packets for host link, inhibit, transactions and permit, millions of each
 .PHONY: fuzz
 fuzz: $(RANDOM_TESTS)
+	$(clear)
 	@build/host/test/fuzz 10000000 1000000
 	@build/host/test/inhibit_random 1000000
 	@build/host/test/bus_random 10000000
@@ -237,10 +244,12 @@ fuzz: $(RANDOM_TESTS)
 ## session: a first session with the console of an atmega128, as it stands on the terminal
 .PHONY: session
 session: build/host/cds55xx-sim build/atmega128/controller.elf
+	$(clear)
 	@scripts/console.py --session
 
 ## feedback: 18 servos' feedback over a 1 Mbps host link: one BULK READ against 18 round trips
 .PHONY: feedback
 feedback: build/host/cds55xx-sim build/$(BOARD)/controller.elf
+	$(clear)
 	@test/runs/feedback.py $(BOARD)
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* ArbotiX: TXD1 and RXD1 of the ATmega644P tied to the bus, direction by TXEN and RXEN; USART0 to
  * the PC. Plain letters and numbers: the simulator reads this file too. */
 #ifndef BOARD_H

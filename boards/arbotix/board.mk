@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # ArbotiX.
 MCU        := atmega644p
 F_CPU      := 16000000

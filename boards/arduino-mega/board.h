@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Arduino Mega 2560: USART1 (pins 18, 19), USART2 (16, 17) and USART3 (14, 15) to three buses
  * through a 74HC126 each, enables on pins 22 and 23, 24 and 25, 26 and 27; USART0 to the PC over
  * USB. A program binds those it uses. Plain letters and numbers: the simulator reads this file too.

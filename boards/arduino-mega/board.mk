@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Arduino Mega 2560 with a 74HC126 (or 74HC241) on a shield.
 MCU        := atmega2560
 F_CPU      := 16000000

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Arduino Uno: its one USART (pins 0, 1) to the bus through a 74HC241, whose two enables hang on
  * pin 2; the PC is left out. Plain letters and numbers: the simulator reads this file too. */
 #ifndef BOARD_H

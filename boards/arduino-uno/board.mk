@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Arduino Uno with a 74HC241 on a shield.
 MCU        := atmega328p
 F_CPU      := 16000000

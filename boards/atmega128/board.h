@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The interface circuit of the CDS55xx manual (1.2.3) on an ATmega128: USART1 to the bus through a
  * 74HC126, USART0 to the PC. Plain letters and numbers: the simulator reads this file too. */
 #ifndef BOARD_H

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The interface circuit of the CDS55xx manual (1.2.3) on an ATmega128.
 MCU        := atmega128
 F_CPU      := 16000000

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The interface circuit of the CDS55xx manual (1.2.3) on an ATmega1284P.
 MCU        := atmega1284p
 F_CPU      := 16000000

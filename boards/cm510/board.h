@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Robotis CM-510: USART0 to the bus, TX enable on PE2, RX enable on PE3; USART1 to the PC. Plain
  * letters and numbers: the simulator reads this file too. */
 #ifndef BOARD_H

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Robotis CM-510.
 MCU        := atmega2561
 # simavr has the same die with more pins.

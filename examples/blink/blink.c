@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The LED of servo 1 is on for half a second, then off for half a second: the shortest program that
  * waits for nothing. */
 #include <cds55xx/avr.h>

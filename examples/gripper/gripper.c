@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A gripper, servo 1, on a board of its own (board/): it closes slowly until it is closed, or until
  * it holds something: then the jaw does not follow its goal. It holds on with its goal a little
  * beyond the thing. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Servo 1 sweeps 60 degrees to both sides and back, every 2 s, in small steps at 250 Hz. The robot
  * object checks the servo first, and switches torque off if the servo reports an alarm, loses its
  * power or does not answer. */

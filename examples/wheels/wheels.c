@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A cart with two wheels, servos 1 (left) and 2 (right), in endless turn. The PC sends a line with
  * the speed of each wheel in RPM, for example "20 -20", at 115200 baud; the cart answers ok.
  * Without a line for 500 ms the wheels stop: the PC or its cable has failed. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What a program on an AVR needs besides <cds55xx/...>: one macro binds a USART to a bus of the
  * program's, one starts the clock. All other interrupt vectors stay the program's own.
  *

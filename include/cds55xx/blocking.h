@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* For programs that would rather wait: each call begins an instruction or an operation, polls the
  * bus until it has ended, and returns its result. Other requests of the bus go on meanwhile, and
  * their on_end is called.
@@ -149,6 +150,8 @@ static inline enum cds_result cds_blocking_sync_write(struct cds_bus *bus,
 
 /* ---- operations: begin with `config`, poll to the end ---- */
 
+/* cds_sync_write_many_begin(), cds_sync_write_many_poll(): the data go to their servos, in as many
+ * packets as that takes. */
 static inline enum cds_result
 cds_blocking_sync_write_many(struct cds_sync_write_many *write,
                              const struct cds_sync_write_many_config *config)
@@ -162,6 +165,7 @@ cds_blocking_sync_write_many(struct cds_sync_write_many *write,
     return result;
 }
 
+/* cds_group_read_begin(), cds_group_read_poll(): the registers of each servo are read. */
 static inline enum cds_result cds_blocking_group_read(struct cds_group_read *read,
                                                       const struct cds_group_read_config *config)
 {
@@ -174,6 +178,8 @@ static inline enum cds_result cds_blocking_group_read(struct cds_group_read *rea
     return result;
 }
 
+/* cds_registered_move_begin(), cds_registered_move_poll(): the servos of config->goals begin to
+ * move together. */
 static inline enum cds_result
 cds_blocking_registered_move(struct cds_registered_move *move,
                              const struct cds_registered_move_config *config)
@@ -187,6 +193,7 @@ cds_blocking_registered_move(struct cds_registered_move *move,
     return result;
 }
 
+/* cds_torque_off_begin(), cds_torque_off_poll(): torque is switched off for all servos. */
 static inline enum cds_result cds_blocking_torque_off(struct cds_torque_off *off,
                                                       struct cds_servos *servos)
 {
@@ -199,6 +206,7 @@ static inline enum cds_result cds_blocking_torque_off(struct cds_torque_off *off
     return result;
 }
 
+/* cds_scan_begin(), cds_scan_poll(): the servos that answer are in config->found. */
 static inline enum cds_result cds_blocking_scan(struct cds_scan *scan,
                                                 const struct cds_scan_config *config)
 {
@@ -211,6 +219,7 @@ static inline enum cds_result cds_blocking_scan(struct cds_scan *scan,
     return result;
 }
 
+/* cds_identity_begin(), cds_identity_poll(): a servo gets another ID or baud rate, or is reset. */
 static inline enum cds_result cds_blocking_identity(struct cds_identity *identity,
                                                     const struct cds_identity_config *config)
 {
@@ -223,6 +232,7 @@ static inline enum cds_result cds_blocking_identity(struct cds_identity *identit
     return result;
 }
 
+/* cds_setup_begin(), cds_setup_poll(): a servo gets a setting, which is read back. */
 static inline enum cds_result cds_blocking_setup(struct cds_setup *setup,
                                                  const struct cds_setup_config *config)
 {
@@ -235,6 +245,7 @@ static inline enum cds_result cds_blocking_setup(struct cds_setup *setup,
     return result;
 }
 
+/* cds_diagnose_begin(), cds_diagnose_poll(): the finding is in diagnose->finding. */
 static inline enum cds_result cds_blocking_diagnose(struct cds_diagnose *diagnose,
                                                     const struct cds_diagnose_config *config)
 {

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* One half-duplex bus and the transaction in flight on it: an instruction packet and the status
  * packet that answers it, if one is due. Manual: 2.1; registers 0x05 and 0x10 in 3.1.
  *
@@ -181,7 +182,7 @@ enum cds_bus_event {
  * them from cds_bus_submit(), cds_bus_cancel(), cds_bus_open() and cds_bus_poll(); the cycle calls
  * permit_goal and changed_since, and the registered move calls set_move. */
 struct cds_bus_hooks {
-    void *context;
+    void *context; // passed to each function
 
     /* May the packet leave? CDS_OK; CDS_PENDING: the check goes on, ask again at the next poll;
      * else why not. Asked at the submit, and at each later attempt to send the
@@ -231,20 +232,20 @@ struct cds_bus_hooks {
  * cds_bus_poll() when its packet on the wire has been answered. Until then a request for the
  * servos' own rate can be submitted only if baud_reg is the rate of the bus. */
 struct cds_bus_lock {
-    void (*abort)(void *context);
-    void *context;    // for abort
-    uint8_t baud_reg; // the rate that the operation will restore, as register 0x04
+    void (*abort)(void *context); // ends the operation; torque off calls it
+    void *context;                // for abort
+    uint8_t baud_reg;             // the rate that the operation will restore, as register 0x04
 };
 
-/* What the bus itself counts of struct cds_stats. */
+/* What the bus itself counts of struct cds_stats, under the same names. The fields are internal. */
 struct cds_bus_counts {
-    // internal: as struct cds_stats has them
     uint16_t sent, retried, timeouts, corrupt, line_busy, malformed;
     uint16_t not_due[3]; // good packets, by enum cds_bus_event
     uint16_t framing_errors, overruns, ring_overflows;
 };
 
-/* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
+/* All state of one bus. Zero it (static storage is), then cds_bus_open(). The fields are internal.
+ */
 struct cds_bus {
     uint8_t state;               // enum cds_bus_state
     uint8_t gate;                // GATE_* bits (line_internal.h): what the bus must check before a

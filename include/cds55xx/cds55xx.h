@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The one include that is enough for a robot: all of the library's headers but those of the port
  * (port.h, link.h) and of its parts (parser.h, ring.h), which bus.h includes. A program pays only
  * for what it calls. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The control table of a CDS55xx: its 50 bytes by name (manual 3.1, rulings R4 to R7, R11 to R13,
  * R26, R33, R38). The list below is the only one: enum, descriptions and names come from it.
  */

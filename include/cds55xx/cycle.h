@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Goals and feedback of a whole robot at a fixed rate: in each period the goals of all servos leave
  * in one SYNC WRITE (manual 2.4.7), and READs of feedback (feedback.h) fill what remains, servo
  * after servo.
@@ -57,8 +58,9 @@ struct cds_cycle_counters {
 };
 
 /* All state of one cycle. Zero it (static storage is), then cds_cycle_begin(). The application
- * reads `counters`; all other fields belong to the cycle. */
+ * reads `counters`. */
 struct cds_cycle {
+    // internal:
     struct cds_bus *bus;
     const uint8_t *ids;            // of the servos
     struct cds_feedback *feedback; // one for each servo
@@ -91,7 +93,9 @@ struct cds_cycle {
     uint32_t next_us;       // when the next period begins
     uint32_t wire_us;       // part of `elapsed_us` with a transaction of the cycle on the wire
     uint32_t elapsed_us;    // periods that are over
-    struct cds_cycle_counters counters;
+    // to be read:
+    struct cds_cycle_counters counters; // since cds_cycle_begin()
+    // internal:
     struct cds_request goals;
     struct cds_request read;
     uint8_t read_packet[CDS_PACKET_SIZE(2)];
@@ -121,6 +125,7 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, const struct cds_cycle_
 enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
                                uint16_t speed);
 
+/* In place of a position: the servo is sent no goal. */
 #define CDS_CYCLE_NO_GOAL UINT16_MAX
 
 /* Returns the position, 0 to 1023, that is sent to servo `index` (0 to count - 1) in each period.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Finds out why a servo does not answer: looks at the line, at the servo and at the servos around
  * it, and ends with one finding and what to do about it. It sends PING and READ only, and writes
  * nothing (manual 2.4.2, 2.4.5; registers: 3.1).
@@ -75,9 +76,9 @@ enum cds_finding {
 
 /* What to diagnose. Bus and request stay in place until the operation has ended. */
 struct cds_diagnose_config {
-    struct cds_bus *bus; // at the rate and with the return delay that the servo should have
-    struct cds_request *request;
-    uint8_t id; // 0 to 253; CDS_BROADCAST_ID: the servo that is found first
+    struct cds_bus *bus;         // at the rate and with the return delay that the servo should have
+    struct cds_request *request; // capacities: CDS_DIAGNOSE_PACKET_SIZE, _REPLY_SIZE
+    uint8_t id;                  // 0 to 253; CDS_BROADCAST_ID: the servo that is found first
 };
 
 /* How transactions ended. */
@@ -113,7 +114,7 @@ struct cds_diagnose {
     struct cds_diagnose_tally same;    // READ of what two servos of one ID have in common
     struct cds_diagnose_tally varying; // READ of what they have not
 
-    // The operation's own:
+    // internal:
     struct cds_diagnose_tally series;
     uint8_t phase, purpose, target, candidate, seek_id;
     uint8_t baud_reg, rates_left;
@@ -123,7 +124,8 @@ struct cds_diagnose {
     uint8_t limits[CDS_DIAGNOSE_REPLY_SIZE];
     uint32_t since_us, pause_us;
     struct cds_stats base;
-    struct cds_steps steps;
+    // to be read:
+    struct cds_steps steps; // steps.result: enum cds_result of the whole
 };
 
 /* Prepares a diagnosis and locks the bus; nothing is sent before the first poll. CDS_OK;

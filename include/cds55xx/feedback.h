@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What a servo reports of itself, in one READ: position, speed, load, voltage, temperature, whether
  * a move is registered and whether it moves (registers 0x24 to 0x2E, manual 3.1; R35, R32).
  *

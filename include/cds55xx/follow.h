@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Finds a joint that does not follow its goals: a collision, an overload, an output that is
  * blocked. It compares the goals of a cycle (cycle.h) with the feedback. The goals come from
  * motion.h, gait.h or the program itself.
@@ -50,6 +51,7 @@ struct cds_follow_joint {
 struct cds_follow {
     uint8_t result; // CDS_PENDING: all joints follow; CDS_TIMEOUT: `joint` does not
     uint8_t joint;  // that is compared next, or that does not follow
+    // internal:
     struct cds_follow_config config;
 };
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Gait generator: each joint swings about its rest position as a sum of up to three sines, all of
  * one base period. In each period of a cycle (cycle.h) a joint gets its next goal, and the speed
  * that leads there. It starts where the joints are and ends in the rest positions, without a jump.
@@ -52,7 +53,7 @@ struct cds_gait_sine {
 /* What a joint does. */
 struct cds_gait_joint {
     uint16_t rest; // position about which it swings, 0 to 1023; CDS_POSE_NONE: it takes no part
-    struct cds_gait_sine sines[CDS_GAIT_SINES];
+    struct cds_gait_sine sines[CDS_GAIT_SINES]; // their sum is its swing
 };
 
 /* A table of joints stands in flash on an AVR, from C and from C++. CDS_GAIT_TABLE(name) begins its
@@ -96,12 +97,13 @@ struct cds_gait_state {
 /* A gait. Zero it (static storage is), then cds_gait_begin(). The program reads the first four
  * fields; the rest is internal. */
 struct cds_gait {
-    uint8_t result;    // CDS_PENDING while it is checked, runs or is paused; then how it ended
-    bool is_under_way; // the check is over, and joints move
-    uint8_t joint;     // for which the gait was refused or ended
-    uint32_t
-        shortest_ms; // refused as CDS_LIMIT: the base period in which this joint is slow
-                     // enough if ramp_ms is as many times longer; 0: its positions are the reason
+    uint8_t result;       // CDS_PENDING while it is checked, runs or is paused; then how it ended
+    bool is_under_way;    // the check is over, and joints move
+    uint8_t joint;        // for which the gait was refused or ended
+    uint32_t shortest_ms; // refused as CDS_LIMIT: the base period in which this joint is slow
+                          // enough if ramp_ms is as many times longer; 0: its positions are the
+                          // reason
+    // internal:
     struct cds_gait_config config;
     uint8_t count;                 // of joints
     uint8_t index;                 // joint that is checked, or whose goal is set next

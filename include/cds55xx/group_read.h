@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Reads the same registers of many servos: READs back to back (manual 2.4.2), each with its own
  * result and time. One READ is in flight or in the queue at a time, so requests of a higher
  * priority get their turn between two of them. For items that differ: read_pipeline.h. Main
@@ -30,7 +31,7 @@ struct cds_group_answer {
 
 /* What to read. Bus, request and arrays stay in place until the operation has ended. */
 struct cds_group_read_config {
-    struct cds_bus *bus;
+    struct cds_bus *bus;              // open
     struct cds_request *requests;     // two of them, used in turn; capacities of each: packet
                                       // CDS_PACKET_SIZE(2), reply `length`
     const uint8_t *ids;               // 0 to 253
@@ -41,7 +42,7 @@ struct cds_group_read_config {
     uint8_t address, length;          // of the registers; length: 1 to 50
 };
 
-/* A group read. The fields are its own. */
+/* A group read. The fields are internal. */
 struct cds_group_read {
     uint8_t built;        // READs built so far
     uint8_t taken;        // READs whose outcome was noted

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The state check, beside the application: finds servos that lost their state between two
  * transactions (power failed for a moment, so torque is off), and servos that come back. What it
  * finds is in struct cds_servo_state: presence, and CDS_INHIBIT_STATE_LOST. Manual: 2.4.2, 2.4.5,
@@ -34,11 +35,11 @@ extern "C" {
 
 /* All of it stays in place. */
 struct cds_health_config {
-    struct cds_servos *servos;
-    uint32_t period_us; // 10 000 to 1 000 000 000
+    struct cds_servos *servos; // begun
+    uint32_t period_us;        // 10 000 to 1 000 000 000
 };
 
-/* Zero it (static storage is), then cds_health_begin(). */
+/* Zero it (static storage is), then cds_health_begin(). The fields are internal. */
 struct cds_health {
     struct cds_servos *servos;
     struct cds_cycle *cycle; // or NULL

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Changes the ID or the baud rate of a servo, or resets it, and finds out where the servo is then.
  * Is the new place free? Is the servo at the old one? Write once, then look at both. The answer is
  * where the servo is now, whatever was lost on the way. Manual: 3.1, registers 0x03 and 0x04; 2.4.6
@@ -68,12 +69,14 @@ struct cds_identity {
     uint8_t at_to;   // or CDS_PENDING if there was none
     bool is_written; // the write was sent, or may have been
     uint8_t error;   // CDS_ERROR_* bits of the reply to the write; 0 if none came
-    struct cds_identity_place from, to;
-    uint8_t change; // this and what follows: the operation's own
+    struct cds_identity_place from, to; // where the servo was, and where it must answer
+    // internal:
+    uint8_t change;
     uint8_t phase;
     uint8_t looks;
     uint8_t reason;
-    struct cds_steps steps;
+    // to be read:
+    struct cds_steps steps; // steps.result: enum cds_result of the whole
 };
 
 /* Prepares a change and locks the bus; nothing is sent before the first poll. CDS_OK;

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The half-duplex direction of one bus: when the controller drives the line, and when it listens.
  *
  *   HIGH_Z --open--> LISTENING --talk--> TALKING --last byte given--> DRAINING

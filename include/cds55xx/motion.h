@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Timed moves: the joints of a robot go to a pose in a given time and arrive together. In each
  * period of a cycle (cycle.h) every joint gets the next goal on its curve, and the speed that leads
  * there. Formulas and bounds: docs/internals/motion.md.
@@ -28,6 +29,7 @@
 extern "C" {
 #endif
 
+/* The longest time of a move. */
 #define CDS_MOTION_TIME_MAX_MS 600000ul
 
 /* The curve from the beginning to the end of a move. */
@@ -149,6 +151,7 @@ struct cds_motion {
                           // once the move has begun, or why it was refused
     uint8_t joint;        // for which the move was refused or ended
     uint32_t shortest_ms; // refused as CDS_LIMIT: the time in which the move works, or 0: none
+    // internal:
     struct cds_motion_config config;
     struct cds_motion_basis basis; // of the goals that are set now
     uint8_t count;                 // of joints

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The wire: what a packet is made of, and building instruction packets in the caller's buffer.
  * Manual: 2.2 (instruction packet), 2.3 (status packet), 2.4 (the seven instructions).
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Finds and checks status packets in the bytes that a receiver has put into a ring. No input or
  * output of its own. All functions: the context of the ring's consumer. Manual: 2.3; rulings R27
  * (any number of 0xFF before the ID; LENGTH 2 to 254), R28.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What a chip must supply for the core: the verbs of a port, found at link time.
  * The events it raises in return are in link.h. avr.h is the port for AVRs;
  * test/support/port_fake.c records.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Helpers for poses: mirror left and right, add offsets. A pose has a position of each joint, 0 to
  * 1023 (0 to 300 degrees, R8), or CDS_POSE_NONE (motion.h), which stays.
  *
@@ -18,7 +19,7 @@ extern "C" {
 
 /* Two joints that change their places in a mirror. A joint in the middle is a pair with itself. */
 struct cds_pose_pair {
-    uint8_t one, other; // indices in the pose
+    uint8_t one, other; // index of each in the pose
     bool is_turned; // position p of one is 1023 - p of the other: so if the servos are mounted as
                     // mirror images, or for a joint in the middle; else it is the same position
 };

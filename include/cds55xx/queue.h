@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Requests that wait behind the one in flight, in the order of their priority, and retries of
  * requests that got no good reply. A bus without a queue refuses a second request as CDS_BUSY.
  *
@@ -20,7 +21,7 @@ extern "C" {
 #endif
 
 /* Zero it (static storage is), then cds_queue_attach(), or cds_queue_begin() for an upper layer
- * that attaches hooks of its own and passes them on. */
+ * that attaches hooks of its own and passes them on. The fields are internal. */
 struct cds_queue {
     struct cds_bus_hooks hooks;
     struct cds_bus *bus;

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* READs of many servos one behind the other (manual 2.4.2), each of its own registers: the READ of
  * the next servo is built while a reply is awaited, and sent from the end of that transaction.
  *
@@ -21,12 +22,13 @@ extern "C" {
 /* One READ: `length` bytes from register `address` on. Neither is checked: a servo refuses what
  * lies outside its control table. A reply to more than CDS_REPLY_MAX bytes is not expected. */
 struct cds_read_item {
-    uint8_t id, address, length;
+    uint8_t id;              // 0 to 253
+    uint8_t address, length; // of the registers, in bytes
 };
 
 /* What to read. Bus, requests and context stay in place until the operation has ended. */
 struct cds_read_pipeline_config {
-    struct cds_bus *bus;
+    struct cds_bus *bus;          // open
     struct cds_request *requests; // two of them, used in turn; the operation uses on_end and
                                   // context of both. Packet capacity: CDS_PACKET_SIZE(2)
     uint8_t count;                // of items, 1 or more
@@ -55,9 +57,12 @@ enum cds_read_pipeline_state {
 
 /* The operation: the caller reads `result`. */
 struct cds_read_pipeline {
-    uint8_t state;               // enum cds_read_pipeline_state
-    uint8_t remaining;           // items that have not ended
-    uint8_t result;              // enum cds_result: CDS_PENDING until the operation has ended
+    // internal:
+    uint8_t state;     // enum cds_read_pipeline_state
+    uint8_t remaining; // items that have not ended
+    // to be read:
+    uint8_t result; // enum cds_result: CDS_PENDING until the operation has ended
+    // internal:
     uint8_t outcome;             // what it will end as
     struct cds_request *current; // the item that is read, or that has ended last
     struct cds_request *other;   // the item before `current`, then the one after it

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The registered move: REG WRITE of a goal to each servo, then one ACTION, so that all servos start
  * at the same moment (manual 2.4.3, 2.4.4 and example 19; R20, R21, R39). If one servo does not
  * accept its goal, no ACTION is sent and the goals already registered are cleared.
@@ -51,19 +52,19 @@ struct cds_goal {
 
 /* All of it stays in place until the move has ended. */
 struct cds_registered_move_config {
-    struct cds_bus *bus;
-    struct cds_request *request;
-    struct cds_goal *goals; // id, position and speed are the caller's
-    uint8_t count;          // of `goals`, 1 or more
-    bool verify;            // see cds_registered_move_begin()
+    struct cds_bus *bus;         // open
+    struct cds_request *request; // capacities: CDS_REGISTERED_MOVE_SIZE and _REPLY, see above
+    struct cds_goal *goals;      // id, position and speed are the caller's
+    uint8_t count;               // of `goals`, 1 or more
+    bool verify;                 // see cds_registered_move_begin()
 };
 
 /* One move: the caller reads `steps.result`, `acted` and the goals. */
 struct cds_registered_move {
     struct cds_steps steps; // steps.result: enum cds_result of the whole
-    struct cds_goal *goals;
-    uint8_t count; // of `goals`
-    bool acted;    // ACTION was sent, or may have been
+    struct cds_goal *goals; // config->goals
+    uint8_t count;          // of `goals`
+    bool acted;             // ACTION was sent, or may have been
     // internal:
     bool verifies;
     bool is_called_off; // the step in flight is the last one before the goals are cleared

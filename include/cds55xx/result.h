@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Did it work? One answer for every call of the library, apart from what the servo itself reports
  * (the CDS_ERROR_* bits of packet.h). A request is CDS_OK as soon as its servo has answered, also
  * if that refuses; calls that wait and operations of several steps then end as CDS_REFUSED.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A ring of bytes from one producer to one consumer, of which either may be an interrupt handler.
  *
  * Positions run freely and wrap at 256: the ring is empty when head and tail are equal and full

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The one object most programs need: a bus, the servos of a robot with their limits, goals and
  * feedback at 250 Hz, the state check, and torque off. A table in flash describes the joints.
  * Example: examples/two_joints.c. Manual: 2.4, 3.1.
@@ -58,7 +59,7 @@ struct cds_joint {
     int32_t lowest_mdeg;   // limits of the angle; the servo stays within 0 to 300000
     int32_t highest_mdeg;  // lowest_mdeg or more
     uint32_t fastest_mrpm; // limit of the speed, 1 to 62000 (AX-12: 113553); goals have this speed
-    char name[CDS_JOINT_NAME_SIZE];
+    char name[CDS_JOINT_NAME_SIZE]; // 0 to 8 characters and a 0
 };
 
 /* A row of the table, in C99 and C++11. `name`: a string of at most 8 characters. */
@@ -104,6 +105,7 @@ struct cds_robot_config {
         name##_packets,                                                                            \
         (uint8_t)CDS_JOINT_COUNT(joints)}
 
+/* What a robot does now. */
 enum cds_robot_state {
     CDS_ROBOT_CLOSED,   // cds_robot_open() was not called
     CDS_ROBOT_OPEN,     // driving is inhibited
@@ -113,6 +115,7 @@ enum cds_robot_state {
     CDS_ROBOT_STOPPED,  // driving is inhibited; also if open or start has failed
 } __attribute__((packed));
 
+/* What has happened to a robot. */
 enum cds_robot_event_kind {
     CDS_ROBOT_STARTED,      // torque is on
     CDS_ROBOT_START_FAILED, // `joint` is not well: `why`, `result`. One event for each such joint
@@ -171,12 +174,12 @@ struct cds_robot {
     uint8_t packet[CDS_TORQUE_ON_PACKET_SIZE];
     uint8_t reply[CDS_TORQUE_ON_READ_SIZE];
     // the parts:
-    struct cds_servos servos;
-    struct cds_cycle cycle; // begins with CDS_ROBOT_STARTED
-    struct cds_health health;
-    struct cds_torque_off torque_off;
-    struct cds_queue queue;
-    struct cds_bus bus;
+    struct cds_servos servos;         // what is known of each servo
+    struct cds_cycle cycle;           // goals and feedback; begins with CDS_ROBOT_STARTED
+    struct cds_health health;         // the state check
+    struct cds_torque_off torque_off; // the stop
+    struct cds_queue queue;           // requests that wait
+    struct cds_bus bus;               // of the servos
 };
 
 /* Opens the bus on `port` at `baud_reg` (see cds_bus_open()) and sets the limits of all joints.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Finds the servos on the bus: PING of every ID at every baud rate asked for (manual 2.4.5; rates:
  * 3.1, register 0x04).
  *
@@ -41,8 +42,8 @@ extern const uint8_t cds_scan_listed_baud_regs[CDS_SCAN_LISTED_BAUDS];
 
 /* What to scan. Bus, request and arrays stay in place until the scan has ended. */
 struct cds_scan_config {
-    struct cds_bus *bus;
-    struct cds_request *request;
+    struct cds_bus *bus;          // open
+    struct cds_request *request;  // capacities: CDS_SCAN_PACKET_SIZE, CDS_SCAN_REPLY_SIZE
     struct cds_scan_found *found; // for the servos that answer; NULL if found_capacity is 0
     uint8_t found_capacity;       // entries of `found`, 0 to 255
     uint8_t first_id, last_id;    // 0 to 253
@@ -62,8 +63,10 @@ struct cds_scan {
     uint8_t id;     // asked now
     uint8_t baud_index; // rate: index in config.baud_regs, or the rate itself
     bool is_reading;    // details of the servo found last
+    // internal:
     struct cds_scan_config config;
-    struct cds_steps steps;
+    // to be read:
+    struct cds_steps steps; // steps.result: enum cds_result of the whole
 };
 
 /* Prepares a scan and locks the bus; nothing is sent before the first poll. `config` is copied.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Sequences of poses: step after step by timed moves (motion.h), with rests between them or through
  * a pose without a stop, once, several times or for ever.
  *
@@ -59,6 +60,7 @@ struct cds_sequence {
     uint8_t result; // CDS_PENDING while it runs; then how it ended
     uint8_t step;   // under way, from 0 on
     uint16_t run;   // under way, from 0 on
+    // internal:
     struct cds_sequence_config config;
     struct cds_sequence_place places[2]; // the step under way, and the one behind it
     uint8_t turn;                        // place of the one under way

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* One servo: the six instructions that speak to one ID (manual 2.4.1 to 2.4.6). Main context.
  *
  * Each call builds its packet in the request's buffer and submits it. A refused packet is not sent,

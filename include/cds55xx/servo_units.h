@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* One servo in units: the calls of servo.h in millidegrees and mRPM. The
  * conversions, their ranges and the profiles are those of units.h; raw access stays servo.h.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What is known of each servo of a bus, and the permit, which decides which packets may leave.
  * Everything is learnt from the packets that pass. Rules of the permit: docs/internals/permit.md.
  *
@@ -83,19 +84,19 @@ struct cds_servo_counters {
 /* One servo. The caller sets `id`; cds_servos_begin() sets all other fields. The caller may then
  * set what it knows beforehand: return_delay, status_return_level, baud_reg. */
 struct cds_servo_state {
-    struct cds_servo_counters counters;
-    uint16_t lowest, highest; // soft limits of its goal, 0 to 1023; 0 and 1023: none
-    uint16_t fastest;         // soft limit of its speed, 0 to 1023; 1023: none
-    uint8_t id;               // 0 to 253; follows a change of ID
-    uint8_t second;           // index of the entry with the other ID the servo may have, or
-                              // CDS_NO_ID: its ID is certain
-    uint8_t baud_reg;         // register value of the rate it answers at, or CDS_SERVOS_UNKNOWN; at
-                              // first that of the bus
-    uint8_t return_delay;     // register 0x05 in 2 us, or CDS_SERVOS_UNKNOWN
-    uint8_t alarms;           // CDS_ERROR_* bits of all its packets, until acknowledged
-    uint8_t presence : 2;     // enum cds_presence
-    uint8_t inhibits : 2;     // CDS_INHIBIT_* bits of this servo: cds_servos_inhibits()
-    uint8_t misses : 2;       // transactions in a row without its reply, up to 3
+    struct cds_servo_counters counters; // of its transactions and packets
+    uint16_t lowest, highest;           // soft limits of its goal, 0 to 1023; 0 and 1023: none
+    uint16_t fastest;                   // soft limit of its speed, 0 to 1023; 1023: none
+    uint8_t id;                         // 0 to 253; follows a change of ID
+    uint8_t second;       // index of the entry with the other ID the servo may have, or
+                          // CDS_NO_ID: its ID is certain
+    uint8_t baud_reg;     // register value of the rate it answers at, or CDS_SERVOS_UNKNOWN; at
+                          // first that of the bus
+    uint8_t return_delay; // register 0x05 in 2 us, or CDS_SERVOS_UNKNOWN
+    uint8_t alarms;       // CDS_ERROR_* bits of all its packets, until acknowledged
+    uint8_t presence : 2; // enum cds_presence
+    uint8_t inhibits : 2; // CDS_INHIBIT_* bits of this servo: cds_servos_inhibits()
+    uint8_t misses : 2;   // transactions in a row without its reply, up to 3
     uint8_t status_return_level : 2; // register 0x10, or CDS_LEVEL_UNKNOWN; at first 2
     uint8_t held;                    // mode, goal and speed in its registers: CDS_HELD_* bits
     bool has_limits : 1;             // a soft limit of its goal or of its speed is set
@@ -120,8 +121,10 @@ struct cds_servos_config {
 
 /* All servos of a bus. Zero it (static storage is), then cds_servos_begin(). */
 struct cds_servos {
+    // internal:
     struct cds_bus_hooks hooks;
-    struct cds_bus *bus;
+    // to be read:
+    struct cds_bus *bus;            // whose servos these are
     struct cds_queue *queue;        // or NULL
     struct cds_servo_state *states; // entry 0 to `count` - 1
     uint8_t count;                  // of entries
@@ -141,7 +144,7 @@ struct cds_servos {
     uint8_t refused_id;     // of the servo for which the last refused packet was refused
     uint16_t too_early;     // packets refused as CDS_TOO_EARLY, modulo 65536
     uint16_t epoch;         // counts changes of what the permit's answers use; never 0
-    // the servos' own:
+    // internal:
     uint16_t inhibit_epoch; // `epoch` when driving was inhibited last
     uint16_t echo_errors;   // of the bus, when the last transaction ended
     uint8_t changed_id;     // the servo of the last change, or CDS_BROADCAST_ID

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Settings of a servo that are written only if they differ, and read back (an EEPROM wears).
  * Manual: 3.1; 2.4.1, 2.4.2. ID and baud rate: identity.h.
  *
@@ -33,22 +34,22 @@ enum cds_setup_setting {
 
 /* What to set. Bus, request and data stay in place until the operation has ended. */
 struct cds_setup_config {
-    struct cds_bus *bus;
+    struct cds_bus *bus;         // open
     struct cds_request *request; // packet capacity: CDS_PACKET_SIZE(length + 1), 9 at least; reply
                                  // capacity: length. The other two settings: a length of 1
     uint8_t id;                  // 0 to 253
     uint8_t setting;             // enum cds_setup_setting
 
     // CDS_SETUP_REGISTERS:
-    uint8_t address, length; // not ID, not baud rate; length: 1 to 49
-    const uint8_t *data;
+    uint8_t address, length; // of the registers: not ID, not baud rate; length: 1 to 49
+    const uint8_t *data;     // `length` bytes
 
-    // CDS_SETUP_RETURN_DELAY: 0 to what the bus waits for (cds_bus_set_return_delay(), at most
-    // 508), rounded up to a multiple of 2 (manual, example 8). At least 2 where the driver must let
-    // go of the wire first (two enables, or one): at 1 Mbps a servo with 0 replies before that, the
-    // first byte is lost, and no reply is understood any more, the one to this WRITE included. An
-    // unread WRITE of 1 to its register 0x05 puts that right. 0 is for tied pins. The library
-    // cannot tell them apart here. Tell the bus when all its servos are set.
+    /* CDS_SETUP_RETURN_DELAY: 0 to what the bus waits for (cds_bus_set_return_delay(), at most
+     * 508), rounded up to a multiple of 2 (manual, example 8). At least 2 where the driver must let
+     * go of the wire first (two enables, or one): at 1 Mbps a servo with 0 replies before that, the
+     * first byte is lost, and no reply is understood any more, the one to this WRITE included. An
+     * unread WRITE of 1 to its register 0x05 puts that right. 0 is for tied pins. The library
+     * cannot tell them apart here. Tell the bus when all its servos are set. */
     uint16_t return_delay_us;
 };
 
@@ -56,11 +57,13 @@ struct cds_setup_config {
 struct cds_setup {
     bool is_written; // the WRITE was sent, or may have been
     uint8_t error;   // CDS_ERROR_* bits of the last reply, or, if the servo refused, of its refusal
-    uint8_t id, address, length; // this and what follows: the operation's own
-    uint8_t own;                 // a value of one byte
+    // internal:
+    uint8_t id, address, length;
+    uint8_t own; // a value of one byte
     uint8_t phase, reason;
     const uint8_t *data; // the caller's, or NULL: `own`
-    struct cds_steps steps;
+    // to be read:
+    struct cds_steps steps; // steps.result: enum cds_result of the whole
 };
 
 /* Prepares one setting; nothing is sent before the first poll. CDS_OK; CDS_BAD_ARGUMENT: the bus is

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* SYNC WRITE: the same registers of many servos (manual 2.4.7). One packet that the caller fills,
  * or as many packets as it takes. No servo replies: whether a packet was heard is not known.
  *
@@ -47,7 +48,7 @@ enum cds_result cds_sync_write_send(struct cds_bus *bus, struct cds_request *req
 
 /* What to write. Bus, request and arrays stay in place until the operation has ended. */
 struct cds_sync_write_many_config {
-    struct cds_bus *bus;
+    struct cds_bus *bus;         // open
     struct cds_request *request; // packet capacity: CDS_SYNC_WRITE_SIZE(1, length) at least; the
                                  // larger, the fewer packets. All have its priority
     const uint8_t *ids;          // 0 to 253
@@ -64,8 +65,10 @@ struct cds_sync_write_many {
     uint8_t next;    // servos before this one have been sent their data
     uint8_t packets; // sent so far
     uint8_t end;     // servos before this one are in the packet in flight
+    // internal:
     struct cds_sync_write_many_config config;
-    struct cds_steps steps;
+    // to be read:
+    struct cds_steps steps; // steps.result: enum cds_result of the whole
 };
 
 /* Prepares it; nothing is sent before the first poll. The packets take effect one after the other:

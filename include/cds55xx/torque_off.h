@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Torque off for all: inhibits driving, tells all servos on the bus to switch torque off and to
  * discard their registered writes, and reads back which servos did. Manual: 2.4.1, 2.4.2, registers
  * 0x18 and 0x2C.
@@ -45,10 +46,10 @@ enum cds_torque_off_outcome {
 
 /* Zero it (static storage is), then cds_torque_off_begin(). */
 struct cds_torque_off {
-    struct cds_steps steps; // steps.result: enum cds_result of the whole
-    struct cds_servos *servos;
-    uint16_t tries;     // requests that found the line in use until they were given up
-    uint8_t broadcasts; // of TORQUE_ENABLE = 0 that were sent
+    struct cds_steps steps;    // steps.result: enum cds_result of the whole
+    struct cds_servos *servos; // whose torque is switched off
+    uint16_t tries;            // requests that found the line in use until they were given up
+    uint8_t broadcasts;        // of TORQUE_ENABLE = 0 that were sent
     // internal:
     uint8_t submitted; // broadcasts
     uint8_t round;

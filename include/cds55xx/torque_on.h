@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Switches torque of a servo on without a movement: reads the servo, sets its position as its goal,
  * reads the goal back, then switches torque on. Manual: 3.1, registers 0x05 to 0x2E.
  *
@@ -48,16 +49,17 @@ enum cds_torque_on_part {
 #define CDS_TORQUE_ON_READ_FROM CDS_REG_RETURN_DELAY
 #define CDS_TORQUE_ON_READ_SIZE 42
 
+/* Capacity of the request's packet, in bytes. */
 #define CDS_TORQUE_ON_PACKET_SIZE CDS_PACKET_SIZE(5)
 
-/* The goal is set again if the servo is more than so many steps from it when it is read back; */
+/* The goal is set again if the servo is more than so many steps from it when it is read back. */
 #define CDS_TORQUE_ON_NEAR_STEPS 3
-/* a hand that turns the servo ends the operation after so many goals. */
+/* The operation ends after so many goals, since a hand turns the servo. */
 #define CDS_TORQUE_ON_GOALS 3
 
 /* What to do. Bus and request stay in place until the operation has ended. */
 struct cds_torque_on_config {
-    struct cds_bus *bus;
+    struct cds_bus *bus; // open
     struct cds_request
         *request;          // packet capacity: CDS_TORQUE_ON_PACKET_SIZE; reply capacity:
                            // CDS_TORQUE_ON_READ_SIZE. Other fields: as the caller has set them
@@ -75,7 +77,8 @@ struct cds_torque_on {
     uint8_t id, phase, last, goals;
     bool checks_condition;
     uint16_t speed;
-    struct cds_steps steps;
+    // to be read:
+    struct cds_steps steps; // steps.result: enum cds_result of the whole
 };
 
 /* Prepares one servo; nothing is sent before the first poll. If the parts go from the READ to

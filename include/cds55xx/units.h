@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Registers in units: millidegrees, mRPM, 0.01 %, mV, degrees Celsius, microseconds, bit/s. Whole
  * numbers throughout; each conversion is exact but for one rounding, to the nearest.
  *

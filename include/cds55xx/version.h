@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The version of library and firmware. */
 #ifndef CDS_VERSION_H
 #define CDS_VERSION_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "avr/bus_circuit.h"
 
 #include <inttypes.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The bus of one USART: the wire SIG, the buffers that connect it to TXD and RXD, and their rules.
  *
  * Two enables (the manual's circuit): TXD - buffer (TX enable) - SIG - buffer (RX enable) - RXD. 10

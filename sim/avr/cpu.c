@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "avr/cpu.h"
 
 static void notify(struct cpu *cpu)

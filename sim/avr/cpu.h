@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Corrects and observes simavr's core: the cycles of an interrupt's entry, the one instruction
  * after SEI and RETI, the time in handlers and asleep. */
 #ifndef SIM_CPU_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "avr/eeprom_model.h"
 
 #include <errno.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The AVR's EEPROM with the duration of a write. simavr's own EEPROM writes at once.
  *
  * Duration: 8.5 ms on chips without EEPM bits (data sheet of the ATmega128, "EEPROM Programming

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "avr/gdb.h"
 
 #include <arpa/inet.h>

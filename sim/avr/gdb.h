@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A server for avr-gdb: `target remote 127.0.0.1:PORT`, breakpoints, watchpoints on writes, steps,
  * Ctrl-C.
  *

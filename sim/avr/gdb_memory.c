@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "avr/gdb_memory.h"
 
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The simulated AVR as gdb addresses it: memory in one address space, and numbered registers. */
 #ifndef SIM_GDB_MEMORY_H
 #define SIM_GDB_MEMORY_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "avr/image.h"
 
 #include <elf.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The firmware's ELF file: loads code, initialised data and EEPROM into the simulated chip. */
 #ifndef SIM_IMAGE_H
 #define SIM_IMAGE_H

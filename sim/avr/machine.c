@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "avr/machine.h"
 
 #include <stdio.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The AVR: sets up simavr, drives the event queue by simavr's cycles, and runs the firmware. */
 #ifndef SIM_MACHINE_H
 #define SIM_MACHINE_H

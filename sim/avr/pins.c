@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "avr/pins.h"
 
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Port pins of the AVR, as its DDR and PORT registers set them. */
 #ifndef SIM_PINS_H
 #define SIM_PINS_H

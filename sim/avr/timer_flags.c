@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "avr/timer_flags.h"
 
 #include <simavr/sim_interrupts.h>

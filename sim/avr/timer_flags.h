@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Corrects the interrupt flags of timers. In silicon, writing 1 to a flag clears this flag. In
  * simavr it clears every flag of the register with its interrupt: a clock that counts overflows
  * loses one if the firmware clears a compare flag between an overflow and its handler. */

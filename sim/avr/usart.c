@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "avr/usart.h"
 
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A USART of the AVR, between its registers and the nets TXD and RXD.
  *
  * There are two versions. The exact one (usart.c) replaces simavr's registers and follows the data

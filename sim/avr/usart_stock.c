@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* simavr's own USART, connected to the nets byte by byte: the common way to use simavr. */
 #include "avr/usart.h"
 

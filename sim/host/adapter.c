@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "host/adapter.h"
 
 #define BAUD_MAX 4000000 // the FT232 in a USB2Dynamixel allows 3 000 000

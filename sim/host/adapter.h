@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A PC's serial adapter: sends the bytes of a program in order and passes received bytes to it.
  *
  * Full duplex, it is the PC's end of the host link. Half duplex, it is a USB2Dynamixel: it drives

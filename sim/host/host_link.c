@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "host/host_link.h"
 
 #include <stdio.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The host USART of the AVR, connected to a PC's serial adapter with its own clock. */
 #ifndef SIM_HOST_LINK_H
 #define SIM_HOST_LINK_H

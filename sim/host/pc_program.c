@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "host/pc_program.h"
 
 #include <errno.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Runs a program on the PC at the host link (--host FILE): sends bytes, waits for bytes, and prints
  * the cycle at which each arrived. docs/simulator.md describes its commands. */
 #ifndef SIM_PC_PROGRAM_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "host/pty.h"
 
 #include <errno.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A pseudo terminal: a serial port that programs on this machine can open, one after the other. It
  * is raw from the start, and again after each client. */
 #ifndef SIM_PTY_H

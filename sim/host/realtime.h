@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Lets a run follow real time: tells the cycle of real time, and sleeps until a cycle. */
 #ifndef SIM_REALTIME_H
 #define SIM_REALTIME_H

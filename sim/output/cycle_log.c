@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "output/cycle_log.h"
 
 #include <ctype.h>

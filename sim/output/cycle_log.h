@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Records CPU cycles for measurements of firmware, from one place and with one clock:
  *
  *     --times FILE     handlers, time with interrupts off, transmissions of the controller

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Files that the user names. Texts are read as a whole, results are written as a whole. Each
  * failure prints one line on stderr with the file's name. */
 #ifndef SIM_FILES_H

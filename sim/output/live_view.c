@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "output/live_view.h"
 
 #include <sys/ioctl.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A table of the servos (--follow). On a terminal it is drawn over itself ten times a second,
  * elsewhere it is printed once a second. */
 #ifndef SIM_LIVE_VIEW_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "output/named_files.h"
 
 #include <dirent.h>

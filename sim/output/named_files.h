@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Checks the files that the command line names. An output must not be an input, the EEPROM file, a
  * file of the state folder or another output: opening it would destroy its content.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "output/plot.h"
 
 #include <errno.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A picture of a run, drawn by gnuplot at its end (--plot): the upper pane shows who sends when and
  * what went wrong, the lower pane goal and present position of the servos. Panes for speed and load
  * follow on request.

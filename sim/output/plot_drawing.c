@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "output/plot_drawing.h"
 
 #include <errno.h>

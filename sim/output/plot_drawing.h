@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Draws a recorded plot with gnuplot: data files in a temporary folder, scripts/plot.gp, one SVG.
  */
 #ifndef SIM_PLOT_DRAWING_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "output/trace.h"
 
 #include <errno.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Signals of a run for pictures: each bus as a VCD and in the plot, the motion of the servos as a
  * table. */
 #ifndef SIM_TRACE_H

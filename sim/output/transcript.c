@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "output/transcript.h"
 
 #include <inttypes.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Decodes the wire and writes each packet in the manual's notation, with counts.
  *
  * A byte is decoded at the bit rate of its sender. A packet ends when its LENGTH is complete, when

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A value change dump (IEEE 1364) for waveform viewers such as GTKWave.
  *
  * Signals may be declared during the run: a temporary file keeps the changes until vcd_close().

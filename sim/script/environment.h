@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Changes the environment of the servos over time: power, supply, ambient temperature, load, a
  * blocked output. */
 #ifndef SIM_ENVIRONMENT_H

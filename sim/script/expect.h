@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What a scenario expects: parses a line, and checks it against the recorder and the servos. */
 #ifndef SIM_EXPECT_H
 #define SIM_EXPECT_H

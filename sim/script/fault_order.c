@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "script/fault_order.h"
 
 #include <ctype.h>

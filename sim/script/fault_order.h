@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The text of a fault order, as on the command line and in scenarios: docs/faults.md. */
 #ifndef SIM_FAULT_ORDER_H
 #define SIM_FAULT_ORDER_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "script/fault_verbs.h"
 
 #include <string.h>

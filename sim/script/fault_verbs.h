@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What each fault does (fault_verbs.c), and what faults.c does for it. Only these two files use it.
  * To add a fault or a quirk: CONTRIBUTING.md, "Add a fault". */
 #ifndef SIM_FAULT_VERBS_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "script/faults.h"
 
 #include <inttypes.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Injects the faults of one bus (docs/faults.md).
  *
  * The module counts the packets and bytes of each sender. Some faults override the level of the

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Splits a line of text into words and numbers. */
 #ifndef SIM_LEXER_H
 #define SIM_LEXER_H

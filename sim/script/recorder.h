@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Records packets, the console's reply and edges on the wires since the scenario last let time
  * pass. */
 #ifndef SIM_RECORDER_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "script/reset_injection.h"
 
 #include <string.h>

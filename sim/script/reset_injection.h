@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Resets the controller or hangs its main program, as a scenario orders: docs/scenario.md. */
 #ifndef SIM_RESET_INJECTION_H
 #define SIM_RESET_INJECTION_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "script/scenario.h"
 
 #include <errno.h>

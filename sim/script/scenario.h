@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Parses a scenario file, one command in each line: docs/scenario.md. */
 #ifndef SIM_SCENARIO_H
 #define SIM_SCENARIO_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Runs a scenario (docs/scenario.md): sends its commands to the firmware's console or its bytes to
  * the wire, changes the environment, and checks what it expects. */
 #ifndef SIM_SCRIPT_H

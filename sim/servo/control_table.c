@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "servo/control_table.h"
 
 #include <string.h>

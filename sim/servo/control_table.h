@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The servo's control table (manual 3.1) as data: one row for each register. */
 #ifndef SIM_CONTROL_TABLE_H
 #define SIM_CONTROL_TABLE_H

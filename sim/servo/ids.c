@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "servo/ids.h"
 
 #include <ctype.h>

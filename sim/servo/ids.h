@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Parses a list of servo IDs: 1-18 or 0,1,5-7. */
 #ifndef SIM_IDS_H
 #define SIM_IDS_H

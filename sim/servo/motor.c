@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "servo/motor.h"
 
 #include <stdlib.h>

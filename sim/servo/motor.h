@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Motor, gear, angle sensor and temperature of a simulated servo, stepped at 250 Hz (R29).
  *
  * The model uses integers only: the same steps give the same values on every host. A position unit

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "servo/servo.h"
 
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* One simulated CDS55xx servo: bytes in, status packets out.
  *
  * The model includes nothing of the AVR, of the wire and of the controller's library. Its codec,

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "servo/servo_eeprom.h"
 
 #include <errno.h>

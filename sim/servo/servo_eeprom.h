@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Keeps the EEPROM areas of servos in a folder from run to run (--state DIR).
  *
  * Each servo has one small text file. Its name has the bus and the ID under which the servo was put

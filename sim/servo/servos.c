@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "servo/servos.h"
 
 #include <stdio.h>

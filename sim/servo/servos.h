@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Any number of simulated servos on one net: their receivers, their replies and their ticks. */
 #ifndef SIM_SERVOS_H
 #define SIM_SERVOS_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "wire/codec.h"
 
 #include <stdbool.h>

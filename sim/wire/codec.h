@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Finds instruction packets in the bytes that a servo receives, and builds status packets. The
  * controller's library has its own codec. The two share no code, so an error in one does not hide
  * in the other. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "wire/net.h"
 
 void net_init(struct net *net)

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A net: one copper wire with a pull-up and the drivers that are connected to it.
  *
  * The level of a net is the AND of the levels of its enabled drivers. Without an enabled driver it

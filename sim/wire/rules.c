@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "wire/rules.h"
 
 #include <inttypes.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The rules of the wire and of a run: what must never happen, and how often it has happened. */
 #ifndef SIM_RULES_H
 #define SIM_RULES_H

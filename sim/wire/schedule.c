@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "wire/schedule.h"
 
 #include <stdio.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The event queue of simulated time.
  *
  * The unit of time is one cycle of the controller's clock. Time 0 is the start of the run. An event

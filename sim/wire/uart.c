@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "wire/uart.h"
 
 uint32_t uart_bit_time_256(uint32_t clock_Hz, uint32_t baud)

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The two halves of each simulated UART (AVR, servo, PC): transmitter and receiver. 8N1 only.
  *
  * Bit times are in 1/256 cycle, so 115200 bit/s is exact at 16 MHz. An edge falls on the nearest

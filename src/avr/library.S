@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The symbol by which a program finds out that this library is for its chip: cds55xx/avr/library.h.
  * With PROGRAM_MCU defined: the member of the archive that a program for another chip gets. */
 #define PASTE_(a, b) a##b

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The firmware. A text console and a bridge for protocol packets share one host link and one bus of
  * servos. The failsafe watches host link and servos.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Reads and drops bytes at the old end of a ring. Main context, and only the consumer of the ring.
  */
 #ifndef CONTROLLER_RING_INPUT_H

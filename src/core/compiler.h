@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What the library asks of the compiler, each by its usual name. For src/core and src/controller.
  */
 #ifndef CDS_COMPILER_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* READ from an absent servo: the time until the outcome is known, and the longest call of the
  * library meanwhile. The second run has a rate and a return delay that make the transaction fifteen
  * times as long. A call that waits would take longer in that run. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Shared by the programs of the benchmark. They mark code with pins of port B, which no board uses:
  * `cds55xx-sim --times FILE --stamp B` records each change of a pin with its cycle. sbi and cbi use
  * no register, so they do not change the code that the compiler makes around them. MARK_NOTHING

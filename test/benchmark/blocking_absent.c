@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* absent.c with a poll that waits until the transaction is over. For a test that `absent_blocked`
  * shows such a poll. */
 #include "benchmark.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A cycle by sync_write.h and servo.h alone: at 250 Hz one SYNC WRITE of position and speed to 50
  * servos. READs of 8 bytes, servo after servo, fill the remaining time of each period. EEPROM: byte
  * 0 is the number of seconds, byte 1 the return delay (register 0x05).

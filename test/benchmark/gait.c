@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A gait of 18 joints at 250 Hz, with feedback and the permit. Byte 0 of the EEPROM: sines of each
  * joint, 1 or 3. While the gait is checked, MARK_SLOW is cds_gait_poll(); then MARK_POLL is.
  * MARK_CALL is cds_cycle_goal() for six joints. */

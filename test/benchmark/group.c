@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Reads the feedback of several servos, 8 bytes each, by group_read.h at the factory return delay.
  * Twice. Byte 0 of the EEPROM is the number of servos. */
 #include <cds55xx/group_read.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Runs every path of the handlers of a bus. Byte 0 of the EEPROM selects one of two runs. 0: good
  * transactions with packets and replies of all sizes, up to a SYNC WRITE of more than 256 bytes.
  * 1: the simulator makes a servo babble and adds noise. Bytes are damaged, the ring overflows, and

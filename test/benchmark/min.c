@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The smallest program with the five calls by which drivers are compared: init at 1 Mbps; PING;
  * READ of 2 bytes; WRITE of a goal; SYNC WRITE of 4 bytes to 18 servos. The packet holds its 90
  * bytes of goals. The written values are read values, so that the compiler cannot build packets. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Timed moves at 250 Hz, with feedback and the permit. Byte 0 of the EEPROM: number of joints.
  * While a move begins, MARK_SLOW is cds_motion_poll(); on the way MARK_POLL is. MARK_CALL is
  * cds_cycle_goal() for six joints. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Measures the submit of a READ while the ring holds 1 to 64 bytes that no servo was asked for.
  * There is a case for each kind of byte that the search treats differently, on an idle bus and
  * behind another READ. The program stores the bytes itself, as the receive handler does, while the

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Marks every call of cds_bus_poll(). Cases: READs of all lengths, polled at once, or so late that
  * the whole reply has arrived or the deadline is over; a queue, whose next request begins in the
  * poll that ends a request; requests with priority; an on_end that submits again; timeouts and

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A READ of 2 bytes whose packet is built once and submitted again and again, at the return delays
  * 2, 4, ... 32 us: the fastest way to read a servo. It runs between two overflows of the clock, so
  * that no other handler runs. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* READs of 1, 2, 8 and 50 bytes from servo 1, each at the return delays 2, 4, ... 32 us, on a bus
  * without a queue. Then the submit of a READ, on an idle bus and behind another READ. Then PINGs
  * whose last stop bits end at different phases of the main loop. Each part runs between two

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Shared by the programs of the safe_ rows: 50 servos with soft limits on a bus with queue and
  * retries, as in examples/robot.c. Only this file uses the API of servos.h. */
 #ifndef SAFE_H

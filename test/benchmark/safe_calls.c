@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Marks every submit and every call of cds_bus_poll(), with 50 servos and their limits. Cases: a
  * SYNC WRITE of 50 goals on an idle bus; a SYNC WRITE of 50 goals that waits behind a READ while
  * all limits change, so that it leaves or is refused; torque on to 50 servos by SYNC WRITE, which

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* READs of 2 bytes at the return delays 2, 4, ... 32 us, from servos 1, 2, ... 16 in turn, with 50
  * servos and their limits. Each READ runs between two overflows of the clock, so that no other
  * handler runs. */

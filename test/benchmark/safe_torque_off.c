@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Torque off for all servos, while the main loop only polls. Cases: a quiet line, and many moments
  * during each of: a READ; a SYNC WRITE of 50 goals; torque on to 50 servos; a READ behind which 50
  * goals wait; a READ without a reply; a READ with a damaged reply, because two simulated servos

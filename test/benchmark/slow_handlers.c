@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* handlers.c with a receive handler that is 40 cycles slower. For a test that the benchmark notices
  * it. The slow handler has the name of the vector and jumps to the handler of the library, which
  * has another name in this program. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Builds and sends a SYNC WRITE of position and speed, four times. Byte 0 of the EEPROM is the
  * number of servos. */
 #include <cds55xx/sync_write.h>

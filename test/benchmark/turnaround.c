@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Constructs the longest turnaround. At the end of a packet's last stop bit, interrupts have just
  * been turned off: by the tail of a handler of the host link, by a prologue that moves the stack
  * pointer, or by a write to the EEPROM. Then the overflow of the clock and a handler of the host

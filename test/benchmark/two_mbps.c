@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* READs of 20 bytes back to back at 2 Mbps. EEPROM: byte 0 is the number of seconds, byte 1 the
  * return delay (register 0x05). Prints the number of lost replies. */
 #include "benchmark.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The project's own checks notice what they are for."""
 # needs: $(BOARDS:%=build/%/controller.elf) build/lib/libcds55xx-atmega128.a
 import contextlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """make install, uninstall and dist: what they write, and programs that use what is installed."""
 # needs: $(foreach m,$(MCUS),$(call library_of,$(m)))
 import os

@@ -1,7 +1,9 @@
+# SPDX-License-Identifier: MIT
 """What make promises: boards and their mistakes, what is missing, flash, fuses and run."""
 # needs: build/lib/libcds55xx-atmega128.a
 import os
 import pathlib
+import pty
 import re
 import shutil
 import subprocess
@@ -48,6 +50,43 @@ class NewBoard(unittest.TestCase):
                                   "build/new/controller.hex")[1].split(),
                              "scripts/avrdude.sh 'usb' -p atmega2561 -c usbasp -U "
                              "flash:w:build/new/controller.hex:i".split())
+
+
+class Progress(unittest.TestCase):
+    """What a build of 21 files prints."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        root = pathlib.Path(folder.name)
+        copy_build_files(root)
+        for n in range(21):
+            (root / f"file{n}.c").write_text(f"extern int x{n};\n")
+        self.command = ["make", "-C", root, "--no-print-directory", "-o", "tools",
+                        *(f"build/atmega128/obj/file{n}.o" for n in range(21))]
+        self.environment = {**os.environ, "MAKEFLAGS": ""}
+
+    def test_build_output_is_no_terminal_each_tenth_step(self):
+        status, output = call(*self.command, env=self.environment)
+        self.assertEqual((status, output), (0, "   10  CC       build/atmega128/obj/file9.o\n"
+                                               "   20  CC       build/atmega128/obj/file19.o\n"))
+
+    def test_build_terminal_each_step_overwrites_the_one_before(self):
+        ours, theirs = pty.openpty()
+        subprocess.run(self.command, env=self.environment, stdout=theirs, stderr=theirs, check=True)
+        os.close(theirs)
+        with open(ours, "rb", closefd=True, buffering=0) as terminal:
+            output = terminal.read(16384).decode()
+        self.assertEqual(output, "".join(
+            f"\033[K\033[?7l{n + 1:5}  CC       build/atmega128/obj/file{n}.o\033[?7h\r" for n in range(21)))
+
+    def test_build_silent_prints_nothing(self):
+        self.assertEqual(call(*self.command, "-s", env=self.environment), (0, ""))
+
+    def test_build_verbose_prints_commands(self):
+        status, output = call(*self.command, "V=1", env=self.environment)
+        self.assertEqual(status, 0, output)
+        self.assertEqual(output.count("avr-gcc "), 21)
 
 
 class Make(unittest.TestCase):

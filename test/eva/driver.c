@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Entry points of the analysis, one for each row of ANALYSES in scripts/eva.py. Each makes a state
  * that an invariant allows, makes one call with unknown arguments, and checks the invariant again.
  * So the invariant holds after any number of calls. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Unknown values for the analysis. Eva considers every value of the range. */
 #ifndef EVA_H
 #define EVA_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The types of avr-gcc for Frama-C's headers; see machdep.ml. */
 #define __FC_MACHDEP_GCC_X86_16
 #include <__fc_machdep.h>

@@ -1,3 +1,4 @@
+(* SPDX-License-Identifier: MIT *)
 (* avr-gcc for Frama-C 25: int and pointers have 16 bits, double has 32, nothing is aligned.
    Frama-C's own 16-bit machine has pointers of 32 bits. *)
 open Cil_types

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The parser as the bus knows it, for the analysis of the bus. Each function checks what parser.c
  * needs and returns anything that parser.c may return; eva_find() and eva_take() prove both. */
 #include <stddef.h>

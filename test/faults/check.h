@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Runs the injections of `make faults` and checks each of them, whatever the fault:
  *
  * - The call ends by its deadline, and not before its deadline if it failed. The driver is

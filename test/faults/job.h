@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The jobs of test/firmware/library/transactions.c and their outcomes: a struct in the RAM of that
  * program, which the host (rig.h) writes and reads from outside. The struct is packed and has
  * little-endian words, so that both compilers lay it out alike. */

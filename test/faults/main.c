@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Runs one row of `make faults` on one board; scripts/faults.py runs all rows.
  *
  *     faults --list              rows: name, boards, what

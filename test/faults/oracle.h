@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Predicts a transaction from the bytes that the controller's receiver got: outcome, values and
  * counters, as bus.h and parser.h describe them. It shares no code with the library, works on whole
  * arrays and does not know which fault was injected. */

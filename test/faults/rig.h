@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The rig of `make faults`: a board that runs test/firmware/library/transactions.c, servos on its
  * bus, and taps that record sent and received bytes. The machine starts once and runs one job after
  * the other. All times are in CPU cycles. */

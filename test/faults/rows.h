@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The rows of `make faults`: each injects one fault at every position. */
 #ifndef ROWS_H
 #define ROWS_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A handler of the program delays the handlers of the bus: F13, F20. */
 #include "rows.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* F14: a PC floods the console while the controller sends packets to a servo. Runs the controller's
  * firmware. */
 #include "rows.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A line that is never quiet (F9) or stuck (F10). */
 #include "rows.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Two servos with one ID (F6); servos that lose power (F8), are absent (F11), use another baud rate
  * (F12), answer late (F17) or not at all (F18); error bits (F19). */
 #include "rows.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Faults of single bits, bytes and replies: F1 to F5, F7, F15, F16. */
 #include "rows.h"
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The boards of boards/, as their board.mk and board.h describe them. The runs take their boards from
 here, so a new board joins them without another list."""
 import collections

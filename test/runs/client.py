@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A client for CDS55xx servos (Dynamixel protocol 1.0) at a serial port, Python 3 and nothing else.
 
 It works on a USB2Dynamixel as on the simulator's pty:

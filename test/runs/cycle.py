@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """The cycle with 50 servos at 250 Hz on an ATmega128, test/firmware/library/cycle50.c, measured.
 
 usage: cycle.py SECONDS     of simulated time; shows how far it is, prints the figures, and fails if

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Whole-robot feedback over a host link of 1 Mbps: one BULK READ of 18 servos, 8 bytes each, against
 18 round trips of a PC that takes 1 ms for each. Times in CPU cycles of the simulator.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Test programs that say what became of each call, run on every board. On a board without a host link
 a program writes its numbers to the EEPROM."""
 import pathlib

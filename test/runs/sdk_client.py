@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A client that behaves as Robotis DynamixelSDK does for protocol 1.0, written from its behaviour.
 
 The SDK sends a request, waits for one status packet of the servo it asked and gives up after

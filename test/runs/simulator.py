@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Runs the simulator for the tests of whole runs."""
 import os
 import pathlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """settings autostart: the sequence plays after power-up, and only when it may. Packets on the wire decide."""
 # needs: $(CONSOLE_ELFS)
 import pathlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The bench itself: what it measures is in docs/internals/performance.md, from `make bench`."""
 # needs: $(BENCH_NEEDS) build/atmega128/benchmark/slow_handlers.elf build/atmega128/benchmark/blocking_absent.elf
 import csv

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The firmware of every board on its own wiring, and three buses at once."""
 # needs: $(CONSOLE_ELFS) build/arduino-uno/controller.elf $(TEST_BOARDS:%=build/%/controller.elf)
 # needs: $(patsubst %,build/%/firmware/soak.elf,atmega128 arbotix $(TEST_BOARDS)) build/arduino-mega/firmware/three_buses.elf

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A client for Dynamixel protocol 1.0 gets the same answers through the firmware's bridge as from
 the servos themselves."""
 # needs: $(CONSOLE_ELFS)

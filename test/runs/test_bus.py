@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The servos behind a pty, and the firmware's console behind one: in real time, for any client."""
 # needs: build/atmega128/controller.elf
 import fcntl

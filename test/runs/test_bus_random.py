@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The bus with its queue: random transactions, compared with a model; `make fuzz` runs more of them."""
 # needs: build/host/test/bus_random
 import subprocess

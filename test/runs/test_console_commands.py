@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Every command of the console, its help and each of its errors, on every board with a host link:
 by script, with what stands in the servos and on the wire afterwards, and over the pty, as a person
 would type it."""

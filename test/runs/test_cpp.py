@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Programs in C++11 (test/firmware/library/cpp*.cpp) and all headers, on boards with different handlers."""
 # needs: $(patsubst %,build/lib/libcds55xx-%.a,atmega128 atmega2560 atmega644p)
 import pathlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The cycle with 50 servos at 250 Hz, 5 s of it; `make cycle` runs a minute."""
 # needs: build/atmega128/firmware/cycle50.elf build/atmega128/firmware/cycle50_safe.elf
 import unittest

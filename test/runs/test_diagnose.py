@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A diagnosis on the simulated wire, of each cause that can be injected, and of buses that are well."""
 # needs: $(patsubst %,build/%/firmware/diagnose.elf,atmega128 adapter-echo arbotix)
 import re

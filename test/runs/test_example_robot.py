@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """examples/robot.c on every board: the robot starts from its present pose, walks, and switches torque off after a
 fault."""
 # needs: $(BOARDS:%=build/%/examples/robot.elf)

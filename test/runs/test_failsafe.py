@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Settings when the power fails, loss of the host link, resets and alarms, in whole runs."""
 # needs: $(CONSOLE_ELFS)
 import pathlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The firmware on a wire with faults: each command ends, the run ends, the console stays usable, and
 no rule is broken, for the controller is innocent. The faults themselves: test/sim/test_faults.c."""
 # needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega)

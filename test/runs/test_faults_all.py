@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """`make faults`, a small seeded part of it: every row runs, on every board, and none fails."""
 # needs: $(FAULTS_NEEDS)
 import csv

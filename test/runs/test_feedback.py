@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """What `make feedback` measures, on the boards that keep the limit."""
 # needs: $(CONSOLE_ELFS)
 import unittest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The firmware and programs linked with the library, in the simulator."""
 # needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega) $(patsubst %,build/%/examples/two_servos.elf,atmega128 arduino-mega)
 # needs: $(BOARDS:%=build/%/examples/two_joints.elf) build/atmega128/examples/timed_move.elf
@@ -101,7 +102,7 @@ class Programs(unittest.TestCase):
                 self.assertLess(max(abs(a + b - 1023) for a, b in zip(left, right)), 8)
 
     def test_readme_shows_that_very_program(self):
-        source = (ROOT / "examples/two_joints.c").read_text().split("*/\n", 1)[1].strip()
+        source = (ROOT / "examples/two_joints.c").read_text().rsplit("*/\n", 1)[1].strip()
         self.assertIn(source, (ROOT / "README.md").read_text())
 
     def test_timed_moves_of_two_joints_arrive_together(self):

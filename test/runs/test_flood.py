@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """300 000 random bytes, or READs of all servos, at 1 Mbps on the host link while a cycle of 18 servos
 runs at 250 Hz with a return delay of 6 us. test/firmware/library/flood.c is the firmware with that
 cycle."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Noise and damage at random; `make fuzz` runs it at length."""
 # needs: build/host/test/fuzz
 import subprocess

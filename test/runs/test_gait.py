@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A tripod gait of 18 simulated servos: what leaves on the wire, and what a joint that is stuck does."""
 # needs: build/atmega128/firmware/gait.elf
 import csv

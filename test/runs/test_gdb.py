@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """avr-gdb on the firmware while servos are simulated: what it sees, and that it changes nothing."""
 # needs: build/atmega128/controller.elf build/firmware/crash_wild.elf
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Groups on the simulated wire: test/firmware/library/groups.c, as it is, and with what can happen to it."""
 # needs: build/atmega128/firmware/groups.elf
 import csv

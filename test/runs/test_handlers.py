@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The handlers of a bus, which are by hand, beside the events of link.h (test/firmware/library/handlers.c)."""
 # needs: build/atmega128/firmware/handlers.elf $(patsubst %,build/%/firmware/foreign_handler.elf,atmega128 arbotix)
 import re

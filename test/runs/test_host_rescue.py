@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A saved host_baud that no terminal supports, and the window after a reset in which Enter undoes it."""
 # needs: $(CONSOLE_ELFS)
 import pathlib

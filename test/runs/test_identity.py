@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A change of ID, of the baud rate, and a RESET, interrupted at every step: test/firmware/library/change.c.
 
 At every byte of every packet and reply of the undisturbed course: that byte is lost, or the servo

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Driving is inhibited: the firmware of every board with a console, servos on the simulated wire."""
 # needs: $(CONSOLE_ELFS) build/host/test/inhibit_random
 import pathlib

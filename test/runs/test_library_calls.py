@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Calls of the library on every board: test/firmware/library/commands.c calls each function. The run compares
 what the program reports with the packets on the wire and the registers of the servos at the end."""
 # needs: $(BOARDS:%=build/%/firmware/commands.elf)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The manual's own packets, on the wire, byte for byte and in order."""
 # needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega) build/atmega128/examples/hexapod.elf
 import subprocess

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Timed moves of simulated servos: the joints arrive with their last goals, and goals are on the curves."""
 # needs: $(patsubst %,build/atmega128/firmware/%.elf,motion curves)
 import csv

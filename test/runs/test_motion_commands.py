@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The commands of the group "Motion:" over the firmware in the simulator: servos are taught by hand
 (loads turn their outputs while torque is off), poses and sequences are stored and played."""
 # needs: $(CONSOLE_ELFS)

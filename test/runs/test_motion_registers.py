@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A PC plays stored sequences by packets: the registers of motions of the virtual device."""
 # needs: $(CONSOLE_ELFS)
 import pathlib

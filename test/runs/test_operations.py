@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """What looks after several servos at once, test/firmware/library/operations.c, on every board."""
 # needs: $(BOARDS:%=build/%/firmware/operations.elf)
 import unittest

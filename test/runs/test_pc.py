@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A program of the PC's, `--host FILE`, with the firmware."""
 # needs: build/atmega128/controller.elf
 import pathlib

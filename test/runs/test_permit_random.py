@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Random packets at the permit, compared with a model of three servos; `make fuzz` runs more of them."""
 # needs: build/host/test/permit_random
 import subprocess

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The pictures: --plot as an SVG that says what it must, --vcd as a dump that a viewer can read."""
 # needs: build/atmega128/controller.elf $(patsubst %,build/firmware/%.elf,breaches byte_time mutant_late_release three_buses)
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The profiles of the firmware that a board has room for, bridge, console and full, on each board with a host link."""
 # needs: $(PROFILE_ELFS)
 import pathlib

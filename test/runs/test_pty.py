@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The pseudo terminals of bus and firmware, under clients that flush, leave and come back at once."""
 # needs: build/atmega128/controller.elf
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A robot of robot.h (test/firmware/library/robot_events.c) meets servos that are not well. The wire is the judge."""
 # needs: $(patsubst %,build/%/firmware/robot_events.elf,atmega128 arbotix)
 import pathlib

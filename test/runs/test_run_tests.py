@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """scripts/run-tests.py counts only what a suite reports, and ends when it is interrupted."""
 import pathlib
 import signal

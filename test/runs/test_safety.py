@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Torque off for all, servos that lose their state, alarms and soft limits, test/firmware/library/safety.c, as
 wire and servos see them."""
 # needs: $(patsubst %,build/%/firmware/safety.elf,$(HOST_BOARDS))

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Every test/scenario/*.script: with the firmware on both boards, or on a bus of its own.
 
 A line `# run: bus` says that it needs no firmware; `# options: ...` adds options.

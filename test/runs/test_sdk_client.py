@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A client with the timing of DynamixelSDK that dies within a packet, or speaks at a wrong rate, and
 starts anew: no READ returns the value of an earlier one, and no goal reaches a servo after the
 client has given it up.

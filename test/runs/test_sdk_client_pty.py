@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A client with the timing of DynamixelSDK at a pty, in real time: it dies at every byte of a SYNC
 WRITE, or speaks at a wrong rate, closes the port and opens it again.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A scan and a change of ID on the simulated wire, with a fault at each step of the change."""
 # needs: build/atmega128/firmware/setup.elf
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The simulator's files: read whole or refused, written whole or reported, whatever ends the run."""
 # needs: build/atmega128/controller.elf
 import itertools

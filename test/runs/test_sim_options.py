@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The simulator's command line and board files: what is out of range ends with one line and status 2."""
 # needs: build/atmega128/controller.elf
 import pathlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """`pose ... in TIME` of the console: all joints arrive together, in each profile."""
 # needs: $(CONSOLE_ELFS)
 import csv

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A simulated servo driven and read in units: what it is told is what it does."""
 # needs: build/atmega128/firmware/units.elf
 import re

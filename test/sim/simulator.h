@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Runs the simulator, $SIM, on the small firmwares in $FIRMWARE, and keeps its output. */
 #ifndef SIMULATOR_H
 #define SIMULATOR_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The serial adapter, alone on a wire and with servos. */
 #include "host/adapter.h"
 #include "servo/servos.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The codec: what is a packet, and that no packet is lost after a damaged one (R27). */
 #include <string.h>
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The file of --times, on the firmware times.c, which prints how long its parts take. */
 #include <unistd.h>
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Every fault on a wire without an AVR: its effect on levels, bytes, framing and time. The tests
  * have their own model: an array of levels, one for each bit at 1 Mbit/s (1 us). */
 #include "script/faults.h"

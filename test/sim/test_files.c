@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Files of the user: read as a whole, written as a whole, or one line on stderr. */
 #include "output/files.h"
 #include "unity.h"

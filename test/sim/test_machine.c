@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Resets of the simulated chip and what they leave. The firmware writes 5A to byte 0 of the EEPROM,
  * and A5 after 8.5 ms. */
 #include "avr/machine.h"

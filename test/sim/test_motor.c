@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The motor model: speeds, ramps, position loop, loads and temperature. */
 #include "unity.h"
 

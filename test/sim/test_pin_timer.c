@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* --mark: how long a pin is high, on the firmware marks.c. */
 #include "simulator.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What the CPU reads from a pin that is connected to a net: every instruction that can read PINx,
  * on low and high ports of several chips. */
 #include "avr/machine.h" // machine_free() frees what simavr does not

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The pseudo terminal from both ends, and the real time of a run. */
 #include "host/pty.h"
 #include "host/realtime.h"

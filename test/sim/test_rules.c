@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Whole runs that must fail with a message: rules of the wire, crashes, bad input. */
 #include "wire/rules.h"
 #include "simulator.h"

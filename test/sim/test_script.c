@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Scenarios, run against a firmware of four lines of C and servos on a wire; and lists of IDs. */
 #include "host/adapter.h"
 #include "script/script.h"

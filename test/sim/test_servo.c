@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The simulated servo: every instruction, register and alarm of the manual, and the rulings R1-R40.
  * The tests build their packets themselves, not with the servo's codec. */
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* EEPROM areas in files. */
 #include "servo/servo_eeprom.h"
 #include "unity.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Servos on a wire without an AVR: reply times, received bytes, and bit rates. */
 #include "servo/servos.h"
 #include "unity.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What the exact USART corrects. Each small firmware shows simavr's error with `--usart stock` and
  * the data sheet's behaviour with `--usart exact`. Figures are cycles and contain the time of the
  * measurement. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The transcript of a wire with two senders, in the manual's notation. */
 #include "output/transcript.h"
 #include "unity.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Transmitter and receiver on one net at 16 MHz: bit times, wrong bit rates, breaks, collisions. */
 #include "unity.h"
 #include "wire/uart.h"

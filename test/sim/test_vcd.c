@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "output/vcd.h"
 #include "unity.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The same bus on fewer pins: one enable, TXD and RXD tied to the wire, adapters; and what the
  * firmware reads from RXD. */
 #include "simulator.h"

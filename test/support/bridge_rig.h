@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Bridge, virtual device and demux over one bus on a port that records. A suite says packets as the
  * host, answers as a servo, and compares what the host has heard:
  *

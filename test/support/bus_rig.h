@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What a suite of the core needs before each of its tests: `bus`, opened at 1 Mbps on a port that
  * records, and after each: no rule of port.h broken, every packet accounted for. Between them the
  * suite submits a request, and says what the line does with it:

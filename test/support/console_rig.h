@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The console over one bus on a port that records. A suite types lines, answers as a servo, and
  * compares what the console has said:
  *

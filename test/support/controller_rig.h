@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The controller on this machine: demultiplexer, bridge, device and console as main.c joins them,
  * on a port that records, over servos that answer whatever they are asked. A test program says
  * bytes to it as the host, and looks at what it sends to servos and host. */

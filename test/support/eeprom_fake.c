@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* An EEPROM for tests; see eeprom_fake.h. */
 #include "eeprom_fake.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* An EEPROM for tests, in place of src/controller/avr/eeprom_driver.c. A test chooses the write
  * during which the power fails. A call that the driver does not allow in its state counts as a
  * breach. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What suites of moving joints share: servos 1 to JOINTS with limits, a cycle, and the goals that
  * leave in its SYNC WRITE. A suite may define JOINTS before it includes this file. */
 #ifndef JOINTS_RIG_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The parser over a request without data: a suite reads whole lines with read_line(). */
 #ifndef LINE_RIG_H
 #define LINE_RIG_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A motion store over the EEPROM of eeprom_fake.h, and a model of what it must hold. A suite sets
  * the EEPROM's size with rig_reset(); rig_assert() compares the store with the model. */
 #ifndef MOTION_STORE_RIG_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Every packet the manual prints, in its order, byte for byte: the tests' yardstick, typed from the
  * manual and not made by the code under test.
  */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Hooks of a bus whose permit the test provides. The bus asks it when a request is submitted and
  * before the packet leaves, as it asks the permit of servos.h. A queue does the rest. */
 #ifndef PERMIT_FAKE_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A port that records its calls; see port_fake.h. */
 #include "port_fake.h"
 

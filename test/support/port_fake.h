@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A port for tests. It records the calls of the core in a log. The test sets the clock, and calls
  * the functions of link.h in place of line, transmitter and servos.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The sine in real numbers for tests, which link no libm. */
 #ifndef REAL_SINE_H
 #define REAL_SINE_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A few servos behind port_fake. They answer sent packets at their own baud rate. A test chooses
  * the packet at which a fault happens. They know only what set-up needs: PING, READ, WRITE, RESET.
  * They share no code with the library. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Servos behind port_fake that know only their torque: they answer PING and READ of TORQUE_ENABLE
  * and execute WRITE of it. The fake logs every packet. A byte takes 10 us; a reply begins after 2
  * us. They share no code with the library. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Output of Unity on the simulated AVR: the host USART, polled. At the end the program sleeps with
  * interrupts off, which ends the simulation. */
 #include <avr/interrupt.h>

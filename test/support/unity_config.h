@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Options of Unity: no floating point; on the AVR 16-bit int, and the output of unity_avr.c. */
 #ifndef UNITY_CONFIG_H
 #define UNITY_CONFIG_H

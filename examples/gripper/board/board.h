@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The board of the gripper: an ATmega644P at 16 MHz, TXD0 and RXD0 tied to the wire of the servo. */
 #define BOARD_BUS_COUNT     1
 #define BOARD_BUS0_WIRING   TIED

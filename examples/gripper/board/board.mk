@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The chip of the gripper, for the simulator and for make flash BOARD_DIR=.
 MCU      := atmega644p
 F_CPU    := 16000000

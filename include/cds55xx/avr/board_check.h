@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Checks board.h at compile time. Each error message names the line that is missing or wrong.
  * Without these checks the compiler would report pasted register names that do not exist. */
 #ifndef CDS_AVR_BOARD_CHECK_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The microsecond clock: a 16-bit timer at F_CPU / 8, two ticks a microsecond, and a count of its
  * overflows, every 32 768 us; and the timer of each bus. */
 #ifndef CDS_AVR_CLOCK_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The three interrupt handlers of a bus, in assembly. Each does what the model in C of its event
  * does (link.h), for a link and registers that are constants. avr-gcc would save ten registers;
  * three suffice, and the handlers take half as long. At 1 Mbps the receive handler runs every 160

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A program refuses a library that was built for another chip: the linker ends with
  * "undefined reference to cds55xx_library_is_for_atmega2560_but_program_is_for_atmega328p".
  *

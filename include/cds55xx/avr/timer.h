@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The registers of BOARD_CLOCK_TIMER, a 16-bit timer, whatever the chip calls them. */
 #ifndef CDS_AVR_TIMER_H
 #define CDS_AVR_TIMER_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The bus USARTs of the board, as register constants, and the port's verbs as inline functions.
  *
  * Everything is always inlined: with a constant `port` each verb becomes the two to six stores it

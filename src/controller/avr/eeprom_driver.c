@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The chip's EEPROM; see eeprom_driver.h. */
 #include "avr/eeprom_driver.h"
 

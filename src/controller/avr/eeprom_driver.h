@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Reads and writes the chip's EEPROM one byte at a time, and never waits.
  *
  * Writing a byte takes 8.5 ms (ATmega128) or 3.4 ms (the other chips); until then no byte can be

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Sleeping until the next interrupt. */
 #ifndef AVR_IDLE_H
 #define AVR_IDLE_H

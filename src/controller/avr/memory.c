@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* How much RAM was never used; see memory.h. */
 #include "avr/memory.h"
 

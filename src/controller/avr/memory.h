@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Counts the RAM that was never used, between the variables and the deepest stack so far. The
  * start-up code fills that RAM with a pattern; memory_poll() counts the bytes that still have it, a
  * few in each call. There is no heap. */

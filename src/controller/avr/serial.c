@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The controller's serial port to the PC; see serial.h. */
 #include "avr/serial.h"
 

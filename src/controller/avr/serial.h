@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The controller's serial port to the PC: full duplex, 8N1, a ring for each direction.
  *
  * When the PC sends more than the ring holds, or a byte comes damaged, the receive handler turns

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Notes the reset cause before main() begins; see watchdog.h. */
 #include "avr/watchdog.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The chip's watchdog, and the cause of the last reset.
  *
  * The watchdog resets the chip if the main loop takes longer than WATCHDOG_MS for one turn. The

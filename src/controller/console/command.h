@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A command of the console. It is a row of a table in flash, in the file with the code that carries
  * it out (commands/). A profile (profiles/) names the groups of rows that its firmware links. The
  * console itself knows no command. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The text console: reading lines and running them; see console.h. The end of replies is in
  * reply.c, the commands in commands/. */
 #include "console/console.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The text console: one command a line. The reply is any number of lines, then exactly one line
  * `ok` or `error N: text; remedy`; the profile `console` leaves the remedy out. The console reads
  * the next line when the reply is printed. Input and output are rings. No call waits.

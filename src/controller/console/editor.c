@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The line being typed; see editor.h. */
 #include "console/editor.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The line being typed: its latest characters, which may still be taken back. A longer line moves
  * on to the parser from its front, so a line may be of any length. The last line can be fetched
  * back until another line is begun, if it was not longer than EDITOR_SIZE. */

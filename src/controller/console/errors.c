@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Texts of the numbered errors; see errors.h. */
 #include "console/errors.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The numbered errors of the console: those of the library (result.h, numbers below 20), and these.
  * One table: the console's texts and docs/errors.md come from it. */
 #ifndef CONTROLLER_ERRORS_H

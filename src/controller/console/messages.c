@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Texts that several files share; see messages.h. */
 #include "console/messages.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Texts of the console: plain strings in flash. A message is a named string beside the code that
  * prints it; printer.h lists what may stand for a value in it. Here are those that several files
  * share. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Values of registers with units, for the printer; see number_format.h. */
 #include "console/number_format.h"
 

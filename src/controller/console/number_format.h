@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Values of registers as people read them: 150.147deg, -3.5rpm, 6.5V, 32C. */
 #ifndef CONTROLLER_NUMBER_FORMAT_H
 #define CONTROLLER_NUMBER_FORMAT_H

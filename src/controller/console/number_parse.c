@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Numbers with units, as they are typed; see number_parse.h. */
 #include "console/number_parse.h"
 

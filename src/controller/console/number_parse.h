@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Numbers as people write them, with a unit or without: 90, 90.5deg, 512raw, 0x200, -30rpm, 6.0V.
  * Whole numbers throughout: the decimals are a power of ten. */
 #ifndef CONTROLLER_NUMBER_PARSE_H

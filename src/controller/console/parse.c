@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* From the words of a line to what its command takes; see parse.h. */
 #include "console/parse.h"
 

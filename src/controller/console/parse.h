@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* From the words of a line, as they arrive, to what the usage string of its command asks for. No
  * line is ever stored whole, so a SYNC WRITE may be as long as its packet. */
 #ifndef CONTROLLER_PARSE_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Text for the PC; see printer.h. */
 #include "console/printer.h"
 

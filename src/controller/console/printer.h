@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Text for the PC, into a ring that empties at its own pace. Nothing waits: a caller asks first
  * whether there is room (printer_ready()), prints a short piece, and comes back later.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The end of replies; see reply.h. */
 #include "console/reply.h"
 

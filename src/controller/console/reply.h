@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The end of every reply of the console: warnings, and `ok` or `error`. */
 #ifndef CONTROLLER_REPLY_H
 #define CONTROLLER_REPLY_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* One word of a console line; see token.h. */
 #include "console/token.h"
 

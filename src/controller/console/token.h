@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* One word of a console line. */
 #ifndef CONTROLLER_TOKEN_H
 #define CONTROLLER_TOKEN_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* How registers' units are shown; see unit_names.h. */
 #include "console/unit_names.h"
 

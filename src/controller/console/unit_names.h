@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The unit in which the value of a register is shown, and in which a bare number is meant. */
 #ifndef CONTROLLER_UNIT_NAMES_H
 #define CONTROLLER_UNIT_NAMES_H

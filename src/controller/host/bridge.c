@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Packets of the host; see bridge.h. */
 #include "host/bridge.h"
 

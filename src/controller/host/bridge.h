@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The bridge handles the protocol packets of the host one after the other. device.h answers a
  * packet for the virtual device, and bulk_read.h a SYNC READ or BULK READ. The bridge sends every
  * other packet unchanged to the bus, and the reply of the servo unchanged to the host.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* SYNC READ and BULK READ; see bulk_read.h. */
 #include "host/bulk_read.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* SYNC READ (0x84, as USB2AX and ArbotiX define it) and BULK READ (0x92, as Robotis protocol 1.0
  * defines it) for servos that know single READ only (manual 2.4.2): one READ for each servo, by
  * read_pipeline.h.

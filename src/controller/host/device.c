@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The virtual device; see device.h. */
 #include "host/device.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The virtual device: the controller answers for itself under an ID of its own, 253 by default. It
  * answers PING, READ, WRITE and RESET from a register table, as a servo does (manual 2.4; rulings
  * R4, R5, R33, R34): it refuses a whole packet if any byte is out of range or read-only. It ignores

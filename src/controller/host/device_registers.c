@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The registers of the device; see device_registers.h. */
 #include "host/device_registers.h"
 

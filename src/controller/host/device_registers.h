@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Connects the registers of the virtual device (device.h) with settings, failsafe, bus, host link
  * and bridge. Main context. */
 #ifndef CONTROLLER_DEVICE_REGISTERS_H

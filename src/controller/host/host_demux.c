@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Packets and text on the host link; see host_demux.h. */
 #include "host/host_demux.h"
 

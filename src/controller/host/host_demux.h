@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Separates the bytes of the host into protocol packets and text, in any order.
  *
  * A byte 0xFF outside a packet begins a packet and drops the unfinished line of text. Every other

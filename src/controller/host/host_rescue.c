@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Two seconds at the board's own rate; see host_rescue.h. */
 #include "host/host_rescue.h"
 

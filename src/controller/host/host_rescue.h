@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Rescues a host link whose saved rate the PC cannot use. For 2 s after a reset the link has the
  * board's own rate, and three Enters in a row keep that rate.
  *

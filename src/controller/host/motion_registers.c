@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The registers of motions; see motion_registers.h. */
 #include "host/motion_registers.h"
 

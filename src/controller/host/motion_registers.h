@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The registers of the virtual device (device.h) that start and steer motions, beside all others
  * (device_registers.h). Only a firmware with motions links them; in others they read 0 and refuse
  * writes. Main context. */

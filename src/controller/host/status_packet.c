@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Status packets to the host; see status_packet.h. */
 #include "host/status_packet.h"
 

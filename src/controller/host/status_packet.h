@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Puts a status packet into the ring to the host, which empties at the rate of the host link.
  * Manual: 2.3. Main context. */
 #ifndef CONTROLLER_STATUS_PACKET_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Firmware profile `bridge`: the functions of console.h for a firmware without a console. They drop
  * text of the host, except Ctrl-X, which stops the robot; a host releases the robot by the virtual
  * device. */

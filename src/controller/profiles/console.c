@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The profile `console`: all commands but diagnose. */
 #include <stddef.h>
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The profile `full`: all commands. On a chip with 4 KB of RAM there is no room for timed moves by
  * a motion: there "pose ... in TIME" gives each servo one goal, as in the profile `console`. */
 #include <stddef.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A sequence after power-up; see autostart.h. */
 #include "robot/autostart.h"
 

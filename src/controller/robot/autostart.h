@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Plays a stored sequence after power-up, without a host: an operation of the robot. It plays only
  * if the reset was power-on, no byte came from the host during a delay, every servo is well,
  * and each pose is within the angle limits of its servos. It writes to no servo before all of this

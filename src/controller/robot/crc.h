@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* CRC-16 of what is kept in the EEPROM: polynomial 0x1021, bits reflected, from 0xFFFF, not
  * inverted (CRC-16/MCRF4XX; what avr-libc calls ccitt). Of "123456789" it is 0x6F91. */
 #ifndef CONTROLLER_CRC_H

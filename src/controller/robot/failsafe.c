@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Host link, alarms and repeated stops; see failsafe.h. */
 #include "robot/failsafe.h"
 

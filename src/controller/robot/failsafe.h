@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The failsafe acts without a user: it watches the host link and the alarms of the servos, repeats
  * a stop that did not reach all servos, and applies the settings of the bus.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The cycle of the group; see group_cycle.h. */
 #include "robot/group_cycle.h"
 

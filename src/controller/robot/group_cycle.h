@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The cycle of the group: an operation of the robot that shares the bus with other requests.
  *
  * Main context. */

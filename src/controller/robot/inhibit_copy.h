@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A copy of the drive inhibit that survives a reset. It stands in RAM that start-up does not clear
  * (section .noinit). The complement beside it shows whether the copy is whole; a damaged copy
  * counts as inhibited. After power-on the content is random, and the caller sets it.

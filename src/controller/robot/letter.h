@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Letters, for names and words. */
 #ifndef CONTROLLER_LETTER_H
 #define CONTROLLER_LETTER_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The start of a motion; see motion_start.h. */
 #include "robot/motion_start.h"
 

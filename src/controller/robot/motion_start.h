@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Starts a motion of the group: a timed move, or a stored sequence. The motion runs in the running
  * cycle, or in a cycle that is started for it and ends with it. The console and the virtual device
  * start motions here, so both have the same checks.

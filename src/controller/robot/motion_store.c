@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Poses and sequences in the EEPROM: where they stand, and how they are read; see motion_store.h.
  */
 #include "robot/motion_store_internal.h"

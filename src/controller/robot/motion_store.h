@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Poses and sequences that outlive power-off, in the EEPROM, and the joints that their positions
  * belong to. The layout: docs/internals/motion-store.md.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What motion_store.c and motion_store_save.c share: the layout of a record, and access to its
  * bytes. Main context. */
 #ifndef CONTROLLER_MOTION_STORE_INTERNAL_H

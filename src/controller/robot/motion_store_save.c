@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Saves and deletes poses and sequences in the EEPROM, one byte in a poll; see motion_store.h.
  *
  * A save writes a free place of its kind. The older record is then stale: the save takes its

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Timed moves of the group; see moves.h. */
 #include "robot/moves.h"
 

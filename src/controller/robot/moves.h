@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Timed moves of the group: an operation of the robot that does what its cycle does
  * (group_cycle.h), and moves the servos by motion.h.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Plays a stored sequence; see player.h. */
 #include "robot/player.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Plays a stored sequence (motion_store.h) with the servos of the group. The moves are those of the
  * group's cycle (moves.h), whose poll moves the player on.
  *

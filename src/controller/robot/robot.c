@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The robot on the bus; see robot.h. */
 #include "robot/robot.h"
 

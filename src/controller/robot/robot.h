@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The robot on the bus: its servos, the stop, the state check, and one long operation at a time. An
  * operation is a cycle, a scan, a diagnosis, a change of ID or rate, or a registered move.
  * robot_poll() moves all of these on. None of them waits for the console's output.

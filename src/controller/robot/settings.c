@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The controller's settings and their record in the EEPROM; see settings.h. */
 #include "robot/settings.h"
 

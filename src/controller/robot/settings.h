@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Settings that outlive power-off, in the EEPROM. One table gives the struct, the record and
  * docs/settings.md.
  *

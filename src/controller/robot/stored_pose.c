@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Poses of the store for the group; see stored_pose.h. */
 #include "robot/stored_pose.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Poses of the store (motion_store.h) for the robot's group. A stored pose has positions of joints,
  * and a joint is the ID of a servo.
  *

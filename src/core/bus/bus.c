@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The transaction in flight; see bus.h. */
 #include "cds55xx/bus.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What modules of the core need of the bus beside bus.h; not installed. Main context. */
 #ifndef CDS_BUS_INTERNAL_H
 #define CDS_BUS_INTERNAL_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The line between two packets, and deadlines; see line_internal.h. */
 #include "bus/line_internal.h"
 

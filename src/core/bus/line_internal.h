@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The line between two packets, and the deadline of the one in flight; for bus.c and open.c. Main
  * context. */
 #ifndef CDS_LINE_INTERNAL_H

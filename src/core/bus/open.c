@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Opening a bus, its rate, its hooks and its lock; see bus.h. */
 #include <string.h>
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Priority and retries; see queue.h. */
 #include "cds55xx/queue.h"
 

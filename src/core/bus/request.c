@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A request before and after its transaction; see bus.h. */
 #include "bus/bus_internal.h" // cds_request_check()
 #include "cds55xx/bus.h"

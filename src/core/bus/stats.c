@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What the bus counts; see bus.h. */
 #include "cds55xx/bus.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* One request after another; see steps_internal.h. */
 #include "bus/steps_internal.h"
 

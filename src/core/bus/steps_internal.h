@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The skeleton of an operation: it submits a request, waits for its end, decides on the next one.
  * Not installed; see cds55xx/steps.h. Main context.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The curves of a timed move; see curve_internal.h and docs/internals/motion.md. A comment such as
  * Q16 says that a value counts in 1/65536. */
 #include "robot/curve_internal.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The curves of a timed move: which share of its way a joint has gone at which share of the time;
  * not installed. The basis of one moment serves all joints: each joint then costs some
  * multiplications. docs/internals/motion.md has the formulas. Any context. */

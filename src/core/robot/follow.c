@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Finds a joint that does not follow its goals; see follow.h. */
 #include "cds55xx/follow.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Goals of a gait, period after period; see gait.h and docs/internals/motion.md. */
 #include "cds55xx/gait.h"
 

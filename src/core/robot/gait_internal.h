@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What gait.c and gait_plan.c need of each other; not installed. Main context. */
 #ifndef CDS_GAIT_INTERNAL_H
 #define CDS_GAIT_INTERNAL_H

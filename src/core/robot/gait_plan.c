@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Is a gait possible? See gait.h and docs/internals/motion.md. */
 #include <stdlib.h> // abs()
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Timed moves; see motion.h and docs/internals/motion.md. */
 #include "cds55xx/motion.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What motion.c and motion_plan.c need of each other; not installed. Positions and speeds as in
  * struct cds_motion_joint. Main context. */
 #ifndef CDS_MOTION_INTERNAL_H

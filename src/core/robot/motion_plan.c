@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Is a move possible? See motion.h and docs/internals/motion.md. A way is counted in register units
  * of speed x periods: divided by the duration it is the mean speed. */
 #include <stdlib.h> // abs()

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Helpers for poses; see pose.h. */
 #include "cds55xx/pose.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The rate at which the time of a motion or a gait runs; not installed. Any context. */
 #ifndef CDS_RATE_INTERNAL_H
 #define CDS_RATE_INTERNAL_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The one object most programs need; see robot.h. robot_start.c has the steps of a start. */
 #include "cds55xx/robot.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What robot.c and robot_start.c need of each other; not installed. Main context. */
 #ifndef CDS_ROBOT_INTERNAL_H
 #define CDS_ROBOT_INTERNAL_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Timed moves of a robot; see robot.h. In a file of its own: a program without timed moves does not
  * link motion.c. */
 #include "cds55xx/robot.h"

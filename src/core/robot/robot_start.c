@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The steps of a start: all servos are checked, then get their first goals, then their torque; see
  * cds_robot_start() in robot.h. torque_on.h does this for one servo. Manual: 3.1, registers 0x05 to
  * 0x2E. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Sequences of poses; see sequence.h. The step under way and the next one are in two places, in
  * turn. */
 #include "cds55xx/sequence.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The sine of a gait: a quarter of a turn in flash, with interpolation. */
 #include "robot/sine_internal.h"
 

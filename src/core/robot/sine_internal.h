@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The sine of a gait; not installed. Any context. */
 #ifndef CDS_SINE_INTERNAL_H
 #define CDS_SINE_INTERNAL_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The state check; see health.h. */
 #include "cds55xx/health.h"
 

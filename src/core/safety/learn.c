@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Learns the state of the servos from the packets that pass; see servos.h and
  * docs/internals/permit.md. Manual: 3.1, registers 0x03 to 0x10, 0x18, 0x1E to 0x21, 0x2C; 2.3
  * (error bits). */

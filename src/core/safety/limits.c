@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Soft limits of one servo; see limits.h. Manual: 3.1, 0x06 to 0x09, 0x18, 0x1E to 0x21; R10, R16.
  */
 #include "safety/limits.h"

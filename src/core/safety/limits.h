@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What a packet writes into one servo, and the soft limits of that servo; not installed. Main
  * context. */
 #ifndef CDS_LIMITS_H

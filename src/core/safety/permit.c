@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The permit, which checks every packet before it leaves; see permit.h. Rows in the comments are
  * those of docs/internals/permit.md. Manual: 2.4; 3.1.
  */

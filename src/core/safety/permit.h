@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The permit: decides whether a packet may leave. docs/internals/permit.md states the rules. Not
  * installed. Main context.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The servos of a bus: the list, and what the caller asks for; see servos.h. */
 #include "cds55xx/servos.h"
 

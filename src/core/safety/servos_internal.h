@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What servos.c, permit.c and learn.c need of each other; not installed. Main context. */
 #ifndef CDS_SERVOS_INTERNAL_H
 #define CDS_SERVOS_INTERNAL_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Torque off for all; see torque_off.h. */
 #include "cds55xx/torque_off.h"
 

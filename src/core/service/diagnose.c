@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Series of PINGs and READs, and what their replies tell; see diagnose.h and docs/diagnose.md. */
 #include "cds55xx/diagnose.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A change of ID or baud rate, and a RESET; see identity.h. */
 #include "cds55xx/identity.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* PING of IDs at baud rates; see scan.h. */
 #include "cds55xx/scan.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Compare, write if it differs, read back; see setup.h. */
 #include "cds55xx/setup.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Torque on without a movement; see torque_on.h. */
 #include "cds55xx/torque_on.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Goals out, feedback in, at a fixed rate; see cycle.h. */
 #include "cds55xx/cycle.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The two packets of goals of a cycle: `front` is sent, `back` is filled; see cycle.h. Each has one
  * block for each servo: ID and goal. */
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The two packets of goals of a cycle: what cycle.c needs of cycle_goals.c; not installed. Main
  * context. */
 #ifndef CDS_CYCLE_INTERNAL_H

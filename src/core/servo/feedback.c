@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What a servo reports of itself; see feedback.h. */
 #include "cds55xx/feedback.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A goal as GOAL_POSITION and MOVING_SPEED, which stand side by side: both words low byte first
  * (R28). */
 #ifndef CDS_GOAL_H

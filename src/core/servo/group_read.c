@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The same registers of many servos; see group_read.h. */
 #include "cds55xx/group_read.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* READs one behind the other; see read_pipeline.h. */
 #include "cds55xx/read_pipeline.h"
 

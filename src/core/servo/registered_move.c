@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The registered move, step by step; see registered_move.h. */
 #include "cds55xx/registered_move.h"
 

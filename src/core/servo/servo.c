@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* One servo's instructions; see servo.h. */
 #include "cds55xx/servo.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Building and sending a request in two steps, for modules of the core; not installed. Main
  * context.
  */

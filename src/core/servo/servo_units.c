@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* One servo in units; see servo_units.h. */
 #include "cds55xx/servo_units.h"
 

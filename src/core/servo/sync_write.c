@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Many servos in one packet, or in several; see sync_write.h. */
 #include "cds55xx/sync_write.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The control table by address and by name; see control_table.h. */
 #include "cds55xx/control_table.h"
 

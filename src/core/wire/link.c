@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The half-duplex direction, seen from the main context; the events are in link.h. */
 #include "cds55xx/link.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Building instruction packets; see packet.h. */
 #include "cds55xx/packet.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Building packets step by step, for modules of the core; not installed. Main context. */
 #ifndef CDS_PACKET_INTERNAL_H
 #define CDS_PACKET_INTERNAL_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Finds and checks status packets in a ring; see parser.h. */
 #include "cds55xx/parser.h"
 

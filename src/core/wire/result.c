@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The texts of results; see result.h. */
 #include "cds55xx/result.h"
 

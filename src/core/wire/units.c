@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Registers in units; see units.h. */
 #include "cds55xx/units.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* An ATmega128 whose USART1 goes to an adapter that finds the direction by itself and
  * echoes all that is sent, for tests. */
 #ifndef BOARD_H

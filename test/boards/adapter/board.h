@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* An ATmega128 whose USART1 goes to an adapter that finds the direction by itself and
  * does not let RXD hear what TXD says, for tests. */
 #ifndef BOARD_H

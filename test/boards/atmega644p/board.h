@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* An ATmega644P with the interface circuit of the manual (1.2.3): USART1 to the bus through a
  * 74HC126, USART0 to the PC. */
 #ifndef BOARD_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* An ATmega128 whose one enable is PD6, for tests of the simulator. */
 #ifndef BOARD_H
 #define BOARD_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* An ATmega128 with TXD1 and RXD1 tied to the bus, for tests of the simulator. */
 #ifndef BOARD_H
 #define BOARD_H

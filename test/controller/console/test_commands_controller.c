@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The commands of the group "The controller", and the alarms that the console reports by itself. */
 #include <stdio.h>
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Commands of the console that are packets: lines in, packets and replies out. */
 #include "console_rig.h"
 

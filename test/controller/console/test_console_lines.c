@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Lines of the console: errors, line ends, lost input, replies that nobody reads. */
 #include "console_rig.h"
 

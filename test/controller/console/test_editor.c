@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The line being typed, and its echo. */
 #include <string.h>
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Commands that need the robot for themselves, beside an operation, a motion or a stop. */
 #include "console_rig.h"
 

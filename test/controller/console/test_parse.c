@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The table of commands, and lines that are read by it. */
 #include "line_rig.h"
 

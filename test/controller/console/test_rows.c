@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Lines of a command with several rows: which row reads the line. */
 #include "line_rig.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Noise and damage on the host link: demux, bridge, device and console, joined as in main.c, under
  * the sanitizers of this machine.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Bridge and virtual device: bytes of the host in and out, packets on the bus. */
 #include "bridge_rig.h"
 #include "cds55xx/servo.h"

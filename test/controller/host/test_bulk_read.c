@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* SYNC READ and BULK READ: packets of the host, READs on the bus, status packets to the host. */
 #include "bridge_rig.h"
 #include "cds55xx/control_table.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The host link: bytes in; text, marks and packets out. */
 #include <string.h>
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The window after a reset in which a person gets the host link back at the board's own rate. */
 #include "host/host_rescue.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The registers of motions: what a WRITE starts and ends, what is refused, what a READ tells. No
  * servo answers here: whole motions are in test/runs/test_motion_registers.py. */
 #include "bridge_rig.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Random input to the controller while driving is inhibited, on this machine under the sanitizers.
  * A decoder of the packets on the wire decides, not what the firmware reports.
  *

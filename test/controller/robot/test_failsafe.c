@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The failsafe: loss of the host link, torque off, alarms; and the servos that robot.h adds. */
 #include "robot/failsafe.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Poses and sequences in the EEPROM: names, ranges, room, lists, and the wear of the places. */
 #include "motion_store_rig.h"
 

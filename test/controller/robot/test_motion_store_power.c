@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Poses and sequences in the EEPROM when something goes wrong: the power fails, a save is aborted,
  * a cell is dead, a byte is damaged. Then the old record stands or the new one, and all others. */
 #include "motion_store_rig.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The robot's servos: who joins, who is looked at, who is held. */
 #include "robot/robot.h"
 

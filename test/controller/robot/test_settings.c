@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The settings' table, and their record in the EEPROM, also when the power goes. */
 #include "robot/settings.h"
 

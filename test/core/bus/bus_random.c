@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Compares a bus and its queue with a model, on this machine under the sanitizers.
  * Requests, servos and line are random. The model decides for each request which outcomes are
  * allowed.

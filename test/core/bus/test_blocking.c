@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Calls that wait, on a bus without servos: each ends, with the result of what it waits for. */
 #include "cds55xx/blocking.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Transactions on one bus: outcomes, deadlines, faults, and counters that add up. */
 #include "cds55xx/bus.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What an upper layer adds to a bus: permit, news of packets, priority; and the lock of an
  * operation. */
 #include "cds55xx/bus.h"

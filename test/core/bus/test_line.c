@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The line while nothing of ours is on it: nothing is sent into one that others use, it recovers by
  * itself, and what nobody waits for is told apart. F9, F10, F15. */
 #include "cds55xx/bus.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Requests that wait for the bus: their order, priorities, retries, callbacks, cancelling. */
 #include <string.h>
 

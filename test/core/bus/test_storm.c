@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A bus with random servos, line and main loop, compared with a model. Replies are late, damaged,
  * refused, from another servo or missing. Polls are 1 us to 40 ms apart. Requests wait, are
  * retried, cancelled, and submitted from on_end. The seed is fixed, so that two runs agree. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The curves against their formulas in real numbers. */
 #include <math.h>
 #include <stdio.h>

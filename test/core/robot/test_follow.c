@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Joints that do not follow their goals. The test sets goals and feedback. */
 #include "cds55xx/follow.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Gaits: every goal that leaves in a SYNC WRITE against the formula in real numbers. The clock
  * moves from one period to the next. */
 #include "cds55xx/gait.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Timed moves: every goal that leaves in a SYNC WRITE against the curve in real numbers. The clock
  * moves from one period to the next. */
 #include "cds55xx/motion.h"

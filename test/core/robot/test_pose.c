@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Helpers for poses. */
 #include "cds55xx/pose.h"
 

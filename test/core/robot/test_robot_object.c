@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A robot of three joints. Servo 3 has no joint. The clock moves on while nothing is sent. */
 #include "cds55xx/robot.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Sequences of two joints. The clock moves from one period to the next. */
 #include "cds55xx/sequence.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The sine of a gait against the function in real numbers. */
 #include <math.h>
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Random packets against the permit (docs/internals/permit.md), on this machine under the
  * sanitizers. A model of three servos receives the packets on the wire. The model decides whether a
  * packet was allowed; what the library reports is not used.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The state check: each servo once a period, those that are away found again, those that are back
  * looked at before they are driven; and never in the way of a cycle. */
 #include "cds55xx/health.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Driving is inhibited: what the bus refuses and what passes, whether servos.h knows the servo or
  * not; and return delays that the board cannot bear. */
 #include "cds55xx/servos.h"

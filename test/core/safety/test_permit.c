@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The table of docs/internals/permit.md, row by row: the number of the row begins the name of its
  * test. */
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What a servos learns from what passes, and what it does not let pass. */
 #include "cds55xx/servos.h"
 

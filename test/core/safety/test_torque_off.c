@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Torque off for all, on a wire that takes its time: nothing that drives goes out any more, three
  * broadcasts, and each servo looked at until it is known. */
 #include "cds55xx/torque_off.h"

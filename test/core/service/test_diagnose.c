@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Diagnoses against fake servos: findings at their thresholds, and what is given back. Causes on a
  * real wire: test/runs/test_diagnose.py. */
 #include "cds55xx/diagnose.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* ID, baud rate and factory reset as transactions, with packets and replies lost and the power cut
  * at every step: what is reported is where the servo is. */
 #include "cds55xx/identity.h"

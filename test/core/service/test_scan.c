@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Scans of IDs and baud rates, against a few fake servos. */
 #include "cds55xx/scan.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Settings that are written only if they differ, and read back. */
 #include "cds55xx/setup.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Torque on of servo 1, which stands at 500 and has another goal. Servo 2 is never written to. */
 #include "cds55xx/torque_on.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The fixed-rate transaction on a wire that takes its time: goals to the microsecond, READs that
  * fit, late polls, goals that never tear. The clock moves in steps of a microsecond. */
 #include "cds55xx/cycle.h"

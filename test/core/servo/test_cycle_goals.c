@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The two packets of a cycle against a model: random goals, commits and changes of the permit.
  * Every packet that leaves is compared with the model, its checksum with a full sum. */
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The cycle on a bus with a permit: a servo that is refused is left out, and the others go on. The
  * permit is a fake that checks every block of a SYNC WRITE, as the real one does. */
 #include <string.h>

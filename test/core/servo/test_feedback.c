@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What a servo reports in one READ, and READs of many servos: values, outcomes, ages. */
 #include "cds55xx/feedback.h"
 

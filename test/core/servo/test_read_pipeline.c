@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* READs of many servos one behind the other: order, what is built ahead, failures, abort. */
 #include "cds55xx/read_pipeline.h"
 

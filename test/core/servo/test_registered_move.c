@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The registered move: its steps byte by byte, and then every fault at every transaction, against
  * three servos of the test's own. */
 #include "cds55xx/registered_move.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The typed calls for one servo: what they put on the line, what they expect back. */
 #include "cds55xx/servo.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The calls in units: what they put on the line, what they refuse, what they make of replies. */
 #include "cds55xx/servo_units.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Many servos in one packet: SYNC WRITE. */
 #include "cds55xx/sync_write.h"
 

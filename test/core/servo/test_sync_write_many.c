@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* SYNC WRITE to any number of servos: how it is split, what is sent, and what is refused before
  * anything is. */
 #include "cds55xx/sync_write.h"

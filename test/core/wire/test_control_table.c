@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The control table against the manual's, byte by byte. */
 #include "cds55xx/control_table.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The direction of one bus, verb by verb, and what its receiver hears. */
 #include "cds55xx/link.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Building packets: the manual's own, the bounds, and no byte past a buffer. */
 #include "cds55xx/packet.h"
 

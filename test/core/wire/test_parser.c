@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Finding packets in a stream: the manual's, and what is left of them after every kind of damage.
  */
 #include "cds55xx/parser.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The texts of results. */
 #include "cds55xx/result.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The byte ring: order, fullness, and indices that wrap. */
 #include "cds55xx/ring.h"
 

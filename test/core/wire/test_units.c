@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Registers in units, every value of each both ways, against arithmetic of the test's own. */
 #include "cds55xx/units.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The main loop continues while a servo does not answer. Prints the number of its turns, the
  * duration of submit and transaction in microseconds, and the outcome of the transaction. */
 #include <cds55xx/servo.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Keeps the bus busy, for `make sim-speed`: sends goals to all servos and reads the present values
  * of each, without a pause. The servos have IDs from 1 on without a gap, at most 50. */
 #include <cds55xx/sync_write.h>

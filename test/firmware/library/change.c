@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Changes of identity by commands, one in a line. "id FROM TO", "baud ID REGISTER" and "reset ID"
  * (at the rate of the bus) print their outcome. "again" searches once more for a lost servo and
  * prints the outcome. "rate REGISTER" sets the rate of the bus. "scan REGISTER" prints which of IDs

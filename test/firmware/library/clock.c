@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The microsecond clock, read with interrupts on and off around the overflow of its timer, must
  * never go back or jump. Prints how often it did, how many timers expired early or late, and how
  * many were set to a wrong time. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Runs every call of the library that sends an instruction, one after the other, on servos 1 to 6
  * with factory values; also values out of range and absent servos. Prints the result of each or, if
  * it is CDS_OK, 256 times the error bits of the reply; then the counters of the bus. Resets all

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 // A robot in C++11: both macros of the AVR port, requests with and without a reply; built and run
 // by test/runs/test_cpp.py.
 #include <cds55xx/cds55xx.h>

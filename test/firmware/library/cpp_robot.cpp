@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 // A robot in C++11 with a table in flash; built and run by test/runs/test_cpp.py.
 #include <cds55xx/robot.h>
 #include <cds55xx/avr.h>

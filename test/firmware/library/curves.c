@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* One joint makes the moves of docs/img/curves.svg; scripts/motion_pictures.py draws them. Pin B0
  * is high while a move of the picture is under way. Before each move the joint goes back to START.
  */

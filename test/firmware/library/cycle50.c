@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A cycle of 50 servos at 250 Hz: a wave of goals that changes every period, and feedback of all
  * servos. Bytes of the EEPROM: 0 and 1, seconds; 2, number of servos from ID 1 on (FF: 50); 3,
  * return delay, register 0x05 (FF: factory value). Prints a dot after each second and the results

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What cycle50_safe.c adds to cycle50.c, which includes it. */
 #include <cds55xx/blocking.h>
 #include <cds55xx/health.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Runs a diagnosis when the host asks for one; further commands prepare it for a test. A line is a
  * letter and numbers. The program answers each line with "ok". */
 #include <cds55xx/blocking.h>

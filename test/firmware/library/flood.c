@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The controller's firmware, main.c, which begins a cycle at once: 18 servos at 250 Hz, all goals,
  * and READs in the remaining time of each period. For tests whose host floods the link meanwhile.
  * The cycle is the one of the firmware: a second one would not fit into 4 KiB of RAM. */

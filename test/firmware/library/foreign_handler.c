@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* READs of 50 bytes, with a handler of the program that is as long as avr.h allows, or
  * longer. It runs every 1000 cycles, at other phases of the bytes in each READ. Byte 0 of the
  * EEPROM is its number of loops of 3 cycles. Interrupts are off for 24 cycles plus the loops, from

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* 18 joints, 6 legs of coxa, femur and tibia, walk in a tripod gait: forwards, then they turn, then
  * they stop. Prints how the gait ended. A joint that does not follow aborts the gait; then torque
  * is switched off. */

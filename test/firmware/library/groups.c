@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Operations on groups of servos 1 to 60: a SYNC WRITE to all; a SYNC WRITE to 18 in packets of at
  * most 64 bytes; a group read of the goals; a registered move of three that servo 2 refuses; a
  * registered move of 18 with verification. Prints the outcome of each. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Compares the handlers of avr/handlers.h with the functions of link.h that they implement in
  * assembler. Both get the same links, bytes and errors; the registers of the USART are in RAM.
  * Prints how often they differed, or changed a register or flag of the interrupted code, and the

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Shared by programs with a motion or a gait: servos 1 to `count` on bus 0 with limits, and a
  * cycle. A program may define JOINTS, the most servos, before it includes this file. */
 #ifndef JOINTS_H

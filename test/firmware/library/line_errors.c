@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A damaged line: framing errors from a servo at another rate, and bytes lost while interrupts are
  * off. Prints results and counters. */
 #include <cds55xx/servo.h>

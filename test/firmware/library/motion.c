@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* 18 joints go to poses at random, each in a time from 0.3 to 3 s, with a rest behind each move.
  * Prints how many moves ended well, and their times. Pin B0 is high while a move is under way. */
 #include <cds55xx/motion.h>

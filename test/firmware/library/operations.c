@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Runs the operations of the library for several servos, one after the other, on servos 1 to 6 with
  * factory values: SYNC WRITE, registered move with verification, servos.h, torque off, health
  * check, diagnosis. Prints the outcome of each, and the counters of the bus. */

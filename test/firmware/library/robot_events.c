@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A robot of three joints that makes one timed move and stops. It says each event, and where the
  * joints are behind the move. */
 #include <cds55xx/robot.h>

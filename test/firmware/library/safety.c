@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A robot with a cycle of servos 1 to SERVOS, the health check, torque off for all, and soft
  * limits. A line from the PC is a letter and numbers. The program answers "ok" when it has read the
  * line; the main loop continues meanwhile. It records changes of presence and inhibit with their

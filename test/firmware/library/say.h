@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Output of a test program: words and numbers on the host USART of the board, polled. On a board
  * without one, only the numbers, as text in the EEPROM from byte 0 on. say_end() ends the run: it
  * sleeps with interrupts off. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Sets up a bus with servos 1, 100 and 253: scans at 1 Mbps, then changes ID 100 to 42. Then
  * searches the servo at both IDs, even if the change failed. Prints what it finds. */
 #include <cds55xx/blocking.h>

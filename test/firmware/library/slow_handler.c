@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A robot with a handler that takes 25 us. Packets have gaps between their bytes; the driver must
  * be released at the last stop bit, not at a stale transmit complete. The program sends only
  * broadcasts, because such a handler is too long to receive replies. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Transactions of every kind with servos 1 to 3 at a return delay of 2 us, one after the other:
  * PING, a long READ, SYNC WRITE of goals, and READ of the goals. Prints the counters, and how many
  * goals were read as sent. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Three buses of an arduino-mega at once, with one servo each (bus 0: ID 1, bus 1: ID 2, bus 2: ID
  * 3). READs follow each other on all buses. Bytes of the EEPROM: 0  return delay of the servos, in
  * units of 2 us 1  registers in each READ 2  number of buses, from bus 0 on 3  seconds (FF: 1) 4

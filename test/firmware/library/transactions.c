@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The AVR program of `make faults` (test/faults): runs the jobs that the host writes to job_board,
  * one after the other. Between two jobs it polls an idle bus, as the main loop of a robot does. */
 #include <cds55xx/queue.h>

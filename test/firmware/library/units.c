@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Drives a servo in units: to 180 degrees at 31 RPM, then endless at 20 RPM CW. Prints the values
  * that it reads back, in the same units, and the outcome of each transaction that failed. */
 #include <cds55xx/control_table.h>

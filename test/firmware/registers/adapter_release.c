@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Behind an adapter, with the wire held low by a fault: RXD is high as long as the adapter drives.
  * So many cycles from the write to UDR, of one byte and of two without a gap. */
 #include "chip.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* One breach of the rules of the wire after the other, for the list that the simulator must print.
  */
 #include "chip.h"

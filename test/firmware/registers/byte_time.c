@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A byte at 1 Mbps takes 160 cycles; simavr's takes 176. */
 #include "chip.h"
 

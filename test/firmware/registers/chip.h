@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* For the small firmwares that test the simulator: ATmega128 at 16 MHz, plain registers, nothing of
  * the library. USART1 is the bus (1 Mbps), PD6 the TX enable, PD7 the RX enable, USART0 the PC.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Sends one PING by broadcast: with two servos on the wire, their replies collide. */
 #include "chip.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A call through a pointer that was never set. */
 #include "chip.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A call to where there is no code. */
 #include "chip.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* UDR is free again as soon as its byte is in the shift register; in simavr only when it has left.
  */
 #include "chip.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Writes 5A to byte 0 of the EEPROM, and then A5, for a test that resets the chip meanwhile. PB0
  * says that the second write goes on. */
 #include <avr/eeprom.h>

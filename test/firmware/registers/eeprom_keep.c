@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Counts its starts in the EEPROM. Byte 1 comes with the ELF. */
 #include <avr/eeprom.h>
 

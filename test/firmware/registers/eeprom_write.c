@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The EEPROM of an ATmega128: a write takes 8.5 ms, with EEWE set; the CPU stands still for 2
  * cycles when a write begins and for 4 when a byte is read; EEWE counts within 4 cycles after
  * EEMWE; the interrupt comes as long as no write goes on. simavr's own writes at once and never

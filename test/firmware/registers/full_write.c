@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A byte written to UDR while it is full is ignored; simavr sends it. The wire tells. */
 #include "chip.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A correct half-duplex driver, small and plain, for one packet at a time; and the places where a
  * mutant departs from it. TXEN stays on, since simavr's own USART hangs when it is toggled. A
  * mutant defines one of the MUTANT_ words and includes this file.

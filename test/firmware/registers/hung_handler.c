@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A handler hangs until the watchdog resets the chip, 16 ms later. Then the firmware ends. */
 #include <avr/wdt.h>
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Entering a handler takes 4 cycles, and after SEI one instruction runs first. simavr charges
  * nothing and runs two. */
 #include "chip.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Holds PB0 high for 1000 cycles, for 500, and for 400 in which a handler interrupts it; then PB1,
  * which is not looked at. */
 #include "chip.h"

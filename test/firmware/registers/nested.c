@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Handlers that interrupt each other: 10 deep, then 40 deep. Then a handler that does not end. */
 #include "chip.h"
 

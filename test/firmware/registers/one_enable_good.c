@@ -1,2 +1,3 @@
+/* SPDX-License-Identifier: MIT */
 /* One enable, right. */
 #include "wiring.h"

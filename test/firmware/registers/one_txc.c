@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* TXC comes once, when the last of a row of bytes has left; simavr's comes with every byte. */
 #include "chip.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* How long RXD is low in a reply, as PIND tells: every time, in bits of 16 cycles. Servo 1 answers.
  */
 #include "chip.h"

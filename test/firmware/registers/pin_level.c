@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What PIND says of RXD, asked by each instruction that can ask: high 0 to 5 times of five. With
  * the line idle, with the way from the wire to RXD shut (if there is one to shut), and in the
  * middle of a byte 00 of its own. */

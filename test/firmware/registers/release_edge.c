@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Releases the driver so many cycles after the byte was written to UDR, from 165 down to 155: a
  * byte lasts 160, so just five of these are cut, the first of them by one cycle. */
 #include "chip.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What each life of the chip finds: the flags of MCUCSR, RAM that no start-up code touches, pins.
  * The first two end by the watchdog, which an ATmega128 finds switched off after its reset. */
 #include <avr/wdt.h>

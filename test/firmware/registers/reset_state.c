@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* After a reset the transmitter is off; simavr turns it on. */
 #include "chip.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Two bytes and the shift register is all that a receiver holds; later bytes are lost, and DOR says
  * so. simavr keeps 63. Servo 1 sends six bytes that nobody reads in time. */
 #include "chip.h"

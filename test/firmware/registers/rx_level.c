@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* RXC is a level: RXCIE enabled while it is set interrupts at once, and a handler that does not
  * read UDR is entered again after one instruction. simavr repeats itself once a byte time. Servo 1
  * sends. */

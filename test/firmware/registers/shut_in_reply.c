@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Shuts the way to its receiver in the middle of a reply: first by the RX enable, then by RXEN. */
 #include "chip.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* An ATmega2560 that pings servo 1 on three buses at once, eight times, and prints how many replies
  * came in whole. The buses are driven in step, one byte of each after the other. It polls: three
  * receive handlers of 60 cycles do not fit into the 160 of a byte. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* TXEN stays on behind the last byte. */
 #define TIED
 #define MUTANT_DRIVER_KEPT

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* An overflow of timer 1 that waits for its handler, while the flag of a compare match is cleared.
  * In simavr both are gone. */
 #include "chip.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Two steps of PB0, 102 cycles apart. Interrupts off for 299. A handler of 31 within one of 72.
  * Two bytes with 140 idle cycles between them, and the line turned round 41 behind the last;
  * another one, and the driver lets go 90 behind it, though the receiver is on before. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* TXCIE set while TXC is set already: the handler runs at once. In simavr it never does. */
 #include "chip.h"
 

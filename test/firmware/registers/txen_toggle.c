@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* TXEN off and on again leaves UDR writable; in simavr `while (!UDRE)` then hangs for ever. And
  * what was written before TXEN went off still leaves, in full. */
 #include "chip.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The byte time follows UBRR and U2X as they stand when the byte starts, in whatever order they
  * were written; simavr computes it when UBRRL is written. */
 #include "chip.h"

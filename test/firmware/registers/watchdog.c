@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A reset by the watchdog in the middle of a byte: the pins float, the clock of the simulation goes
  * on, and the second life works. */
 #include <avr/wdt.h>

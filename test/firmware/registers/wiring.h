@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A plain polling driver for a bus without an enable for each direction: TXD and RXD tied (TIED
  * defined), an adapter that finds the direction by itself (ADAPTER), or one enable on PD6. It gives
  * servo 1 a return delay of 0 (adapter: 2 us, one enable: 16 us), pings it eight times and prints

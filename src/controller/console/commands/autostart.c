@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* settings autostart: the sequence that plays after power-up, without a host. */
 #include <stddef.h>
 #include <string.h>

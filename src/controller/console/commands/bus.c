@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* scan, counters, bus. */
 #include <stddef.h>
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The groups of commands that a profile may link. Group X_commands is in X.c. */
 #ifndef CONTROLLER_COMMAND_GROUPS_H
 #define CONTROLLER_COMMAND_GROUPS_H

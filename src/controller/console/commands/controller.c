@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* status, alarms, clear, settings, save, defaults: the controller itself. */
 #include "console/console.h"
 #include "console/errors.h"

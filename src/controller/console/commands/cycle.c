@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* cycle: goals and feedback of the group at a fixed rate. */
 #include <stddef.h>
 #include <string.h>

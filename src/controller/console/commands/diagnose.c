@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* diagnose: finds out why a servo does not answer. */
 #include "console/console.h"
 #include "console/errors.h"

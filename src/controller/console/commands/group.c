@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* group, pose: moves several servos at once. */
 #include <string.h>
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* help, version, echo. */
 #include "cds55xx/version.h"
 #include "console/console.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* monitor: feedback as lines for a serial plotter: "1deg:150.147,1rpm:0,..." */
 #include <stddef.h>
 #include <string.h>

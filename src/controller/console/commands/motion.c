@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What play and "pose ... in TIME" share: the start of a motion. */
 #include "console/commands/shared.h"
 #include "console/errors.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* play, pause, resume, motion: plays a stored sequence, and what goes on. */
 #include <stddef.h>
 

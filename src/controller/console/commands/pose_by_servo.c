@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* "pose ... in TIME" without a cycle: each servo gets one goal, and the speed at which all arrive
  * together. */
 #include "cds55xx/control_table.h" // CDS_REG_PRESENT_POSITION

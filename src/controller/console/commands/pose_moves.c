@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* "pose ... in TIME" by a timed move of the cycle. A cycle that this command starts ends with the
  * move. */
 #include "console/commands/shared.h"

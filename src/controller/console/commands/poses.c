@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* pose save, set, show, delete, list, and a move to a stored pose. */
 #include <string.h>
 

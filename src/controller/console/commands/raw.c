@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The instructions of the manual: ping, read, write, regwrite, action, reset, sync. */
 #include "cds55xx/control_table.h"
 #include "console/console.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* get, set, info: registers in their units. */
 #include "cds55xx/control_table.h"
 #include "console/console.h"

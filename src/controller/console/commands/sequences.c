@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* sequence: sequences of stored poses. */
 #include "console/commands/command_groups.h"
 #include "console/commands/stored.h"

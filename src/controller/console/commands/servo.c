@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* move, turn, torque, led. */
 #include "cds55xx/servo.h" // cds_servo_write()
 #include "console/console.h"

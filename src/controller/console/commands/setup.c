@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* id, baud, factory, lock: settings of a servo that outlive power-off. */
 #include "console/console.h"
 #include "console/errors.h"

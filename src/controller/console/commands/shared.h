@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Functions and types that several files of commands use. */
 #ifndef CONTROLLER_SHARED_H
 #define CONTROLLER_SHARED_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* stop, release, limits, servos: torque off, and which servos may be driven. */
 #include <stddef.h>
 #include <string.h>

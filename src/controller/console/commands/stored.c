@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What the commands share that store, list and delete; see stored.h. */
 #include "console/commands/stored.h"
 

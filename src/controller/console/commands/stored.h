@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What the commands share that store, list and delete poses and sequences. */
 #ifndef CONTROLLER_STORED_H
 #define CONTROLLER_STORED_H

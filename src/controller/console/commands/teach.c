@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* teach: switches torque off so that a person can turn the servos, and on again where they are. */
 #include <string.h>
 
