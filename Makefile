@@ -22,7 +22,7 @@ say = @printf '  %-8s %s\n' $(1) $(2)
 .SECONDARY:
 .DEFAULT_GOAL := help
 
-PARTS := mk/avr.mk sim/sim.mk mk/benchmark.mk test/test.mk mk/check.mk
+PARTS := mk/avr.mk mk/arduino.mk sim/sim.mk mk/benchmark.mk test/test.mk mk/check.mk
 
 WARNINGS := -Wall -Wextra -Wconversion -Wvla -Werror
 DEPFILES := -MMD -MP
