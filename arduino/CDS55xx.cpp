@@ -95,8 +95,8 @@ bool CDS55xx::write(uint8_t id, uint16_t address, const uint8_t *data, uint16_t 
 {
     if (address >= CDS_TABLE_SIZE || length > CDS_TABLE_SIZE)
         return note(CDS_BAD_ARGUMENT);
-    return isReady() && note(cds_blocking_write(&bus_, &request_, id, (uint8_t)address, data,
-                                                (uint8_t)length));
+    return isReady() &&
+           note(cds_blocking_write(&bus_, &request_, id, (uint8_t)address, data, (uint8_t)length));
 }
 
 bool CDS55xx::regWrite(uint8_t id, uint16_t address, const uint8_t *data, uint16_t length, uint32_t)
@@ -173,9 +173,10 @@ uint8_t CDS55xx::scan(uint8_t *ids, uint8_t capacity)
     if (!isReady())
         return 0;
     for (uint8_t id = 0; id <= CDS_ID_MAX; id++) {
-        request_.no_retry = true;
+        // as of cds_scan_begin(): a late reply has another ID
+        request_.no_retry = request_.ignores_stale = true;
         bool is_there = isThere(id);
-        request_.no_retry = false;
+        request_.no_retry = request_.ignores_stale = false;
         if (!is_there)
             continue;
         raiseReturnDelay(id);
@@ -264,6 +265,15 @@ bool CDS55xx::setOperatingMode(uint8_t id, uint8_t mode)
            write(id, CDS_REG_CW_ANGLE_LIMIT, endless_turn, sizeof endless_turn);
 }
 
+/* Writes a goal or a speed. A servo that did not answer for a while is not driven before its
+ * TORQUE_ENABLE was read: if torque is off, it has lost its power, and waits for torqueOn(). */
+bool CDS55xx::drive(uint8_t id, uint8_t address, uint16_t value)
+{
+    if (writeWord(id, address, value) || result_ != CDS_INHIBITED || id == DXL_BROADCAST_ID)
+        return result_ == CDS_OK;
+    return readRegisters(id, CDS_REG_TORQUE_ENABLE, 1) && writeWord(id, address, value);
+}
+
 bool CDS55xx::setGoalPosition(uint8_t id, CDS55xxNumber value, uint8_t unit)
 {
     int32_t raw = value.thousandths / 1000;
@@ -275,7 +285,7 @@ bool CDS55xx::setGoalPosition(uint8_t id, CDS55xxNumber value, uint8_t unit)
     } else if (unit != UNIT_RAW || value.thousandths < 0 || raw > CDS_VALUE_MAX) {
         return note(CDS_BAD_ARGUMENT);
     }
-    return writeWord(id, CDS_REG_GOAL_POSITION, position);
+    return drive(id, CDS_REG_GOAL_POSITION, position);
 }
 
 #define CW_BIT 0x400 // of MOVING_SPEED: bits 0 to 9 are the magnitude
@@ -293,8 +303,8 @@ static enum cds_result to_speed(int32_t thousandths, uint8_t unit, uint16_t *spe
         return CDS_OK;
     }
     if (unit == UNIT_RPM)
-        result = cds_units_to_register(&cds_profile_cds55xx, CDS_UNIT_SIGNED_MRPM, thousandths,
-                                       speed);
+        result =
+            cds_units_to_register(&cds_profile_cds55xx, CDS_UNIT_SIGNED_MRPM, thousandths, speed);
     else if (unit == UNIT_PERCENT)
         result = cds_units_to_register(NULL, CDS_UNIT_SIGNED_CPCT, thousandths / 10, speed);
     else
@@ -310,7 +320,7 @@ bool CDS55xx::setGoalVelocity(uint8_t id, CDS55xxNumber value, uint8_t unit)
     uint16_t speed;
 
     return note(to_speed(value.thousandths, unit, &speed)) &&
-           writeWord(id, CDS_REG_MOVING_SPEED, speed);
+           drive(id, CDS_REG_MOVING_SPEED, speed);
 }
 
 bool CDS55xx::getPresentPosition(uint8_t id, int32_t *value, uint8_t unit)

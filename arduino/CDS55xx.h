@@ -36,7 +36,7 @@
 
 /* The shortest return delay, register 0x05, whose replies arrive in time beside the interrupt
  * handlers of the Arduino core. ping() and scan() raise a shorter one: once, it is EEPROM. */
-#define CDS55XX_RETURN_DELAY_US 20
+#define CDS55XX_RETURN_DELAY_US 24
 
 #define DXL_BROADCAST_ID CDS_BROADCAST_ID // all servos, in torqueOff() and other writes
 
@@ -95,7 +95,7 @@ enum ControlTableItemIndex {
 } // namespace ControlTableItem
 
 /* A number of a sketch, in thousandths: 90, 90L and 90.0 are 90000. Integers need no floating
- * point. A number beyond what 32 bits hold becomes the highest or lowest one, which every method
+ * point. A number beyond what 32 bits hold, or NAN, becomes INT32_MAX, which every method
  * refuses. */
 class CDS55xxNumber
 {
@@ -106,24 +106,25 @@ class CDS55xxNumber
     CDS55xxNumber(unsigned value) : thousandths(1000L * (long)value)
     {
     }
-    CDS55xxNumber(long value)
-        : thousandths(value > limit ? INT32_MAX : value < -limit ? INT32_MIN : 1000L * value)
+    CDS55xxNumber(long value) : thousandths(isInRange(value) ? 1000 * value : INT32_MAX)
     {
     }
     CDS55xxNumber(unsigned long value)
-        : thousandths(value > (unsigned long)limit ? INT32_MAX : 1000L * (long)value)
+        : thousandths(value <= (unsigned long)limit ? 1000 * (long)value : INT32_MAX)
     {
     }
     CDS55xxNumber(double value)
-        : thousandths(!(value < limit)    ? INT32_MAX // not a number, too
-                      : !(value > -limit) ? INT32_MIN
-                                          : (int32_t)(value * 1000 + (value < 0 ? -0.5 : 0.5)))
+        : thousandths(fabs(value) < limit ? (int32_t)lround(value * 1000) : INT32_MAX)
     {
     }
 
     const int32_t thousandths;
 
   private:
+    static bool isInRange(long value)
+    {
+        return -limit <= value && value <= limit;
+    }
     static const long limit = INT32_MAX / 1000;
 };
 
@@ -201,8 +202,8 @@ class CDS55xx
     }
 
     /* OP_POSITION or OP_VELOCITY (endless turn). Writes the angle limits, EEPROM, only if the mode
-     * differs. A servo that comes from endless turn gets 0 to 300 degrees; one that enters it stands
-     * still until setGoalVelocity(). Other modes: false, CDS_BAD_ARGUMENT. */
+     * differs. A servo that comes from endless turn gets 0 to 300 degrees; one that enters it
+     * stands still until setGoalVelocity(). Other modes: false, CDS_BAD_ARGUMENT. */
     bool setOperatingMode(uint8_t id, uint8_t mode);
 
     /* Moves to `value`: UNIT_RAW 0 to 1023, UNIT_DEGREE 0 to 300. */
@@ -286,6 +287,7 @@ class CDS55xx
     bool readRegisters(uint8_t id, uint8_t address, uint8_t length);
     bool readWord(uint8_t id, uint8_t address, uint16_t *value);
     bool writeWord(uint8_t id, uint8_t address, uint16_t value);
+    bool drive(uint8_t id, uint8_t address, uint16_t value);
     bool isThere(uint8_t id);
     void raiseReturnDelay(uint8_t id);
     bool changeIdentity(uint8_t change, uint8_t id, uint8_t to);

@@ -1,4 +1,5 @@
-/* What the compiler or the linker says about the core's object of the USART that the servos have. */
+/* What the compiler or the linker says about the core's object of the USART that the servos have.
+ */
 #ifndef CDS55XX_SERIAL_NOTICE_H
 #define CDS55XX_SERIAL_NOTICE_H
 

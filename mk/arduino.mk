@@ -1,15 +1,12 @@
 # The Arduino library: a ZIP for the Arduino IDE (docs/arduino.md).
 
-VERSION := $(shell sed -n 's/^.define CDS_VERSION "\(.*\)"/\1/p' include/cds55xx/version.h)
+ARDUINO_ZIP = build/arduino/CDS55xx-$(shell scripts/arduino.py --version).zip
 
-# $(1): folder. Returns the files below it.
-below = $(shell find $(1) -type f)
-
-build/arduino/CDS55xx-$(VERSION).zip: scripts/arduino.py LICENSE $(call below,arduino include src/core src/avr \
-		boards/arduino-mega boards/arduino-uno)
+# Packed each time: the same sources give the same bytes, in a fraction of a second.
+build/arduino/CDS55xx-%.zip: force | tools
 	$(call say,ZIP,$@)
 	$(Q)scripts/arduino.py $@
 
 ## arduino: build/arduino/CDS55xx-VERSION.zip, a library for the Arduino IDE
 .PHONY: arduino
-arduino: build/arduino/CDS55xx-$(VERSION).zip
+arduino: $$(ARDUINO_ZIP)

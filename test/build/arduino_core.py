@@ -50,7 +50,8 @@ class Builder:
                        f"-DARDUINO_{name}", "-DARDUINO_ARCH_AVR"]
         self.core_includes = [f"-I{CORE / 'cores/arduino'}", f"-I{CORE / 'variants' / variant}"]
         serial = CORE / "libraries/SoftwareSerial/src"
-        self.includes = [*self.core_includes, f"-I{self.library / 'src'}", f"-I{serial}"]
+        others = [f"-I{CORE / 'libraries' / name / 'src'}" for name in ("EEPROM", "SPI", "Wire")]
+        self.includes = [*self.core_includes, f"-I{self.library / 'src'}", f"-I{serial}", *others]
         # WString.cpp needs DECIMAL_DIG, which float.h of avr-gcc 5 has in C only
         self.core = self.archive("core.a", CORE / "cores/arduino", self.core_includes,
                                  ["-DDECIMAL_DIG=__DECIMAL_DIG__"])
@@ -74,6 +75,13 @@ class Builder:
                                                              warnings), enumerate(sources)))
         run(*setting("compiler.ar.cmd"), *setting("compiler.ar.flags"), self.folder / name, *objects)
         return self.folder / name
+
+    def check(self, text):
+        """Compiles the C++ `text` and writes nothing."""
+        source = self.folder / "check.cpp"
+        source.write_text(text)
+        run(*setting("compiler.cpp.cmd"), *setting("compiler.cpp.flags"), *self.target, *self.includes,
+            "-Wall", "-Wextra", "-Werror", "-fsyntax-only", source)
 
     def sketch(self, name, text, *more):
         """Compiles and links the sketch `text` and the sources `more`; returns its ELF."""

@@ -14,26 +14,23 @@ CDS55XX_ROBOT(dxl);
 
 void setup()
 {
-    int found = 0;
+    uint8_t ids[20];
 
     DEBUG_SERIAL.begin(115200);
     delay(1500); // the servos start up
     for (unsigned long baud : BAUD) {
         dxl.begin(baud);
-        DEBUG_SERIAL.print(dxl.getPortBaud());
-        DEBUG_SERIAL.println(" bit/s");
-        for (int id = 0; id < DXL_BROADCAST_ID; id++) {
-            if (dxl.ping(id)) {
-                DEBUG_SERIAL.print("ID ");
-                DEBUG_SERIAL.print(id);
-                DEBUG_SERIAL.print(", model ");
-                DEBUG_SERIAL.println(dxl.getModelNumber(id));
-                found++;
-            }
+        uint8_t found = dxl.scan(ids, sizeof ids);
+        DEBUG_SERIAL.print(baud);
+        DEBUG_SERIAL.print(" bit/s, found ");
+        DEBUG_SERIAL.println(found);
+        for (int i = 0; i < found && i < (int)sizeof ids; i++) {
+            DEBUG_SERIAL.print("ID ");
+            DEBUG_SERIAL.print(ids[i]);
+            DEBUG_SERIAL.print(", model ");
+            DEBUG_SERIAL.println(dxl.getModelNumber(ids[i]));
         }
     }
-    DEBUG_SERIAL.print(found);
-    DEBUG_SERIAL.println(" found");
 }
 
 void loop()
