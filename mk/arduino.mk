@@ -1,12 +1,13 @@
 # The Arduino library: a ZIP for the Arduino IDE (docs/arduino.md).
 
-ARDUINO_ZIP = build/arduino/CDS55xx-$(shell scripts/arduino.py --version).zip
+ARDUINO_VERSION := $(shell sed -n 's/^.define CDS_VERSION "\(.*\)"/\1/p' include/cds55xx/version.h 2> /dev/null)
+ARDUINO_ZIP := build/arduino/CDS55xx-$(ARDUINO_VERSION).zip
 
 # Packed each time: the same sources give the same bytes, in a fraction of a second.
-build/arduino/CDS55xx-%.zip: force | tools
+$(ARDUINO_ZIP): force | tools
 	$(call say,ZIP,$@)
 	$(Q)scripts/arduino.py $@
 
 ## arduino: build/arduino/CDS55xx-VERSION.zip, a library for the Arduino IDE
 .PHONY: arduino
-arduino: $$(ARDUINO_ZIP)
+arduino: $(ARDUINO_ZIP)

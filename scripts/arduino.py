@@ -2,7 +2,6 @@
 """Packs the Arduino library: the class of arduino/ and the C sources of the tree, in one ZIP.
 
 usage: arduino.py OUT.zip
-       arduino.py --version
 
 The Arduino IDE gives the compiler one include path, src/ of the library, and those of all other
 libraries of the sketch. So each #include of a file of ours becomes a path relative to the file that
@@ -82,9 +81,6 @@ def files():
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
-    if sys.argv[1] == "--version":
-        print(version())
-        return
     out = pathlib.Path(sys.argv[1])
     out.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -117,6 +117,10 @@ class Sketches(unittest.TestCase):
         speeds = [word(packet, 6) for packet in run.sent if packet.startswith("FF FF 01 05 03 20")]
         self.assertEqual(speeds, [200, 512, 1, 0, 512, 0, 1536, 1124])
 
+    def test_sketch_for_dynamixel2arduino_runs(self):
+        run = self.simulate(MEGA, SKETCHES / "ported.ino", "--seconds", "4", "--host", "stdout")
+        self.assertEqual(run.said, ["1", "32", "1", "1"])
+
     def test_failed_read_is_no_value(self):
         run = self.simulate(MEGA, SKETCHES / "absent.ino", "--echo", servos="1", script=(
             "@at 2500\n@power 1 off\n@at 3500\n@power 1 on\n@at 6000\n@fault baud 1 103\n"
@@ -184,7 +188,7 @@ void loop()
     int32_t now;
 
     robot.setGoalVelocity(1, 30, UNIT_RPM);
-    robot.setGoalPosition(1, 90, UNIT_DEGREE);
+    robot.setGoalPosition(1, (int)millis(), UNIT_DEGREE);
     if (robot.getPresentPosition(1, &now, UNIT_DEGREE) && robot.getPresentVelocity(1, &now, UNIT_RPM))
         robot.ledOn(1);
     if (robot.readControlTableItem(ControlTableItem::MOVING, 1) == 1)
@@ -195,7 +199,7 @@ void loop()
             elf = builder.sketch("integers", sketch)
             names = subprocess.check_output(["avr-nm", elf], text=True)
             self.assertIsNone(FLOATING_POINT.search(names))
-        with_float = UNO.sketch("floats", sketch.replace("90, UNIT", "millis() * 0.1, UNIT"))
+        with_float = UNO.sketch("floats", sketch.replace("(int)millis()", "millis() * 0.1"))
         self.assertIsNotNone(FLOATING_POINT.search(
             subprocess.check_output(["avr-nm", with_float], text=True)))
 

@@ -1,7 +1,7 @@
 /* Finds all servos, at each rate that a servo keeps without power. */
 #include <CDS55xx.h>
 
-#ifdef ARDUINO_AVR_MEGA2560
+#if defined(ARDUINO_AVR_MEGA2560) || defined(ARDUINO_AVR_MEGA)
 #define DEBUG_SERIAL Serial
 #else // on an Uno the servos have the only USART: connect a USB-serial adapter to pin 8
 #include <SoftwareSerial.h>

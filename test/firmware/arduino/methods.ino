@@ -66,6 +66,7 @@ void setup()
     say("version", dxl.setPortProtocolVersion(DXL_PROTOCOL_VERSION));
     say("version 2", dxl.setPortProtocolVersion(2.0));
     say("version is", dxl.getPortProtocolVersion());
+    say("bus pins", DDRA); // pins 22 and 23; the others of a Mega stay free
     delay(1500);
     say("ping", dxl.ping(1));
     say("return delay", dxl.readControlTableItem(RETURN_DELAY_TIME, 1));
