@@ -307,7 +307,7 @@ class CDS55xx
 template <int usart> inline HardwareSerial &cds55xxUsartOfTheBus()
 {
     static_assert(usart != BOARD_BUS0_USART, CDS55XX_SERIAL_NOTICE);
-    return *(HardwareSerial *)0;
+    return *(HardwareSerial *)0; // never compiled
 }
 #if BOARD_BUS0_USART == 0
 #define Serial cds55xxUsartOfTheBus<0>()
