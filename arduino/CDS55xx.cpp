@@ -42,7 +42,6 @@ bool CDS55xx::begin(unsigned long baud)
         cds_servos_begin(&servos_, &config);
         cds_queue_set_retries(&queue_, RETRIES);
     }
-    cds_servos_forget(&servos_);
     baud_ = baud;
     return note(CDS_OK);
 }

@@ -138,9 +138,8 @@ class CDS55xx
     {
     }
 
-    /* Opens the bus at `baud` bit/s, 7843 to 2000000, and forgets all servos. Sends nothing. False:
-     * no register value comes near enough to this rate (3 %); then every call fails until the next
-     * begin(). */
+    /* Opens the bus at `baud` bit/s, 7843 to 2000000. Sends nothing. False: no register value comes
+     * near enough to this rate (3 %); then every call fails until the next begin(). */
     bool begin(unsigned long baud = 1000000);
 
     /* Returns the rate that begin() got, in bit/s; 0 before it or after it failed. */
