@@ -27,7 +27,8 @@ bool CDS55xx::begin(unsigned long baud)
         static_assert(BOARD_CLOCK_TIMER == 1, "begin() sets the mode of another timer");
         TCCR1A = 0; // the core has set it to 8-bit PWM
         cds_avr_clock_open();
-        __asm__ volatile("ldi r24, lo8(%0)" ::"i"(&cds55xx_serial_notice) : "r24");
+        // refers to the symbol and changes no byte
+        __asm__ volatile(".reloc ., R_AVR_NONE, %0" ::"i"(&cds55xx_serial_notice));
     }
     cds_bus_open(&bus_, 0, baud_reg);
     if (!servos_.bus) {
