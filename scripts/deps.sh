@@ -17,6 +17,7 @@ WANTED='
 /usr/bin/simavr                     simavr
 /usr/bin/avr-gdb                    gdb-avr
 /usr/bin/avrdude                    avrdude
+/usr/share/arduino/hardware/arduino/avr/platform.txt arduino-core-avr
 /usr/bin/gcc                        gcc
 /usr/include/stdio.h                libc6-dev
 /usr/include/libelf.h               libelf-dev

@@ -98,6 +98,9 @@ ALLOWED = [
        re.compile(r"^(cds55xx/(%s)\.h|(?!cds55xx)\w+/\w+\.h|compiler\.h|flash\.h)$" % known),
        "a lower module knows no higher one")
       for storey, names, known in MODULES),
+    (["arduino/*.[ch]*"],
+     re.compile(r"^(cds55xx/\w+|CDS55xx|Arduino|serial_notice|(arduino-\w+/)?board)\.h$"),
+     "the Arduino class includes public headers only"),
 ]
 SYSTEM = re.compile(r"^(avr|util|std|sys|simavr)\w*(/|\.h$)|^(string|stdio|errno|math|time|poll|"
                     r"fcntl|unistd|termios|pty|signal|limits|ctype|inttypes|dirent|elf|libelf|gelf)\.h$")

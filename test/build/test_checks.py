@@ -22,7 +22,7 @@ class Layering(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.root = pathlib.Path(self.folder.name)
-        for name in ["include", "src", "sim", "boards", "examples"]:
+        for name in ["include", "src", "sim", "boards", "examples", "arduino"]:
             shutil.copytree(ROOT / name, self.root / name)
 
     def tearDown(self):
@@ -44,6 +44,9 @@ class Layering(unittest.TestCase):
     def test_core_must_not_know_a_register_or_the_clock(self):
         self.breach("src/core/wire/link.c", "int x = UCSR1B;")
         self.breach("include/cds55xx/bus.h", "#define X (F_CPU / 8)")
+
+    def test_arduino_class_must_not_know_an_internal_header(self):
+        self.breach("arduino/CDS55xx.cpp", '#include "bus/bus_internal.h"')
 
     def test_core_must_not_know_a_board(self):
         self.breach("src/core/bus/bus.c", '#include "board.h"')

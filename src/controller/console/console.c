@@ -138,15 +138,18 @@ static void end_line(struct console *console)
         run(console);
 }
 
-/* Gives some of the locked characters to the parser. The end of the line has a poll of its own,
- * since its last word may take long. */
+/* Gives some of the locked characters to the parser. The poll ends behind the first word, and the
+ * end of the line has a poll of its own: to find a row takes long. */
 static void feed_locked(struct console *console)
 {
     struct editor *editor = &console->editor;
     bool may_end = console->fed == editor->locked;
 
-    for (uint8_t left = FED_PER_POLL; left && console->fed < editor->locked; left--)
+    for (uint8_t left = FED_PER_POLL; left && console->fed < editor->locked; left--) {
         feed(console, editor->text[console->fed++]);
+        if (console->line.words == 1 && console->token.length == 0)
+            break;
+    }
     if (console->fed < editor->locked || (console->line_complete && !may_end))
         return;
     console->fed = 0;

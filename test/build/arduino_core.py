@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""Builds a sketch as the Arduino IDE does: flags of its platform.txt, core of Debian's arduino-core-avr, library out of
+its ZIP."""
+import concurrent.futures
+import os
+import pathlib
+import re
+import subprocess
+import zipfile
+
+CORE = pathlib.Path("/usr/share/arduino/hardware/arduino/avr")
+LIBRARY = "CDS55xx"
+IDE = "10819"
+
+# board of ours -> (chip, ARDUINO_ name, folder of pins_arduino.h), as boards.txt of the core has them
+BOARDS = {
+    "arduino-mega": ("atmega2560", "AVR_MEGA2560", "mega"),
+    "arduino-uno": ("atmega328p", "AVR_UNO", "standard"),
+}
+
+
+def setting(name):
+    """A setting of platform.txt, without warning flags."""
+    text = (CORE / "platform.txt").read_text()
+    value = re.search(rf"^{re.escape(name)}=(.*)$", text, re.M)[1]
+    return value.replace("{compiler.warning_flags}", "").split()
+
+
+class Failed(Exception):
+    """A command has failed; the text is its output."""
+
+
+def run(*command):
+    done = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, text=True)
+    if done.returncode:
+        raise Failed(done.stdout)
+    return done.stdout
+
+
+class Builder:
+    """Core and library for `board`, compiled once, below `folder`."""
+
+    def __init__(self, folder, archive, board):
+        self.folder = pathlib.Path(folder)
+        chip, name, variant = BOARDS[board]
+        with zipfile.ZipFile(archive) as packed:
+            packed.extractall(self.folder / "libraries")
+        self.library = self.folder / "libraries" / LIBRARY
+        self.target = [f"-mmcu={chip}", "-DF_CPU=16000000L", f"-DARDUINO={IDE}",
+                       f"-DARDUINO_{name}", "-DARDUINO_ARCH_AVR"]
+        self.core_includes = [f"-I{CORE / 'cores/arduino'}", f"-I{CORE / 'variants' / variant}"]
+        serial = CORE / "libraries/SoftwareSerial/src"
+        others = [f"-I{CORE / 'libraries' / name / 'src'}" for name in ("EEPROM", "SPI", "Wire")]
+        self.includes = [*self.core_includes, f"-I{self.library / 'src'}", f"-I{serial}", *others]
+        # WString.cpp needs DECIMAL_DIG, which float.h of avr-gcc 5 has in C only
+        self.core = self.archive("core.a", CORE / "cores/arduino", self.core_includes,
+                                 ["-DDECIMAL_DIG=__DECIMAL_DIG__"])
+        self.ours = self.archive("cds55xx.a", self.library / "src", self.includes,
+                                 ["-Wall", "-Wextra", "-Werror"])
+        self.serial = self.archive("serial.a", serial, self.includes, [])
+
+    def compile(self, source, to, includes, warnings=()):
+        kind = {".c": "c", ".cpp": "cpp", ".S": "S"}[source.suffix]
+        command = "compiler.cpp.cmd" if kind == "cpp" else "compiler.c.cmd"
+        run(*setting(command), *setting(f"compiler.{kind}.flags"), *self.target,
+            *warnings, *includes, source, "-o", to)
+        return to
+
+    def archive(self, name, sources, includes, warnings):
+        folder = self.folder / name.replace(".a", "")
+        folder.mkdir()
+        sources = sorted(path for path in sources.rglob("*") if path.suffix in (".c", ".cpp", ".S"))
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            objects = list(pool.map(lambda job: self.compile(job[1], folder / f"{job[0]}.o", includes,
+                                                             warnings), enumerate(sources)))
+        run(*setting("compiler.ar.cmd"), *setting("compiler.ar.flags"), self.folder / name, *objects)
+        return self.folder / name
+
+    def check(self, text):
+        """Compiles the C++ `text` and writes nothing."""
+        source = self.folder / "check.cpp"
+        source.write_text(text)
+        run(*setting("compiler.cpp.cmd"), *setting("compiler.cpp.flags"), *self.target, *self.includes,
+            "-Wall", "-Wextra", "-Werror", "-fsyntax-only", source)
+
+    def sketch(self, name, text, *more):
+        """Compiles and links the sketch `text` and the sources `more`; returns its ELF."""
+        folder = self.folder / name
+        folder.mkdir()
+        source = folder / f"{name}.ino.cpp"
+        source.write_text(f'#include <Arduino.h>\n#line 1 "{name}.ino"\n{text}')
+        sources = [source]
+        for number, other in enumerate(more):
+            sources.append(folder / f"{number}.cpp")
+            sources[-1].write_text(other)
+        objects = [self.compile(path, path.with_suffix(".o"), self.includes, ["-Wall", "-Wextra"])
+                   for path in sources]
+        elf = folder / f"{name}.elf"
+        run(*setting("compiler.c.elf.cmd"), *setting("compiler.c.elf.flags"), self.target[0], "-o", elf,
+            *objects, self.ours, self.serial, self.core, "-lm")
+        return elf
