@@ -16,7 +16,7 @@ PROFILE = ROOT / "src/controller/profiles/full.c"
 
 # What is typed, and for how long the reply is waited for, in ms. Ends a line: `\r`, as Enter does.
 SESSION = [("echo on", 20), ("version", 20), ("scan", 1500), ("servos", 30), ("info 1", 300), ("torque 1 on", 10),
-           ("move 1 90deg 30rpm", 20), ("monitor 1 every 100ms", 520), ("q", 20),
+           ("move 1 90deg 30rpm", 20), ("monitor 1 every 100ms as plot", 520), ("\r", 20),
            ("get 1 PRESENT_POSITION", 10), ("id 3 4", 20), ("ping 3", 20), ("help id", 30)]
 
 
@@ -95,11 +95,16 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
 | Backspace, Ctrl-U | delete a character, the line |
 | Ctrl-C | drops the line |
 | Arrow up, Ctrl-P | on an empty line: the last line again |
-| any key | ends `scan`, `diagnose` and `monitor`. The console drops this key, and the next line begins behind it: send one key, wait for `ok`, then send the line |
+| any key | ends `scan`, `diagnose` and `monitor`. The key is the first one of the next line; Enter begins none |
 
 - The console does not echo until `echo on`, so that programs read replies only. Local echo of the terminal beside `echo on`
   shows each character twice. In a line of more than 80 characters the older part can no longer be deleted.
 - IDs are 0 to 253. Where the usage says `ID|254`, 254 is all servos. Bytes are 0 to 255.
+- A list of servos may stand where the usage says `ID`, `ID|254` or `ID...`: `3`, `1-6`, `1,2,5-8`, or `all`, the
+  servos of the robot. Several such words may follow each other (`torque 1 2 3 on`), but only one where a number
+  follows (`move 1-3 90`). The command runs for one servo after the other. The reply has a line for each, `servo 3: ok`
+  or the value or the error, and ends with `ok` only if all servos did it, else with error 84. The instructions of the
+  manual, `id`, and the profile `console` take one servo.
 - Numbers: `90`, `90.5deg`, `-20rpm`, `6.5V`, `512raw`, `0x1F`. A number without unit has the unit that `get` shows; `raw`
   is the value of the register ([registers.md](registers.md)). A number between two register values becomes the nearest
   one.
@@ -136,7 +141,7 @@ After a reset by the watchdog or a brown-out the link has the saved rate at once
 ## A first session
 
 The firmware on a simulated ATmega128 with three servos. Lines behind `>` are input; the console itself prints no
-prompt. `q` ends `monitor`.
+prompt. Enter ends `monitor`; without `as plot` it draws a table that stays in place.
 
 ```
 {session()}```

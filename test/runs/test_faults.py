@@ -35,7 +35,7 @@ class Faults(unittest.TestCase):
 
     def test_flipped_bit_of_an_instruction_is_a_checksum_error(self):
         run = self.passes("@fault flip in 1 4 3\n! write 1 LED 1\nread 1 LED\n")
-        self.assertIn("error 22: servo: checksum error", run.output)
+        self.assertIn("error 22: servo 1: checksum error", run.output)
         self.assertIn("LED = 0", run.output)
 
     def test_lost_and_inserted_bytes_are_noticed(self):

@@ -92,7 +92,9 @@
       "look what blocks it, and whether its torque is on")                                         \
     X(ERROR_OVERRIDE, 82, "share of the speed out of range", "10 to 200%")                         \
     X(ERROR_ABSENT, 81, "a joint of the pose is not in the group",                                 \
-      "'pose show NAME' names the servos that 'group' must have")
+      "'pose show NAME' names the servos that 'group' must have")                                  \
+    X(ERROR_SOME, 84, "not all servos of the list did it",                                         \
+      "the lines above name the servos that failed, and why")
 
 enum console_error {
 #define CONSOLE_ERROR_ENUM_(name, number, text, remedy) name = number,

@@ -10,9 +10,12 @@
 #endif
 
 #include "console/commands/command_groups.h"
+#include "console/commands/monitor.h"
 #include "console/commands/shared.h"
 #include "console/commands/stored.h"
 #include "console/errors.h"
+#include "console/explain.h"
+#include "console/servo_list.h"
 #include "robot/autostart.h"
 #include "robot/group_cycle.h"
 #include "robot/moves.h"
@@ -41,7 +44,7 @@ static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &help_commands,
     &servo_commands,
     &register_commands,
-    &monitor_commands,
+    &monitor_table_commands,
     &group_commands,
     &cycle_commands,
     &teach_commands,
@@ -65,6 +68,9 @@ const CDS_FLASH struct command_set command_set = {
     .errors = errors_with_remedies,
     .report = alarms_report,
     .store = &store,
+    .lists = &servo_lists,
+    .explain = explain_error,
+    .monitor = monitor_table,
 #if HAS_MOTION
     .cycle = &moves_cycle,
     .pose_in = &pose_moves,

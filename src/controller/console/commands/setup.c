@@ -160,8 +160,9 @@ static const CDS_FLASH struct command setup_rows[] = {
     {
         .usage = FLASH_TEXT("id OLD NEW"),
         .what = FLASH_TEXT("give a servo another ID"),
-        .details = COMMAND_DETAILS(
-            "0 to 253. Checks first that NEW is free, and afterwards where the servo answers"),
+        .details = COMMAND_DETAILS("0 to 253. Checks first that NEW is free, and afterwards where "
+                                   "the servo answers. NEW may "
+                                   "be OLD: then nothing is written"),
         .example = COMMAND_DETAILS("id 1 5"),
         .begin = id_begin,
         .poll = identity_poll,
