@@ -113,12 +113,16 @@ struct command_set {
     /* Called between two lines. Prints reports that no command asked for. Returns false if there is
      * nothing to print. */
     bool (*report)(struct console *console);
-    const CDS_FLASH struct robot_operation *cycle;  // of the group: group_cycle or moves_cycle
-    const CDS_FLASH struct command_action *pose_in; // "pose ... in TIME"
-    struct moves *moves;                            // storage of timed moves, or NULL
-    const CDS_FLASH struct command_store *store;    // NULL: the profile stores nothing
-    const CDS_FLASH struct command_lists *lists;    // NULL: an ID is one servo
-    bool (*explain)(struct console *console);       // explain.h; NULL: errors have their text only
+    const CDS_FLASH struct robot_operation *cycle;    // of the group: group_cycle or moves_cycle
+    const CDS_FLASH struct command_action *pose_in;   // "pose ... in TIME"
+    struct moves *moves;                              // storage of timed moves, or NULL
+    const CDS_FLASH struct command_store *store;      // NULL: the profile stores nothing
+    const CDS_FLASH struct command_lists *lists;      // NULL: an ID is one servo
+    const CDS_FLASH struct command_action *baud_list; // "baud" with a list of servos, or NULL
+    /* Converts number 0 of the line to a value of setting line.setting, in console->raw. Returns an
+     * error or 0. NULL: every setting is a plain number. */
+    uint8_t (*setting_number)(struct console *console);
+    bool (*explain)(struct console *console); // explain.h; NULL: errors have their text only
     void (*monitor)(struct console *console, uint8_t value); // monitor.h; NULL: lines only
 };
 

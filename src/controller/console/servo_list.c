@@ -215,7 +215,7 @@ static uint8_t begin(struct console *console)
         return error;
     if (line->takes_all && line->is_repeated)
         line->id = ids_of(line)[0];
-    if (!line->is_repeated || line->values < 2) {
+    if (!line->is_repeated || line->values < 2 || line->command->begin == baud_begin) {
         line->is_repeated = false;
         return begin_command(console);
     }

@@ -69,6 +69,8 @@ const CDS_FLASH struct command_set command_set = {
     .report = alarms_report,
     .store = &store,
     .lists = &servo_lists,
+    .baud_list = &baud_list,
+    .setting_number = setting_number,
     .explain = explain_error,
     .monitor = monitor_table,
 #if HAS_MOTION

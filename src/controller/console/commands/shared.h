@@ -95,6 +95,15 @@ uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *dat
  * returns false, it has stored the outcome in console->error and console->servo_error. */
 bool setup_waits(struct console *console);
 
+/* In setup.c: begin of `baud`, which takes a list of servos as a whole. */
+uint8_t baud_begin(struct console *console);
+
+/* In baud_list.c: baud_list of struct command_set. */
+extern const CDS_FLASH struct command_action baud_list;
+
+/* In controller.c: setting_number of struct command_set. A rate is also taken in bit/s. */
+uint8_t setting_number(struct console *console);
+
 /* The poll of a command that does only such a setup: prints whether the registers were written. */
 bool setup_poll(struct console *console);
 
