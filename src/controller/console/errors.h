@@ -94,7 +94,13 @@
     X(ERROR_ABSENT, 81, "a joint of the pose is not in the group",                                 \
       "'pose show NAME' names the servos that 'group' must have")                                  \
     X(ERROR_SOME, 84, "not all servos of the list did it",                                         \
-      "the lines above name the servos that failed, and why")
+      "the lines above name the servos that failed, and why")                                      \
+    X(ERROR_NO_SERVO, 85, "no servo answers at any rate",                                          \
+      "check power, plug and wiring; 'diagnose' looks at the line")                                \
+    X(ERROR_NOT_ALONE, 86, "the new servo is not alone, nothing was written",                      \
+      "leave only the new servo connected, then 'new' again")                                      \
+    X(ERROR_DAMAGED, 87, "the replies of the servo stay damaged",                                  \
+      "look for two servos with one ID, or noise, as by 'diagnose'")
 
 enum console_error {
 #define CONSOLE_ERROR_ENUM_(name, number, text, remedy) name = number,

@@ -1,11 +1,13 @@
 /* Errors with servo, argument, value and range; see explain.h. */
 #include "console/explain.h"
 
-#include "cds55xx/control_table.h" // cds_register_at()
+#include "cds55xx/control_table.h"   // cds_register_at()
+#include "console/commands/shared.h" // setting_is_rate()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
 #include "console/number_format.h"
+#include "robot/settings.h" // settings_table
 
 static const CDS_FLASH char message_error[] = "error %u: ";
 static const CDS_FLASH char message_of_servo[] = "servo %u: ";
@@ -63,13 +65,27 @@ static bool range_of_register(uint8_t address, bool in_unit, struct range *range
     return true;
 }
 
+/* The range of the setting of the line. A rate may be given in bit/s. */
+static struct range range_of_setting(const struct command_line *line)
+{
+    const CDS_FLASH struct setting *row = &settings_table[line->setting];
+
+    if (setting_is_rate(line))
+        return (struct range){CDS_BAUD_MAX, 0, CDS_UNIT_BPS};
+    return (struct range){row->lowest, row->highest, CDS_UNIT_NUMBER};
+}
+
 /* The range of the argument called `name`, up to a space. False: it is not known. */
 static bool range_of(const struct command_line *line, const CDS_FLASH char *name,
                      struct range *range)
 {
     static const CDS_FLASH char value[] = "VALUE", values[] = "VALUE...", length[] = "LENGTH";
 
-    if (parse_has_name(name, value) && line->command->instruction == 0)
+    if (parse_has_name(name, value) && line->command->usage[sizeof "set" - 1] != ' ') {
+        *range = range_of_setting(line);
+        return true;
+    }
+    if (parse_has_name(name, value))
         return range_of_register(line->address, true, range);
     if (parse_has_name(name, values)) {
         *range = (struct range){0, UINT8_MAX, CDS_UNIT_NUMBER};
@@ -134,6 +150,12 @@ static bool is_of_word(const struct console *console)
     return false;
 }
 
+/* True if a number is out of range. */
+static bool is_range_error(uint8_t error)
+{
+    return error == ERROR_OUT_OF_RANGE || error == ERROR_SETTING_RANGE;
+}
+
 /* Finds the subject. False: the error has none. */
 static bool find_subject(const struct console *console, struct subject *subject)
 {
@@ -150,7 +172,9 @@ static bool find_subject(const struct console *console, struct subject *subject)
         subject->name = parse_number_name(line, i);
         subject->number = &line->number[i];
         subject->has_range = range_of(line, subject->name, &subject->range);
-        if (subject->has_range && check(subject->number, &subject->range) == console->error)
+        if (subject->has_range &&
+            check(subject->number, &subject->range) ==
+                (is_range_error(console->error) ? (uint8_t)ERROR_OUT_OF_RANGE : console->error))
             return true;
     }
     return false;
@@ -252,7 +276,7 @@ bool explain_error(struct console *console)
     struct printer *printer = &console->printer;
     struct subject subject;
     bool has_subject = console->explained >= PART_SUBJECT && find_subject(console, &subject);
-    bool has_range = has_subject && subject.has_range && console->error == ERROR_OUT_OF_RANGE;
+    bool has_range = has_subject && subject.has_range && is_range_error(console->error);
 
     switch (console->explained++) {
     case PART_NUMBER:

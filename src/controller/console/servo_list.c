@@ -238,7 +238,8 @@ static bool next_servo(struct console *console)
     }
     console->line.id = kept_ids(&console->line)[list->next++];
     console->printer.values[0].number = console->line.id;
-    printer_text(&console->printer, message_prefix);
+    if (console->line.command->begin != backup_begin)
+        printer_text(&console->printer, message_prefix);
     list->phase = BEGIN;
     return true;
 }

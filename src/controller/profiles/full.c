@@ -53,6 +53,8 @@ static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &play_commands,
     &stop_commands,
     &setup_commands,
+    &new_commands,
+    &backup_commands,
     &bus_commands,
     &diagnose_commands,
     &raw_commands,

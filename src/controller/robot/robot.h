@@ -21,6 +21,7 @@
 #include "cds55xx/health.h"          // struct cds_health
 #include "flash.h"                   // CDS_FLASH
 #include "robot/baud_change.h"       // struct baud_change
+#include "robot/new_servo.h"         // struct new_servo
 #include "robot/inhibit_copy.h"      // struct inhibit_copy
 
 /* Servos that the controller knows, 1 to 50. Each costs 50 bytes of RAM. */
@@ -57,6 +58,7 @@ union robot_work {
     struct cds_diagnose diagnose;
     struct cds_identity identity;
     struct baud_change baud;
+    struct new_servo new_servo;
     struct {
         struct cds_registered_move move;
         struct cds_goal goals[ROBOT_SERVOS];

@@ -47,6 +47,27 @@ void test_value_of_register_out_of_range_names_its_range(void)
     assert_reply("error 33: servo 1: LENGTH 21 is out of range: 1 to 20\r\n", "read 1 30 21");
 }
 
+void test_setting_out_of_range_names_its_range(void)
+{
+    assert_reply("error 61: VALUE 255 is out of range: 0 to 254\r\n", "settings bus_baud 255");
+    assert_reply("error 33: VALUE 3000000 is out of range: 7843 to 2000000bps\r\n",
+                 "settings bus_baud 3000000");
+    assert_reply("error 33: VALUE 70000 is out of range: 0 to 65535\r\n",
+                 "settings link_loss_ms 70000");
+}
+
+void test_settings_bus_baud_takes_bits_per_second(void)
+{
+    reply_to("settings bus_baud 500000");
+    TEST_ASSERT_EQUAL_UINT8(3, settings.bus_baud);
+    reply_to("settings bus_baud 250kbps");
+    TEST_ASSERT_EQUAL_UINT8(7, settings.bus_baud);
+    reply_to("settings bus_baud 16");
+    TEST_ASSERT_EQUAL_UINT8(16, settings.bus_baud);
+    reply_to("settings host_baud 115200");
+    TEST_ASSERT_EQUAL_UINT8(16, settings.host_baud);
+}
+
 void test_id_out_of_range_names_no_servo(void)
 {
     assert_reply("error 33: ID 254 is out of range: 0 to 253\r\n", "info 254");

@@ -67,15 +67,20 @@ static void setting_line(struct console *console, uint8_t index)
 /* No register of a rate has as great a value: it is bit/s. */
 #define LEAST_BPS 256
 
-uint8_t setting_number(struct console *console)
+bool setting_is_rate(const struct command_line *line)
 {
     static const CDS_FLASH char rate[] = "register";
-    const struct number *number = &console->line.number[0];
-    bool is_rate = parse_has_name(settings_table[console->line.setting].unit, rate) &&
-                   (number->kind == NUMBER_RATE ||
-                    (number->kind == NUMBER_BARE && number->digits >= LEAST_BPS));
+    const struct number *number = &line->number[0];
 
-    return console_number(console, 0, is_rate ? CDS_UNIT_BPS : CDS_UNIT_NUMBER);
+    return parse_has_name(settings_table[line->setting].unit, rate) &&
+           (number->kind == NUMBER_RATE ||
+            (number->kind == NUMBER_BARE && number->digits >= LEAST_BPS));
+}
+
+uint8_t setting_number(struct console *console)
+{
+    return console_number(console, 0,
+                          setting_is_rate(&console->line) ? CDS_UNIT_BPS : CDS_UNIT_NUMBER);
 }
 
 static uint8_t settings_begin(struct console *console)

@@ -98,8 +98,14 @@ bool setup_waits(struct console *console);
 /* In setup.c: begin of `baud`, which takes a list of servos as a whole. */
 uint8_t baud_begin(struct console *console);
 
+/* In backup.c: begin of `backup`, whose lines are printed as they are for each servo of a list. */
+uint8_t backup_begin(struct console *console);
+
 /* In baud_list.c: baud_list of struct command_set. */
 extern const CDS_FLASH struct command_action baud_list;
+
+/* In controller.c: true if number 0 of the line is a rate in bit/s for the setting of the line. */
+bool setting_is_rate(const struct command_line *line);
 
 /* In controller.c: setting_number of struct command_set. A rate is also taken in bit/s. */
 uint8_t setting_number(struct console *console);
