@@ -180,7 +180,7 @@ SCRIPT = {
     "lock": "lock 3\n" + text("written") + servo("3 LOCK 1") + "lock 3\n" + text("unchanged")
             + error(21, "set 3 MIN_VOLTAGE 7V") + error(21, "id 3 30") + error(2, "lock 77")
             + "@power 3 off\n@power 3 on\n@wait 10\n" + servo("3 LOCK 0"),
-    "diagnose": "diagnose 1\n" + text("finding 1: the servo answers and is well; nothing to do")
+    "diagnose": "diagnose 1\n" + text("finding 1: one servo answers well, as far as the wire shows; nothing to do")
                 + text("ID 1 at 1000000bps") + "diagnose 77\n" + text("finding 11:")
                 + "@expect rule collision\n"  # all that there are answer its broadcast PING
                 + "@power off\ndiagnose 1\n" + text("finding 9: no servo answers") + "@power on\n"
@@ -242,6 +242,36 @@ SCRIPT = {
     "reset": "@servos 8\nreset 8\n" + wire(8, 6) + servo("8 ID 1"),
 }
 
+# Commands that only the profile `full` has, and what it adds to others.
+FULL_ONLY = {
+    "new": error(86, "new 9") + text("id 1 at 1000000bps") + servo("1-3 RETURN_DELAY 10")
+           + "@servos 1\nbaud 1 66raw\nbus 1000000\nnew 9\n" + text("step 1 of 4: search")
+           + text("no servo there: search at all 255 rates")
+           + text("found: ID 1 at 29851bps, alone on the bus; step 2 of 4: return delay us 2")
+           + text("step 3 of 4: ID 1 becomes 9") + text("step 4 of 4: rate 29851bps becomes 1000000bps")
+           + text("servo 9 is set up and joins the robot, at 1000000bps") + servo("1 ID 9")
+           + servo("1 BAUD_RATE 1") + servo("1 RETURN_DELAY 1") + "new 9\n" + "@power off\n"
+           + error(85, "new 9") + "@power on\n@wait 10\n",
+    "backup": "@servos 1-3\nset 2 MIN_VOLTAGE 6.5V\nbackup 2\n" + text("set 2 RETURN_DELAY 2us")
+              + text("set 2 MIN_VOLTAGE 6.5V") + text("set 2 STATUS_RETURN_LEVEL 2")
+              + "set 2 MIN_VOLTAGE 7V\nset 2 MIN_VOLTAGE 6.5V\n" + text("written")
+              + "set 2 MIN_VOLTAGE 6.5V\n" + text("unchanged") + error(84, "backup 1,9")
+              + text("set 1 MIN_VOLTAGE 6V"),
+}
+
+BAUD_LIST = ("scan\nbaud all 500000\n" + text("servo 3: at 500000bps") + text("bus at 500000bps")
+             + servo("1-3 BAUD_RATE 3") + "ping 1\nlock 2\n" + error(84, "baud 1-3 1000000")
+             + text("servo 2: stays at 500000bps: refused by a servo") + text("bus at 1000000bps")
+             + servo("1,3 BAUD_RATE 1") + servo("2 BAUD_RATE 3") + "ping 1\nsettings bus_baud 500000\n"
+             + "bus\n" + text("bus ok at 500000bps") + "ping 2\nsettings bus_baud 1\nping 3\n"
+             + "baud 1,9,3 57600\n")
+
+# Two servos that answer PING in step and differ in a measured value.
+TWINS = ("@supply 2 11.5\nwrite 2 ID 1\nscan\n" + text("id 1 model 1")
+         + text("servo 1: finding 8: two servos seem to have this ID") + "@expect rule collision\n"
+         + "diagnose 1\n" + text("finding 8:") + "@expect rule collision\ncounters\n"
+         + text("since the reset, ") + text(" by scan and diagnose"))
+
 # Two of one ID, of which one takes another and the other is locked.
 BOTH = "lock 1\nservos forget\nwrite 2 ID 1\n" + error(52, "id 1 5") + "@expect rule collision\n"
 
@@ -301,12 +331,12 @@ class Scripts(unittest.TestCase):
                 self.run_on(board, script_of(board))
 
     def test_every_row_of_the_table_has_a_test(self):
-        self.assertEqual(set(SCRIPT), set(COMMANDS) - CONTROLLER - MOTION)
+        self.assertEqual(set(SCRIPT) | set(FULL_ONLY), set(COMMANDS) - CONTROLLER - MOTION)
 
     def test_every_error_is_provoked(self):
-        said = "".join(SCRIPT.values()) + LISTS + BOTH + MUTE + EARLY + OMITTED
+        said = "".join(SCRIPT.values()) + "".join(FULL_ONLY.values()) + LISTS + BOTH + MUTE + EARLY + OMITTED
         provoked = {int(number) for number in re.findall(r"@expect text ERROR (\d+):", said)}
-        self.assertEqual(set(ERRORS) - UNSAID - provoked - set(TYPED) - CONTROLLER_ERRORS - MOTION_ERRORS,
+        self.assertEqual(set(ERRORS) - UNSAID - {87} - provoked - set(TYPED) - CONTROLLER_ERRORS - MOTION_ERRORS,
                          set())
 
     def test_two_of_one_id(self):
@@ -317,6 +347,10 @@ class Scripts(unittest.TestCase):
             if boards.BOARDS[board].profile == "full":
                 with self.subTest(board):
                     self.run_on(board, LISTS)
+
+    def test_commands_of_profile_full(self):
+        for script in ["".join(FULL_ONLY.values()), BAUD_LIST.replace("baud 1,9,3", "! baud 1,9,3"), TWINS]:
+            self.run_on("atmega128", script)
 
     def test_a_servo_that_does_not_answer(self):
         self.run_on("atmega128", MUTE)
@@ -418,8 +452,12 @@ class Typed(unittest.TestCase):
             for name, lines in COMMANDS.items():
                 help_of = ""
                 for heading, usage, what, details, example in lines:
-                    if brief and heading in MOTION_HEADINGS:
+                    if brief and (heading in MOTION_HEADINGS or name in FULL_ONLY):
                         continue
+                    if brief and name == "monitor":
+                        usage = "monitor ID... [every MS]"
+                        if "as plot" in what or usage in help_of:
+                            continue
                     if brief and name == "diagnose":
                         what = "not in this firmware"
                     self.assertIn(f"\r\n  {usage}: {what}\r\n", listed)

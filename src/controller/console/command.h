@@ -17,6 +17,7 @@
 #define COMMAND_DETAILS(string) FLASH_TEXT(string)
 #endif
 
+struct account;
 struct command_line;
 struct console;
 struct failsafe;
@@ -122,7 +123,9 @@ struct command_set {
     /* Converts number 0 of the line to a value of setting line.setting, in console->raw. Returns an
      * error or 0. NULL: every setting is a plain number. */
     uint8_t (*setting_number)(struct console *console);
-    bool (*explain)(struct console *console); // explain.h; NULL: errors have their text only
+    bool (*after_scan)(struct console *console); // end of the poll of `scan`, or NULL
+    struct account *account;                     // of the counters, or NULL
+    bool (*explain)(struct console *console);    // explain.h; NULL: errors have their text only
     void (*monitor)(struct console *console, uint8_t value); // monitor.h; NULL: lines only
 };
 

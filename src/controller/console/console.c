@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "cds55xx/motion.h" // CDS_MOTION_TIME_MAX_MS
+#include "console/account.h"
 #include "console/errors.h"
 #include "host/host_demux.h" // HOST_MARK_DROPPED
 #include "ring_input.h"      // ring_peek(), ring_drop()
@@ -414,6 +415,8 @@ void console_poll(struct console *console)
         [CONSOLE_ENDING] = end_reply,
     };
 
+    if (command_set.account)
+        account_tick();
     look_for_stop(console);
     states[console->state](console);
 }

@@ -27,6 +27,8 @@ static struct moves moves;
 
 static struct motion_store motion_store;
 
+static struct account account;
+
 static const CDS_FLASH struct command_store store = {
     .motions = &motion_store,
     .load = motion_store_load,
@@ -74,6 +76,8 @@ const CDS_FLASH struct command_set command_set = {
     .baud_list = &baud_list,
     .setting_number = setting_number,
     .explain = explain_error,
+    .after_scan = after_scan,
+    .account = &account,
     .monitor = monitor_table,
 #if HAS_MOTION
     .cycle = &moves_cycle,

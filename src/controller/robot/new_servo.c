@@ -68,6 +68,12 @@ static enum cds_result begin_scan(struct new_servo *servo)
     return cds_scan_begin(&servo->work.scan, &config);
 }
 
+static void begin_any(struct new_servo *servo)
+{
+    servo->searched_any = true;
+    enter(servo, NEW_SERVO_SEARCH_ANY);
+}
+
 static void search_ended(struct new_servo *servo)
 {
     const struct cds_scan *scan = &servo->work.scan;
@@ -81,7 +87,7 @@ static void search_ended(struct new_servo *servo)
     else if (servo->count == 0 && servo->searched_any)
         finish(servo, NEW_SERVO_NONE, CDS_OK);
     else if (servo->count == 0)
-        enter(servo, NEW_SERVO_SEARCH_ANY);
+        begin_any(servo);
     else
         enter(servo, servo->found[0].result == CDS_OK ? NEW_SERVO_SET_DELAY : NEW_SERVO_MEND_DELAY);
 }
@@ -127,7 +133,6 @@ static void search_any(struct new_servo *servo)
     struct cds_bus *bus = servo->config.bus;
     struct cds_request *request = servo->config.request;
 
-    servo->searched_any = true;
     if (servo->begun) {
         if (request->result != CDS_PENDING)
             any_answered(servo);

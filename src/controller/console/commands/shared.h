@@ -98,6 +98,59 @@ bool setup_waits(struct console *console);
 /* In setup.c: begin of `baud`, which takes a list of servos as a whole. */
 uint8_t baud_begin(struct console *console);
 
+/* The job of `scan` and `diagnose`. */
+struct after_scan {
+    struct cds_stats begun; // counters of the bus when the search began
+    uint8_t phase;          // enum after_scan_phase, once the scan is over
+    uint8_t index, count, tries;
+    uint8_t ids[ROBOT_SERVOS];
+    bool damaged[ROBOT_SERVOS];
+};
+
+enum after_scan_phase {
+    AFTER_SCAN_BEGIN,
+    AFTER_SCAN_ASK,      // the next servo: READ, or diagnosis if its reply was damaged
+    AFTER_SCAN_READ,     // waits for the reply
+    AFTER_SCAN_DIAGNOSE, // waits for the finding
+    AFTER_SCAN_MEND,     // prints how to mend it
+} __attribute__((packed));
+
+_Static_assert(sizeof(struct after_scan) <= CONSOLE_JOB_SIZE, "the job must fit");
+
+static inline struct after_scan *after_scan_job(struct console *console)
+{
+    return console_job(console);
+}
+
+/* In after_scan.c: after_scan of struct command_set. */
+bool after_scan(struct console *console);
+
+/* In bus.c: prints "3 found, 254 asked"; and true if the scan was at the rate of the bus only. */
+bool scan_sum_up(struct console *console);
+bool scan_is_here(const struct console *console);
+
+/* In diagnose.c: begins the diagnosis of line.id. Returns an error or 0. Then prints its finding,
+ * "servo 5: finding 8: ...". */
+uint8_t diagnose_servo(struct console *console);
+void diagnose_print_finding(struct console *console);
+
+/* What scan and diagnose add to the counters of the bus, and the time since the reset. */
+struct account {
+    uint32_t seconds;
+    uint32_t counted_us;       // time up to which `seconds` counts
+    struct cds_stats searched; // what all searches have added
+};
+
+/* In account.c, for a profile with command_set.account: a search begins, and has ended. */
+void account_begin(struct console *console);
+void account_end(struct console *console);
+
+/* In account.c: prints since when the counters of the bus, or of a servo, count. */
+void account_print_since(struct console *console);
+
+/* In account.c: what searches have added to counter `index`. */
+uint16_t account_searched(uint8_t index);
+
 /* In backup.c: begin of `backup`, whose lines are printed as they are for each servo of a list. */
 uint8_t backup_begin(struct console *console);
 
