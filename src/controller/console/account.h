@@ -2,8 +2,8 @@
 #ifndef CONTROLLER_ACCOUNT_H
 #define CONTROLLER_ACCOUNT_H
 
-/* Counts the seconds, if the profile has command_set.account. The console calls it at least once a
- * second. */
+/* Counts the seconds, for a profile with command_set.account: one in each call, so a late call is
+ * made up for. The console calls it while no input waits. */
 void account_tick(void);
 
 #endif

@@ -415,9 +415,9 @@ void console_poll(struct console *console)
         [CONSOLE_ENDING] = end_reply,
     };
 
-    if (command_set.account)
-        account_tick();
     look_for_stop(console);
+    if (command_set.account && cds_ring_count(console->input) == 0) // else a long line comes in
+        account_tick();
     states[console->state](console);
 }
 
