@@ -267,7 +267,7 @@ BAUD_LIST = ("scan\nbaud all 500000\n" + text("servo 3: at 500000bps") + text("b
              + "baud 1,9,3 57600\n")
 
 # Two servos that answer PING in step and differ in a measured value.
-TWINS = ("@supply 2 11.5\nwrite 2 ID 1\nscan\n" + text("id 1 model 1")
+TWINS = ("servos forget\n@supply 2 11.5\nwrite 2 ID 1\nscan\n" + text("id 1 model 1")
          + text("servo 1: finding 8: two servos seem to have this ID") + "@expect rule collision\n"
          + "diagnose 1\n" + text("finding 8:") + "@expect rule collision\ncounters\n"
          + text("since the reset, ") + text(" by scan and diagnose"))
@@ -351,6 +351,20 @@ class Scripts(unittest.TestCase):
     def test_commands_of_profile_full(self):
         for script in ["".join(FULL_ONLY.values()), BAUD_LIST.replace("baud 1,9,3", "! baud 1,9,3"), TWINS]:
             self.run_on("atmega128", script)
+
+    def test_servo_that_answers_too_early_is_told_and_mended(self):
+        early = (text("0 found, 254 asked") + text("servo 1: finding 18: the servo answers before")
+                 + text("servo 1: 'write 1 RETURN_DELAY 1' mends it"))
+        for script in ("scan\n" + early + error(2, "write 1 RETURN_DELAY 1") + "scan\n"
+                       + text("1 found, 254 asked"),
+                       "new 6\n" + text("a servo answers before this board listens")
+                       + text("servo 6 is set up") + servo("1 RETURN_DELAY 1") + "ping 6\n"):
+            with tempfile.TemporaryDirectory() as folder:
+                run = controller("write 1 RETURN_DELAY 0\n", "arbotix", "1", "--state", folder)
+                self.assertEqual(run.status, 0, run.output)
+                run = controller("echo off\n" + said_by("full", script), "atmega128", "1", "--state", folder,
+                                 "--rules", "warn")
+                self.assertEqual(run.status, 0, run.output[-3000:])
 
     def test_a_servo_that_does_not_answer(self):
         self.run_on("atmega128", MUTE)

@@ -68,8 +68,22 @@ static enum cds_result begin_scan(struct new_servo *servo)
     return cds_scan_begin(&servo->work.scan, &config);
 }
 
-static void begin_any(struct new_servo *servo)
+static uint16_t noise_bytes(const struct new_servo *servo)
 {
+    struct cds_stats stats;
+
+    cds_bus_stats(servo->config.bus, &stats);
+    return stats.noise_bytes;
+}
+
+/* Nothing has answered: a servo may answer too early, or be at another rate. */
+static void search_elsewhere(struct new_servo *servo)
+{
+    if (!servo->mended_all && noise_bytes(servo) != servo->noise) {
+        servo->mended_all = true;
+        enter(servo, NEW_SERVO_MEND_ALL);
+        return;
+    }
     servo->searched_any = true;
     enter(servo, NEW_SERVO_SEARCH_ANY);
 }
@@ -87,7 +101,7 @@ static void search_ended(struct new_servo *servo)
     else if (servo->count == 0 && servo->searched_any)
         finish(servo, NEW_SERVO_NONE, CDS_OK);
     else if (servo->count == 0)
-        begin_any(servo);
+        search_elsewhere(servo);
     else
         enter(servo, servo->found[0].result == CDS_OK ? NEW_SERVO_SET_DELAY : NEW_SERVO_MEND_DELAY);
 }
@@ -97,6 +111,7 @@ static void search(struct new_servo *servo)
     enum cds_result result;
 
     if (!servo->begun) {
+        servo->noise = noise_bytes(servo);
         servo->begun = begin_scan(servo) == CDS_OK; // else the bus is in use: again
         return;
     }
@@ -162,6 +177,25 @@ static void mend_delay(struct new_servo *servo)
         servo->begun =
             cds_servo_write_byte(servo->config.bus, request, servo->id, CDS_REG_RETURN_DELAY,
                                  servo->config.return_delay) == CDS_OK;
+}
+
+/* The same by broadcast, at one listed rate after the other. */
+static void mend_all(struct new_servo *servo)
+{
+    struct cds_bus *bus = servo->config.bus;
+    struct cds_request *request = servo->config.request;
+
+    if (servo->begun && request->result == CDS_PENDING)
+        return;
+    if (servo->begun) {
+        servo->begun = false;
+        if (++servo->listed == CDS_SCAN_LISTED_BAUDS)
+            enter(servo, NEW_SERVO_SEARCH_LISTED);
+        return;
+    }
+    if (cds_bus_set_baud(bus, cds_scan_listed_baud_regs[servo->listed]) == CDS_OK)
+        servo->begun = cds_servo_write_byte(bus, request, CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY,
+                                            servo->config.return_delay) == CDS_OK;
 }
 
 static void set_delay(struct new_servo *servo)
@@ -232,7 +266,7 @@ static bool end_search(struct new_servo *servo)
 {
     if (!servo->begun)
         return true;
-    if (servo->step == NEW_SERVO_SEARCH_ANY)
+    if (servo->step == NEW_SERVO_SEARCH_ANY || servo->step == NEW_SERVO_MEND_ALL)
         return servo->config.request->result != CDS_PENDING;
     cds_scan_abort(&servo->work.scan);
     return cds_scan_poll(&servo->work.scan) != CDS_PENDING;
@@ -255,6 +289,7 @@ enum cds_result new_servo_poll(struct new_servo *servo)
     if (servo->is_ending)
         return end(servo);
     switch (servo->step) {
+    case NEW_SERVO_MEND_ALL: mend_all(servo); break;
     case NEW_SERVO_SEARCH_ANY: search_any(servo); break;
     case NEW_SERVO_MEND_DELAY: mend_delay(servo); break;
     case NEW_SERVO_SET_DELAY: set_delay(servo); break;

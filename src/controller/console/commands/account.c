@@ -26,7 +26,10 @@ void account_tick(void)
 
 void account_begin(struct console *console)
 {
-    cds_bus_stats(console->bus, &after_scan_job(console)->begun);
+    struct after_scan *job = after_scan_job(console);
+
+    cds_bus_stats(console->bus, &job->begun);
+    job->noise = job->begun.noise_bytes;
 }
 
 /* All counters are words. */

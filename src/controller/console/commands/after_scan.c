@@ -1,5 +1,7 @@
 /* After a scan: which servo answers sooner than this board listens, and which ID two servos have.
  */
+#include <string.h>
+
 #include "cds55xx/control_table.h" // CDS_REG_RETURN_DELAY
 #include "console/commands/shared.h"
 #include "console/console.h"
@@ -8,22 +10,46 @@
 
 static const CDS_FLASH char message_early[] =
     "servo %u answers %u us after a packet, this board needs %u: 'set %u RETURN_DELAY %uus'";
-static const CDS_FLASH char message_mend[] = "servo %u: 'write %u RETURN_DELAY %u', then 'scan'";
+static const CDS_FLASH char message_mend[] =
+    "servo %u: 'write %u RETURN_DELAY %u' mends it, though its reply is lost; then 'scan'";
 
 #define TRIES 3 // of a READ: a damaged reply alone is no finding
 
-/* The found servos: the diagnosis needs the storage of the scan. */
+void after_scan_note(struct console *console)
+{
+    struct after_scan *job = after_scan_job(console);
+    uint8_t id = console->robot->work.scan.scan.id;
+    struct cds_stats stats;
+
+    cds_bus_stats(console->bus, &stats);
+    if (stats.noise_bytes == job->noise)
+        return;
+    job->noise = stats.noise_bytes;
+    if (job->suspects < AFTER_SCAN_SUSPECTS && !memchr(job->suspect_ids, id, job->suspects))
+        job->suspect_ids[job->suspects++] = id;
+}
+
+static void add(struct after_scan *job, uint8_t id, uint8_t kind)
+{
+    if (memchr(job->ids, id, job->count))
+        return;
+    job->ids[job->count] = id;
+    job->kinds[job->count++] = kind;
+}
+
+/* The found servos, then the suspects: the diagnosis needs the storage of the scan. */
 static void copy_found(struct console *console, struct after_scan *job)
 {
     const struct robot *robot = console->robot;
     uint16_t count = robot->work.scan.scan.count;
 
-    for (; job->count < count && job->count < ROBOT_SERVOS; job->count++) {
-        const struct cds_scan_found *found = &robot->work.scan.found[job->count];
+    for (uint8_t i = 0; i < count && i < ROBOT_SERVOS; i++) {
+        const struct cds_scan_found *found = &robot->work.scan.found[i];
 
-        job->ids[job->count] = found->id;
-        job->damaged[job->count] = found->result != CDS_OK;
+        add(job, found->id, found->result == CDS_OK ? AFTER_SCAN_GOOD : AFTER_SCAN_DAMAGED);
     }
+    for (uint8_t i = 0; i < job->suspects; i++)
+        add(job, job->suspect_ids[i], AFTER_SCAN_SUSPECT);
 }
 
 static void next(struct after_scan *job)
@@ -40,7 +66,7 @@ static void ask(struct console *console, struct after_scan *job)
     bool begun;
 
     console->line.id = job->ids[job->index];
-    if (job->damaged[job->index]) {
+    if (job->kinds[job->index] != AFTER_SCAN_GOOD) {
         job->phase = AFTER_SCAN_DIAGNOSE;
         begun = diagnose_servo(console) == 0;
     } else {
@@ -63,7 +89,7 @@ static void take(struct console *console, struct after_scan *job)
         return;
     }
     if (request->result == CDS_CORRUPT) {
-        job->damaged[job->index] = true;
+        job->kinds[job->index] = AFTER_SCAN_DAMAGED;
         job->phase = AFTER_SCAN_ASK;
         return;
     }
@@ -76,6 +102,13 @@ static void take(struct console *console, struct after_scan *job)
     next(job);
 }
 
+/* Noise on the line also gives bytes without a packet, of no servo. */
+static bool is_told(const struct after_scan *job, uint8_t finding)
+{
+    return job->kinds[job->index] == AFTER_SCAN_DAMAGED ||
+           finding == CDS_FINDING_REPLIES_TOO_EARLY || finding == CDS_FINDING_DUPLICATE_ID;
+}
+
 /* Prints the finding; of a servo that answers too early also the command that mends it. */
 static void tell(struct console *console, struct after_scan *job)
 {
@@ -83,7 +116,8 @@ static void tell(struct console *console, struct after_scan *job)
     uint8_t finding = console->robot->work.diagnose.finding;
 
     if (job->phase == AFTER_SCAN_DIAGNOSE) {
-        diagnose_print_finding(console);
+        if (is_told(job, finding))
+            diagnose_print_finding(console);
         job->phase = AFTER_SCAN_MEND;
         return;
     }

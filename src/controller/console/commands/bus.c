@@ -138,6 +138,8 @@ static bool scan_poll(struct console *console)
 
     if (command_set.after_scan && after_scan_job(console)->phase)
         return command_set.after_scan(console);
+    if (command_set.after_scan && robot->operation)
+        after_scan_note(console);
     over = !console_operates(console);
     if (*index < state->count && *index < ROBOT_SERVOS && is_whole(robot, *index)) {
         print_found(console, &robot->work.scan.found[(*index)++]);

@@ -8,6 +8,8 @@ static const CDS_FLASH char message_search[] =
     "step 1 of 4: search for the servo at the six listed rates, 4 s; a key ends it";
 static const CDS_FLASH char message_search_any[] =
     "no servo there: search at all 255 rates, 4 s; a key ends it";
+static const CDS_FLASH char message_mend_all[] =
+    "a servo answers before this board listens: return delay is written, then search again";
 static const CDS_FLASH char message_mend[] =
     "its reply is damaged: return delay is written without a reply";
 static const CDS_FLASH char message_delay[] =
@@ -54,6 +56,10 @@ static void print_step(struct printer *printer, const struct new_servo *servo, u
 
     switch (step) {
     case NEW_SERVO_SEARCH_LISTED: printer_line(printer, message_search); break;
+    case NEW_SERVO_MEND_ALL:
+        if (servo->mended_all)
+            printer_line(printer, message_mend_all);
+        break;
     case NEW_SERVO_SEARCH_ANY:
         if (servo->searched_any)
             printer_line(printer, message_search_any);

@@ -98,13 +98,25 @@ bool setup_waits(struct console *console);
 /* In setup.c: begin of `baud`, which takes a list of servos as a whole. */
 uint8_t baud_begin(struct console *console);
 
+#define AFTER_SCAN_SUSPECTS 4
+
+/* What the scan has shown of a servo. */
+enum after_scan_kind {
+    AFTER_SCAN_GOOD,
+    AFTER_SCAN_DAMAGED, // damaged replies: it is diagnosed
+    AFTER_SCAN_SUSPECT, // bytes without a packet: only what they may be is told
+} __attribute__((packed));
+
 /* The job of `scan` and `diagnose`. */
 struct after_scan {
     struct cds_stats begun; // counters of the bus when the search began
     uint8_t phase;          // enum after_scan_phase, once the scan is over
     uint8_t index, count, tries;
-    uint8_t ids[ROBOT_SERVOS];
-    bool damaged[ROBOT_SERVOS];
+    uint8_t suspects;                         // count of suspect_ids
+    uint16_t noise;                           // bytes without a packet, as the bus has counted them
+    uint8_t suspect_ids[AFTER_SCAN_SUSPECTS]; // silent, but bytes without a packet came
+    uint8_t ids[ROBOT_SERVOS + AFTER_SCAN_SUSPECTS];
+    uint8_t kinds[ROBOT_SERVOS + AFTER_SCAN_SUSPECTS]; // enum after_scan_kind
 };
 
 enum after_scan_phase {
@@ -121,6 +133,10 @@ static inline struct after_scan *after_scan_job(struct console *console)
 {
     return console_job(console);
 }
+
+/* In after_scan.c: notes the ID that is asked now if bytes without a packet have come. Call it
+ * while the scan goes on. */
+void after_scan_note(struct console *console);
 
 /* In after_scan.c: after_scan of struct command_set. */
 bool after_scan(struct console *console);
