@@ -74,9 +74,9 @@ static enum identity_phase first_phase(const struct cds_identity *identity)
 {
     if (identity->change == CDS_IDENTITY_RESET_ALL)
         return CHANGE;
-    if (!is_same_place(identity))
-        return LOOK_AT_TO;
-    return identity->change == CDS_IDENTITY_RESET ? LOOK_AT_FROM : LOOK_FOR_ARRIVAL;
+    if (is_same_place(identity))
+        return LOOK_AT_FROM;
+    return LOOK_AT_TO;
 }
 
 enum cds_result cds_identity_begin(struct cds_identity *identity,
@@ -131,6 +131,8 @@ static void decide_before(struct cds_identity *identity)
         settle(identity, CDS_IDENTITY_TAKEN, CDS_REFUSED);
     else if (identity->at_from != CDS_OK)
         settle(identity, CDS_IDENTITY_LOST, identity->at_from);
+    else if (identity->change < CDS_IDENTITY_RESET && is_same_place(identity))
+        settle(identity, CDS_IDENTITY_CHANGED, CDS_OK); // it is there already
     else
         enter(identity, CHANGE);
 }

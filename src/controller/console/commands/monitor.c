@@ -136,7 +136,8 @@ static void take(struct console *console)
 
     if (cds_feedback_take(feedback, console->line.request, cds_port_now_us()) == CDS_OK) {
         monitor->value = 0;
-        monitor->is_answered = true;
+        if (command_set.monitor)
+            monitor->is_answered = true;
         console->phase = TELL;
     } else if (ends_command(monitor)) {
         console->error = console->line.request->result;
