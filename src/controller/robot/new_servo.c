@@ -41,7 +41,8 @@ static bool is_well(struct new_servo *servo, enum cds_result result)
         return true;
     servo->begun = false;
     if ((result != CDS_TIMEOUT && result != CDS_CORRUPT) || ++servo->tries == NEW_SERVO_TRIES)
-        finish(servo, NEW_SERVO_FAILED, (uint8_t)result);
+        finish(servo, result == CDS_CORRUPT ? NEW_SERVO_DAMAGED : NEW_SERVO_FAILED,
+               (uint8_t)result);
     return false;
 }
 
@@ -103,7 +104,7 @@ static void search_ended(struct new_servo *servo)
     else if (servo->count == 0)
         search_elsewhere(servo);
     else
-        enter(servo, servo->found[0].result == CDS_OK ? NEW_SERVO_SET_DELAY : NEW_SERVO_MEND_DELAY);
+        enter(servo, servo->found[0].result == CDS_OK ? NEW_SERVO_CHECK : NEW_SERVO_MEND_DELAY);
 }
 
 static void search(struct new_servo *servo)
@@ -170,7 +171,7 @@ static void mend_delay(struct new_servo *servo)
 
     if (servo->begun) {
         if (request->result != CDS_PENDING)
-            enter(servo, NEW_SERVO_SET_DELAY);
+            enter(servo, NEW_SERVO_CHECK);
         return;
     }
     if (goes_to_servo(servo))
@@ -198,6 +199,19 @@ static void mend_all(struct new_servo *servo)
                                             servo->config.return_delay) == CDS_OK;
 }
 
+static void check(struct new_servo *servo)
+{
+    struct cds_request *request = servo->config.request;
+
+    if (!servo->begun) {
+        servo->begun = goes_to_servo(servo) && cds_servo_read(servo->config.bus, request, servo->id,
+                                                              0, CDS_TABLE_SIZE) == CDS_OK;
+        return;
+    }
+    if (request->result != CDS_PENDING && is_well(servo, (enum cds_result)request->result))
+        enter(servo, NEW_SERVO_SET_DELAY);
+}
+
 static void set_delay(struct new_servo *servo)
 {
     struct cds_setup_config config = {.bus = servo->config.bus,
@@ -217,8 +231,6 @@ static void set_delay(struct new_servo *servo)
     result = cds_setup_poll(&servo->work.setup);
     if (result != CDS_PENDING && is_well(servo, result))
         enter(servo, NEW_SERVO_SET_ID);
-    if (servo->outcome == NEW_SERVO_FAILED && result == CDS_CORRUPT)
-        servo->outcome = NEW_SERVO_DAMAGED;
 }
 
 static enum cds_result begin_identity(struct new_servo *servo)
@@ -292,6 +304,7 @@ enum cds_result new_servo_poll(struct new_servo *servo)
     case NEW_SERVO_MEND_ALL: mend_all(servo); break;
     case NEW_SERVO_SEARCH_ANY: search_any(servo); break;
     case NEW_SERVO_MEND_DELAY: mend_delay(servo); break;
+    case NEW_SERVO_CHECK: check(servo); break;
     case NEW_SERVO_SET_DELAY: set_delay(servo); break;
     case NEW_SERVO_SET_ID:
     case NEW_SERVO_SET_RATE: set_identity(servo); break;

@@ -28,6 +28,7 @@ enum new_servo_step {
     NEW_SERVO_SEARCH_ANY,   // a PING to all at each rate
     NEW_SERVO_SEARCH_THERE, // every ID at the rate at which a servo has answered
     NEW_SERVO_MEND_DELAY,   // its reply is damaged: writes the return delay without a reply
+    NEW_SERVO_CHECK,        // reads the whole control table: in a long reply two servos differ
     NEW_SERVO_SET_DELAY,
     NEW_SERVO_SET_ID,
     NEW_SERVO_SET_RATE,
@@ -48,7 +49,7 @@ enum new_servo_outcome {
 struct new_servo_config {
     struct cds_bus *bus;         // at the rate that the servo is to have
     struct cds_request *request; // packet capacity: CDS_PACKET_SIZE(2), 9 at least; reply
-                                 // capacity: CDS_SCAN_REPLY_SIZE
+                                 // capacity: CDS_TABLE_SIZE
     uint8_t id;                  // that the servo is to have, 0 to 253
     uint8_t return_delay;        // register 0x05 that it is to have
 };

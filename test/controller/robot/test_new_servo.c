@@ -142,7 +142,7 @@ void test_two_servos_with_one_id_end_as_damaged(void)
     servo_fake_put(1, 1, HOME);
     begin();
     TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_DAMAGED, run());
-    TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_SET_DELAY, servo.step);
+    TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_CHECK, servo.step);
 }
 
 void test_abort_ends_each_search(void)
