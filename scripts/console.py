@@ -17,8 +17,16 @@ PROFILE = ROOT / "src/controller/profiles/full.c"
 
 # What is typed, and for how long the reply is waited for, in ms. Ends a line: `\r`, as Enter does.
 SESSION = [("echo on", 20), ("version", 20), ("scan", 1500), ("servos", 30), ("info 1", 300), ("torque 1 on", 10),
-           ("move 1 90deg 30rpm", 20), ("monitor 1 every 100ms", 520), ("q", 20),
+           ("move 1 90deg 30rpm", 20), ("monitor 1 every 100ms as plot", 520), ("\r", 20),
            ("get 1 PRESENT_POSITION", 10), ("id 3 4", 20), ("ping 3", 20), ("help id", 30)]
+
+
+# Lists of servos, and errors that name servo, argument, value and range.
+LISTS = [("echo on", 20), ("scan", 1500), ("set all MAX_TEMPERATURE 70C", 60), ("get 1-3 RETURN_DELAY", 40),
+         ("torque 1 2 9 on", 60), ("move 1 400", 20), ("baud all 500000", 200), ("bus", 20)]
+
+# A new servo, alone on the bus, and what restores its registers.
+NEW_SERVO = [("echo on", 20), ("new 5", 4500), ("backup 5", 100), ("set 5 MIN_VOLTAGE 6V", 20)]
 
 
 def text_of(field, row):
@@ -38,30 +46,30 @@ def commands():
                                          for field in ("usage", "what", "details", "example"))
 
 
-def program():
+def program(typed):
     lines = []
-    for keys, ms in SESSION:
+    for keys, ms in typed:
         lines += [f"say {keys.encode().hex(' ')}" if len(keys) == 1 else f"text {keys}",
                   f"wait {ms * 1000}", "rest"]
     return "\n".join(lines) + "\n"
 
 
-def session():
+def session(typed=SESSION, servos="1-3"):
     """What stands on the terminal in the end."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "pc"
-        path.write_text(program())
+        path.write_text(program(typed))
         done = subprocess.run(
             [ROOT / "build/host/cds55xx-sim", "firmware", ROOT / "build/atmega128/controller.elf",
-             "--board", "atmega128", "--servos", "1-3", "--host", path], stdout=subprocess.PIPE,
+             "--board", "atmega128", "--servos", servos, "--host", path], stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, text=True, timeout=120)
     if done.returncode:
         raise SystemExit(done.stdout)
     heard = [bytes.fromhex("".join(line.split()[4:])).decode()
              for line in done.stdout.splitlines() if line.startswith("heard")]
     shown = ""
-    heard[0] = f"{SESSION[0][0]}\r\n{heard[0]}"  # that is not echoed yet
-    for (keys, _), text in zip(SESSION, heard):  # what is typed is told from what is said
+    heard[0] = f"{typed[0][0]}\r\n{heard[0]}"  # that is not echoed yet
+    for (keys, _), text in zip(typed, heard):  # what is typed is told from what is said
         shown += "> " + text if len(keys) > 1 else text
     return shown.replace("\r\n", "\n")
 
@@ -96,11 +104,16 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
 | Backspace, Ctrl-U | delete a character, the line |
 | Ctrl-C | drops the line |
 | Arrow up, Ctrl-P | on an empty line: the last line again |
-| any key | ends `scan`, `diagnose` and `monitor`. The console drops this key, and the next line begins behind it: send one key, wait for `ok`, then send the line |
+| any key | ends `scan`, `diagnose` and `monitor`. The key is the first one of the next line; Enter begins none |
 
 - The console does not echo until `echo on`, so that programs read replies only. Local echo of the terminal beside `echo on`
   shows each character twice. In a line of more than 80 characters the older part can no longer be deleted.
 - IDs are 0 to 253. Where the usage says `ID|254`, 254 is all servos. Bytes are 0 to 255.
+- A list of servos may stand where the usage says `ID`, `ID|254` or `ID...`: `3`, `1-6`, `1,2,5-8`, or `all`, the
+  servos of the robot. Several such words may follow each other (`torque 1 2 3 on`), but only one where a number
+  follows (`move 1-3 90`). The command runs for one servo after the other. The reply has a line for each, `servo 3: ok`
+  or the value or the error, and ends with `ok` only if all servos did it, else with error 87. The instructions of the
+  manual, `id`, and the profile `console` take one servo.
 - Numbers: `90`, `90.5deg`, `-20rpm`, `6.5V`, `512raw`, `0x1F`. A number without unit has the unit that `get` shows; `raw`
   is the value of the register ([registers.md](registers.md)). A number between two register values becomes the nearest
   one.
@@ -108,8 +121,13 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
   Before the first check `servos` says `not asked yet`. A servo that lost its state is not driven until `release`.
 - A servo with the factory value of the return delay, 2 us, may answer before the controller listens, but only while the PC
   sends, and rarely ([bridge.md](bridge.md#tests)). `set ID RETURN_DELAY 4us` prevents that.
-- The firmware profile `console`, the default on the ArbotiX, has no `diagnose` (error 55) and none of the commands of
-  [Motion](#motion) (error 30), and its `help COMMAND` leaves ranges and examples to this page.
+- An error names servo, argument, value and allowed range: `error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg`.
+- After `scan` a line tells which servo answers sooner than this board listens, with the command that mends it. A servo
+  whose long replies are damaged is diagnosed at once: two servos may have its ID ([diagnose.md](diagnose.md)).
+- The firmware profile `console`, the default on the ArbotiX, has no `diagnose` (error 55), no `new`, no `backup`, and none
+  of the commands of [Motion](#motion) (error 30). There an ID is one servo, an error has its text only, `monitor`
+  prints lines, `settings` takes a rate as the register, `counters` only count, `scan` ends with the number of servos,
+  and `help COMMAND` leaves ranges and examples to this page.
 - How to teach, store and play poses: [motion.md](motion.md).
 
 ## If the console no longer answers
@@ -137,10 +155,27 @@ After a reset by the watchdog or a brown-out the link has the saved rate at once
 ## A first session
 
 The firmware on a simulated ATmega128 with three servos. Lines behind `>` are input; the console itself prints no
-prompt. `q` ends `monitor`.
+prompt. Enter ends `monitor`; without `as plot` it draws a table that stays in place.
 
 ```
 {session()}```
+
+## Several servos at once
+
+In the profile `full`. Servo 9 is absent, so the line ends with error 87. `baud` with a list is one change: the bus goes
+along, and a servo that does not follow is named.
+
+```
+{session(LISTS)}```
+
+## A new servo
+
+In the profile `full`. The new servo is alone on the bus; if another one answers, `new` names both and writes nothing.
+To restore registers, send the lines of `backup`: `set` writes only a value that differs, reads it back, and says
+`written` or `unchanged`, or the error.
+
+```
+{session(NEW_SERVO, "1")}```
 
 ## Commands""")
     last = None

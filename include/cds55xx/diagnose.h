@@ -27,7 +27,8 @@ extern "C" {
 /* X(name, number, text, remedy) */
 #define CDS_FINDINGS(X)                                                                            \
     X(CDS_FINDING_NONE, 0, "nothing found yet", "go on polling")                                   \
-    X(CDS_FINDING_OK, 1, "the servo answers and is well", "nothing to do")                         \
+    X(CDS_FINDING_OK, 1, "one servo answers well, as far as the wire shows",                       \
+      "nothing to do, unless two servos have this ID and agree in every bit: count the servos")    \
     X(CDS_FINDING_LINE_LOW, 2, "the line is held low",                                             \
       "look for a short circuit, a plug turned round, or a driver without power")                  \
     X(CDS_FINDING_BABBLE, 3, "the line is never quiet",                                            \

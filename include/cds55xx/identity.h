@@ -38,7 +38,8 @@ enum cds_identity_change {
 /* Where the servo is. */
 enum cds_identity_state {
     CDS_IDENTITY_UNDECIDED, // not over yet, or cancelled
-    CDS_IDENTITY_CHANGED,   // answers at the new place and no longer at the old one
+    CDS_IDENTITY_CHANGED, // answers at the new place and no longer at the old one. If both are the
+                          // same place: answers there, and nothing was written
     CDS_IDENTITY_UNCHANGED, // answers at the old place
     CDS_IDENTITY_TAKEN, // a servo answered at the new place before: nothing was written; at_from
                         // tells whether the servo is at the old one
@@ -80,9 +81,9 @@ struct cds_identity {
 };
 
 /* Prepares a change and locks the bus; nothing is sent before the first poll. CDS_OK;
- * CDS_BAD_ARGUMENT: the bus is not open, ID or rate is out of range, or the new place is the old
- * one (but of a RESET); CDS_NO_ROOM: the packet's buffer is too small; CDS_BUSY: the request is on
- * its way, or an operation holds the bus. Unless it is CDS_OK, nothing was changed. */
+ * CDS_BAD_ARGUMENT: the bus is not open, or ID or rate is out of range; CDS_NO_ROOM: the packet's
+ * buffer is too small; CDS_BUSY: the request is on its way, or an operation holds the bus. Unless
+ * it is CDS_OK, nothing was changed. */
 enum cds_result cds_identity_begin(struct cds_identity *identity,
                                    const struct cds_identity_config *config);
 

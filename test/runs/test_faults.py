@@ -36,7 +36,7 @@ class Faults(unittest.TestCase):
 
     def test_flipped_bit_of_an_instruction_is_a_checksum_error(self):
         run = self.passes("@fault flip in 1 4 3\n! write 1 LED 1\nread 1 LED\n")
-        self.assertIn("error 22: servo: checksum error", run.output)
+        self.assertIn("error 22: servo 1: checksum error", run.output)
         self.assertIn("LED = 0", run.output)
 
     def test_lost_and_inserted_bytes_are_noticed(self):
@@ -74,7 +74,7 @@ class Faults(unittest.TestCase):
 
     def test_reply_that_meets_the_next_packet_breaks_no_rule(self):
         met = 0
-        for us in range(9000, 10500, 25):
+        for us in range(10000, 11500, 25):
             run = controller(f"@fault delay out 1 {us}\n! ping 1\nread 2 ID\n", "atmega128", "1,2")
             met += run.status
             broken = re.findall(r"BROKEN:  (\S+),", run.output)
@@ -139,7 +139,7 @@ class Faults(unittest.TestCase):
 class Orders(unittest.TestCase):
     def test_faults_on_the_command_line_hold_from_the_start(self):
         run = controller("! ping 1\n! ping 2\n@wait 1\nping 2\n", "atmega128", "1,2", "--echo",
-                         "--fault", "lose out 1 0", "--fault", "brownout 2 15")
+                         "--fault", "lose out 1 0", "--fault", "brownout 2 18")
         self.assertEqual(run.status, 0, run.output)
         self.assertIn("faults:  acted 2 times; 0 of 2 orders came to nothing", run.output)
 

@@ -23,7 +23,7 @@ class Console(unittest.TestCase):
 
     def test_an_absent_servo_is_an_error_and_the_console_goes_on(self):
         output = self.expect("! ping 99\nping 1\n")
-        self.assertIn("error 2: no reply by the deadline", output)
+        self.assertIn("error 2: servo 99: no reply by the deadline", output)
 
     def test_an_error_reply_fails_the_run(self):
         self.assertIn("reply-was-error", self.expect("ping 99\n", status=1))
@@ -39,14 +39,14 @@ class Console(unittest.TestCase):
     def test_read_only_register_and_locked_servo_are_range_errors(self):
         output = self.expect("! write 1 PRESENT_POSITION 1\nwrite 1 LOCK 1\n! write 1 PUNCH 1\n"
                              "@power off\n! ping 1\n@power on\nwrite 1 PUNCH 1\n")
-        self.assertEqual(output.count("error 21: servo: range error"), 2)
+        self.assertEqual(output.count("error 21: servo 1: range error"), 2)
 
     def test_goal_outside_the_limits_is_an_angle_error(self):
         output = self.expect("write 1 CCW_ANGLE_LIMIT 511\n! write 1 GOAL_POSITION 512\n")
-        self.assertIn("error 23: servo: angle limit error", output)
+        self.assertIn("error 23: servo 1: angle limit error", output)
 
     def test_action_without_registered_write_is_an_instruction_error(self):
-        self.assertIn("error 20: servo: instruction error", self.expect("! action 1\n"))
+        self.assertIn("error 20: servo 1: instruction error", self.expect("! action 1\n"))
 
     def test_low_supply_is_a_warning_and_ok(self):
         output = self.expect("write 1 MIN_VOLTAGE 130\n@wait 5\nping 1\n")

@@ -16,8 +16,11 @@ import console  # the rows of the commands
 
 # Groups of commands that only the profile `full` has.
 MOTION = ("Motion", "Without a PC")
+# Rows of other groups that only the profile `full` has.
+FULL_ONLY = ("new NEW", "backup ID", "monitor ID... as plot")
 # Commands of the profile `console` in the order of `help`.
-COMMANDS = [usage.split()[0] for group, usage, *_ in console.commands() if group not in MOTION]
+COMMANDS = [usage.split()[0] for group, usage, *_ in console.commands()
+            if group not in MOTION and usage not in FULL_ONLY]
 TORQUE, INHIBIT, DEVICE = 0x18, 0x17, 253
 
 

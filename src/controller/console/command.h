@@ -18,12 +18,15 @@
 #define COMMAND_DETAILS(string) FLASH_TEXT(string)
 #endif
 
+struct account;
+struct command_line;
 struct console;
 struct device_ops;
 struct failsafe;
 struct moves;
 struct motion_store;
 struct robot_operation;
+struct token;
 
 /* What a command does: the functions of struct command. */
 struct command_action {
@@ -41,8 +44,9 @@ struct command {
      *     there stand before the row with a NAME
      *
      *   in the usage   argument                        stored in
-     *   ID             0 to 253                        id; 254 if it is missing
-     *   ID|254         0 to 254                        id; 254 if it is missing
+     *   ID             0 to 253, or a list             id; 254 if it is missing
+     *   ID|254         0 to 254, or a list             id; 254 if it is missing
+     *   OLD            0 to 253                        id
      *   NEW            0 to 253                        new_id
      *   REG            name or address of a register   address, length
      *   LENGTH         1 to the end of the table       length
@@ -51,9 +55,12 @@ struct command {
      *   NAME, POSE     a name of the user              parse_name()
      *   VALUE...       values of registers             the packet
      *   ID:BYTE,...    blocks of a SYNC WRITE          the packet
-     *   ID...          0 to 253                        list, a byte each
+     *   ID...          a list of 0 to 253              list, a byte each
      *   ANGLE...       angles                          list, a word each, low byte first
-     *   other words    a number, unit optional         number[0], then [1], then [2] */
+     *   other words    a number, unit optional         number[0], then [1], then [2]
+     *
+     * A profile with lists of servos (servo_list.h) runs the command once for each servo of a list
+     * in the place of an ID, unless the line itself is a packet. */
     const CDS_FLASH char *usage;
     const CDS_FLASH char *what;    // what the command does
     const CDS_FLASH char *details; // ranges and remarks; NULL: this firmware leaves them out
@@ -88,6 +95,21 @@ struct command_store {
     void (*begin)(const struct failsafe *failsafe, struct motion_store *motions);
 };
 
+/* Lists of servos in a line: servo_list.h. */
+struct command_lists {
+    /* The parser's: take the first word of a list, in the place of an ID from 0 to `highest`, and
+     * any word of a list. Return an error or 0. */
+    uint8_t (*take)(struct command_line *line, const struct token *token, uint8_t highest);
+    uint8_t (*take_word)(struct command_line *line, const struct token *token);
+    /* The parser's, while line->list_is_open: true if this word belongs to the list; and what is
+     * called at the end of the line. */
+    bool (*goes_on)(struct command_line *line, const struct token *token);
+    void (*end)(struct command_line *line);
+    /* The console's: begin and poll of the command, for each servo of the list. */
+    uint8_t (*begin)(struct console *console);
+    bool (*poll)(struct console *console);
+};
+
 /* What a profile links: commands, the storage of motions, and the registers of the device. */
 struct command_set {
     const CDS_FLASH struct command_group *const CDS_FLASH *groups; // ends with NULL
@@ -101,6 +123,15 @@ struct command_set {
     const CDS_FLASH struct device_ops *device;      // device_registers_ops or motion_registers_ops
     struct moves *moves;                            // storage of timed moves, or NULL
     const CDS_FLASH struct command_store *store;    // NULL: the profile stores nothing
+    const CDS_FLASH struct command_lists *lists;    // NULL: an ID is one servo
+    const CDS_FLASH struct command_action *baud_list; // "baud" with a list of servos, or NULL
+    /* Converts number 0 of the line to a value of setting line.setting, in console->raw. Returns an
+     * error or 0. NULL: every setting is a plain number. */
+    uint8_t (*setting_number)(struct console *console);
+    bool (*after_scan)(struct console *console); // end of the poll of `scan`, or NULL
+    struct account *account;                     // of the counters, or NULL
+    bool (*explain)(struct console *console);    // explain.h; NULL: errors have their text only
+    void (*monitor)(struct console *console, uint8_t value); // monitor.h; NULL: lines only
 };
 
 extern const CDS_FLASH struct command_set command_set;

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "cds55xx/motion.h" // CDS_MOTION_TIME_MAX_MS
+#include "console/account.h"
 #include "console/errors.h"
 #include "host/host_demux.h" // HOST_MARK_DROPPED
 #include "ring_input.h"      // ring_peek(), ring_drop()
@@ -62,6 +63,12 @@ static void spoil(struct console *console, uint8_t error)
 
 /* ---- a line ---- */
 
+/* True if the token is the first wrong word of the line, which the error names. */
+static bool keeps_word(const struct console *console)
+{
+    return command_set.explain && console->line.error;
+}
+
 static void end_word(struct console *console, char separator)
 {
     bool empty = console->token.length == 0;
@@ -69,7 +76,8 @@ static void end_word(struct console *console, char separator)
     if (empty && (separator == ' ' || console->line.words == 0))
         return; // several spaces count as one
     parse_word(&console->line, &console->token, separator);
-    console->token.length = 0;
+    if (!keeps_word(console))
+        console->token.length = 0;
 }
 
 /* Takes a character of the line that the user can no longer delete. */
@@ -79,7 +87,7 @@ static void feed(struct console *console, char c)
         console->characters = CONSOLE_LINE_MAX; // must not wrap
         spoil(console, ERROR_LINE_TOO_LONG);
     }
-    if (console->skipping)
+    if (console->skipping || keeps_word(console))
         return;
     if (c == ' ' || c == '\t')
         end_word(console, ' ');
@@ -94,6 +102,8 @@ NOINLINE static void conclude(struct console *console, uint8_t error)
     if (console->error == 0)
         console->error = error;
     console->reply_ended = false;
+    if (command_set.explain)
+        console->explained = 0;
     console->state = CONSOLE_ENDING;
 }
 
@@ -115,9 +125,11 @@ static void run(struct console *console)
     uint8_t error = 0;
 
     begin_command(console);
-    if (command->begin)
+    if (command_set.lists)
+        error = command_set.lists->begin(console);
+    else if (command->begin)
         error = command->begin(console);
-    if (error || command->poll == NULL)
+    if (error || (command_set.lists == NULL && command->poll == NULL))
         conclude(console, error);
 }
 
@@ -324,16 +336,14 @@ NOINLINE bool console_answered(const struct console *console)
 
 bool console_key(struct console *console)
 {
-    bool pressed = false;
-
     for (; cds_ring_count(console->input); ring_drop(console->input, 1)) {
         uint8_t byte = ring_peek(console->input, 0);
 
         if (!(byte == '\n' && console->editor.after_cr) && byte != HOST_MARK_DROPPED)
-            pressed = true;
+            return true;
         console->editor.after_cr = false;
     }
-    return pressed;
+    return false;
 }
 
 bool console_operates(struct console *console)
@@ -358,7 +368,8 @@ static void poll_command(struct console *console)
 {
     if (!printer_ready(&console->printer))
         return;
-    if (!console->line.command->poll(console))
+    if (command_set.lists ? !command_set.lists->poll(console)
+                          : !console->line.command->poll(console))
         conclude(console, 0);
     else if (console->step < UINT8_MAX)
         console->step++;
@@ -403,6 +414,8 @@ void console_poll(struct console *console)
     };
 
     look_for_stop(console);
+    if (command_set.account && cds_ring_count(console->input) == 0) // else a long line comes in
+        account_tick();
     states[console->state](console);
 }
 

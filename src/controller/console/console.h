@@ -34,6 +34,14 @@ enum console_state {
 /* Bytes that a command may keep from one poll to the next. */
 #define CONSOLE_JOB_SIZE 128
 
+/* Of a command that runs for each servo of a list: servo_list.h. */
+struct servo_list {
+    uint8_t next;       // index of the servo that is next
+    uint8_t phase;      // of the present one
+    bool failed;        // a servo has failed
+    uint8_t conditions; // CDS_ERROR_* bits of all replies, not yet printed
+};
+
 /* The buffer of the console's request. A command with an instruction in its row builds its packet
  * while the line is read and may use the whole buffer. Every other command has its job at the end
  * of it. */
@@ -45,6 +53,7 @@ union console_buffer {
             uint8_t bytes[CONSOLE_JOB_SIZE];
             void *alignment;
         } job;
+        struct servo_list list;
     } command;
 };
 
@@ -71,6 +80,7 @@ struct console {
     bool stop_asked : 1;    // Ctrl-X has come, and the command on_stop has not begun yet
     bool line_complete : 1; // the end of the line has come; the parser takes what remains of its
                             // text
+    uint8_t explained;      // parts of the error's line that are printed
     uint8_t fed;            // locked characters that the parser has taken
     uint8_t looked;         // position in the input ring: there is no Ctrl-X before it
     struct token token;
@@ -103,7 +113,8 @@ bool console_idle(const struct console *console);
 
 /* Returns CONSOLE_JOB_SIZE bytes in which the running command keeps its state from poll to poll;
  * zero when the command begins. Only for a command without an instruction in its row. The packets
- * of such a command have at most 100 bytes. */
+ * of such a command have at most 100 bytes; at most 50 if its row has an ID, because the list of
+ * servos stands behind them. */
 static inline void *console_job(struct console *console)
 {
     return console->buffer.command.job.bytes;
@@ -137,7 +148,8 @@ bool console_operates(struct console *console);
 /* Returns the robot's entry of servo line.id, or NULL. */
 struct cds_servo_state *console_servo(const struct console *console);
 
-/* True if a key was pressed since the command began. Drops all input so far. */
+/* True if a key was pressed since the command began. The key stays in the input: it is the first
+ * one of the next line. */
 bool console_key(struct console *console);
 
 #endif

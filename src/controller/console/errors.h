@@ -34,7 +34,7 @@
     X(ERROR_NO_GROUP, 45, "no group chosen", "choose its servos, as by 'group 1 2 3'")             \
     X(ERROR_GROUP_SIZE, 46, "not as many angles as servos",                                        \
       "give one for each servo of the group; 'group' shows them")                                  \
-    X(ERROR_ENDLESS, 47, "the servo turns without end and goes to no angle",                       \
+    X(ERROR_ENDLESS, 47, "the servo is in endless turn",                                           \
       "set its limits, as by 'set 1 CCW_ANGLE_LIMIT 300deg'")                                      \
     X(ERROR_NOT_KNOWN, 48, "not one of the robot's servos",                                        \
       "'scan' finds them, 'servos' lists them")                                                    \
@@ -42,7 +42,7 @@
       "the output so far is valid; start the command again")                                       \
     X(ERROR_PLACE_TAKEN, 50, "another servo is at the new place, nothing was written",             \
       "give that servo another ID first, or choose another")                                       \
-    X(ERROR_LOST, 51, "the servo answers neither where it was nor where it should be",             \
+    X(ERROR_LOST, 51, "the servo answers neither at the old nor at the new place",                 \
       "wait a second and 'scan all'; it may have lost its power")                                  \
     X(ERROR_BOTH, 52, "servos answer at the old and at the new place",                             \
       "two servos had one ID: connect one of them alone")                                          \
@@ -100,7 +100,15 @@
       "charge the battery, or see its MIN_VOLTAGE and MAX_VOLTAGE")                                \
     X(ERROR_OVERRIDE, 82, "percentage of the speed out of range", "give 10 to 200%")               \
     X(ERROR_ABSENT, 81, "a servo of the pose is not in the group",                                 \
-      "'pose show NAME' prints the 'group' that the pose needs")
+      "'pose show NAME' prints the 'group' that the pose needs")                                   \
+    X(ERROR_SOME, 87, "not all servos of the list did it",                                         \
+      "the lines above name the servos that failed, and why")                                      \
+    X(ERROR_NO_SERVO, 88, "no servo answers at any rate",                                          \
+      "check power, plug and wiring; 'diagnose' looks at the line")                                \
+    X(ERROR_NOT_ALONE, 89, "the new servo is not alone, nothing was written",                      \
+      "leave only the new servo connected, then 'new' again")                                      \
+    X(ERROR_DAMAGED, 90, "the replies of the servo stay damaged",                                  \
+      "look for two servos with one ID, or noise, as by 'diagnose'")
 
 enum console_error {
 #define CONSOLE_ERROR_ENUM_(name, number, text, remedy) name = number,

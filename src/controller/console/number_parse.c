@@ -6,7 +6,6 @@
 
 #include "console/errors.h"
 #include "console/unit_names.h" // unit_shown[]
-#include "flash.h"              // CDS_FLASH
 
 struct unit_name {
     char text[5];
@@ -22,6 +21,8 @@ static const CDS_FLASH struct unit_name unit_names[] = {
     {"us", NUMBER_TIME, 0},    {"ms", NUMBER_TIME, 3},    {"s", NUMBER_TIME, 6},
     {"bps", NUMBER_RATE, 0},   {"kbps", NUMBER_RATE, 3},
 };
+
+#define UNITS (sizeof unit_names / sizeof unit_names[0])
 
 /* The value of a digit in `base`, or `base` if it is none. */
 static uint8_t digit_value(char c, uint8_t base)
@@ -69,7 +70,7 @@ static uint8_t take_unit(const char *from, const char *end, struct number *numbe
 
     if (from == end)
         return 0;
-    for (uint8_t left = sizeof unit_names / sizeof unit_names[0]; left; left--, name++) {
+    for (uint8_t left = UNITS; left; left--, name++) {
         if (is_unit(from, end, name->text)) {
             number->kind = name->kind;
             number->exponent = name->exponent;
@@ -77,6 +78,19 @@ static uint8_t take_unit(const char *from, const char *end, struct number *numbe
         }
     }
     return ERROR_UNIT;
+}
+
+const CDS_FLASH char *number_unit_name(const struct number *number)
+{
+    static const CDS_FLASH char none[] = "";
+
+    for (uint8_t i = 0; i <= CDS_UNIT_BPS; i++) // these have their capitals
+        if (unit_shown[i].kind == number->kind && unit_shown[i].exponent == number->exponent)
+            return unit_shown[i].text;
+    for (uint8_t i = 0; i < UNITS; i++)
+        if (unit_names[i].kind == number->kind && unit_names[i].exponent == number->exponent)
+            return unit_names[i].text;
+    return none;
 }
 
 /* Digits and at most one point, and where they end; *error: 0, or why it is no number. */

@@ -8,6 +8,7 @@
 
 #include "cds55xx/units.h" // enum cds_unit
 #include "console/token.h" // struct token
+#include "flash.h"         // CDS_FLASH
 
 /* What is counted, if it was said. */
 enum number_kind {
@@ -34,6 +35,9 @@ struct number {
 /* The number that `token` is: 0 and *number; else ERROR_NOT_A_NUMBER, ERROR_UNIT or
  * ERROR_OUT_OF_RANGE (of 32 bits), and *number is not to be used. */
 uint8_t number_parse(const struct token *token, struct number *number);
+
+/* The name of the number's unit: "deg", or "" of a bare number. */
+const CDS_FLASH char *number_unit_name(const struct number *number);
 
 /* A bare whole number from 0 to `highest`, for IDs, bytes and lengths: 0 and *value; else
  * ERROR_NOT_A_NUMBER, ERROR_UNIT or ERROR_OUT_OF_RANGE. */

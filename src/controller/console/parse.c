@@ -89,8 +89,7 @@ NOINLINE static uint8_t choice_of(const CDS_FLASH char *usage, const struct toke
     }
 }
 
-/* True if the argument at `usage` has the name `name`. */
-static bool has_name(const CDS_FLASH char *usage, const CDS_FLASH char *name)
+bool parse_has_name(const CDS_FLASH char *usage, const CDS_FLASH char *name)
 {
     while (*name && *usage == *name) {
         usage++;
@@ -107,7 +106,7 @@ static uint8_t argument_at(const CDS_FLASH char *usage)
     if (!is_capital(*usage))
         return ARGUMENT_NONE;
     for (uint8_t i = 0; i < ARGUMENTS; i++)
-        if (has_name(usage, arguments[i].name))
+        if (parse_has_name(usage, arguments[i].name))
             return arguments[i].argument;
     return ARGUMENT_NUMBER;
 }
@@ -122,10 +121,34 @@ static const CDS_FLASH char *behind(const CDS_FLASH char *usage)
     return usage;
 }
 
-static void move_on(struct command_line *line)
+const CDS_FLASH char *parse_number_name(const struct command_line *line, uint8_t index)
+{
+    const CDS_FLASH char *usage = line->command->usage;
+
+    while (*usage) {
+        if (argument_at(usage) == ARGUMENT_NUMBER && index-- == 0)
+            break;
+        usage = behind(usage);
+    }
+    while (*usage == '[')
+        usage++;
+    return usage;
+}
+
+void parse_next_argument(struct command_line *line)
 {
     line->usage = behind(line->usage);
     line->argument = argument_at(line->usage);
+}
+
+bool parse_at_register(const struct command_line *line)
+{
+    return line->argument == ARGUMENT_REGISTER;
+}
+
+bool parse_at_number(const struct command_line *line)
+{
+    return line->argument == ARGUMENT_NUMBER || line->argument == ARGUMENT_NEW_ID;
 }
 
 /* True if the argument at `usage`, an enum argument, may be the token. Of the arguments in capitals
@@ -193,7 +216,7 @@ static uint8_t take_command(struct command_line *line, const struct token *token
     if (line->command == NULL)
         return ERROR_UNKNOWN_COMMAND;
     line->usage = line->command->usage;
-    move_on(line);
+    parse_next_argument(line);
     return 0;
 }
 
@@ -205,6 +228,14 @@ static uint8_t take_byte(const struct token *token, uint8_t highest, uint8_t *by
 
     *byte = (uint8_t)value;
     return error;
+}
+
+/* An ID. In a profile with lists of servos the ID may be a list, but not in a packet. */
+static uint8_t take_servo(struct command_line *line, const struct token *token, uint8_t highest)
+{
+    if (command_set.lists && !line->command->instruction)
+        return command_set.lists->take(line, token, highest);
+    return take_byte(token, highest, &line->id);
 }
 
 /* The register is known: the packet can begin, unless it is a READ, which is built at the end. */
@@ -361,8 +392,8 @@ NOINLINE static uint8_t take_argument(struct command_line *line, const struct to
                                       char separator)
 {
     switch (line->argument) {
-    case ARGUMENT_ID: return take_byte(token, CDS_ID_MAX, &line->id);
-    case ARGUMENT_ID_OR_ALL: return take_byte(token, CDS_BROADCAST_ID, &line->id);
+    case ARGUMENT_ID: return take_servo(line, token, CDS_ID_MAX);
+    case ARGUMENT_ID_OR_ALL: return take_servo(line, token, CDS_BROADCAST_ID);
     case ARGUMENT_NEW_ID: return take_byte(token, CDS_ID_MAX, &line->new_id);
     case ARGUMENT_REGISTER: return take_register(line, token);
     case ARGUMENT_LENGTH: return take_length(line, token);
@@ -372,7 +403,8 @@ NOINLINE static uint8_t take_argument(struct command_line *line, const struct to
     case ARGUMENT_NUMBER: return number_parse(token, &line->number[line->numbers++]);
     case ARGUMENT_VALUES: return take_value(line, token);
     case ARGUMENT_BLOCKS: return take_block(line, token, separator);
-    case ARGUMENT_IDS: return take_id(line, token);
+    case ARGUMENT_IDS:
+        return command_set.lists ? command_set.lists->take_word(line, token) : take_id(line, token);
     case ARGUMENT_ANGLES: return take_angle(line, token);
     default: return *line->usage ? take_choice(line, token) : (uint8_t)ERROR_COUNT;
     }
@@ -404,7 +436,7 @@ static void choose_row(struct command_line *line, const struct token *token)
 static void find_argument(struct command_line *line, const struct token *token)
 {
     if (line->argument >= ARGUMENT_IDS && line->values && is_letter(token->text[0]))
-        move_on(line);
+        parse_next_argument(line);
     choose_row(line, token);
     while (*line->usage == '[')
         line->usage++;
@@ -416,11 +448,13 @@ void parse_word(struct command_line *line, const struct token *token, char separ
         return;
     if (line->words == 0) {
         line->error = take_command(line, token);
+    } else if (command_set.lists && line->list_is_open && command_set.lists->goes_on(line, token)) {
+        line->error = command_set.lists->take_word(line, token);
     } else {
         find_argument(line, token);
         line->error = take_argument(line, token, separator);
-        if (!repeats(line))
-            move_on(line);
+        if (!repeats(line) && !(command_set.explain && line->error)) // it names the argument
+            parse_next_argument(line);
     }
     if (line->words < UINT8_MAX)
         line->words++;
@@ -470,6 +504,8 @@ NOINLINE uint8_t parse_end(struct command_line *line)
 {
     if (line->error)
         return line->error;
+    if (command_set.lists)
+        command_set.lists->end(line);
     if (!is_complete(line))
         line->error = ERROR_COUNT;
     else if (line->remaining)

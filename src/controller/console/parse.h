@@ -36,6 +36,9 @@ struct command_line {
     uint8_t error;     // number of the first error, 0 if none so far
     uint8_t next;      // register the next value goes to
     bool named;        // the register was given by its name
+    bool list_is_open; // the next word may belong to the list of servos in front of it
+    bool takes_all;    // the list is all servos of the robot: `all`
+    bool is_repeated;  // the command runs for each servo of the list
     uint8_t remaining; // bytes still due in a block of SYNC WRITE
     struct number number[3];
 };
@@ -63,6 +66,22 @@ void parse_word(struct command_line *line, const struct token *token, char separ
 /* The line is complete: returns its error, or 0. Then, if the command has an instruction, the
  * packet in line->request is ready to be submitted. */
 uint8_t parse_end(struct command_line *line);
+
+/* Goes on to the argument behind the present one. */
+void parse_next_argument(struct command_line *line);
+
+/* Number `index` of the line, 0 to 2: its name in the usage string, up to a space, a ']' or the
+ * end. */
+const CDS_FLASH char *parse_number_name(const struct command_line *line, uint8_t index);
+
+/* True if the argument at `usage` has the name `name`. */
+bool parse_has_name(const CDS_FLASH char *usage, const CDS_FLASH char *name);
+
+/* True if the present argument is a REG. */
+bool parse_at_register(const struct command_line *line);
+
+/* True if the present argument is a number or a NEW. */
+bool parse_at_number(const struct command_line *line);
 
 /* True if ':' and ',' are separators where the line now is. */
 bool parse_in_block(const struct command_line *line);

@@ -41,7 +41,8 @@ static bool warn(struct console *console)
 }
 
 /* Prints the result, or one reason of several for which a servo refuses: the lines of all reasons
- * but the last begin with "also". Returns true if a reason is left. */
+ * but the last begin with "also". Returns true if a reason, or a
+ * part of the last line, is left. */
 static bool print_result(struct console *console)
 {
     uint8_t number = error_of_servo(&console->servo_error);
@@ -49,6 +50,10 @@ static bool print_result(struct console *console)
 
     if (number == 0)
         number = console->error;
+    if (command_set.explain && number && !more) {
+        console->error = number;
+        return command_set.explain(console);
+    }
     console->printer.values[0].number = number;
     console->printer.values[1].text = error_text(number);
     printer_line(&console->printer, more ? failed_too : number ? failed : ok);

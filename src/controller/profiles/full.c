@@ -11,11 +11,14 @@
 #endif
 
 #include "console/commands/command_groups.h"
+#include "console/commands/monitor.h"
 #include "console/commands/shared.h"
 #include "console/commands/stored.h"
 #include "console/errors.h"
 #include "host/device_registers.h"
 #include "host/motion_registers.h"
+#include "console/explain.h"
+#include "console/servo_list.h"
 #include "robot/autostart.h"
 #include "robot/group_cycle.h"
 #include "robot/moves.h"
@@ -34,6 +37,7 @@ static void begin(const struct failsafe *failsafe, struct motion_store *store)
     autostart_begin(failsafe, store);
 }
 #endif
+static struct account account;
 
 static const CDS_FLASH struct command_store store = {
     .motions = &motion_store,
@@ -52,7 +56,7 @@ static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &help_commands,
     &servo_commands,
     &register_commands,
-    &monitor_commands,
+    &monitor_table_commands,
     &group_commands,
     &cycle_commands,
     &teach_commands,
@@ -61,6 +65,8 @@ static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &play_commands,
     &stop_commands,
     &setup_commands,
+    &new_commands,
+    &backup_commands,
     &bus_commands,
     &diagnose_commands,
     &raw_commands,
@@ -76,6 +82,13 @@ const CDS_FLASH struct command_set command_set = {
     .errors = errors_with_remedies,
     .report = alarms_report,
     .store = &store,
+    .lists = &servo_lists,
+    .baud_list = &baud_list,
+    .setting_number = setting_number,
+    .explain = explain_error,
+    .after_scan = after_scan,
+    .account = &account,
+    .monitor = monitor_table,
 #if HAS_MOTION
     .cycle = &motion_cycle,
     .pose_in = &pose_moves,

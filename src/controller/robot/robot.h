@@ -22,6 +22,8 @@
 #include "cds55xx/torque_on.h"       // struct cds_torque_on
 #include "cds55xx/health.h"          // struct cds_health
 #include "flash.h"                   // CDS_FLASH
+#include "robot/baud_change.h"       // struct baud_change
+#include "robot/new_servo.h"         // struct new_servo
 #include "robot/inhibit_copy.h"      // struct inhibit_copy
 
 /* Servos that the controller knows, 1 to 50. Each costs 50 bytes of RAM. */
@@ -69,6 +71,8 @@ union robot_work {
     } scan;
     struct cds_diagnose diagnose;
     struct cds_identity identity;
+    struct baud_change baud;
+    struct new_servo new_servo;
     struct {
         struct cds_registered_move move;
         struct cds_goal goals[ROBOT_SERVOS];

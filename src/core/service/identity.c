@@ -62,13 +62,22 @@ static enum cds_result set_places(struct cds_identity *identity,
         *to = (struct cds_identity_place){ID_OF_RESET, CDS_BAUD_1M};
     if (config->change == CDS_IDENTITY_RESET_ALL)
         identity->from.id = CDS_BROADCAST_ID;
-    else if (identity->from.id > CDS_ID_MAX ||
-             (config->change != CDS_IDENTITY_RESET && is_same_place(identity)))
+    else if (identity->from.id > CDS_ID_MAX)
         return CDS_BAD_ARGUMENT;
     return to->id > CDS_ID_MAX || to->baud_reg > CDS_BAUD_MAX ||
                    config->change > CDS_IDENTITY_RESET_ALL
                ? CDS_BAD_ARGUMENT
                : CDS_OK;
+}
+
+/* A servo that is at its new place already is only looked for; a RESET is sent all the same. */
+static enum identity_phase first_phase(const struct cds_identity *identity)
+{
+    if (identity->change == CDS_IDENTITY_RESET_ALL)
+        return CHANGE;
+    if (is_same_place(identity))
+        return LOOK_AT_FROM;
+    return LOOK_AT_TO;
 }
 
 enum cds_result cds_identity_begin(struct cds_identity *identity,
@@ -83,10 +92,7 @@ enum cds_result cds_identity_begin(struct cds_identity *identity,
     if (result != CDS_OK)
         return result;
     *identity = begun;
-    begin_steps(identity, config->bus, config->request,
-                config->change == CDS_IDENTITY_RESET_ALL ? CHANGE
-                : is_same_place(identity)                ? LOOK_AT_FROM
-                                                         : LOOK_AT_TO);
+    begin_steps(identity, config->bus, config->request, first_phase(identity));
     return CDS_OK;
 }
 
@@ -126,6 +132,8 @@ static void decide_before(struct cds_identity *identity)
         settle(identity, CDS_IDENTITY_TAKEN, CDS_REFUSED);
     else if (identity->at_from != CDS_OK)
         settle(identity, CDS_IDENTITY_LOST, identity->at_from);
+    else if (identity->change < CDS_IDENTITY_RESET && is_same_place(identity))
+        settle(identity, CDS_IDENTITY_CHANGED, CDS_OK); // it is there already
     else
         enter(identity, CHANGE);
 }

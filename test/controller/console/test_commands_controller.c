@@ -113,7 +113,8 @@ void test_counters_of_servo_prints_each_counter(void)
                                                            .unexpected_packets = 106,
                                                            .echo_errors = 107};
     TEST_ASSERT_EQUAL_STRING(
-        "ok 1001\r\ntimeouts 65535\r\ncorrupt 1003\r\nstale replies 104\r\n"
+        "since servo 7 joined the robot\r\nok 1001\r\ntimeouts 65535\r\ncorrupt 1003\r\nstale "
+        "replies 104\r\n"
         "duplicate replies 255\r\nunexpected packets 106\r\necho errors 107\r\nok\r\n",
         reply_to("counters 7"));
 }

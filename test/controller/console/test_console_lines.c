@@ -120,7 +120,8 @@ void test_absent_servo(void)
     reply_to("ping 9");
     port_fake.now_us += 1000000;
     type("");
-    TEST_ASSERT_EQUAL_STRING_LEN("error 2: no reply by the deadline; check power", said, 46);
+    TEST_ASSERT_EQUAL_STRING_LEN("error 2: servo 9: no reply by the deadline; check power", said,
+                                 55);
     port_fake.now_us += CDS_STALE_REPLY_US; // the bus rests
     reply_to("ping 1");
     answer(1, 0, NULL, 0);
@@ -149,7 +150,7 @@ void test_packet_errors_of_servo_have_numbers(void)
     for (uint8_t i = 0; i < 4; i++) {
         reply_to("write 1 LED 1");
         answer(1, errors[i][0], NULL, 0);
-        sprintf(start, "error %u: servo: ", errors[i][1]);
+        sprintf(start, "error %u: servo 1: ", errors[i][1]);
         TEST_ASSERT_EQUAL_STRING_LEN(start, said, strlen(start));
     }
 }
@@ -172,7 +173,7 @@ void test_all_error_bits_are_named(void)
         "\r\nalso 20: servo: instruction error; ",
         "\r\nalso 21: servo: range error; ",
         "\r\nalso 22: servo: checksum error; ",
-        "\r\nerror 23: servo: angle limit error; ",
+        "\r\nerror 23: servo 1: angle limit error; ",
     };
     const char *from = said;
 

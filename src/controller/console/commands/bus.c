@@ -6,6 +6,7 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
+#include "console/commands/shared.h"
 #include "compiler.h" // NOINLINE
 #include "console/messages.h"
 
@@ -17,6 +18,7 @@ static const CDS_FLASH char message_found_rate[] = " at %b";
 static const CDS_FLASH char message_found[] = "id %u%s%s%s";
 static const CDS_FLASH char message_found_in_all[] = "%u found, %u asked";
 static const CDS_FLASH char message_counter[] = "%s %u";
+static const CDS_FLASH char message_counter_searched[] = "%s %u, of these %u by scan and diagnose";
 static const CDS_FLASH char message_asked[] = "%u of %u asked, now at %b";
 
 /* ---- scan ---- */
@@ -58,6 +60,8 @@ static uint8_t scan_begin(struct console *console)
         config.baud_regs = &robot->baud_reg; // which robot_start() sets
         config.baud_count = 1;
     }
+    if (command_set.account)
+        account_begin(console);
     return robot_start(robot, &scan, &config);
 }
 
@@ -106,8 +110,13 @@ static bool is_whole(const struct robot *robot, uint8_t index)
     return found->details != CDS_PENDING || found->result != CDS_OK || robot->operation == NULL;
 }
 
+bool scan_is_here(const struct console *console)
+{
+    return console->line.choice == SCAN_HERE;
+}
+
 /* A whole scan at the robot's rate counts the servos that do not belong to the robot. */
-static bool sum_up(struct console *console)
+bool scan_sum_up(struct console *console)
 {
     struct robot *robot = console->robot;
     const struct cds_scan *state = &robot->work.scan.scan;
@@ -126,14 +135,21 @@ static bool scan_poll(struct console *console)
     struct robot *robot = console->robot;
     const struct cds_scan *state = &robot->work.scan.scan;
     uint8_t *index = &console->index;
-    bool over = !console_operates(console);
+    bool over;
 
+    if (command_set.after_scan && after_scan_job(console)->phase)
+        return command_set.after_scan(console);
+    if (command_set.after_scan && robot->operation)
+        after_scan_note(console);
+    over = !console_operates(console);
     if (*index < state->count && *index < ROBOT_SERVOS && is_whole(robot, *index)) {
         print_found(console, &robot->work.scan.found[(*index)++]);
         return true;
     }
+    if (over && command_set.account)
+        account_end(console);
     if (over)
-        return sum_up(console);
+        return command_set.after_scan ? command_set.after_scan(console) : scan_sum_up(console);
     if (console->line.choice != SCAN_HERE && state->total && state->baud_index == console->phase) {
         console->printer.values[0].number = state->asked;
         console->printer.values[1].number = state->total;
@@ -197,9 +213,15 @@ static uint16_t servo_counter(const struct cds_servo_counters *counters, uint8_t
 static bool counters_poll(struct console *console)
 {
     struct cds_stats counters;
-    uint8_t index = console->index++, name = index, count = BUS_COUNTERS;
+    uint8_t index, name, count = BUS_COUNTERS;
     uint16_t *value = &console->printer.values[1].number;
+    const CDS_FLASH char *message = message_counter;
 
+    if (command_set.account && console->part++ == 0) {
+        account_print_since(console);
+        return true;
+    }
+    index = name = console->index++;
     if (console->line.id != CDS_BROADCAST_ID) {
         const struct cds_servo_state *servo = console_servo(console);
 
@@ -213,9 +235,13 @@ static bool counters_poll(struct console *console)
     } else {
         cds_bus_stats(console->bus, &counters);
         memcpy(value, (const uint8_t *)&counters + 2 * index, sizeof *value);
+        if (command_set.account && account_searched(index)) {
+            console->printer.values[2].number = account_searched(index);
+            message = message_counter_searched;
+        }
     }
     console->printer.values[0].text = counter_names[name];
-    printer_line(&console->printer, message_counter);
+    printer_line(&console->printer, message);
     return console->index < count;
 }
 
@@ -254,7 +280,8 @@ static const CDS_FLASH struct command bus_rows[] = {
         .what = FLASH_TEXT("find servos on the bus"),
         .details = COMMAND_DETAILS(
             "At the rate of the bus; servos found join the robot. all: at the six listed rates, "
-            "3.5 s. rescue: at all 255 rates, nine minutes. A key ends it"),
+            "3.5 s. rescue: at all 255 rates, nine minutes. A key ends it. Then tells which servo "
+            "answers sooner than this board listens, and which ID two servos seem to have"),
         .example = COMMAND_DETAILS("scan"),
         .begin = scan_begin,
         .poll = scan_poll,
@@ -263,7 +290,8 @@ static const CDS_FLASH struct command bus_rows[] = {
         .usage = FLASH_TEXT("counters [ID]"),
         .what = FLASH_TEXT("count of packets sent, answered, lost"),
         .details = COMMAND_DETAILS(
-            "Since power-up, modulo 65536; of the bus, or of a servo of the robot, whose stale "
+            "Since the reset, modulo 65536, with the part of scan and diagnose; of the bus, or of "
+            "a servo of the robot, whose stale "
             "replies, duplicate replies, unexpected packets and echo errors stop at 255"),
         .example = COMMAND_DETAILS("counters"),
         .begin = counters_begin,

@@ -65,6 +65,25 @@ static void setting_line(struct console *console, uint8_t index)
     printer_end_of_line(printer);
 }
 
+/* No register of a rate has as great a value: it is bit/s. */
+#define LEAST_BPS 256
+
+bool setting_is_rate(const struct command_line *line)
+{
+    static const CDS_FLASH char rate[] = "register";
+    const struct number *number = &line->number[0];
+
+    return parse_has_name(settings_table[line->setting].unit, rate) &&
+           (number->kind == NUMBER_RATE ||
+            (number->kind == NUMBER_BARE && number->digits >= LEAST_BPS));
+}
+
+uint8_t setting_number(struct console *console)
+{
+    return console_number(console, 0,
+                          setting_is_rate(&console->line) ? CDS_UNIT_BPS : CDS_UNIT_NUMBER);
+}
+
 static uint8_t settings_begin(struct console *console)
 {
     struct command_line *line = &console->line;
@@ -72,7 +91,8 @@ static uint8_t settings_begin(struct console *console)
 
     if (line->numbers == 0)
         return 0;
-    error = console_number(console, 0, CDS_UNIT_NUMBER);
+    error = command_set.setting_number ? command_set.setting_number(console)
+                                       : console_number(console, 0, CDS_UNIT_NUMBER);
     if (error == 0 && !settings_set(console->failsafe->settings, line->setting, console->raw))
         error = ERROR_SETTING_RANGE;
     if (error == 0)
@@ -360,8 +380,9 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("settings [SETTING [VALUE]]"),
         .what = FLASH_TEXT("the controller's settings, or one of them"),
-        .details = COMMAND_DETAILS("As in docs/settings.md. A value is in force at once, and after "
-                                   "power-off only if saved"),
+        .details = COMMAND_DETAILS("As in docs/settings.md; a rate as the register or in bps, as "
+                                   "500000. A value is in force at once, and after power-off only "
+                                   "if saved"),
         .example = COMMAND_DETAILS("settings link_loss_ms 500"),
         .begin = settings_begin,
         .poll = settings_poll,

@@ -3,6 +3,7 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
+#include "console/commands/shared.h"
 #include "console/messages.h"
 
 static const CDS_FLASH char message_waits[] = ", return delay us %u";
@@ -32,8 +33,10 @@ static const CDS_FLASH struct robot_operation diagnosis = {.begin = begin_diagno
                                                            .abort = abort_diagnosis,
                                                            .changes_rate = true};
 
-static uint8_t diagnose_begin(struct console *console)
+uint8_t diagnose_servo(struct console *console)
 {
+    if (command_set.account)
+        account_begin(console);
     return robot_start(console->robot, &diagnosis,
                        &(struct cds_diagnose_config){.bus = console->bus,
                                                      .request = console->line.request,
@@ -88,12 +91,28 @@ static bool print_line(struct printer *printer, const struct cds_diagnose *diagn
     }
 }
 
+static const CDS_FLASH char message_finding_of[] = "servo %u: finding %u: %s";
+
+void diagnose_print_finding(struct console *console)
+{
+    uint8_t finding = console->robot->work.diagnose.finding;
+
+    if (command_set.account)
+        account_end(console);
+    console->printer.values[0].number = console->line.id;
+    console->printer.values[1].number = finding;
+    console->printer.values[2].text = findings[finding];
+    printer_line(&console->printer, message_finding_of);
+}
+
 static bool diagnose_poll(struct console *console)
 {
     struct robot *robot = console->robot;
 
     if (console_operates(console))
         return true;
+    if (command_set.account && console->index == 0)
+        account_end(console);
     if (console->error)
         return false;
     return print_line(&console->printer, &robot->work.diagnose, console->index++);
@@ -107,7 +126,7 @@ static const CDS_FLASH struct command diagnose_rows[] = {
             COMMAND_DETAILS("Distinguishes silence, echo, noise, wrong rate, collision, two servos "
                             "with one ID, low supply. No ID: any servo. A key ends it"),
         .example = COMMAND_DETAILS("diagnose 1"),
-        .begin = diagnose_begin,
+        .begin = diagnose_servo,
         .poll = diagnose_poll,
     },
 };

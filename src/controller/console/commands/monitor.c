@@ -3,11 +3,10 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "cds55xx/feedback.h" // struct cds_feedback
-#include "cds55xx/port.h"     // cds_port_now_us()
-#include "console/console.h"
-#include "console/errors.h"
+#include "cds55xx/port.h" // cds_port_now_us()
 #include "console/commands/command_groups.h"
+#include "console/commands/monitor.h"
+#include "console/errors.h"
 #include "console/messages.h"
 #include "console/number_format.h"
 
@@ -17,24 +16,6 @@ static const CDS_FLASH char message_lines[] = "%u lines, %u answers missing";
 #define PERIOD_MIN_MS 10
 #define PERIOD_MAX_MS 60000
 
-/* Servos of a line. */
-#define MONITOR_SERVOS 8
-
-struct monitor {
-    uint32_t next_us; // when the next line begins
-    uint32_t period_us;
-    struct cds_feedback feedback;
-    uint16_t lines;
-    uint16_t failed;
-    uint8_t ids[MONITOR_SERVOS];
-    uint8_t count;
-    uint8_t index; // servo being read
-    uint8_t value; // of that servo, being printed
-    bool begun;    // the line has a value already
-};
-
-_Static_assert(sizeof(struct monitor) <= CONSOLE_JOB_SIZE, "the job must fit");
-
 enum monitor_phase {
     PAUSE, // waits until the next line is due
     ASK,   // reads a servo
@@ -43,9 +24,9 @@ enum monitor_phase {
     SUM_UP,
 } __attribute__((packed));
 
-static uint8_t monitor_begin(struct console *console)
+uint8_t monitor_begin(struct console *console)
 {
-    struct monitor *monitor = console_job(console);
+    struct monitor *monitor = monitor_job(console);
     const struct command_line *line = &console->line;
     uint8_t error;
 
@@ -78,28 +59,41 @@ static const CDS_FLASH struct {
     {"C:", CDS_UNIT_CELSIUS, offsetof(struct cds_feedback, temperature), 1},
 };
 
-#define VALUES (sizeof values / sizeof values[0])
+_Static_assert(sizeof values / sizeof values[0] == MONITOR_VALUES, "each has a row");
+
+uint16_t monitor_value(struct console *console, uint8_t value, uint8_t *unit)
+{
+    uint16_t raw = 0;
+
+    memcpy(&raw, (const uint8_t *)&monitor_job(console)->feedback + values[value].offset,
+           values[value].bytes); // low byte first, on an AVR and on the host
+    *unit = values[value].unit;
+    return raw;
+}
 
 /* "1deg:150.147", behind the first one with a comma before it */
 static void print_value(struct console *console, uint8_t value)
 {
-    struct monitor *monitor = console_job(console);
+    struct monitor *monitor = monitor_job(console);
     struct printer *printer = &console->printer;
-    uint16_t raw = 0;
+    uint8_t unit;
+    uint16_t raw = monitor_value(console, value, &unit);
 
+    if (command_set.monitor && monitor->is_table) {
+        command_set.monitor(console, value);
+        return;
+    }
     if (monitor->begun)
         printer_char(printer, ',');
     monitor->begun = true;
     printer_decimal(printer, monitor->ids[monitor->index]);
     printer_flash(printer, values[value].label);
-    memcpy(&raw, (const uint8_t *)&monitor->feedback + values[value].offset,
-           values[value].bytes); // low byte first, on an AVR and on the host
-    number_print_bare(printer, (enum cds_unit)values[value].unit, raw);
+    number_print_bare(printer, (enum cds_unit)unit, raw);
 }
 
 static void end_of_line(struct console *console)
 {
-    struct monitor *monitor = console_job(console);
+    struct monitor *monitor = monitor_job(console);
     uint32_t now_us = cds_port_now_us();
 
     if (monitor->begun)
@@ -116,7 +110,7 @@ static void end_of_line(struct console *console)
 
 static void next(struct console *console)
 {
-    struct monitor *monitor = console_job(console);
+    struct monitor *monitor = monitor_job(console);
 
     monitor->index++;
     if (monitor->index < monitor->count)
@@ -125,22 +119,36 @@ static void next(struct console *console)
         end_of_line(console);
 }
 
-/* A servo that fails is left out of the line; in the first line it ends the command. */
+/* True if a servo that fails ends the command: in the first line, and if it can be shown as absent,
+ * only if no other servo has answered. */
+static bool ends_command(const struct monitor *monitor)
+{
+    if (monitor->lines)
+        return false;
+    return command_set.monitor == NULL ||
+           (!monitor->is_answered && monitor->index + 1 == monitor->count);
+}
+
+/* A servo that fails is shown as absent, or left out of the line. */
 static void take(struct console *console)
 {
-    struct monitor *monitor = console_job(console);
+    struct monitor *monitor = monitor_job(console);
     struct cds_feedback *feedback = &monitor->feedback;
 
     if (cds_feedback_take(feedback, console->line.request, cds_port_now_us()) == CDS_OK) {
         monitor->value = 0;
+        if (command_set.monitor)
+            monitor->is_answered = true;
         console->phase = TELL;
-    } else if (monitor->lines == 0) {
+    } else if (ends_command(monitor)) {
         console->error = console->line.request->result;
         console->servo_error = feedback->error;
         console->phase = SUM_UP;
     } else {
         if (monitor->failed < UINT16_MAX)
             monitor->failed++;
+        if (command_set.monitor)
+            command_set.monitor(console, MONITOR_ABSENT);
         next(console);
     }
 }
@@ -148,7 +156,7 @@ static void take(struct console *console)
 /* "42 lines, 0 answers missing" */
 static bool sum_up(struct console *console)
 {
-    struct monitor *monitor = console_job(console);
+    struct monitor *monitor = monitor_job(console);
 
     if (console->printer.within) {
         printer_end_of_line(&console->printer);
@@ -162,7 +170,7 @@ static bool sum_up(struct console *console)
 
 static void ask(struct console *console)
 {
-    struct monitor *monitor = console_job(console);
+    struct monitor *monitor = monitor_job(console);
     enum cds_result result =
         cds_feedback_read(console->bus, console->line.request, monitor->ids[monitor->index]);
 
@@ -170,9 +178,9 @@ static void ask(struct console *console)
     console->phase = result == CDS_OK ? TAKE : SUM_UP;
 }
 
-static bool monitor_poll(struct console *console)
+bool monitor_poll(struct console *console)
 {
-    struct monitor *monitor = console_job(console);
+    struct monitor *monitor = monitor_job(console);
     bool asked = console->phase == TAKE;
 
     if (asked && console->line.request->result == CDS_PENDING)
@@ -188,7 +196,7 @@ static bool monitor_poll(struct console *console)
     case TAKE: take(console); return true;
     case TELL:
         print_value(console, monitor->value++);
-        if (monitor->value == VALUES)
+        if (monitor->value == MONITOR_VALUES)
             next(console);
         return true;
     default: return sum_up(console);

@@ -61,10 +61,18 @@ static uint8_t id_begin(struct console *console)
     return change_begin(console, CDS_IDENTITY_ID, console->line.new_id);
 }
 
-static uint8_t baud_begin(struct console *console)
+static bool is_baud_list(const struct console *console)
+{
+    return command_set.baud_list && console->line.values > 1 &&
+           console->line.command->begin == baud_begin;
+}
+
+uint8_t baud_begin(struct console *console)
 {
     uint8_t error = console_number(console, 0, CDS_UNIT_BPS);
 
+    if (error == 0 && is_baud_list(console))
+        return command_set.baud_list->begin(console);
     return error ? error : change_begin(console, CDS_IDENTITY_BAUD, (uint8_t)console->raw);
 }
 
@@ -110,6 +118,8 @@ static bool conclude(struct console *console)
 
 static bool identity_poll(struct console *console)
 {
+    if (is_baud_list(console))
+        return command_set.baud_list->poll(console);
     return console->robot->operation || conclude(console);
 }
 
@@ -161,8 +171,9 @@ static const CDS_FLASH struct command setup_rows[] = {
     {
         .usage = FLASH_TEXT("id OLD NEW"),
         .what = FLASH_TEXT("give a servo another ID"),
-        .details = COMMAND_DETAILS(
-            "0 to 253. Checks first that NEW is free, and afterwards where the servo answers"),
+        .details = COMMAND_DETAILS("0 to 253. Checks first that NEW is free, and afterwards where "
+                                   "the servo answers. NEW may "
+                                   "be OLD: then nothing is written"),
         .example = COMMAND_DETAILS("id 1 5"),
         .begin = id_begin,
         .poll = identity_poll,
@@ -171,7 +182,9 @@ static const CDS_FLASH struct command setup_rows[] = {
         .usage = FLASH_TEXT("baud ID RATE"),
         .what = FLASH_TEXT("give a servo another baud rate"),
         .details = COMMAND_DETAILS("RATE: 7843 to 2000000bps, or the register, 0raw to 254raw. The "
-                                   "bus changes with it; 'bus' changes it back"),
+                                   "bus changes with it; 'bus' changes it back. A list of servos "
+                                   "changes as a whole: the bus goes along, and servos that did "
+                                   "not follow are named"),
         .example = COMMAND_DETAILS("baud 1 57600bps"),
         .begin = baud_begin,
         .poll = identity_poll,

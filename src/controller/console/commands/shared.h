@@ -90,6 +90,90 @@ uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *dat
  * returns false, it has stored the outcome in console->error and console->servo_error. */
 bool setup_waits(struct console *console);
 
+/* In setup.c: begin of `baud`, which takes a list of servos as a whole. */
+uint8_t baud_begin(struct console *console);
+
+#define AFTER_SCAN_SUSPECTS 4
+
+/* What the scan has shown of a servo. */
+enum after_scan_kind {
+    AFTER_SCAN_GOOD,
+    AFTER_SCAN_DAMAGED, // damaged replies: it is diagnosed
+    AFTER_SCAN_SUSPECT, // bytes without a packet: only what they may be is told
+} __attribute__((packed));
+
+/* The job of `scan` and `diagnose`. */
+struct after_scan {
+    struct cds_stats begun; // counters of the bus when the search began
+    uint8_t phase;          // enum after_scan_phase, once the scan is over
+    uint8_t index, count, tries;
+    uint8_t suspects;                         // count of suspect_ids
+    uint16_t noise;                           // bytes without a packet, as the bus has counted them
+    uint8_t suspect_ids[AFTER_SCAN_SUSPECTS]; // silent, but bytes without a packet came
+    uint8_t ids[ROBOT_SERVOS + AFTER_SCAN_SUSPECTS];
+    uint8_t kinds[ROBOT_SERVOS + AFTER_SCAN_SUSPECTS]; // enum after_scan_kind
+};
+
+enum after_scan_phase {
+    AFTER_SCAN_BEGIN,
+    AFTER_SCAN_ASK,      // the next servo: READ, or diagnosis if its reply was damaged
+    AFTER_SCAN_READ,     // waits for the reply
+    AFTER_SCAN_DIAGNOSE, // waits for the finding
+    AFTER_SCAN_MEND,     // prints how to mend it
+} __attribute__((packed));
+
+_Static_assert(sizeof(struct after_scan) <= CONSOLE_JOB_SIZE, "the job must fit");
+
+static inline struct after_scan *after_scan_job(struct console *console)
+{
+    return console_job(console);
+}
+
+/* In after_scan.c: notes the ID that is asked now if bytes without a packet have come. Call it
+ * while the scan goes on. */
+void after_scan_note(struct console *console);
+
+/* In after_scan.c: after_scan of struct command_set. */
+bool after_scan(struct console *console);
+
+/* In bus.c: prints "3 found, 254 asked"; and true if the scan was at the rate of the bus only. */
+bool scan_sum_up(struct console *console);
+bool scan_is_here(const struct console *console);
+
+/* In diagnose.c: begins the diagnosis of line.id. Returns an error or 0. Then prints its finding,
+ * "servo 5: finding 8: ...". */
+uint8_t diagnose_servo(struct console *console);
+void diagnose_print_finding(struct console *console);
+
+/* What scan and diagnose add to the counters of the bus, and the time since the reset. */
+struct account {
+    uint32_t seconds;
+    uint32_t counted_us;       // time up to which `seconds` counts
+    struct cds_stats searched; // what all searches have added
+};
+
+/* In account.c, for a profile with command_set.account: a search begins, and has ended. */
+void account_begin(struct console *console);
+void account_end(struct console *console);
+
+/* In account.c: prints since when the counters of the bus, or of a servo, count. */
+void account_print_since(struct console *console);
+
+/* In account.c: what searches have added to counter `index`. */
+uint16_t account_searched(uint8_t index);
+
+/* In backup.c: begin of `backup`, whose lines are printed as they are for each servo of a list. */
+uint8_t backup_begin(struct console *console);
+
+/* In baud_list.c: baud_list of struct command_set. */
+extern const CDS_FLASH struct command_action baud_list;
+
+/* In controller.c: true if number 0 of the line is a rate in bit/s for the setting of the line. */
+bool setting_is_rate(const struct command_line *line);
+
+/* In controller.c: setting_number of struct command_set. A rate is also taken in bit/s. */
+uint8_t setting_number(struct console *console);
+
 /* The poll of a command that does only such a setup: prints whether the registers were written. */
 bool setup_poll(struct console *console);
 

@@ -1,0 +1,89 @@
+/* backup: the registers of a servo as lines of the console. */
+#include "cds55xx/control_table.h"
+#include "console/commands/command_groups.h"
+#include "console/commands/shared.h"
+#include "console/console.h"
+#include "console/messages.h"
+#include "console/number_format.h"
+
+static const CDS_FLASH char set[] = "set ";
+static const CDS_FLASH char raw_unit[] = "raw";
+
+uint8_t backup_begin(struct console *console)
+{
+    return servo_read(console, 0, CDS_TABLE_SIZE);
+}
+
+/* True if `set` writes this register, it outlives power-off, and the manual says what it does. */
+static bool is_kept(const struct cds_register *at)
+{
+    return at->access == CDS_ACCESS_RW && at->area == CDS_AREA_EEPROM &&
+           at->address != CDS_REG_ID && at->address != CDS_REG_BAUD_RATE &&
+           cds_units_of(&cds_profile_cds55xx, at->address) != CDS_UNIT_NONE;
+}
+
+/* "set 1 MAX_TEMPERATURE 80C"; a value that its unit does not have: "set 1 ... 255raw" */
+static void print_line(struct console *console, const struct cds_register *at)
+{
+    struct printer *printer = &console->printer;
+    const uint8_t *bytes = console->line.request->reply + at->address;
+    uint16_t raw = (uint16_t)(at->width == 2 ? bytes[0] | bytes[1] << 8 : bytes[0]);
+    enum cds_unit unit = cds_units_of(&cds_profile_cds55xx, at->address);
+    char name[CDS_REGISTER_NAME_SIZE];
+    int32_t value;
+
+    printer_flash(printer, set);
+    printer_decimal(printer, console->line.id);
+    printer_char(printer, ' ');
+    cds_register_name(at->address, name, sizeof name);
+    printer_string(printer, name);
+    printer_char(printer, ' ');
+    if (cds_units_from_register(&cds_profile_cds55xx, unit, raw, &value) == CDS_OK) {
+        number_print(printer, unit, raw);
+    } else {
+        printer_decimal(printer, raw);
+        printer_flash(printer, raw_unit);
+    }
+    printer_end_of_line(printer);
+}
+
+/* Prints one register in each call. The status return level comes last: a servo that is set not to
+ * answer READ could not be checked. */
+static bool backup_poll(struct console *console)
+{
+    struct cds_register at;
+
+    if (console_waits(console))
+        return true;
+    if (!console_answered(console))
+        return false;
+    if (console->part) {
+        cds_register_at(CDS_REG_STATUS_RETURN_LEVEL, &at);
+        print_line(console, &at);
+        return false;
+    }
+    cds_register_at(console->index, &at);
+    if (is_kept(&at) && at.address != CDS_REG_STATUS_RETURN_LEVEL)
+        print_line(console, &at);
+    console->index = (uint8_t)(at.address + at.width);
+    console->part = console->index >= CDS_TABLE_SIZE;
+    return true;
+}
+
+static const CDS_FLASH struct command backup_rows[] = {
+    {
+        .usage = FLASH_TEXT("backup ID"),
+        .what = FLASH_TEXT("print the lines that restore the registers"),
+        .details = COMMAND_DETAILS(
+            "The registers in EEPROM without ID and BAUD_RATE. Send the lines to restore them: set "
+            "writes what differs, reads it back, and says 'written' or 'unchanged'"),
+        .example = COMMAND_DETAILS("backup 1"),
+        .begin = backup_begin,
+        .poll = backup_poll,
+    },
+};
+
+const CDS_FLASH struct command_group backup_commands = {
+    .rows = backup_rows,
+    .count = sizeof backup_rows / sizeof backup_rows[0],
+};

@@ -1,0 +1,53 @@
+/* The command `monitor`: what its two forms of output share. */
+#ifndef CONTROLLER_MONITOR_H
+#define CONTROLLER_MONITOR_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "cds55xx/feedback.h" // struct cds_feedback
+#include "console/console.h"  // console_job()
+
+/* Servos of a line or table. */
+#define MONITOR_SERVOS 8
+
+/* Values of a servo. */
+#define MONITOR_VALUES 5
+#define MONITOR_ABSENT MONITOR_VALUES // instead of a value: the servo does not answer
+
+/* The job of the command. */
+struct monitor {
+    uint32_t next_us; // when the next line begins
+    uint32_t period_us;
+    struct cds_feedback feedback;
+    uint16_t lines;
+    uint16_t failed;
+    uint8_t ids[MONITOR_SERVOS];
+    uint8_t count;
+    uint8_t index;    // servo being read
+    uint8_t value;    // of that servo, being printed
+    bool begun;       // the line has a value already
+    bool is_table;    // prints a table that stays in place, else lines
+    bool is_answered; // a servo has answered
+};
+
+_Static_assert(sizeof(struct monitor) <= CONSOLE_JOB_SIZE, "the job must fit");
+
+static inline struct monitor *monitor_job(struct console *console)
+{
+    return console_job(console);
+}
+
+/* begin and poll of the command. */
+uint8_t monitor_begin(struct console *console);
+bool monitor_poll(struct console *console);
+
+/* The register value of `value`, 0 to MONITOR_VALUES - 1, of the servo that has answered, and its
+ * unit (enum cds_unit). */
+uint16_t monitor_value(struct console *console, uint8_t value, uint8_t *unit);
+
+/* In monitor_table.c, `monitor` of struct command_set: prints `value` of a servo in the table, or
+ * that the servo is absent, in the table or in the line. */
+void monitor_table(struct console *console, uint8_t value);
+
+#endif

@@ -1,0 +1,104 @@
+/* monitor with a table that stays in place on a terminal, and absent servos. */
+#include "console/commands/command_groups.h"
+#include "console/commands/monitor.h"
+#include "console/messages.h"
+#include "console/number_format.h"
+
+/* Sequences of ANSI X3.64 that every terminal obeys. */
+static const CDS_FLASH char lines_up[] = "\x1B[";
+static const CDS_FLASH char lines_up_end[] = "A";
+static const CDS_FLASH char clear_rest_of_line[] = "\x1B[K";
+
+static const CDS_FLASH char servo[] = "servo ";
+static const CDS_FLASH char absent[] = "absent";
+
+/* Goes back to the first row before a table is printed over the last one, then prints "servo 1:" */
+static void begin_row(struct printer *printer, const struct monitor *monitor)
+{
+    if (monitor->index == 0 && monitor->lines) {
+        printer_flash(printer, lines_up);
+        printer_decimal(printer, monitor->count);
+        printer_flash(printer, lines_up_end);
+    }
+    printer_flash(printer, servo);
+    printer_decimal(printer, monitor->ids[monitor->index]);
+    printer_char(printer, ':');
+}
+
+static void end_row(struct printer *printer)
+{
+    printer_flash(printer, clear_rest_of_line);
+    printer_end_of_line(printer);
+}
+
+/* ",3:absent" */
+static void print_absent_in_line(struct printer *printer, struct monitor *monitor)
+{
+    if (monitor->begun)
+        printer_char(printer, ',');
+    monitor->begun = true;
+    printer_decimal(printer, monitor->ids[monitor->index]);
+    printer_char(printer, ':');
+    printer_flash(printer, absent);
+}
+
+/* "servo 1: 150.147deg 0rpm 0% 12V 32C", one value in each call */
+void monitor_table(struct console *console, uint8_t value)
+{
+    struct printer *printer = &console->printer;
+    struct monitor *monitor = monitor_job(console);
+    uint8_t unit;
+
+    if (!monitor->is_table) {
+        print_absent_in_line(printer, monitor);
+        return;
+    }
+    if (value == 0 || value == MONITOR_ABSENT)
+        begin_row(printer, monitor);
+    printer_char(printer, ' ');
+    if (value == MONITOR_ABSENT) {
+        printer_flash(printer, absent);
+    } else {
+        uint16_t raw = monitor_value(console, value, &unit);
+
+        number_print(printer, (enum cds_unit)unit, raw);
+    }
+    if (value >= MONITOR_VALUES - 1)
+        end_row(printer);
+}
+
+/* A program that reads replies has the echo off, and gets lines. */
+static uint8_t begin(struct console *console)
+{
+    bool as_plot = *console->line.usage == '\0'; // the end of the row was reached
+
+    monitor_job(console)->is_table = console->failsafe->settings->echo && !as_plot;
+    return monitor_begin(console);
+}
+
+static const CDS_FLASH struct command monitor_rows[] = {
+    {
+        .usage = FLASH_TEXT("monitor ID... [every MS [as plot]]"),
+        .what = FLASH_TEXT("print feedback of servos until a key"),
+        .details = COMMAND_DETAILS(
+            "Up to 8 servos; MS: 10 to 60000ms, 100 if left out. With echo on a table that stays "
+            "in place, else, and as plot, one line each period, for serial plotters"),
+        .example = COMMAND_DETAILS("monitor 1 2 every 50ms"),
+        .begin = begin,
+        .poll = monitor_poll,
+    },
+    {
+        .usage = FLASH_TEXT("monitor ID... as plot"),
+        .what = FLASH_TEXT("print one line of feedback each 100ms until a key"),
+        .details = COMMAND_DETAILS("For serial plotters: 1deg:150.147,1rpm:0,... An absent servo "
+                                   "is 3:absent"),
+        .example = COMMAND_DETAILS("monitor 1 2 as plot"),
+        .begin = begin,
+        .poll = monitor_poll,
+    },
+};
+
+const CDS_FLASH struct command_group monitor_table_commands = {
+    .rows = monitor_rows,
+    .count = sizeof monitor_rows / sizeof monitor_rows[0],
+};

@@ -1,0 +1,149 @@
+/* new: guides through the set-up of a new servo. */
+#include "console/commands/command_groups.h"
+#include "console/console.h"
+#include "console/errors.h"
+#include "console/messages.h"
+
+static const CDS_FLASH char message_search[] =
+    "step 1 of 4: search for the servo at the six listed rates, 4 s; a key ends it";
+static const CDS_FLASH char message_search_any[] =
+    "no servo there: search at all 255 rates, 4 s; a key ends it";
+static const CDS_FLASH char message_mend_all[] =
+    "a servo answers before this board listens: return delay is written, then search again";
+static const CDS_FLASH char message_mend[] =
+    "its reply is damaged: return delay is written without a reply";
+static const CDS_FLASH char message_delay[] =
+    "found: ID %u at %b, alone on the bus; step 2 of 4: return delay us %u";
+static const CDS_FLASH char message_id[] = "step 3 of 4: ID %u becomes %u";
+static const CDS_FLASH char message_rate[] = "step 4 of 4: rate %b becomes %b";
+static const CDS_FLASH char message_done[] = "servo %u is set up and joins the robot, at %b";
+static const CDS_FLASH char message_found[] = "id %u at %b";
+
+static enum cds_result begin_new(struct robot *robot, const void *config)
+{
+    return new_servo_begin(&robot->work.new_servo, config);
+}
+
+static enum cds_result poll_new(struct robot *robot)
+{
+    return new_servo_poll(&robot->work.new_servo);
+}
+
+static void abort_new(struct robot *robot)
+{
+    new_servo_abort(&robot->work.new_servo);
+}
+
+/* What was known of a servo with this ID does not hold for the new servo, so nothing is learnt. */
+static const CDS_FLASH struct robot_operation new_servo = {
+    .begin = begin_new, .poll = poll_new, .abort = abort_new, .changes_rate = true};
+
+static uint8_t begin(struct console *console)
+{
+    uint8_t shortest = console->robot->servos.shortest_delay;
+
+    return robot_start(console->robot, &new_servo,
+                       &(struct new_servo_config){.bus = console->bus,
+                                                  .request = console->line.request,
+                                                  .id = console->line.new_id,
+                                                  .return_delay = shortest ? shortest : 1});
+}
+
+/* Prints what a step does. A step that was left out prints nothing. */
+static void print_step(struct printer *printer, const struct new_servo *servo, uint8_t step)
+{
+    union printer_value *values = printer->values;
+
+    switch (step) {
+    case NEW_SERVO_SEARCH_LISTED: printer_line(printer, message_search); break;
+    case NEW_SERVO_MEND_ALL:
+        if (servo->mended_all)
+            printer_line(printer, message_mend_all);
+        break;
+    case NEW_SERVO_SEARCH_ANY:
+        if (servo->searched_any)
+            printer_line(printer, message_search_any);
+        break;
+    case NEW_SERVO_MEND_DELAY:
+        if (servo->found[0].result != CDS_OK)
+            printer_line(printer, message_mend);
+        break;
+    case NEW_SERVO_SET_DELAY:
+        values[0].number = servo->found[0].id;
+        values[1].number = servo->found[0].baud_reg;
+        values[2].number = (uint16_t)(2u * servo->config.return_delay);
+        printer_line(printer, message_delay);
+        break;
+    case NEW_SERVO_SET_ID:
+        values[0].number = servo->found[0].id;
+        values[1].number = servo->config.id;
+        printer_line(printer, message_id);
+        break;
+    case NEW_SERVO_SET_RATE:
+        values[0].number = servo->found[0].baud_reg;
+        values[1].number = servo->home_baud_reg;
+        printer_line(printer, message_rate);
+        break;
+    default: break;
+    }
+}
+
+/* Prints the servos that are on the bus, one in each call, then that the new one is not alone. */
+static bool print_others(struct console *console, const struct new_servo *servo)
+{
+    console->error = ERROR_NOT_ALONE;
+    if (console->part == servo->count)
+        return false;
+    console->printer.values[0].number = servo->found[console->part].id;
+    console->printer.values[1].number = servo->found[console->part++].baud_reg;
+    printer_line(&console->printer, message_found);
+    return true;
+}
+
+static bool conclude(struct console *console, const struct new_servo *servo)
+{
+    switch (servo->outcome) {
+    case NEW_SERVO_NOT_ALONE: return print_others(console, servo);
+    case NEW_SERVO_NONE: console->error = ERROR_NO_SERVO; return false;
+    case NEW_SERVO_DAMAGED: console->error = ERROR_DAMAGED; return false;
+    case NEW_SERVO_ENDED: console->error = ERROR_KEY; return false;
+    case NEW_SERVO_FAILED: console->error = servo->result; return false;
+    default: break;
+    }
+    if (!robot_add(console->robot, servo->id))
+        console->error = ERROR_TOO_MANY;
+    console->printer.values[0].number = servo->id;
+    console->printer.values[1].number = console->bus->baud_reg;
+    printer_line(&console->printer, message_done);
+    return false;
+}
+
+static bool poll(struct console *console)
+{
+    const struct new_servo *servo = &console->robot->work.new_servo;
+
+    if (console->index <= servo->step) {
+        print_step(&console->printer, servo, console->index++);
+        return true;
+    }
+    return console_operates(console) || conclude(console, servo);
+}
+
+static const CDS_FLASH struct command new_rows[] = {
+    {
+        .usage = FLASH_TEXT("new NEW"),
+        .what = FLASH_TEXT("set up a new servo that is alone on the bus"),
+        .details = COMMAND_DETAILS(
+            "Finds it at whatever rate, then gives it the return delay that this board needs, the "
+            "ID NEW, 0 to 253, and the rate of the bus; says each step and retries what may be "
+            "retried. Writes nothing if another servo answers"),
+        .example = COMMAND_DETAILS("new 5"),
+        .begin = begin,
+        .poll = poll,
+    },
+};
+
+const CDS_FLASH struct command_group new_commands = {
+    .rows = new_rows,
+    .count = sizeof new_rows / sizeof new_rows[0],
+};

@@ -1,0 +1,305 @@
+/* Errors with servo, argument, value and range; see explain.h. */
+#include "console/explain.h"
+
+#include "cds55xx/control_table.h"   // cds_register_at()
+#include "console/commands/shared.h" // setting_is_rate()
+#include "console/console.h"
+#include "console/errors.h"
+#include "console/messages.h"
+#include "console/number_format.h"
+#include "robot/settings.h" // settings_table
+
+static const CDS_FLASH char message_error[] = "error %u: ";
+static const CDS_FLASH char message_of_servo[] = "servo %u: ";
+static const CDS_FLASH char message_range[] = " is out of range: ";
+static const CDS_FLASH char message_to[] = " to ";
+static const CDS_FLASH char message_subject_end[] = ": ";
+static const CDS_FLASH char message_ms[] = "ms";
+
+/* The values an argument may have. */
+struct range {
+    uint16_t lowest, highest; // registers of `unit`, or the numbers themselves
+    uint8_t unit;             // enum cds_unit; UNIT_MS: milliseconds
+};
+
+#define UNIT_MS UINT8_MAX
+#define CW_FULL (0x400 | CDS_VALUE_MAX) // full speed CW (R35)
+
+/* By the name of the argument and, where it differs, the first letter of the command. */
+static const CDS_FLASH struct {
+    char name[9];
+    char command;
+    struct range range;
+} ranges[] = {
+    {"ID", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"ID...", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"OLD", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"NEW", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"ID|254", 0, {0, CDS_BROADCAST_ID, CDS_UNIT_NUMBER}},
+    {"REG", 0, {0, CDS_TABLE_SIZE - 1, CDS_UNIT_NUMBER}},
+    {"ANGLE", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"ANGLE...", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"LOW", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"HIGH", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"SPEED", 't', {CW_FULL, CDS_VALUE_MAX, CDS_UNIT_SIGNED_MRPM}}, // turn
+    {"SPEED", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MRPM}},
+    {"RATE", 0, {CDS_BAUD_MAX, 0, CDS_UNIT_BPS}},
+    {"MS", 'm', {10, 60000, UNIT_MS}}, // monitor
+    {"MS", 'c', {2, 65, UNIT_MS}},     // cycle
+};
+
+#define RANGES (sizeof ranges / sizeof ranges[0])
+
+/* The range of a value of the register at `address`. False: there is no such register. */
+static bool range_of_register(uint8_t address, bool in_unit, struct range *range)
+{
+    struct cds_register at;
+
+    if (!cds_register_at(address, &at))
+        return false;
+    *range = (struct range){in_unit ? at.lowest : 0, at.highest, CDS_UNIT_NUMBER};
+    if (in_unit)
+        range->unit = (uint8_t)cds_units_of(&cds_profile_cds55xx, at.address);
+    if (range->unit == CDS_UNIT_BPS) // the rate falls as the register rises
+        *range = (struct range){at.highest, at.lowest, CDS_UNIT_BPS};
+    return true;
+}
+
+/* The range of the setting of the line. A rate may be given in bit/s. */
+static struct range range_of_setting(const struct command_line *line)
+{
+    const CDS_FLASH struct setting *row = &settings_table[line->setting];
+
+    if (setting_is_rate(line))
+        return (struct range){CDS_BAUD_MAX, 0, CDS_UNIT_BPS};
+    return (struct range){row->lowest, row->highest, CDS_UNIT_NUMBER};
+}
+
+/* The range of the argument called `name`, up to a space. False: it is not known. */
+static bool range_of(const struct command_line *line, const CDS_FLASH char *name,
+                     struct range *range)
+{
+    static const CDS_FLASH char value[] = "VALUE", values[] = "VALUE...", length[] = "LENGTH";
+
+    if (parse_has_name(name, value) && line->command->usage[sizeof "set" - 1] != ' ') {
+        *range = range_of_setting(line);
+        return true;
+    }
+    if (parse_has_name(name, value))
+        return range_of_register(line->address, true, range);
+    if (parse_has_name(name, values)) {
+        *range = (struct range){0, UINT8_MAX, CDS_UNIT_NUMBER};
+        if (!line->named)
+            return true;
+        return line->next < CDS_TABLE_SIZE && // it stands behind the register of the value
+               range_of_register((uint8_t)(line->next - 1), false, range);
+    }
+    if (parse_has_name(name, length)) {
+        *range = (struct range){1, (uint16_t)(CDS_TABLE_SIZE - line->address), CDS_UNIT_NUMBER};
+        return true;
+    }
+    for (uint8_t i = 0; i < RANGES; i++) {
+        if (!parse_has_name(name, ranges[i].name) ||
+            (ranges[i].command && ranges[i].command != *line->command->usage))
+            continue;
+        *range = ranges[i].range;
+        return true;
+    }
+    return false;
+}
+
+/* The error of `number` in this range, or 0. */
+static uint8_t check(const struct number *number, const struct range *range)
+{
+    uint16_t raw = 0;
+    uint32_t ms = 0;
+    uint8_t error;
+
+    if (range->unit == UNIT_MS) {
+        error = number_ms(number, UINT16_MAX, &ms);
+        return error == 0 && (ms < range->lowest || ms > range->highest)
+                   ? (uint8_t)ERROR_OUT_OF_RANGE
+                   : error;
+    }
+    error = number_within(number, (enum cds_unit)range->unit, &raw);
+    return error == 0 && range->lowest < range->highest &&
+                   (raw < range->lowest || raw > range->highest)
+               ? (uint8_t)ERROR_OUT_OF_RANGE
+               : error;
+}
+
+/* What the error is about. */
+struct subject {
+    const CDS_FLASH char *name;  // of the argument, in the usage; NULL: none
+    const struct number *number; // the value; NULL: it is the word that the console keeps
+    struct range range;
+    bool has_range;
+};
+
+/* True if a word of the line, which the console keeps, has caused the error. */
+static bool is_of_word(const struct console *console)
+{
+    static const CDS_FLASH uint8_t errors[] = {
+        ERROR_UNKNOWN_COMMAND, ERROR_NOT_A_NUMBER, ERROR_OUT_OF_RANGE,    ERROR_UNKNOWN_REGISTER,
+        ERROR_UNKNOWN_WORD,    ERROR_UNIT,         ERROR_UNKNOWN_SETTING, ERROR_TWICE,
+    };
+
+    for (uint8_t i = 0; i < sizeof errors; i++)
+        if (errors[i] == console->error)
+            return console->line.error == console->error && console->token.length;
+    return false;
+}
+
+/* True if a number is out of range. */
+static bool is_range_error(uint8_t error)
+{
+    return error == ERROR_OUT_OF_RANGE || error == ERROR_SETTING_RANGE;
+}
+
+/* Finds the subject. False: the error has none. */
+static bool find_subject(const struct console *console, struct subject *subject)
+{
+    const struct command_line *line = &console->line;
+
+    subject->number = NULL;
+    if (is_of_word(console)) {
+        subject->name = line->command ? line->usage : message_nothing;
+        subject->has_range =
+            console->error == ERROR_OUT_OF_RANGE && range_of(line, subject->name, &subject->range);
+        return true;
+    }
+    for (uint8_t i = 0; line->error == 0 && line->command && i < line->numbers; i++) {
+        subject->name = parse_number_name(line, i);
+        subject->number = &line->number[i];
+        subject->has_range = range_of(line, subject->name, &subject->range);
+        if (subject->has_range &&
+            check(subject->number, &subject->range) ==
+                (is_range_error(console->error) ? (uint8_t)ERROR_OUT_OF_RANGE : console->error))
+            return true;
+    }
+    return false;
+}
+
+/* Command and ID: until there are more words, the ID itself may be wrong. */
+#define WORDS_WITH_ID 2
+
+/* True if the error is that of the servo in the line, or of an argument for the servo. */
+static bool is_of_servo(const struct console *console)
+{
+    static const CDS_FLASH uint8_t errors[] = {
+        ERROR_NOT_A_NUMBER, ERROR_OUT_OF_RANGE, ERROR_UNIT,        ERROR_UNKNOWN_REGISTER,
+        ERROR_NOT_WRITABLE, ERROR_ENDLESS,      ERROR_NOT_KNOWN,   ERROR_UNKNOWN_WORD,
+        ERROR_LOST,         ERROR_BOTH,         ERROR_PLACE_TAKEN,
+    };
+    const struct command_line *line = &console->line;
+    uint8_t error = console->error;
+
+    if (line->id > CDS_ID_MAX || (line->is_repeated && line->values > 1) ||
+        (line->error && line->words <= WORDS_WITH_ID))
+        return false;
+    for (uint8_t i = 0; i < sizeof errors; i++)
+        if (errors[i] == error)
+            return true;
+    return error < ERROR_UNKNOWN_COMMAND && error != CDS_NO_ROOM;
+}
+
+/* ---- printing ---- */
+
+/* A character of a word that was typed: a terminal may obey others. */
+static void print_typed(struct printer *printer, char c)
+{
+    printer_char(printer, c >= ' ' && c < 0x7F ? c : '?');
+}
+
+/* "ANGLE 400deg", or "REG 'GOAL'" */
+static void print_subject(struct console *console, const struct subject *subject)
+{
+    struct printer *printer = &console->printer;
+    const struct token *token = &console->token;
+    const CDS_FLASH char *name = subject->name;
+    bool quotes = subject->number == NULL && console->error != ERROR_OUT_OF_RANGE;
+
+    while (*name && *name != ' ' && *name != ']')
+        if (*name++ != '[')
+            printer_char(printer, name[-1]);
+    if (printer->within && *subject->name)
+        printer_char(printer, ' ');
+    if (quotes)
+        printer_char(printer, '\'');
+    for (uint8_t i = 0; subject->number == NULL && i < token->length && i < TOKEN_MAX; i++)
+        print_typed(printer, token->text[i]);
+    if (quotes)
+        printer_char(printer, '\'');
+    if (subject->number) {
+        printer_fixed(printer, subject->number->digits, subject->number->decimals);
+        printer_flash(printer, number_unit_name(subject->number));
+    }
+}
+
+static void print_bound(struct printer *printer, uint8_t unit, uint16_t value, bool with_unit)
+{
+    if (unit == UNIT_MS) {
+        printer_decimal(printer, value);
+        if (with_unit)
+            printer_flash(printer, message_ms);
+    } else if (with_unit) {
+        number_print(printer, (enum cds_unit)unit, value);
+    } else {
+        number_print_bare(printer, (enum cds_unit)unit, value);
+    }
+}
+
+/* "0 to 300deg" */
+static void print_range(struct printer *printer, const struct range *range)
+{
+    print_bound(printer, range->unit, range->lowest, false);
+    printer_flash(printer, message_to);
+    print_bound(printer, range->unit, range->highest, true);
+    printer_end_of_line(printer);
+}
+
+/* The text of the error. Texts of refusals begin with "servo: ", which the number replaces. */
+static const CDS_FLASH char *text_of(const struct console *console)
+{
+    const CDS_FLASH char *text = error_text(console->error);
+
+    if (console->error >= ERROR_SERVO_INSTRUCTION && console->error <= ERROR_SERVO_ANGLE &&
+        is_of_servo(console))
+        text += sizeof "servo: " - 1;
+    return text;
+}
+
+enum part { PART_NUMBER, PART_SERVO, PART_SUBJECT, PART_TEXT, PART_RANGE } __attribute__((packed));
+
+bool explain_error(struct console *console)
+{
+    struct printer *printer = &console->printer;
+    struct subject subject;
+    bool has_subject = console->explained >= PART_SUBJECT && find_subject(console, &subject);
+    bool has_range = has_subject && subject.has_range && is_range_error(console->error);
+
+    switch (console->explained++) {
+    case PART_NUMBER:
+        printer->values[0].number = console->error;
+        printer_text(printer, message_error);
+        return true;
+    case PART_SERVO:
+        printer->values[0].number = console->line.id;
+        if (is_of_servo(console))
+            printer_text(printer, message_of_servo);
+        return true;
+    case PART_SUBJECT:
+        if (has_subject)
+            print_subject(console, &subject);
+        return true;
+    case PART_TEXT:
+        if (has_subject && !has_range)
+            printer_flash(printer, message_subject_end);
+        if (has_range)
+            printer_text(printer, message_range);
+        else
+            printer_line(printer, text_of(console));
+        return has_range;
+    default: print_range(printer, &subject.range); return false;
+    }
+}

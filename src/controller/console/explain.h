@@ -1,0 +1,21 @@
+/* The last line of a reply with an error: it names servo, argument, value and allowed range:
+ *
+ *     error 33: servo 1: ANGLE 400deg is out of range: 0 to 300deg
+ *     error 34: REG 'GOAL': unknown register; name it as in docs/registers.md, or give ...
+ *     error 2: servo 7: no reply by the deadline; check power, wiring, ID and baud rate ...
+ *
+ * Of an error that a word of the line has caused, the argument is the one that the parser has
+ * reached (line.usage) and the value is that word (console->token). A number that a command refuses
+ * is found by its place in the usage and the range of its name. */
+#ifndef CONTROLLER_EXPLAIN_H
+#define CONTROLLER_EXPLAIN_H
+
+#include <stdbool.h>
+
+struct console;
+
+/* `explain` of struct command_set: prints the next part of the line for console->error, which
+ * explained() counts. The printer must be ready. False: that was the last part. */
+bool explain_error(struct console *console);
+
+#endif

@@ -1,0 +1,299 @@
+/* Lists of servos; see servo_list.h. */
+#include "console/servo_list.h"
+
+#include <string.h>
+
+#include "console/commands/shared.h" // servo_outcome()
+#include "console/console.h"
+#include "console/errors.h"
+#include "console/messages.h"
+
+static const CDS_FLASH char message_prefix[] = "servo %u: ";
+static const CDS_FLASH char message_ok[] = "ok";
+
+/* ---- reading a line: these functions return an error or 0 ---- */
+
+static uint8_t *ids_of(const struct command_line *line)
+{
+    return line->request->packet.bytes;
+}
+
+/* Before a REG an ID may stand twice: it may be an address or a value. */
+static uint8_t add_id(struct command_line *line, uint8_t id)
+{
+    if (!parse_at_register(line) && memchr(ids_of(line), id, line->values))
+        return ERROR_TWICE;
+    if (line->values == PARSE_LIST_MAX)
+        return ERROR_TOO_MANY;
+    ids_of(line)[line->values++] = id;
+    return 0;
+}
+
+/* The ID that the `length` characters at `text` are, into *id. */
+static uint8_t read_id(const char *text, uint8_t length, uint8_t highest, uint8_t *id)
+{
+    struct token token = {.length = length};
+    uint16_t value = 0;
+    uint8_t error;
+
+    memcpy(token.text, text, length);
+    error = number_whole(&token, highest, &value);
+    *id = (uint8_t)value;
+    return error;
+}
+
+/* An ID, or two of them with a '-' between: "5-8". */
+static uint8_t add_range(struct command_line *line, const char *text, uint8_t length)
+{
+    uint8_t before = 1, first, last; // characters before the '-', which is no minus
+    uint8_t error;
+
+    while (before < length && text[before] != '-')
+        before++;
+    error = read_id(text, before < length ? before : length, CDS_ID_MAX, &first);
+    last = first;
+    if (error == 0 && before < length)
+        error = read_id(text + before + 1, (uint8_t)(length - before - 1), CDS_ID_MAX, &last);
+    if (error == 0 && first > last)
+        error = ERROR_OUT_OF_RANGE;
+    for (uint8_t id = first; error == 0 && id <= last; id++)
+        error = add_id(line, id);
+    return error;
+}
+
+static bool is_all(const struct token *token)
+{
+    return token->length == 3 && memcmp(token->text, "all", 3) == 0;
+}
+
+static uint8_t take_word(struct command_line *line, const struct token *token)
+{
+    const char *text = token->text, *end = text + token->length;
+    uint8_t error = 0;
+
+    if (is_all(token) && line->values == 0) {
+        line->takes_all = true;
+        line->values = 1; // the list is complete; begin() fills it
+        ids_of(line)[0] = CDS_BROADCAST_ID;
+        return 0;
+    }
+    if (token->length > TOKEN_MAX || line->takes_all)
+        return ERROR_NOT_A_NUMBER; // `group all 1`, too
+    while (error == 0 && text <= end) {
+        uint8_t length = 0;
+
+        while (text + length < end && text[length] != ',')
+            length++;
+        error = length ? add_range(line, text, length) : (uint8_t)ERROR_NOT_A_NUMBER;
+        text += length + 1;
+    }
+    return error;
+}
+
+static uint8_t take(struct command_line *line, const struct token *token, uint8_t highest)
+{
+    uint8_t id, error;
+
+    if (highest == CDS_BROADCAST_ID && token->length <= TOKEN_MAX &&
+        read_id(token->text, token->length, highest, &id) == 0 && id == CDS_BROADCAST_ID)
+        return 0; // a packet to all servos: no list
+    error = take_word(line, token);
+    line->list_is_open = true;
+    line->is_repeated = true;
+    if (line->values)
+        line->id = ids_of(line)[0];
+    return error;
+}
+
+/* True if the word begins with a decimal digit: an ID, or the address of a register. */
+static bool begins_with_decimal(const struct token *token)
+{
+    char second = token->length > 1 ? (char)(token->text[1] | 0x20) : '\0';
+
+    return token->length && token->text[0] >= '0' && token->text[0] <= '9' && second != 'x';
+}
+
+/* True if the word is IDs with a ',' or a '-' between, or one ID. */
+static bool is_list(const struct token *token)
+{
+    uint8_t id;
+
+    if (token->length > TOKEN_MAX)
+        return false;
+    return memchr(token->text, ',', token->length) || memchr(token->text, '-', token->length) ||
+           read_id(token->text, token->length, CDS_ID_MAX, &id) == 0;
+}
+
+/* True if each of two or more words of the list is one ID: the last words may be an address, and a
+ * value. */
+static bool may_hold_address(const struct command_line *line)
+{
+    return parse_at_register(line) && line->values > 1 && line->values == line->words - 1;
+}
+
+/* The last ID of the list is the address of a register instead. */
+static void take_address_out(struct command_line *line)
+{
+    line->address = line->next = ids_of(line)[--line->values];
+    line->length = 1;
+    parse_next_argument(line);
+}
+
+/* More words of the list may follow, unless a number comes next. The address of a register may be
+ * a decimal number: in `set 1 30 512` the word behind it, which is no ID, shows that. */
+static bool goes_on(struct command_line *line, const struct token *token)
+{
+    if (!line->takes_all && begins_with_decimal(token) && !parse_at_number(line)) {
+        if (is_list(token) || !may_hold_address(line))
+            return true;
+        take_address_out(line);
+    }
+    line->list_is_open = false;
+    return false;
+}
+
+/* In `get 1 30` and `set 1 5 10` the last numbers are address and value. */
+static void end(struct command_line *line)
+{
+    struct number value = {.kind = NUMBER_BARE};
+    bool has_value;
+
+    if (!line->list_is_open || !may_hold_address(line))
+        return;
+    has_value = line->usage[sizeof "REG" - 1] == ' ';
+    if (line->values < 2 + has_value)
+        return;
+    if (has_value)
+        value.digits = ids_of(line)[--line->values];
+    take_address_out(line);
+    if (has_value) {
+        line->number[line->numbers++] = value;
+        parse_next_argument(line);
+    }
+}
+
+/* ---- running the command ---- */
+
+/* The list stands behind the packets of the command. */
+static uint8_t *kept_ids(const struct command_line *line)
+{
+    return ids_of(line) + PARSE_LIST_MAX;
+}
+
+static struct servo_list *list_of(struct console *console)
+{
+    return &console->buffer.command.list;
+}
+
+static uint8_t begin_command(struct console *console)
+{
+    const CDS_FLASH struct command *command = console->line.command;
+
+    return command->begin ? command->begin(console) : 0;
+}
+
+/* Fills the list with the servos of the robot. Returns an error or 0. */
+static uint8_t list_all(struct console *console)
+{
+    const struct cds_servos *servos = &console->robot->servos;
+    uint8_t *ids = ids_of(&console->line);
+
+    if (servos->count == 0)
+        return ERROR_NOT_KNOWN;
+    for (uint8_t i = 0; i < servos->count; i++)
+        ids[i] = servos->states[i].id;
+    console->line.values = servos->count;
+    return 0;
+}
+
+static uint8_t begin(struct console *console)
+{
+    struct command_line *line = &console->line;
+    uint8_t error = line->takes_all ? list_all(console) : 0;
+
+    if (error)
+        return error;
+    if (line->takes_all && line->is_repeated)
+        line->id = ids_of(line)[0];
+    if (!line->is_repeated || line->values < 2 || line->command->begin == baud_begin) {
+        line->is_repeated = false;
+        return begin_command(console);
+    }
+    memmove(kept_ids(line), ids_of(line), line->values);
+    memset(list_of(console), 0, sizeof(struct servo_list));
+    return 0;
+}
+
+enum list_phase { NEXT_SERVO, BEGIN, RUN, END } __attribute__((packed));
+
+/* Prints "servo 3: ". False: the list has ended. */
+static bool next_servo(struct console *console)
+{
+    struct servo_list *list = list_of(console);
+
+    if (list->next == console->line.values) {
+        console->error = list->failed ? (uint8_t)ERROR_SOME : 0;
+        console->servo_error = list->conditions;
+        return false;
+    }
+    console->line.id = kept_ids(&console->line)[list->next++];
+    console->printer.values[0].number = console->line.id;
+    if (console->line.command->begin != backup_begin)
+        printer_text(&console->printer, message_prefix);
+    list->phase = BEGIN;
+    return true;
+}
+
+static bool run_servo(struct console *console)
+{
+    const CDS_FLASH struct command *command = console->line.command;
+
+    return command->poll && command->poll(console);
+}
+
+/* Begins the command, and polls it at once, as a command that runs alone. */
+static bool begin_servo(struct console *console)
+{
+    memset(console_job(console), 0, CONSOLE_JOB_SIZE);
+    console->step = console->phase = console->index = console->part = 0;
+    console->error = begin_command(console);
+    return console->error == 0 && run_servo(console);
+}
+
+/* Ends the line of the servo, or prints its error on a line of its own. */
+static void end_servo(struct console *console)
+{
+    struct servo_list *list = list_of(console);
+    uint8_t error;
+
+    list->conditions =
+        (uint8_t)(list->conditions | (console->servo_error & CDS_ERRORS_OF_CONDITION));
+    error = servo_outcome(console);
+    list->failed = list->failed || error;
+    list->phase = NEXT_SERVO;
+    if (console->printer.within)
+        printer_line(&console->printer, error ? error_text(error) : message_ok);
+    else if (error)
+        servo_failed(console, error);
+}
+
+static bool poll(struct console *console)
+{
+    struct servo_list *list = list_of(console);
+
+    if (!console->line.is_repeated)
+        return run_servo(console);
+    switch (list->phase) {
+    case NEXT_SERVO: return next_servo(console);
+    case BEGIN: list->phase = begin_servo(console) ? RUN : END; return true;
+    case RUN: list->phase = run_servo(console) ? RUN : END; return true;
+    default: end_servo(console); return true;
+    }
+}
+
+const CDS_FLASH struct command_lists servo_lists = {.take = take,
+                                                    .take_word = take_word,
+                                                    .goes_on = goes_on,
+                                                    .end = end,
+                                                    .begin = begin,
+                                                    .poll = poll};

@@ -1,0 +1,19 @@
+/* Lists of servos in a line of the console, where its usage says ID, ID|254 or ID...:
+ *
+ *     3        one servo
+ *     1-6      the servos 1 to 6
+ *     1,2,5-8  these servos
+ *     all      the servos of the robot, as `servos` lists them
+ *
+ * Several such words may stand behind each other, unless a number without a unit may come next, as
+ * the ANGLE of `move`. A command whose row has an ID runs for one servo after the other. The reply
+ * has a line for each servo: "servo 3: ok", what the command prints, or the error. */
+#ifndef CONTROLLER_SERVO_LIST_H
+#define CONTROLLER_SERVO_LIST_H
+
+#include "console/command.h" // struct command_lists
+
+/* `lists` of struct command_set. */
+extern const CDS_FLASH struct command_lists servo_lists;
+
+#endif

@@ -1,0 +1,222 @@
+/* Lists of servos in a line: what the parser takes, and how the command runs for each servo. */
+#include "console_rig.h"
+
+void setUp(void)
+{
+    begin_console();
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+/* The next packet leaves, and servo `id` acknowledges it. */
+static void acknowledge(uint8_t id)
+{
+    if (bus.link.state == CDS_LINK_TALKING)
+        port_fake_transmit(&bus.link, 0);
+    TEST_ASSERT_EQUAL_UINT8(id, port_fake.sent[2]);
+    answer(id, 0, NULL, 0);
+}
+
+static void answer_byte(uint8_t id, uint8_t byte)
+{
+    if (bus.link.state == CDS_LINK_TALKING)
+        port_fake_transmit(&bus.link, 0);
+    TEST_ASSERT_EQUAL_UINT8(id, port_fake.sent[2]);
+    answer(id, 0, &byte, 1);
+}
+
+/* The servo that was asked last does not answer. */
+static void stay_silent(void)
+{
+    if (bus.link.state == CDS_LINK_TALKING)
+        port_fake_transmit(&bus.link, 0);
+    port_fake.now_us += 1000000;
+    type("");
+    port_fake.now_us += CDS_STALE_REPLY_US;
+    type("");
+}
+
+void test_torque_of_three_servos_has_line_for_each(void)
+{
+    reply_to("torque 1 2 3 on");
+    acknowledge(1);
+    acknowledge(2);
+    acknowledge(3);
+    TEST_ASSERT_EQUAL_STRING("servo 1: ok\r\nservo 2: ok\r\nservo 3: ok\r\nok\r\n", said);
+}
+
+void test_list_with_silent_servo_goes_on_and_ends_in_error(void)
+{
+    reply_to("led 1-3 on");
+    acknowledge(1);
+    stay_silent();
+    acknowledge(3);
+    TEST_ASSERT_NOT_NULL(strstr(said, "servo 1: ok\r\nservo 2: no reply by the deadline; "));
+    TEST_ASSERT_NOT_NULL(strstr(said, "\r\nservo 3: ok\r\nerror 87: "));
+}
+
+void test_list_of_ranges_and_commas_in_one_word(void)
+{
+    reply_to("led 1,7-8,3 on");
+    acknowledge(1);
+    acknowledge(7);
+    acknowledge(8);
+    acknowledge(3);
+    TEST_ASSERT_EQUAL_STRING("servo 1: ok\r\nservo 7: ok\r\nservo 8: ok\r\nservo 3: ok\r\nok\r\n",
+                             said);
+}
+
+void test_list_all_is_servos_of_robot(void)
+{
+    robot_add(&robot, 9);
+    robot_add(&robot, 4);
+    robot.health_pauses = true; // only the console sends
+    reply_to("led all off");
+    acknowledge(9);
+    acknowledge(4);
+    TEST_ASSERT_EQUAL_STRING("servo 9: ok\r\nservo 4: ok\r\nok\r\n", said);
+}
+
+void test_list_all_of_one_servo_runs_as_one_servo(void)
+{
+    robot_add(&robot, 9);
+    robot.health_pauses = true;
+    reply_to("led all off");
+    acknowledge(9);
+    TEST_ASSERT_EQUAL_STRING("ok\r\n", said);
+}
+
+void test_list_all_without_known_servo_is_refused(void)
+{
+    assert_error(ERROR_NOT_KNOWN, "led all on");
+    assert_error(ERROR_NOT_KNOWN, "monitor all");
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
+void test_get_prints_value_behind_each_servo(void)
+{
+    reply_to("get 1 2 LED");
+    answer_byte(1, 0);
+    answer_byte(2, 1);
+    TEST_ASSERT_EQUAL_STRING("servo 1: LED = 0\r\nservo 2: LED = 1\r\nok\r\n", said);
+}
+
+void test_get_and_set_take_address_in_decimal_as_before(void)
+{
+    reply_to("get 1 25");
+    answer_byte(1, 1);
+    TEST_ASSERT_EQUAL_STRING("LED = 1\r\nok\r\n", said);
+    reply_to("set 1 25 1");
+    assert_sent("FF FF 01 04 03 19 01 DD");
+    answer(1, 0, NULL, 0);
+    reply_to("set 1 30 512raw");
+    assert_sent("FF FF 01 05 03 1E 00 02 D6");
+    answer(1, 0, NULL, 0);
+    reply_to("set 1 30 150");
+    assert_sent("FF FF 01 05 03 1E 00 02 D6");
+    answer(1, 0, NULL, 0);
+    TEST_ASSERT_EQUAL_STRING("ok\r\n", said);
+}
+
+void test_set_takes_list_before_decimal_address(void)
+{
+    reply_to("set 1 2 25 1");
+    acknowledge(1);
+    acknowledge(2);
+    TEST_ASSERT_EQUAL_STRING("servo 1: ok\r\nservo 2: ok\r\nok\r\n", said);
+}
+
+void test_set_takes_hexadecimal_address_behind_list(void)
+{
+    reply_to("set 1 2 0x19 1");
+    acknowledge(1);
+    acknowledge(2);
+    TEST_ASSERT_EQUAL_STRING("servo 1: ok\r\nservo 2: ok\r\nok\r\n", said);
+}
+
+/* `limits` sends no packet. */
+void test_list_before_number_is_one_word(void)
+{
+    robot_add(&robot, 1);
+    robot_add(&robot, 2);
+    robot.health_pauses = true;
+    TEST_ASSERT_EQUAL_STRING("servo 1: ok\r\nservo 2: ok\r\nok\r\n", reply_to("limits 1-2 0 150"));
+    TEST_ASSERT_EQUAL_UINT16(512, robot.states[0].highest);
+    TEST_ASSERT_EQUAL_UINT16(512, robot.states[1].highest);
+}
+
+void test_error_of_begin_is_told_behind_servo(void)
+{
+    robot_add(&robot, 1);
+    robot.health_pauses = true;
+    reply_to("limits 1,5 0 150");
+    TEST_ASSERT_EQUAL_STRING_LEN("servo 1: ok\r\nservo 5: not one of the robot's servos; ", said,
+                                 53);
+    TEST_ASSERT_NOT_NULL(strstr(said, "error 87: "));
+}
+
+void test_monitor_and_group_take_ranges(void)
+{
+    TEST_ASSERT_EQUAL_STRING("group 1 2 3 7 sync\r\nok\r\n", reply_to("group 1-3 7"));
+    TEST_ASSERT_EQUAL_STRING("group 1 2 3 7 action\r\nok\r\n", reply_to("group all action"));
+    assert_error(ERROR_TOO_MANY, "monitor 1-9");
+}
+
+void test_warning_of_any_servo_stands_before_end(void)
+{
+    reply_to("led 1 2 on");
+    port_fake_transmit(&bus.link, 0);
+    answer(1, CDS_ERROR_OVERHEATING, NULL, 0);
+    acknowledge(2);
+    TEST_ASSERT_EQUAL_STRING("servo 1: ok\r\nservo 2: ok\r\nwarning: overheating\r\nok\r\n", said);
+}
+
+void test_list_with_wrong_words_is_refused(void)
+{
+    assert_error(ERROR_TWICE, "torque 1 1 on");
+    assert_error(ERROR_TWICE, "torque 1-3,2 on");
+    assert_error(ERROR_OUT_OF_RANGE, "torque 3-1 on");
+    assert_error(ERROR_OUT_OF_RANGE, "torque 1-254 on");
+    assert_error(ERROR_OUT_OF_RANGE, "torque 1 254 on");
+    assert_error(ERROR_OUT_OF_RANGE, "torque 255 on");
+    assert_error(ERROR_OUT_OF_RANGE, "torque -1 on");
+    assert_error(ERROR_NOT_A_NUMBER, "torque 1- on");
+    assert_error(ERROR_NOT_A_NUMBER, "torque 1, on");
+    assert_error(ERROR_NOT_A_NUMBER, "torque ,1 on");
+    assert_error(ERROR_NOT_A_NUMBER, "torque 1,all on");
+    assert_error(ERROR_NOT_A_NUMBER, "torque alle on");
+    assert_error(ERROR_NOT_A_NUMBER, "torque 1,2,3,4,5,6,7,8,9,10,11,12 on");
+    assert_error(ERROR_TOO_MANY, "torque 1-60 on");
+    assert_error(ERROR_UNKNOWN_WORD, "torque all 1 on");
+    assert_error(ERROR_COUNT, "torque 1-3");
+    assert_error(ERROR_COUNT, "get 1-3");
+    assert_error(ERROR_COUNT, "get 1,2 3");
+    assert_error(ERROR_COUNT, "set 1 2");
+    assert_error(ERROR_COUNT, "set 1-3 LED");
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
+void test_packet_takes_one_servo(void)
+{
+    assert_error(ERROR_NOT_A_NUMBER, "ping 1-3");
+    assert_error(ERROR_NOT_A_NUMBER, "write all LED 1");
+}
+
+void test_id_254_is_packet_to_all_servos(void)
+{
+    reply_to("led 254 on");
+    assert_sent("FF FF FE 04 03 19 01 E0");
+    TEST_ASSERT_EQUAL_STRING("ok\r\n", said);
+}
+
+void test_stop_ends_list(void)
+{
+    reply_to("led 1-3 on");
+    type("\x18");
+    acknowledge(1);
+    TEST_ASSERT_NOT_NULL(strstr(said, "error 54: "));
+    TEST_ASSERT_NULL(strstr(said, "servo 2: ok"));
+}
