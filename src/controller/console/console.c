@@ -47,6 +47,8 @@ void console_open(struct console *console, struct failsafe *failsafe, struct cds
     if (command_set.store && command_set.store->begin)
         command_set.store->begin(failsafe, command_set.store->motions);
     console->bus = failsafe->robot->bus;
+    if (command_set.history)
+        console->editor.history = command_set.history;
     console->input = input;
     console->looked = input->tail;
     console->printer.ring = output;
@@ -133,7 +135,7 @@ static void end_line(struct console *console)
 {
     uint8_t error;
 
-    editor_end(&console->editor);
+    command_set.editor->end(&console->editor);
     end_word(console, ' ');
     if (console->line.words == 0 && console->line.error == 0) {
         begin_line(console); // an empty line has no reply
@@ -160,14 +162,14 @@ static void feed_locked(struct console *console)
         console->line_complete = false;
         end_line(console);
     } else if (editor->locked) {
-        editor_take(editor, editor->locked);
+        command_set.editor->take(editor, editor->locked);
     }
 }
 
 static void drop_line(struct console *console)
 {
     console->editor.length = 0;
-    editor_end(&console->editor);
+    command_set.editor->end(&console->editor);
     console->fed = 0;
     console->line_complete = false;
     begin_line(console);
@@ -195,7 +197,7 @@ static void take(struct console *console, char c)
 {
     struct editor *editor = &console->editor;
 
-    switch (editor_key(editor, c, echo_of(console))) {
+    switch (command_set.editor->key(editor, c, echo_of(console))) {
     case EDITOR_END:
         editor->locked = editor->length;
         console->line_complete = true;
@@ -213,7 +215,8 @@ static bool takes_keys(struct console *console)
 {
     return console->state == CONSOLE_READING && !console->line_complete &&
            console->editor.length < EDITOR_SIZE &&
-           editor_show(&console->editor, echo_of(console)) && cds_ring_count(console->input);
+           command_set.editor->show(&console->editor, echo_of(console)) &&
+           cds_ring_count(console->input);
 }
 
 static void read_input(struct console *console)
@@ -421,6 +424,6 @@ bool console_idle(const struct console *console)
 {
     return console->state == CONSOLE_READING && cds_ring_count(console->input) == 0 &&
            !console->stop_asked && !console->line_complete && console->editor.locked == 0 &&
-           console->editor.shown == console->editor.length && !console->printer.text &&
+           command_set.editor->is_shown(&console->editor) && !console->printer.text &&
            !console->failsafe->alarm;
 }

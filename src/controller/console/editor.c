@@ -1,4 +1,4 @@
-/* The line being typed; see editor.h. */
+/* The editor of the profile `console`; see editor.h. */
 #include "console/editor.h"
 
 #include <string.h>
@@ -15,7 +15,7 @@
 static const CDS_FLASH char take_back[] = "\b \b";
 static const CDS_FLASH char new_line[] = "\r\n";
 
-bool editor_show(struct editor *editor, struct printer *echo)
+static bool show(struct editor *editor, struct printer *echo)
 {
     if (echo == NULL) {
         editor->shown = editor->length;
@@ -30,6 +30,11 @@ bool editor_show(struct editor *editor, struct printer *echo)
                      c >= ' ' && c < DELETE ? c : '?'); // a terminal may obey other characters
     }
     return false;
+}
+
+static bool is_shown(const struct editor *editor)
+{
+    return editor->shown == editor->length;
 }
 
 static void rub_out(struct editor *editor, struct printer *echo)
@@ -87,7 +92,7 @@ static enum editor_event put(struct editor *editor, char key)
     return editor->length == EDITOR_SIZE ? EDITOR_FULL : EDITOR_NONE;
 }
 
-enum editor_event editor_key(struct editor *editor, char key, struct printer *echo)
+static enum editor_event take_key(struct editor *editor, char key, struct printer *echo)
 {
     bool after_cr = editor->after_cr;
 
@@ -111,7 +116,7 @@ enum editor_event editor_key(struct editor *editor, char key, struct printer *ec
     }
 }
 
-void editor_take(struct editor *editor, uint8_t count)
+static void take(struct editor *editor, uint8_t count)
 {
     editor->length = (uint8_t)(editor->length - count);
     editor->shown = (uint8_t)(editor->shown > count ? editor->shown - count : 0);
@@ -120,7 +125,7 @@ void editor_take(struct editor *editor, uint8_t count)
     editor->locked = 0;
 }
 
-void editor_end(struct editor *editor)
+static void end(struct editor *editor)
 {
     if (editor->length || editor->longer)
         editor->last = editor->longer ? 0 : editor->length;
@@ -130,3 +135,11 @@ void editor_end(struct editor *editor)
     editor->escape = 0;
     editor->longer = false;
 }
+
+const CDS_FLASH struct editor_functions short_editor = {
+    .show = show,
+    .is_shown = is_shown,
+    .key = take_key,
+    .take = take,
+    .end = end,
+};

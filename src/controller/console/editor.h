@@ -1,6 +1,8 @@
 /* The line being typed: its latest characters, which may still be taken back. A longer line moves
- * on to the parser from its front, so a line may be of any length. The last line can be fetched
- * back until another line is begun, if it was not longer than EDITOR_SIZE. */
+ * on to the parser from its front, so a line may be of any length.
+ *
+ * A profile has one of two editors: short_editor deletes at the end of the line and fetches the
+ * last line back, until another line is begun; line_editor (line_editor.h) does more. */
 #ifndef CONTROLLER_EDITOR_H
 #define CONTROLLER_EDITOR_H
 
@@ -8,15 +10,19 @@
 #include <stdint.h>
 
 #include "console/printer.h" // struct printer
+#include "flash.h"           // CDS_FLASH
+
+struct history;
 
 #define EDITOR_SIZE 80 // characters, even
 
 /* What a key asks for. */
 enum editor_event {
-    EDITOR_NONE, // nothing to do
-    EDITOR_FULL, // give no more keys until editor_take() was called
-    EDITOR_END,  // the line is complete: take all of it
-    EDITOR_DROP, // forget the line (Ctrl-C)
+    EDITOR_NONE,     // nothing to do
+    EDITOR_FULL,     // give no more keys until editor_take() was called
+    EDITOR_END,      // the line is complete: take all of it
+    EDITOR_DROP,     // forget the line (Ctrl-C)
+    EDITOR_COMPLETE, // complete the word before the cursor (Tab); only of line_editor
 } __attribute__((packed));
 
 /* A zeroed editor is empty. */
@@ -29,19 +35,32 @@ struct editor {
     bool longer;    // some of this line has gone to the parser
     bool after_cr;  // a LF now belongs to the same end of line
     char text[EDITOR_SIZE];
+    /* Only line_editor uses these: */
+    bool prompt_due; // the terminal does not show the prompt yet
+    uint8_t cursor;  // index of the character at the cursor, 0 to length
+    uint8_t drawn;   // characters of the line that the terminal shows, right or not
+    uint8_t column;  // where the cursor of the terminal is, from the begin of the text
+    struct history *history;
 };
 
-/* Echoes more of the text, as far as there is room; nothing if `echo` is NULL. True when all is
- * echoed and there is room for the echo of the next key. */
-bool editor_show(struct editor *editor, struct printer *echo);
+struct editor_functions {
+    /* Echoes more of the text, as far as there is room; nothing if `echo` is NULL. True when all is
+     * echoed and there is room for the echo of the next key. */
+    bool (*show)(struct editor *editor, struct printer *echo);
 
-/* Takes a key. Call it only after editor_show() was true, while length < EDITOR_SIZE. */
-enum editor_event editor_key(struct editor *editor, char key, struct printer *echo);
+    /* True if nothing is left to be echoed. */
+    bool (*is_shown)(const struct editor *editor);
 
-/* Forgets the first `count` characters, 0 to length. */
-void editor_take(struct editor *editor, uint8_t count);
+    /* Takes a key. Call it only after show() was true, while length < EDITOR_SIZE. */
+    enum editor_event (*key)(struct editor *editor, char key, struct printer *echo);
 
-/* Ends the line, and keeps it to be fetched back if it is not too long. */
-void editor_end(struct editor *editor);
+    /* Forgets the first `count` characters, 0 to length. */
+    void (*take)(struct editor *editor, uint8_t count);
+
+    /* Ends the line, and keeps it to be fetched back if it is not too long. */
+    void (*end)(struct editor *editor);
+};
+
+extern const CDS_FLASH struct editor_functions short_editor;
 
 #endif

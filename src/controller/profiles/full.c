@@ -13,6 +13,8 @@
 #include "console/commands/shared.h"
 #include "console/commands/stored.h"
 #include "console/errors.h"
+#include "console/history.h"
+#include "console/line_editor.h"
 #include "robot/autostart.h"
 #include "robot/group_cycle.h"
 #include "robot/moves.h"
@@ -23,6 +25,8 @@ static struct moves moves;
 #endif
 
 static struct motion_store motion_store;
+
+static struct history history;
 
 static const CDS_FLASH struct command_store store = {
     .motions = &motion_store,
@@ -65,6 +69,8 @@ const CDS_FLASH struct command_set command_set = {
     .errors = errors_with_remedies,
     .report = alarms_report,
     .store = &store,
+    .editor = &line_editor,
+    .history = &history,
 #if HAS_MOTION
     .cycle = &moves_cycle,
     .pose_in = &pose_moves,
