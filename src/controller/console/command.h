@@ -18,7 +18,6 @@
 #endif
 
 struct console;
-struct editor_functions;
 struct failsafe;
 struct history;
 struct moves;
@@ -98,8 +97,7 @@ struct command_set {
     const CDS_FLASH struct command_action *pose_in; // "pose ... in TIME"
     struct moves *moves;                            // storage of timed moves, or NULL
     const CDS_FLASH struct command_store *store;    // NULL: the profile stores nothing
-    const CDS_FLASH struct editor_functions *editor;
-    struct history *history; // storage of line_editor; NULL: another editor
+    struct history *history;                        // storage of line_editor.c, or NULL
 };
 
 extern const CDS_FLASH struct command_set command_set;

@@ -135,7 +135,7 @@ static void end_line(struct console *console)
 {
     uint8_t error;
 
-    command_set.editor->end(&console->editor);
+    editor_end(&console->editor);
     end_word(console, ' ');
     if (console->line.words == 0 && console->line.error == 0) {
         begin_line(console); // an empty line has no reply
@@ -162,14 +162,14 @@ static void feed_locked(struct console *console)
         console->line_complete = false;
         end_line(console);
     } else if (editor->locked) {
-        command_set.editor->take(editor, editor->locked);
+        editor_take(editor, editor->locked);
     }
 }
 
 static void drop_line(struct console *console)
 {
     console->editor.length = 0;
-    command_set.editor->end(&console->editor);
+    editor_end(&console->editor);
     console->fed = 0;
     console->line_complete = false;
     begin_line(console);
@@ -197,7 +197,7 @@ static void take(struct console *console, char c)
 {
     struct editor *editor = &console->editor;
 
-    switch (command_set.editor->key(editor, c, echo_of(console))) {
+    switch (editor_key(editor, c, echo_of(console))) {
     case EDITOR_END:
         editor->locked = editor->length;
         console->line_complete = true;
@@ -215,8 +215,7 @@ static bool takes_keys(struct console *console)
 {
     return console->state == CONSOLE_READING && !console->line_complete &&
            console->editor.length < EDITOR_SIZE &&
-           command_set.editor->show(&console->editor, echo_of(console)) &&
-           cds_ring_count(console->input);
+           editor_show(&console->editor, echo_of(console)) && cds_ring_count(console->input);
 }
 
 static void read_input(struct console *console)
@@ -424,6 +423,5 @@ bool console_idle(const struct console *console)
 {
     return console->state == CONSOLE_READING && cds_ring_count(console->input) == 0 &&
            !console->stop_asked && !console->line_complete && console->editor.locked == 0 &&
-           command_set.editor->is_shown(&console->editor) && !console->printer.text &&
-           !console->failsafe->alarm;
+           editor_is_shown(&console->editor) && !console->printer.text && !console->failsafe->alarm;
 }

@@ -10,7 +10,6 @@
 #include <stdint.h>
 
 #include "console/printer.h" // struct printer
-#include "flash.h"           // CDS_FLASH
 
 struct history;
 
@@ -22,7 +21,7 @@ enum editor_event {
     EDITOR_FULL,     // give no more keys until editor_take() was called
     EDITOR_END,      // the line is complete: take all of it
     EDITOR_DROP,     // forget the line (Ctrl-C)
-    EDITOR_COMPLETE, // complete the word before the cursor (Tab); only of line_editor
+    EDITOR_COMPLETE, // complete the word before the cursor (Tab); only of line_editor.c
 } __attribute__((packed));
 
 /* A zeroed editor is empty. */
@@ -35,7 +34,7 @@ struct editor {
     bool longer;    // some of this line has gone to the parser
     bool after_cr;  // a LF now belongs to the same end of line
     char text[EDITOR_SIZE];
-    /* Only line_editor uses these: */
+    /* Only line_editor.c uses these: */
     bool prompt_due; // the terminal does not show the prompt yet
     uint8_t cursor;  // index of the character at the cursor, 0 to length
     uint8_t drawn;   // characters of the line that the terminal shows, right or not
@@ -43,24 +42,20 @@ struct editor {
     struct history *history;
 };
 
-struct editor_functions {
-    /* Echoes more of the text, as far as there is room; nothing if `echo` is NULL. True when all is
-     * echoed and there is room for the echo of the next key. */
-    bool (*show)(struct editor *editor, struct printer *echo);
+/* Echoes more of the text, as far as there is room; nothing if `echo` is NULL. True when all is
+ * echoed and there is room for the echo of the next key. */
+bool editor_show(struct editor *editor, struct printer *echo);
 
-    /* True if nothing is left to be echoed. */
-    bool (*is_shown)(const struct editor *editor);
+/* True if nothing is left to be echoed. */
+bool editor_is_shown(const struct editor *editor);
 
-    /* Takes a key. Call it only after show() was true, while length < EDITOR_SIZE. */
-    enum editor_event (*key)(struct editor *editor, char key, struct printer *echo);
+/* Takes a key. Call it only after editor_show() was true, while length < EDITOR_SIZE. */
+enum editor_event editor_key(struct editor *editor, char key, struct printer *echo);
 
-    /* Forgets the first `count` characters, 0 to length. */
-    void (*take)(struct editor *editor, uint8_t count);
+/* Forgets the first `count` characters, 0 to length. */
+void editor_take(struct editor *editor, uint8_t count);
 
-    /* Ends the line, and keeps it to be fetched back if it is not too long. */
-    void (*end)(struct editor *editor);
-};
-
-extern const CDS_FLASH struct editor_functions short_editor;
+/* Ends the line, and keeps it to be fetched back if it is not too long. */
+void editor_end(struct editor *editor);
 
 #endif

@@ -7,6 +7,7 @@
 
 #include <string.h>
 
+#include "compiler.h" // NOINLINE
 #include "console/history.h"
 
 #define CTRL_A    0x01
@@ -99,20 +100,24 @@ static bool show_step(struct editor *editor, struct printer *echo)
     return true;
 }
 
-static bool show(struct editor *editor, struct printer *echo)
+NOINLINE static bool show_more(struct editor *editor, struct printer *echo)
 {
-    if (echo == NULL) {
-        editor->shown = editor->drawn = editor->length;
-        editor->column = editor->cursor;
-        return true;
-    }
     while (cds_ring_count(echo->ring) <= CDS_RING_SIZE - ROOM)
         if (!show_step(editor, echo))
             return true;
     return false;
 }
 
-static bool is_shown(const struct editor *editor)
+bool editor_show(struct editor *editor, struct printer *echo)
+{
+    if (echo)
+        return show_more(editor, echo);
+    editor->shown = editor->drawn = editor->length;
+    editor->column = editor->cursor;
+    return true;
+}
+
+bool editor_is_shown(const struct editor *editor)
 {
     return !editor->prompt_due && editor->shown == editor->length &&
            editor->drawn == editor->length && editor->column == editor->cursor;
@@ -208,9 +213,15 @@ static char key_of(char end)
 /* What editor->escape is: */
 enum { OUTSIDE, BEGUN, WITHIN, NO_KEY }; // or the digit that stands first
 
+/* True if the key may be more than a character. */
+static bool is_special(const struct editor *editor, char key)
+{
+    return key < ' ' || key >= DELETE || editor->escape;
+}
+
 /* Returns the key; '\0' if it is within an escape sequence; or the control key that a sequence
  * means. */
-static char decode(struct editor *editor, char key)
+NOINLINE static char decode(struct editor *editor, char key)
 {
     uint8_t escape = editor->escape;
 
@@ -234,6 +245,14 @@ static char decode(struct editor *editor, char key)
         return '\0';
     editor->escape = OUTSIDE;
     return key_of(key == '~' ? (char)escape : key);
+}
+
+/* A character at the end of the line. */
+static enum editor_event append(struct editor *editor, char key)
+{
+    editor->text[editor->length++] = key;
+    editor->cursor = editor->length;
+    return editor->length == EDITOR_SIZE ? EDITOR_FULL : EDITOR_NONE;
 }
 
 static enum editor_event insert(struct editor *editor, char key, struct printer *echo)
@@ -283,7 +302,7 @@ static enum editor_event tab(struct editor *editor, struct printer *echo)
     return echo ? EDITOR_COMPLETE : insert(editor, TAB, echo);
 }
 
-static enum editor_event obey(struct editor *editor, char key, struct printer *echo)
+NOINLINE static enum editor_event obey(struct editor *editor, char key, struct printer *echo)
 {
     switch (key) {
     case '\0': break;
@@ -308,13 +327,15 @@ static enum editor_event obey(struct editor *editor, char key, struct printer *e
     return EDITOR_NONE;
 }
 
-static enum editor_event take_key(struct editor *editor, char key, struct printer *echo)
+enum editor_event editor_key(struct editor *editor, char key, struct printer *echo)
 {
     bool after_cr = editor->after_cr;
 
     editor->after_cr = key == '\r';
     if (key == '\n' && after_cr)
         return EDITOR_NONE;
+    if (editor->cursor == editor->length && !is_special(editor, key))
+        return append(editor, key); // quickly: a program sends as fast as the link goes
     return obey(editor, decode(editor, key), echo);
 }
 
@@ -325,7 +346,7 @@ static uint8_t without(uint8_t index, uint8_t count)
     return (uint8_t)(index > count ? index - count : 0);
 }
 
-static void take(struct editor *editor, uint8_t count)
+void editor_take(struct editor *editor, uint8_t count)
 {
     editor->length = (uint8_t)(editor->length - count);
     memmove(editor->text, editor->text + count, editor->length);
@@ -337,7 +358,7 @@ static void take(struct editor *editor, uint8_t count)
     editor->locked = 0;
 }
 
-static void end(struct editor *editor)
+void editor_end(struct editor *editor)
 {
     history_add(editor->history, editor->text, editor->longer ? 0 : editor->length);
     editor->length = editor->cursor = editor->locked = 0;
@@ -345,11 +366,3 @@ static void end(struct editor *editor)
     editor->longer = false;
     line_editor_redraw(editor);
 }
-
-const CDS_FLASH struct editor_functions line_editor = {
-    .show = show,
-    .is_shown = is_shown,
-    .key = take_key,
-    .take = take,
-    .end = end,
-};

@@ -12,8 +12,6 @@
 
 #include "console/editor.h"
 
-extern const CDS_FLASH struct editor_functions line_editor;
-
 /* Inserts a character at the cursor. False: a line of EDITOR_SIZE - 1 characters takes one only at
  * its end, and then it is full (EDITOR_FULL). */
 bool line_editor_insert(struct editor *editor, char c);

@@ -3,7 +3,6 @@
 
 #include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
-#include "console/editor.h"
 #include "console/errors.h"
 #include "robot/group_cycle.h"
 
@@ -50,5 +49,4 @@ const CDS_FLASH struct command_set command_set = {
     .report = alarms_report,
     .cycle = &group_cycle,
     .pose_in = &pose_by_servo,
-    .editor = &short_editor,
 };

@@ -14,7 +14,6 @@
 #include "console/commands/stored.h"
 #include "console/errors.h"
 #include "console/history.h"
-#include "console/line_editor.h"
 #include "robot/autostart.h"
 #include "robot/group_cycle.h"
 #include "robot/moves.h"
@@ -69,7 +68,6 @@ const CDS_FLASH struct command_set command_set = {
     .errors = errors_with_remedies,
     .report = alarms_report,
     .store = &store,
-    .editor = &line_editor,
     .history = &history,
 #if HAS_MOTION
     .cycle = &moves_cycle,

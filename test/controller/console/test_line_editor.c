@@ -99,11 +99,11 @@ static void show_all(void)
     bool done;
 
     do {
-        done = line_editor.show(&editor, &printer);
+        done = editor_show(&editor, &printer);
         for (; cds_ring_count(&ring); ring_drop(&ring, 1))
             obey((char)ring_peek(&ring, 0));
     } while (!done);
-    TEST_ASSERT_TRUE(line_editor.is_shown(&editor));
+    TEST_ASSERT_TRUE(editor_is_shown(&editor));
 }
 
 /* The terminal shows this row up to its end, and the cursor in this column. */
@@ -129,10 +129,10 @@ static void assert_line(const char *line, uint8_t cursor)
 
 static enum editor_event press(char key)
 {
-    enum editor_event event = line_editor.key(&editor, key, &printer);
+    enum editor_event event = editor_key(&editor, key, &printer);
 
     if (event == EDITOR_END || event == EDITOR_DROP)
-        line_editor.end(&editor);
+        editor_end(&editor);
     show_all();
     return event;
 }
@@ -306,8 +306,8 @@ void test_full_line_moves_on_and_is_not_kept(void)
 {
     for (uint8_t i = 0; i < EDITOR_SIZE - 1; i++)
         TEST_ASSERT_EQUAL(EDITOR_NONE, type("x"));
-    TEST_ASSERT_EQUAL(EDITOR_FULL, line_editor.key(&editor, 'y', &printer));
-    line_editor.take(&editor, EDITOR_SIZE / 2);
+    TEST_ASSERT_EQUAL(EDITOR_FULL, editor_key(&editor, 'y', &printer));
+    editor_take(&editor, EDITOR_SIZE / 2);
     show_all();
     TEST_ASSERT_EQUAL_UINT8(EDITOR_SIZE / 2, editor.length);
     TEST_ASSERT_EQUAL_UINT8(EDITOR_SIZE, screen.column);
@@ -331,8 +331,8 @@ void test_full_line_takes_no_character_in_its_middle(void)
 void test_without_echo_keys_do_the_same_and_nothing_is_shown(void)
 {
     for (const char *key = "pg" LEFT "in" DEL "\t1"; *key; key++) {
-        TEST_ASSERT_TRUE(line_editor.show(&editor, NULL));
-        line_editor.key(&editor, *key, NULL);
+        TEST_ASSERT_TRUE(editor_show(&editor, NULL));
+        editor_key(&editor, *key, NULL);
     }
     TEST_ASSERT_EQUAL_STRING_LEN("pin\t1", editor.text, 5);
     TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&ring));
@@ -373,8 +373,8 @@ void test_redraw_shows_the_line_again(void)
 void test_stopped_reader_delays_the_echo_only(void)
 {
     for (uint16_t i = 0; i < 500; i++)
-        if (line_editor.show(&editor, &printer))
-            line_editor.key(&editor, 'x', &printer);
+        if (editor_show(&editor, &printer))
+            editor_key(&editor, 'x', &printer);
     TEST_ASSERT_LESS_OR_EQUAL_UINT8(CDS_RING_SIZE, editor.length);
     show_all();
     TEST_ASSERT_EQUAL_UINT8(editor.length, screen.column);

@@ -15,7 +15,7 @@
 static const CDS_FLASH char take_back[] = "\b \b";
 static const CDS_FLASH char new_line[] = "\r\n";
 
-static bool show(struct editor *editor, struct printer *echo)
+bool editor_show(struct editor *editor, struct printer *echo)
 {
     if (echo == NULL) {
         editor->shown = editor->length;
@@ -32,7 +32,7 @@ static bool show(struct editor *editor, struct printer *echo)
     return false;
 }
 
-static bool is_shown(const struct editor *editor)
+bool editor_is_shown(const struct editor *editor)
 {
     return editor->shown == editor->length;
 }
@@ -92,7 +92,7 @@ static enum editor_event put(struct editor *editor, char key)
     return editor->length == EDITOR_SIZE ? EDITOR_FULL : EDITOR_NONE;
 }
 
-static enum editor_event take_key(struct editor *editor, char key, struct printer *echo)
+enum editor_event editor_key(struct editor *editor, char key, struct printer *echo)
 {
     bool after_cr = editor->after_cr;
 
@@ -116,7 +116,7 @@ static enum editor_event take_key(struct editor *editor, char key, struct printe
     }
 }
 
-static void take(struct editor *editor, uint8_t count)
+void editor_take(struct editor *editor, uint8_t count)
 {
     editor->length = (uint8_t)(editor->length - count);
     editor->shown = (uint8_t)(editor->shown > count ? editor->shown - count : 0);
@@ -125,7 +125,7 @@ static void take(struct editor *editor, uint8_t count)
     editor->locked = 0;
 }
 
-static void end(struct editor *editor)
+void editor_end(struct editor *editor)
 {
     if (editor->length || editor->longer)
         editor->last = editor->longer ? 0 : editor->length;
@@ -135,11 +135,3 @@ static void end(struct editor *editor)
     editor->escape = 0;
     editor->longer = false;
 }
-
-const CDS_FLASH struct editor_functions short_editor = {
-    .show = show,
-    .is_shown = is_shown,
-    .key = take_key,
-    .take = take,
-    .end = end,
-};

@@ -1,7 +1,7 @@
-/* The line being typed, and its echo. */
+/* The editor of the profile `console`: the line being typed, and its echo. */
 #include <string.h>
 
-#include "console/editor.h"
+#include "console/short_editor.c" // the archive of the tests has the editor of the profile `full`
 #include "ring_input.h"
 #include "unity.h"
 
@@ -37,13 +37,13 @@ static enum editor_event type(const char *keys)
     enum editor_event event = EDITOR_NONE;
 
     for (; *keys; keys++) {
-        while (!short_editor.show(&editor, &printer))
+        while (!editor_show(&editor, &printer))
             hear();
-        event = short_editor.key(&editor, *keys, &printer);
+        event = editor_key(&editor, *keys, &printer);
         if (event == EDITOR_FULL)
-            short_editor.take(&editor, EDITOR_SIZE / 2);
+            editor_take(&editor, EDITOR_SIZE / 2);
     }
-    while (!short_editor.show(&editor, &printer))
+    while (!editor_show(&editor, &printer))
         hear();
     hear();
     return event;
@@ -81,8 +81,8 @@ void test_backspace_on_an_empty_line_shows_nothing(void)
 void test_without_echo_nothing_is_shown_and_the_keys_do_the_same(void)
 {
     for (const char *key = "pong\b\b\bing\x15stop\b"; *key; key++) {
-        TEST_ASSERT_TRUE(short_editor.show(&editor, NULL));
-        short_editor.key(&editor, *key, NULL);
+        TEST_ASSERT_TRUE(editor_show(&editor, NULL));
+        editor_key(&editor, *key, NULL);
     }
     assert_line("sto");
     TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&ring));
@@ -95,7 +95,7 @@ void test_the_last_line_comes_back(void)
     for (uint8_t i = 0; i < 3; i++) {
         setUp();
         type("ping 1\r");
-        short_editor.end(&editor);
+        editor_end(&editor);
         length = 0;
         type(keys[i]);
         assert_line("ping 1");
@@ -108,9 +108,9 @@ void test_the_last_line_comes_back(void)
 void test_an_empty_line_does_not_replace_the_last_one(void)
 {
     type("ping 1\r");
-    short_editor.end(&editor);
+    editor_end(&editor);
     type("\r");
-    short_editor.end(&editor);
+    editor_end(&editor);
     type("\x10");
     assert_line("ping 1");
 }
@@ -118,7 +118,7 @@ void test_an_empty_line_does_not_replace_the_last_one(void)
 void test_a_line_that_was_begun_is_not_replaced(void)
 {
     type("ping 1\r");
-    short_editor.end(&editor);
+    editor_end(&editor);
     type("x\x10");
     assert_line("x");
     type("\b\x10"); // its place is taken
@@ -129,7 +129,7 @@ void test_the_end_of_a_line_ends_an_escape_sequence(void)
 {
     TEST_ASSERT_EQUAL(EDITOR_END, type("x\x1B[\r"));
     type("\x1B[");
-    short_editor.end(&editor); // dropped, as by a packet
+    editor_end(&editor); // dropped, as by a packet
     type("ping 1");
     assert_line("ping 1");
 }
@@ -175,7 +175,7 @@ void test_a_long_line_moves_on_and_cannot_be_fetched_back(void)
     assert_line(""); // what has moved on stays
     TEST_ASSERT_EQUAL_UINT16(EDITOR_SIZE + 3 * EDITOR_SIZE / 2, strlen(shown));
     type("z\r");
-    short_editor.end(&editor);
+    editor_end(&editor);
     type("\x10");
     assert_line("");
 }
@@ -190,11 +190,11 @@ void test_other_characters_are_shown_harmlessly(void)
 void test_a_reader_that_stops_holds_up_the_echo_only(void)
 {
     for (uint16_t i = 0; i < 500; i++)
-        if (short_editor.show(&editor, &printer))
-            short_editor.key(&editor, 'x', &printer);
+        if (editor_show(&editor, &printer))
+            editor_key(&editor, 'x', &printer);
     TEST_ASSERT_LESS_THAN_UINT8(CDS_RING_SIZE + 1, editor.length);
     hear();
-    TEST_ASSERT_TRUE(short_editor.show(&editor, &printer));
+    TEST_ASSERT_TRUE(editor_show(&editor, &printer));
     hear();
     TEST_ASSERT_EQUAL_UINT8(editor.length, strlen(shown));
 }
@@ -207,7 +207,7 @@ void test_locked_text_cannot_be_taken_back(void)
     assert_line("ping");
     type(" 2\x15");
     assert_line("ping");
-    short_editor.take(&editor, 4);
+    editor_take(&editor, 4);
     assert_line("");
     type("x\b\b");
     assert_line("");
