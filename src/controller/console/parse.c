@@ -64,6 +64,10 @@ static bool is_capital(char c)
     return c >= 'A' && c <= 'Z';
 }
 
+/* The words of usage strings have small letters and '-', which this bit makes of capitals and keeps:
+ * so a token may have any case. */
+#define SMALL 0x20
+
 /* Which of the words at `usage`, as in a|b, the token is, from 1 on; 0: none of them. */
 NOINLINE static uint8_t choice_of(const CDS_FLASH char *usage, const struct token *token)
 {
@@ -79,7 +83,7 @@ NOINLINE static uint8_t choice_of(const CDS_FLASH char *usage, const struct toke
                 return 0;
             index++;
             same = 0;
-        } else if (same < TOKEN_MAX && token->text[same] == c) {
+        } else if (same < TOKEN_MAX && (token->text[same] | SMALL) == c) {
             same++;
         } else {
             same = UINT8_MAX; // another word
@@ -128,7 +132,7 @@ static void move_on(struct command_line *line)
 
 static bool is_letter(char c)
 {
-    return (c | 0x20) >= 'a' && (c | 0x20) <= 'z';
+    return (c | SMALL) >= 'a' && (c | SMALL) <= 'z';
 }
 
 /* True if the argument at `usage`, an enum argument, may be the token. Of the arguments in capitals
@@ -151,7 +155,7 @@ static const CDS_FLASH struct command *
 find_row(const CDS_FLASH char *begin, const CDS_FLASH char *end, const struct token *token)
 {
     const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;
-    char first = end ? *begin : token->text[0];
+    char first = end ? *begin : (char)(token->text[0] | SMALL);
 
     for (; *group; group++) {
         const CDS_FLASH struct command *row = (*group)->rows;

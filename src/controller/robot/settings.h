@@ -105,7 +105,8 @@ struct settings_store {
 /* All of them as in the table. */
 void settings_default(struct settings *settings);
 
-/* The row named by the `length` characters at `name`; SETTINGS_COUNT if there is none. */
+/* The row named by the `length` characters at `name`, in any case; SETTINGS_COUNT if there is none.
+ */
 uint8_t settings_named(const char *name, uint8_t length);
 
 /* The value of row `index` (0 to SETTINGS_COUNT - 1) of the table. */
