@@ -17,6 +17,7 @@
 #define COMMAND_DETAILS(string) FLASH_TEXT(string)
 #endif
 
+struct command_typing;
 struct console;
 struct failsafe;
 struct history;
@@ -97,6 +98,7 @@ struct command_set {
     const CDS_FLASH struct command_action *pose_in; // "pose ... in TIME"
     struct moves *moves;                            // storage of timed moves, or NULL
     const CDS_FLASH struct command_store *store;    // NULL: the profile stores nothing
+    const CDS_FLASH struct command_typing *typing;  // completion and hints, or NULL
     struct history *history;                        // storage of line_editor.c, or NULL
 };
 

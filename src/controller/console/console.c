@@ -11,6 +11,7 @@
 #include "ring_input.h"      // ring_peek(), ring_drop()
 #include "compiler.h"        // NOINLINE
 #include "console/reply.h"
+#include "console/typing.h"
 
 /* Bounds of a poll, since the bus must not wait. */
 #define KEYS_PER_POLL 5
@@ -72,6 +73,12 @@ static void spoil(struct console *console, uint8_t error)
 
 /* ---- a line ---- */
 
+/* True if the token is the word that is wrong: a hint looks for a name near it. */
+static bool keeps_token(const struct console *console)
+{
+    return command_set.typing && console->line.error;
+}
+
 static void end_word(struct console *console, char separator)
 {
     bool empty = console->token.length == 0;
@@ -79,7 +86,8 @@ static void end_word(struct console *console, char separator)
     if (empty && (separator == ' ' || console->line.words == 0))
         return; // several spaces count as one
     parse_word(&console->line, &console->token, separator);
-    console->token.length = 0;
+    if (!keeps_token(console))
+        console->token.length = 0;
 }
 
 /* Takes a character of the line that the user can no longer delete. */
@@ -89,7 +97,7 @@ static void feed(struct console *console, char c)
         console->characters = CONSOLE_LINE_MAX; // must not wrap
         spoil(console, ERROR_LINE_TOO_LONG);
     }
-    if (console->skipping)
+    if (console->skipping || keeps_token(console))
         return;
     if (c == ' ' || c == '\t')
         end_word(console, ' ');
@@ -105,6 +113,8 @@ NOINLINE static void conclude(struct console *console, uint8_t error)
         console->error = error;
     console->reply_ended = false;
     console->state = CONSOLE_ENDING;
+    if (command_set.typing)
+        console->phase = 0;
 }
 
 NOINLINE static void begin_command(struct console *console)
@@ -136,7 +146,8 @@ static void end_line(struct console *console)
     uint8_t error;
 
     editor_end(&console->editor);
-    end_word(console, ' ');
+    if (!keeps_token(console))
+        end_word(console, ' ');
     if (console->line.words == 0 && console->line.error == 0) {
         begin_line(console); // an empty line has no reply
         return;
@@ -172,6 +183,8 @@ static void drop_line(struct console *console)
     editor_end(&console->editor);
     console->fed = 0;
     console->line_complete = false;
+    if (command_set.typing)
+        console->completing = false;
     begin_line(console);
 }
 
@@ -193,16 +206,26 @@ static struct printer *echo_of(struct console *console)
     return console->failsafe->settings->echo ? &console->printer : NULL;
 }
 
-static void take(struct console *console, char c)
+/* A Tab has come. A long line whose begin the parser has cannot be completed. */
+NOINLINE static void begin_completion(struct console *console)
+{
+    if (!command_set.typing || console->editor.longer)
+        return;
+    command_set.typing->begin(console);
+    console->completing = true;
+}
+
+static void take(struct console *console, char c, struct printer *echo)
 {
     struct editor *editor = &console->editor;
 
-    switch (editor_key(editor, c, echo_of(console))) {
+    switch (editor_key(editor, c, echo)) {
     case EDITOR_END:
         editor->locked = editor->length;
         console->line_complete = true;
         break;
     case EDITOR_DROP: drop_line(console); break;
+    case EDITOR_COMPLETE: begin_completion(console); break;
     case EDITOR_FULL:
         if (editor->locked == 0)
             editor->locked = EDITOR_SIZE / 2;
@@ -211,24 +234,28 @@ static void take(struct console *console, char c)
     }
 }
 
-static bool takes_keys(struct console *console)
+static bool takes_keys(struct console *console, struct printer *echo)
 {
     return console->state == CONSOLE_READING && !console->line_complete &&
            console->editor.length < EDITOR_SIZE &&
-           editor_show(&console->editor, echo_of(console)) && cds_ring_count(console->input);
+           (echo == NULL || editor_show(&console->editor, echo)) && cds_ring_count(console->input);
 }
 
 static void read_input(struct console *console)
 {
+    struct printer *echo = echo_of(console);
+
     feed_locked(console);
-    for (uint8_t left = KEYS_PER_POLL; left && takes_keys(console); left--) {
+    for (uint8_t left = KEYS_PER_POLL; left && takes_keys(console, echo); left--) {
         uint8_t byte = ring_peek(console->input, 0);
 
         ring_drop(console->input, 1);
         if (is_mark(byte))
             take_mark(console, byte);
         else
-            take(console, (char)byte);
+            take(console, (char)byte, echo);
+        if (command_set.typing && console->completing)
+            return; // the keys behind a Tab wait
     }
 }
 
@@ -381,6 +408,8 @@ static void read_line(struct console *console)
 {
     if (console->stop_asked)
         answer_stop(console);
+    else if (command_set.typing && console->completing)
+        console->completing = command_set.typing->complete(console);
     else if (!command_set.report(console))
         read_input(console);
 }
@@ -395,7 +424,10 @@ static void go_on(struct console *console)
 
 static void end_reply(struct console *console)
 {
-    if (printer_ready(&console->printer) && !reply_piece(console))
+    if (!printer_ready(&console->printer) ||
+        (command_set.typing && command_set.typing->search(console)))
+        return;
+    if (!reply_piece(console))
         begin_line(console);
 }
 
@@ -422,6 +454,8 @@ bool console_say(struct console *console, const CDS_FLASH char *line)
 bool console_idle(const struct console *console)
 {
     return console->state == CONSOLE_READING && cds_ring_count(console->input) == 0 &&
-           !console->stop_asked && !console->line_complete && console->editor.locked == 0 &&
-           editor_is_shown(&console->editor) && !console->printer.text && !console->failsafe->alarm;
+           !console->stop_asked && !(command_set.typing && console->completing) &&
+           !console->line_complete && console->editor.locked == 0 &&
+           (!console->failsafe->settings->echo || editor_is_shown(&console->editor)) &&
+           !console->printer.text && !console->failsafe->alarm;
 }

@@ -42,14 +42,15 @@ struct editor {
     struct history *history;
 };
 
-/* Echoes more of the text, as far as there is room; nothing if `echo` is NULL. True when all is
- * echoed and there is room for the echo of the next key. */
+/* Echoes more of the text, as far as there is room. True when all is echoed and there is room for
+ * the echo of the next key. Not needed without echo. */
 bool editor_show(struct editor *editor, struct printer *echo);
 
 /* True if nothing is left to be echoed. */
 bool editor_is_shown(const struct editor *editor);
 
-/* Takes a key. Call it only after editor_show() was true, while length < EDITOR_SIZE. */
+/* Takes a key. Call it only while length < EDITOR_SIZE; with echo, after editor_show() was true.
+ * Without echo, `echo` is NULL. */
 enum editor_event editor_key(struct editor *editor, char key, struct printer *echo);
 
 /* Forgets the first `count` characters, 0 to length. */

@@ -100,23 +100,13 @@ static bool show_step(struct editor *editor, struct printer *echo)
     return true;
 }
 
-NOINLINE static bool show_more(struct editor *editor, struct printer *echo)
+bool editor_show(struct editor *editor, struct printer *echo)
 {
     while (cds_ring_count(echo->ring) <= CDS_RING_SIZE - ROOM)
         if (!show_step(editor, echo))
             return true;
     return false;
 }
-
-bool editor_show(struct editor *editor, struct printer *echo)
-{
-    if (echo)
-        return show_more(editor, echo);
-    editor->shown = editor->drawn = editor->length;
-    editor->column = editor->cursor;
-    return true;
-}
-
 bool editor_is_shown(const struct editor *editor)
 {
     return !editor->prompt_due && editor->shown == editor->length &&
@@ -221,7 +211,7 @@ static bool is_special(const struct editor *editor, char key)
 
 /* Returns the key; '\0' if it is within an escape sequence; or the control key that a sequence
  * means. */
-NOINLINE static char decode(struct editor *editor, char key)
+static char decode(struct editor *editor, char key)
 {
     uint8_t escape = editor->escape;
 
@@ -250,6 +240,7 @@ NOINLINE static char decode(struct editor *editor, char key)
 /* A character at the end of the line. */
 static enum editor_event append(struct editor *editor, char key)
 {
+    editor->after_cr = false;
     editor->text[editor->length++] = key;
     editor->cursor = editor->length;
     return editor->length == EDITOR_SIZE ? EDITOR_FULL : EDITOR_NONE;
@@ -302,7 +293,7 @@ static enum editor_event tab(struct editor *editor, struct printer *echo)
     return echo ? EDITOR_COMPLETE : insert(editor, TAB, echo);
 }
 
-NOINLINE static enum editor_event obey(struct editor *editor, char key, struct printer *echo)
+static enum editor_event obey(struct editor *editor, char key, struct printer *echo)
 {
     switch (key) {
     case '\0': break;
@@ -327,16 +318,22 @@ NOINLINE static enum editor_event obey(struct editor *editor, char key, struct p
     return EDITOR_NONE;
 }
 
-enum editor_event editor_key(struct editor *editor, char key, struct printer *echo)
+NOINLINE static enum editor_event take_special(struct editor *editor, char key,
+                                               struct printer *echo)
 {
     bool after_cr = editor->after_cr;
 
     editor->after_cr = key == '\r';
     if (key == '\n' && after_cr)
         return EDITOR_NONE;
+    return obey(editor, decode(editor, key), echo);
+}
+
+enum editor_event editor_key(struct editor *editor, char key, struct printer *echo)
+{
     if (editor->cursor == editor->length && !is_special(editor, key))
         return append(editor, key); // quickly: a program sends as fast as the link goes
-    return obey(editor, decode(editor, key), echo);
+    return take_special(editor, key, echo);
 }
 
 /* ---- to the parser ---- */

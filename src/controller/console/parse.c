@@ -9,24 +9,6 @@
 #include "console/errors.h"
 #include "robot/settings.h" // settings_named()
 
-/* What an argument in capitals is. */
-enum argument {
-    ARGUMENT_NONE, // there is none, or it is one of several words
-    ARGUMENT_ID,
-    ARGUMENT_ID_OR_ALL,
-    ARGUMENT_NEW_ID,
-    ARGUMENT_REGISTER,
-    ARGUMENT_LENGTH,
-    ARGUMENT_COMMAND,
-    ARGUMENT_SETTING,
-    ARGUMENT_NAME,
-    ARGUMENT_NUMBER, // and all names that are not below
-    ARGUMENT_VALUES, // from here on: one word or more
-    ARGUMENT_BLOCKS,
-    ARGUMENT_IDS,
-    ARGUMENT_ANGLES,
-} __attribute__((packed));
-
 static const CDS_FLASH struct {
     char name[12]; // at most 11 characters
     uint8_t argument;
@@ -64,8 +46,8 @@ static bool is_capital(char c)
     return c >= 'A' && c <= 'Z';
 }
 
-/* The words of usage strings have small letters and '-', which this bit makes of capitals and keeps:
- * so a token may have any case. */
+/* The words of usage strings have small letters and '-', which this bit makes of capitals and
+ * keeps: so a token may have any case. */
 #define SMALL 0x20
 
 /* Which of the words at `usage`, as in a|b, the token is, from 1 on; 0: none of them. */
@@ -101,8 +83,7 @@ static bool has_name(const CDS_FLASH char *usage, const CDS_FLASH char *name)
     return *name == '\0' && ends(*usage);
 }
 
-/* The first argument at `usage`, or behind a bracket. */
-static uint8_t argument_at(const CDS_FLASH char *usage)
+uint8_t parse_argument_at(const CDS_FLASH char *usage)
 {
     while (*usage == '[')
         usage++;
@@ -127,7 +108,7 @@ static const CDS_FLASH char *behind(const CDS_FLASH char *usage)
 static void move_on(struct command_line *line)
 {
     line->usage = behind(line->usage);
-    line->argument = argument_at(line->usage);
+    line->argument = parse_argument_at(line->usage);
 }
 
 static bool is_letter(char c)
@@ -167,7 +148,7 @@ find_row(const CDS_FLASH char *begin, const CDS_FLASH char *end, const struct to
                 continue;
             for (; other < end && *usage == *other; usage++)
                 other++;
-            if (other == end && takes(usage, argument_at(usage), token))
+            if (other == end && takes(usage, parse_argument_at(usage), token))
                 return row;
         }
     }
@@ -403,14 +384,20 @@ static void choose_row(struct command_line *line, const struct token *token)
         return;
     line->command = row;
     line->usage = row->usage + same;
-    line->argument = argument_at(line->usage);
+    line->argument = parse_argument_at(line->usage);
+}
+
+void parse_end_list(struct command_line *line)
+{
+    if (line->argument >= ARGUMENT_IDS && line->values)
+        move_on(line);
 }
 
 /* Goes on to the argument that this word is for: a word ends a list of numbers. */
 static void find_argument(struct command_line *line, const struct token *token)
 {
-    if (line->argument >= ARGUMENT_IDS && line->values && is_letter(token->text[0]))
-        move_on(line);
+    if (is_letter(token->text[0]))
+        parse_end_list(line);
     choose_row(line, token);
     while (*line->usage == '[')
         line->usage++;
@@ -425,7 +412,7 @@ void parse_word(struct command_line *line, const struct token *token, char separ
     } else {
         find_argument(line, token);
         line->error = take_argument(line, token, separator);
-        if (!repeats(line))
+        if (!repeats(line) && !(command_set.typing && line->error)) // a hint needs the place
             move_on(line);
     }
     if (line->words < UINT8_MAX)

@@ -17,10 +17,6 @@ static const CDS_FLASH char new_line[] = "\r\n";
 
 bool editor_show(struct editor *editor, struct printer *echo)
 {
-    if (echo == NULL) {
-        editor->shown = editor->length;
-        return true;
-    }
     while (cds_ring_count(echo->ring) < CDS_RING_SIZE - ROOM) {
         if (editor->shown >= editor->length)
             return true;

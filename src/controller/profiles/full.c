@@ -14,6 +14,7 @@
 #include "console/commands/stored.h"
 #include "console/errors.h"
 #include "console/history.h"
+#include "console/typing.h"
 #include "robot/autostart.h"
 #include "robot/group_cycle.h"
 #include "robot/moves.h"
@@ -68,6 +69,7 @@ const CDS_FLASH struct command_set command_set = {
     .errors = errors_with_remedies,
     .report = alarms_report,
     .store = &store,
+    .typing = &typing,
     .history = &history,
 #if HAS_MOTION
     .cycle = &moves_cycle,

@@ -331,7 +331,6 @@ void test_full_line_takes_no_character_in_its_middle(void)
 void test_without_echo_keys_do_the_same_and_nothing_is_shown(void)
 {
     for (const char *key = "pg" LEFT "in" DEL "\t1"; *key; key++) {
-        TEST_ASSERT_TRUE(editor_show(&editor, NULL));
         editor_key(&editor, *key, NULL);
     }
     TEST_ASSERT_EQUAL_STRING_LEN("pin\t1", editor.text, 5);

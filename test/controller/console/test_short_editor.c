@@ -81,7 +81,6 @@ void test_backspace_on_an_empty_line_shows_nothing(void)
 void test_without_echo_nothing_is_shown_and_the_keys_do_the_same(void)
 {
     for (const char *key = "pong\b\b\bing\x15stop\b"; *key; key++) {
-        TEST_ASSERT_TRUE(editor_show(&editor, NULL));
         editor_key(&editor, *key, NULL);
     }
     assert_line("sto");
