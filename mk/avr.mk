@@ -49,7 +49,7 @@ endif
 ASKED_PROFILE := $(PROFILE)
 bridge_SRC := $(filter-out %/console.c %/parse.c %/reply.c %_editor.c,$(COMMON_SRC)) src/controller/profiles/bridge.c
 # Each profile with a console has its own editor.
-console_SRC := $(filter-out %/line_editor.c %/history.c %/names.c %/typing.c,$(COMMON_SRC)) $(COMMANDS_SRC) src/controller/profiles/console.c
+console_SRC := $(filter-out %/line_editor.c %/history.c %/names.c %/typing.c %/mode.c,$(COMMON_SRC) $(COMMANDS_SRC)) src/controller/profiles/console.c
 full_SRC := $(filter-out %/short_editor.c,$(COMMON_SRC)) $(COMMANDS_SRC) src/controller/profiles/full.c
 # In the profile `console` the commands are compiled without the details that docs/console.md has. So their
 # objects differ from those of `full`, and stand in build/<board>/console/.

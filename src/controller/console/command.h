@@ -98,8 +98,11 @@ struct command_set {
     const CDS_FLASH struct command_action *pose_in; // "pose ... in TIME"
     struct moves *moves;                            // storage of timed moves, or NULL
     const CDS_FLASH struct command_store *store;    // NULL: the profile stores nothing
-    const CDS_FLASH struct command_typing *typing;  // completion and hints, or NULL
-    struct history *history;                        // storage of line_editor.c, or NULL
+    /* Text that the console prints after a reset if the setting echo is SETTINGS_ECHO_PERSON. NULL:
+     * no banner and no prompt. */
+    const CDS_FLASH char *banner;
+    const CDS_FLASH struct command_typing *typing; // completion and hints, or NULL
+    struct history *history;                       // storage of line_editor.c, or NULL
 };
 
 extern const CDS_FLASH struct command_set command_set;

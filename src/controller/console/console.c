@@ -11,6 +11,7 @@
 #include "ring_input.h"      // ring_peek(), ring_drop()
 #include "compiler.h"        // NOINLINE
 #include "console/reply.h"
+#include "robot/settings.h" // SETTINGS_ECHO_PERSON
 #include "console/typing.h"
 
 /* Bounds of a poll, since the bus must not wait. */
@@ -59,6 +60,10 @@ void console_open(struct console *console, struct failsafe *failsafe, struct cds
     console->request.reply_capacity = sizeof console->reply;
     console->line.request = &console->request;
     begin_line(console);
+    if (command_set.banner && failsafe->settings->echo == SETTINGS_ECHO_PERSON) {
+        printer_line(&console->printer, command_set.banner);
+        console->editor.prompt_due = true;
+    }
 }
 
 /* The line is wrong: ignores its remaining characters. At the end of the line the reply is `error`.
@@ -141,6 +146,13 @@ static void run(struct console *console)
         conclude(console, error);
 }
 
+/* A new line begins: for people it has a prompt. */
+static void prompt(struct console *console)
+{
+    if (command_set.banner)
+        console->editor.prompt_due = console->failsafe->settings->echo == SETTINGS_ECHO_PERSON;
+}
+
 static void end_line(struct console *console)
 {
     uint8_t error;
@@ -150,6 +162,7 @@ static void end_line(struct console *console)
         end_word(console, ' ');
     if (console->line.words == 0 && console->line.error == 0) {
         begin_line(console); // an empty line has no reply
+        prompt(console);
         return;
     }
     error = parse_end(&console->line);
@@ -188,6 +201,16 @@ static void drop_line(struct console *console)
     begin_line(console);
 }
 
+/* Text comes between lines: a prompt without text behind it is overwritten, and comes again. */
+static void move_prompt(struct console *console)
+{
+    if (!command_set.banner || !console->failsafe->alarm || console->editor.length ||
+        console->failsafe->settings->echo != SETTINGS_ECHO_PERSON || console->editor.prompt_due)
+        return;
+    printer_char(&console->printer, '\r');
+    console->editor.prompt_due = true;
+}
+
 static bool is_mark(uint8_t byte)
 {
     return byte == HOST_MARK_DROPPED || byte == HOST_MARK_LOST;
@@ -197,6 +220,8 @@ static bool is_mark(uint8_t byte)
 NOINLINE static void take_mark(struct console *console, uint8_t mark)
 {
     drop_line(console);
+    if (command_set.banner)
+        console->editor.prompt_due = false; // the host speaks the protocol: no text until a line
     if (mark == HOST_MARK_LOST)
         conclude(console, ERROR_INPUT_LOST);
 }
@@ -224,7 +249,10 @@ static void take(struct console *console, char c, struct printer *echo)
         editor->locked = editor->length;
         console->line_complete = true;
         break;
-    case EDITOR_DROP: drop_line(console); break;
+    case EDITOR_DROP:
+        drop_line(console);
+        prompt(console);
+        break;
     case EDITOR_COMPLETE: begin_completion(console); break;
     case EDITOR_FULL:
         if (editor->locked == 0)
@@ -399,9 +427,18 @@ static void poll_command(struct console *console)
 static void answer_stop(struct console *console)
 {
     console->stop_asked = false;
+    if (command_set.banner && console->failsafe->settings->echo == SETTINGS_ECHO_PERSON)
+        printer_end_of_line(&console->printer); // behind the prompt and the dropped line
     parse_begin(&console->line);
     console->line.command = command_set.on_stop;
     begin_command(console);
+}
+
+static void read_keys(struct console *console)
+{
+    move_prompt(console);
+    if (!command_set.report(console))
+        read_input(console);
 }
 
 static void read_line(struct console *console)
@@ -410,8 +447,8 @@ static void read_line(struct console *console)
         answer_stop(console);
     else if (command_set.typing && console->completing)
         console->completing = command_set.typing->complete(console);
-    else if (!command_set.report(console))
-        read_input(console);
+    else
+        read_keys(console);
 }
 
 static void go_on(struct console *console)
@@ -427,8 +464,10 @@ static void end_reply(struct console *console)
     if (!printer_ready(&console->printer) ||
         (command_set.typing && command_set.typing->search(console)))
         return;
-    if (!reply_piece(console))
-        begin_line(console);
+    if (reply_piece(console))
+        return;
+    begin_line(console);
+    prompt(console);
 }
 
 void console_poll(struct console *console)

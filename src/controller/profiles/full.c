@@ -43,6 +43,7 @@ static const CDS_FLASH struct command_store store = {
 // clang-format off
 static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &help_commands,
+    &mode_commands,
     &servo_commands,
     &register_commands,
     &monitor_commands,
@@ -69,6 +70,7 @@ const CDS_FLASH struct command_set command_set = {
     .errors = errors_with_remedies,
     .report = alarms_report,
     .store = &store,
+    .banner = mode_banner,
     .typing = &typing,
     .history = &history,
 #if HAS_MOTION

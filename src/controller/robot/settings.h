@@ -25,7 +25,10 @@
     X(bus_baud, 1, 1, 0, 254, "register", "bus, 2 000 000 / (n + 1) bit/s: 1 is 1 Mbps")           \
     X(return_delay, 1, 254, 0, 254, "2 us", "the longest return delay of any servo on the bus")    \
     X(repeats, 1, 0, 0, 2, "-", "how often a packet is sent again when no good reply came")        \
-    X(echo, 1, 0, 0, 1, "-", "1: the console echoes what is typed")                                \
+    X(echo, 1, 0, 0, 2, "-",                                                                       \
+      "1: the console echoes what is typed; 2: for people, also a banner after a reset and a "     \
+      "prompt "                                                                                    \
+      "(mode person; the profile console only echoes)")                                            \
     X(link_loss_ms, 2, 0, 0, 65535, "ms",                                                          \
       "silence of the host that counts as loss of the link; 0: not watched")                       \
     X(link_loss_action, 1, 1, 0, 2, "-",                                                           \
@@ -57,6 +60,9 @@ enum {
     SETTINGS_PLACE = 16, // of the first record; address 0 is the one that a failing supply damages
     SETTINGS_ROOM = 64,  // for each of the two
 };
+
+/* Values of the setting echo. */
+enum { SETTINGS_ECHO_OFF, SETTINGS_ECHO_ON, SETTINGS_ECHO_PERSON };
 
 /* A row of the table. */
 struct setting {
