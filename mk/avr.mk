@@ -37,9 +37,10 @@ $(error there is no profile '$(PROFILE)'; PROFILE= one of: $(ALL_PROFILES))
 endif
 # The profile of the command line or the environment. read_board empties PROFILE.
 ASKED_PROFILE := $(PROFILE)
-bridge_SRC := $(filter-out %/console.c %/parse.c %/reply.c,$(COMMON_SRC)) src/controller/profiles/bridge.c
-console_SRC := $(COMMON_SRC) $(COMMANDS_SRC) src/controller/profiles/console.c
-full_SRC := $(COMMON_SRC) $(COMMANDS_SRC) src/controller/profiles/full.c
+bridge_SRC := $(filter-out %/console.c %/parse.c %/reply.c %_editor.c,$(COMMON_SRC)) src/controller/profiles/bridge.c
+# Each profile with a console has its own editor.
+console_SRC := $(filter-out %/line_editor.c %/history.c %/names.c %/typing.c %/mode.c,$(COMMON_SRC) $(COMMANDS_SRC)) src/controller/profiles/console.c
+full_SRC := $(filter-out %/short_editor.c,$(COMMON_SRC)) $(COMMANDS_SRC) src/controller/profiles/full.c
 # In the profile `console` the commands are compiled without the details that docs/console.md has. So their
 # objects differ from those of `full`, and stand in build/<board>/console/.
 console_CFLAGS := -DCOMMANDS_WITHOUT_DETAILS

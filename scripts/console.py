@@ -101,13 +101,21 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
 | key | what it does |
 |---|---|
 | Ctrl-X | **stops the robot** at once: torque off for all servos, verified servo by servo; no servo is driven until `release` ([safety.md](safety.md)). The line being typed is dropped, a running command ends as `error 54`, and the reply is that of `stop` |
-| Backspace, Ctrl-U | delete a character, the line |
+| Backspace, Ctrl-U | delete the character before the cursor, the line |
 | Ctrl-C | drops the line |
-| Arrow up, Ctrl-P | on an empty line: the last line again |
+| Left, Right, Home, End; Ctrl-B, Ctrl-F, Ctrl-A, Ctrl-E | move the cursor within the line; text is inserted there |
+| Del, Ctrl-D | delete the character at the cursor |
+| Up, Down; Ctrl-P, Ctrl-N | the line before, the line after. A chip with 8 KB of RAM keeps 240 characters of lines, one with 4 KB keeps 88. A line that was begun is kept, too |
+| Tab | with echo: completes commands, their words, registers and settings. If several fit, it completes what they share; a second Tab lists them. Without echo a Tab is a space |
 | any key | ends `scan`, `diagnose` and `monitor`. The key is the first one of the next line; Enter begins none |
 
-- The console does not echo until `echo on`, so that programs read replies only. Local echo of the terminal beside `echo on`
-  shows each character twice. In a line of more than 80 characters the older part can no longer be deleted.
+- `mode person` is for a terminal: a banner after a reset, a prompt and echo. `mode program` gives bare replies; a new
+  controller has it. `save` keeps the mode over a reset. `echo on` gives echo alone. Local echo of the terminal beside it
+  shows each character twice. After a packet of the host the console prints no prompt until the next line.
+- Commands, their words, registers, settings and units may be typed in any case. Names of poses and sequences keep theirs.
+- If a name is unknown, the error says which name is near: `did you mean torque?`
+- In a line of more than 80 characters the older part can no longer be deleted. A line wider than the terminal can only
+  be edited at its end.
 - IDs are 0 to 253. Where the usage says `ID|254`, 254 is all servos. Bytes are 0 to 255.
 - A list of servos may stand where the usage says `ID`, `ID|254` or `ID...`: `3`, `1-6`, `1,2,5-8`, or `all`, the
   servos of the robot. Several such words may follow each other (`torque 1 2 3 on`), but only one where a number
@@ -124,8 +132,9 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
 - An error names servo, argument, value and allowed range: `error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg`.
 - After `scan` a line tells which servo answers sooner than this board listens, with the command that mends it. A servo
   whose long replies are damaged is diagnosed at once: two servos may have its ID ([diagnose.md](diagnose.md)).
-- The firmware profile `console`, the default on the ArbotiX, has no `diagnose` (error 55), no `new`, no `backup`, and none
-  of the commands of [Motion](#motion) (error 30). There an ID is one servo, an error has its text only, `monitor`
+- In the firmware profile `console`, the default on the ArbotiX, keys delete only at the end of the line, Up fetches only
+  the last line, and there is no Tab, no `did you mean` and no `mode`. It has no `diagnose` (error 55), no `new`, no `backup`, and
+  none of the commands of [Motion](#motion) (error 30). There an ID is one servo, an error has its text only, `monitor`
   prints lines, `settings` takes a rate as the register, `counters` only count, `scan` ends with the number of servos,
   and `help COMMAND` leaves ranges and examples to this page.
 - How to teach, store and play poses: [motion.md](motion.md).

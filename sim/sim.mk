@@ -48,10 +48,15 @@ HOST_BAUD ?= board
 
 ## run: BOARD's firmware and servos (SERVOS=1-18) in real time, its console a pty (HOST_BAUD=client: its rate)
 .PHONY: run
-run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
+run: build/$(BOARD)/controller.elf build/host/cds55xx-sim build/$(BOARD)/run.eeprom
 	$(clear)
 	@build/host/cds55xx-sim firmware $< --board $(or $(BOARD_DIR),$(BOARD)) --servos $(SERVOS) --host pty \
-	  --host-baud $(HOST_BAUD)
+	  --host-baud $(HOST_BAUD) --eeprom build/$(BOARD)/run.eeprom
+
+# The EEPROM of `make run`: it keeps what `save` saves from run to run. A new one has the console for people;
+# echo 2 is `mode person`, also in the profile `console`, which has no such command.
+build/%/run.eeprom: sim/run.script | build/%/controller.elf build/host/cds55xx-sim
+	@rm -f $@; build/host/cds55xx-sim firmware build/$*/controller.elf --board $(if $(BOARD_DIR),$(BOARD_DIR),$*) --servos 1 --eeprom $@ --script $< >/dev/null 2>&1
 
 ## sim-speed: how many times real time the simulator runs at on this machine
 .PHONY: sim-speed

@@ -108,6 +108,7 @@ SLOWER = "".join(f"write {n} RETURN_DELAY 10\n" for n in (1, 2, 3))
 # By command; nothing is known of servos until scan, so that nobody else sends.
 SCRIPT = {
     "echo": "echo on\nversion\n" + text("version") + "echo off\n",
+    "mode": "mode person\nversion\n" + text("version") + "MODE program\n",
     "version": "version\n" + text("cds55xx 0.1.0 BOARD"),
     "help": "help\n" + text("One servo:") + text("move ID|254 ANGLE [SPEED]: go to an angle")
             + error(30, "help me"),
@@ -309,14 +310,18 @@ EXPLANATIONS = {
 
 # What the profile `console` leaves out.
 OMITTED = error(55, "diagnose") + error(55, "diagnose 1")
+LEFT_OUT = {"diagnose": OMITTED, "mode": error(30, "mode person")}
 
 
 def script_of(board):
-    """All commands; those that the profile of the board leaves out end with error 55."""
+    """All commands; those that the profile of the board leaves out end with an error."""
     if boards.BOARDS[board].profile == "full":
         return "".join(SCRIPT.values())
-    return "".join(OMITTED if name == "diagnose" else lines.replace(error(43, "diagnose"), OMITTED)
-                   for name, lines in SCRIPT.items())
+    script = "".join(LEFT_OUT.get(name, lines.replace(error(43, "diagnose"), OMITTED))
+                     for name, lines in SCRIPT.items())
+    for number in ERRORS:
+        script = script.replace(f"error {number}: {ERRORS[number]}", f"error {number}: {CAUSES[number]}")
+    return script
 
 
 class Scripts(unittest.TestCase):

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The time since the reset, for `counters`. */
 #ifndef CONTROLLER_ACCOUNT_H
 #define CONTROLLER_ACCOUNT_H

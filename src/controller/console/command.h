@@ -20,9 +20,11 @@
 
 struct account;
 struct command_line;
+struct command_typing;
 struct console;
 struct device_ops;
 struct failsafe;
+struct history;
 struct moves;
 struct motion_store;
 struct robot_operation;
@@ -132,6 +134,11 @@ struct command_set {
     struct account *account;                     // of the counters, or NULL
     bool (*explain)(struct console *console);    // explain.h; NULL: errors have their text only
     void (*monitor)(struct console *console, uint8_t value); // monitor.h; NULL: lines only
+    /* Text that the console prints after a reset if the setting echo is SETTINGS_ECHO_PERSON. NULL:
+     * no banner and no prompt. */
+    const CDS_FLASH char *banner;
+    const CDS_FLASH struct command_typing *typing; // completion and hints, or NULL
+    struct history *history;                       // storage of line_editor.c, or NULL
 };
 
 extern const CDS_FLASH struct command_set command_set;

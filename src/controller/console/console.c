@@ -13,6 +13,8 @@
 #include "ring_input.h"      // ring_peek(), ring_drop()
 #include "compiler.h"        // NOINLINE
 #include "console/reply.h"
+#include "robot/settings.h" // SETTINGS_ECHO_PERSON
+#include "console/typing.h"
 
 /* Bounds of a poll, since the bus must not wait. */
 #define KEYS_PER_POLL 5
@@ -40,6 +42,8 @@ void console_open(struct console *console, struct failsafe *failsafe, struct cds
     console->failsafe = failsafe;
     console->robot = failsafe->robot;
     console->bus = failsafe->robot->bus;
+    if (command_set.history)
+        console->editor.history = command_set.history;
     console->input = input;
     console->looked = input->tail;
     console->printer.ring = output;
@@ -49,6 +53,10 @@ void console_open(struct console *console, struct failsafe *failsafe, struct cds
     console->request.reply_capacity = sizeof console->reply;
     console->line.request = &console->request;
     begin_line(console);
+    if (command_set.banner && failsafe->settings->echo == SETTINGS_ECHO_PERSON) {
+        printer_line(&console->printer, command_set.banner);
+        console->editor.prompt_due = true;
+    }
 }
 
 /* The line is wrong: ignores its remaining characters. At the end of the line the reply is `error`.
@@ -63,7 +71,8 @@ static void spoil(struct console *console, uint8_t error)
 
 /* ---- a line ---- */
 
-/* True if the token is the first wrong word of the line, which the error names. */
+/* True if the token is the first wrong word of the line: the error names it, and a hint looks for a
+ * name near it. */
 static bool keeps_word(const struct console *console)
 {
     return command_set.explain && console->line.error;
@@ -105,6 +114,8 @@ NOINLINE static void conclude(struct console *console, uint8_t error)
     if (command_set.explain)
         console->explained = 0;
     console->state = CONSOLE_ENDING;
+    if (command_set.typing)
+        console->phase = 0;
 }
 
 NOINLINE static void begin_command(struct console *console)
@@ -133,14 +144,23 @@ static void run(struct console *console)
         conclude(console, error);
 }
 
+/* A new line begins: for people it has a prompt. */
+static void prompt(struct console *console)
+{
+    if (command_set.banner)
+        console->editor.prompt_due = console->failsafe->settings->echo == SETTINGS_ECHO_PERSON;
+}
+
 static void end_line(struct console *console)
 {
     uint8_t error;
 
     editor_end(&console->editor);
-    end_word(console, ' ');
+    if (!keeps_word(console))
+        end_word(console, ' ');
     if (console->line.words == 0 && console->line.error == 0) {
         begin_line(console); // an empty line has no reply
+        prompt(console);
         return;
     }
     error = parse_end(&console->line);
@@ -179,7 +199,19 @@ static void drop_line(struct console *console)
     editor_end(&console->editor);
     console->fed = 0;
     console->line_complete = false;
+    if (command_set.typing)
+        console->completing = false;
     begin_line(console);
+}
+
+/* Text comes between lines: a prompt without text behind it is overwritten, and comes again. */
+static void move_prompt(struct console *console)
+{
+    if (!command_set.banner || !console->failsafe->alarm || console->editor.length ||
+        console->failsafe->settings->echo != SETTINGS_ECHO_PERSON || console->editor.prompt_due)
+        return;
+    printer_char(&console->printer, '\r');
+    console->editor.prompt_due = true;
 }
 
 static bool is_mark(uint8_t byte)
@@ -191,6 +223,8 @@ static bool is_mark(uint8_t byte)
 NOINLINE static void take_mark(struct console *console, uint8_t mark)
 {
     drop_line(console);
+    if (command_set.banner)
+        console->editor.prompt_due = false; // the host speaks the protocol: no text until a line
     if (mark == HOST_MARK_LOST)
         conclude(console, ERROR_INPUT_LOST);
 }
@@ -200,16 +234,29 @@ static struct printer *echo_of(struct console *console)
     return console->failsafe->settings->echo ? &console->printer : NULL;
 }
 
-static void take(struct console *console, char c)
+/* A Tab has come. A long line whose begin the parser has cannot be completed. */
+NOINLINE static void begin_completion(struct console *console)
+{
+    if (!command_set.typing || console->editor.longer)
+        return;
+    command_set.typing->begin(console);
+    console->completing = true;
+}
+
+static void take(struct console *console, char c, struct printer *echo)
 {
     struct editor *editor = &console->editor;
 
-    switch (editor_key(editor, c, echo_of(console))) {
+    switch (editor_key(editor, c, echo)) {
     case EDITOR_END:
         editor->locked = editor->length;
         console->line_complete = true;
         break;
-    case EDITOR_DROP: drop_line(console); break;
+    case EDITOR_DROP:
+        drop_line(console);
+        prompt(console);
+        break;
+    case EDITOR_COMPLETE: begin_completion(console); break;
     case EDITOR_FULL:
         if (editor->locked == 0)
             editor->locked = EDITOR_SIZE / 2;
@@ -218,24 +265,28 @@ static void take(struct console *console, char c)
     }
 }
 
-static bool takes_keys(struct console *console)
+static bool takes_keys(struct console *console, struct printer *echo)
 {
     return console->state == CONSOLE_READING && !console->line_complete &&
            console->editor.length < EDITOR_SIZE &&
-           editor_show(&console->editor, echo_of(console)) && cds_ring_count(console->input);
+           (echo == NULL || editor_show(&console->editor, echo)) && cds_ring_count(console->input);
 }
 
 static void read_input(struct console *console)
 {
+    struct printer *echo = echo_of(console);
+
     feed_locked(console);
-    for (uint8_t left = KEYS_PER_POLL; left && takes_keys(console); left--) {
+    for (uint8_t left = KEYS_PER_POLL; left && takes_keys(console, echo); left--) {
         uint8_t byte = ring_peek(console->input, 0);
 
         ring_drop(console->input, 1);
         if (is_mark(byte))
             take_mark(console, byte);
         else
-            take(console, (char)byte);
+            take(console, (char)byte, echo);
+        if (command_set.typing && console->completing)
+            return; // the keys behind a Tab wait
     }
 }
 
@@ -378,17 +429,28 @@ static void poll_command(struct console *console)
 static void answer_stop(struct console *console)
 {
     console->stop_asked = false;
+    if (command_set.banner && console->failsafe->settings->echo == SETTINGS_ECHO_PERSON)
+        printer_end_of_line(&console->printer); // behind the prompt and the dropped line
     parse_begin(&console->line);
     console->line.command = command_set.on_stop;
     begin_command(console);
+}
+
+static void read_keys(struct console *console)
+{
+    move_prompt(console);
+    if (!command_set.report(console))
+        read_input(console);
 }
 
 static void read_line(struct console *console)
 {
     if (console->stop_asked)
         answer_stop(console);
-    else if (!command_set.report(console))
-        read_input(console);
+    else if (command_set.typing && console->completing)
+        console->completing = command_set.typing->complete(console);
+    else
+        read_keys(console);
 }
 
 static void go_on(struct console *console)
@@ -401,8 +463,13 @@ static void go_on(struct console *console)
 
 static void end_reply(struct console *console)
 {
-    if (printer_ready(&console->printer) && !reply_piece(console))
-        begin_line(console);
+    if (!printer_ready(&console->printer) ||
+        (command_set.typing && command_set.typing->search(console)))
+        return;
+    if (reply_piece(console))
+        return;
+    begin_line(console);
+    prompt(console);
 }
 
 void console_poll(struct console *console)
@@ -430,7 +497,8 @@ bool console_say(struct console *console, const CDS_FLASH char *line)
 bool console_idle(const struct console *console)
 {
     return console->state == CONSOLE_READING && cds_ring_count(console->input) == 0 &&
-           !console->stop_asked && !console->line_complete && console->editor.locked == 0 &&
-           console->editor.shown == console->editor.length && !console->printer.text &&
-           !console->failsafe->alarm;
+           !console->stop_asked && !(command_set.typing && console->completing) &&
+           !console->line_complete && console->editor.locked == 0 &&
+           (!console->failsafe->settings->echo || editor_is_shown(&console->editor)) &&
+           !console->printer.text && !console->failsafe->alarm;
 }

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The line being typed: its latest characters, which may still be taken back. A longer line moves
- * on to the parser from its front, so a line may be of any length. The last line can be fetched
- * back until another line is begun, if it was not longer than EDITOR_SIZE. */
+ * on to the parser from its front, so a line may be of any length.
+ *
+ * A profile has one of two editors: short_editor deletes at the end of the line and fetches the
+ * last line back, until another line is begun; line_editor (line_editor.h) does more. */
 #ifndef CONTROLLER_EDITOR_H
 #define CONTROLLER_EDITOR_H
 
@@ -10,14 +12,17 @@
 
 #include "console/printer.h" // struct printer
 
+struct history;
+
 #define EDITOR_SIZE 80 // characters, even
 
 /* What a key asks for. */
 enum editor_event {
-    EDITOR_NONE, // nothing to do
-    EDITOR_FULL, // give no more keys until editor_take() was called
-    EDITOR_END,  // the line is complete: take all of it
-    EDITOR_DROP, // forget the line (Ctrl-C)
+    EDITOR_NONE,     // nothing to do
+    EDITOR_FULL,     // give no more keys until editor_take() was called
+    EDITOR_END,      // the line is complete: take all of it
+    EDITOR_DROP,     // forget the line (Ctrl-C)
+    EDITOR_COMPLETE, // complete the word before the cursor (Tab); only of line_editor.c
 } __attribute__((packed));
 
 /* A zeroed editor is empty. */
@@ -30,13 +35,23 @@ struct editor {
     bool longer;    // some of this line has gone to the parser
     bool after_cr;  // a LF now belongs to the same end of line
     char text[EDITOR_SIZE];
+    /* Only line_editor.c uses these: */
+    bool prompt_due; // the terminal does not show the prompt yet
+    uint8_t cursor;  // index of the character at the cursor, 0 to length
+    uint8_t drawn;   // characters of the line that the terminal shows, right or not
+    uint8_t column;  // where the cursor of the terminal is, from the begin of the text
+    struct history *history;
 };
 
-/* Echoes more of the text, as far as there is room; nothing if `echo` is NULL. True when all is
- * echoed and there is room for the echo of the next key. */
+/* Echoes more of the text, as far as there is room. True when all is echoed and there is room for
+ * the echo of the next key. Not needed without echo. */
 bool editor_show(struct editor *editor, struct printer *echo);
 
-/* Takes a key. Call it only after editor_show() was true, while length < EDITOR_SIZE. */
+/* True if nothing is left to be echoed. */
+bool editor_is_shown(const struct editor *editor);
+
+/* Takes a key. Call it only while length < EDITOR_SIZE; with echo, after editor_show() was true.
+ * Without echo, `echo` is NULL. */
 enum editor_event editor_key(struct editor *editor, char key, struct printer *echo);
 
 /* Forgets the first `count` characters, 0 to length. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Errors with servo, argument, value and range; see explain.h. */
 #include "console/explain.h"
 

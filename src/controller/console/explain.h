@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The last line of a reply with an error: it names servo, argument, value and allowed range:
  *
  *     error 33: servo 1: ANGLE 400deg is out of range: 0 to 300deg

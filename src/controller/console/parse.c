@@ -11,24 +11,6 @@
 #include "robot/letter.h"
 #include "robot/settings.h" // settings_named()
 
-/* What an argument in capitals is. */
-enum argument {
-    ARGUMENT_NONE, // there is none, or it is one of several words
-    ARGUMENT_ID,
-    ARGUMENT_ID_OR_ALL,
-    ARGUMENT_NEW_ID,
-    ARGUMENT_REGISTER,
-    ARGUMENT_LENGTH,
-    ARGUMENT_COMMAND,
-    ARGUMENT_SETTING,
-    ARGUMENT_NAME,
-    ARGUMENT_NUMBER, // and all names that are not below
-    ARGUMENT_VALUES, // from here on: one word or more
-    ARGUMENT_BLOCKS,
-    ARGUMENT_IDS,
-    ARGUMENT_ANGLES,
-} __attribute__((packed));
-
 static const CDS_FLASH struct {
     char name[12]; // at most 11 characters
     uint8_t argument;
@@ -66,6 +48,10 @@ static bool is_capital(char c)
     return c >= 'A' && c <= 'Z';
 }
 
+/* The words of usage strings have small letters and '-', which this bit makes of capitals and
+ * keeps: so a token may have any case. */
+#define SMALL 0x20
+
 /* Which of the words at `usage`, as in a|b, the token is, from 1 on; 0: none of them. */
 NOINLINE static uint8_t choice_of(const CDS_FLASH char *usage, const struct token *token)
 {
@@ -81,7 +67,7 @@ NOINLINE static uint8_t choice_of(const CDS_FLASH char *usage, const struct toke
                 return 0;
             index++;
             same = 0;
-        } else if (same < TOKEN_MAX && token->text[same] == c) {
+        } else if (same < TOKEN_MAX && (token->text[same] | SMALL) == c) {
             same++;
         } else {
             same = UINT8_MAX; // another word
@@ -98,8 +84,7 @@ bool parse_has_name(const CDS_FLASH char *usage, const CDS_FLASH char *name)
     return *name == '\0' && ends(*usage);
 }
 
-/* The first argument at `usage`, or behind a bracket. */
-static uint8_t argument_at(const CDS_FLASH char *usage)
+uint8_t parse_argument_at(const CDS_FLASH char *usage)
 {
     while (*usage == '[')
         usage++;
@@ -126,7 +111,7 @@ const CDS_FLASH char *parse_number_name(const struct command_line *line, uint8_t
     const CDS_FLASH char *usage = line->command->usage;
 
     while (*usage) {
-        if (argument_at(usage) == ARGUMENT_NUMBER && index-- == 0)
+        if (parse_argument_at(usage) == ARGUMENT_NUMBER && index-- == 0)
             break;
         usage = behind(usage);
     }
@@ -138,7 +123,7 @@ const CDS_FLASH char *parse_number_name(const struct command_line *line, uint8_t
 void parse_next_argument(struct command_line *line)
 {
     line->usage = behind(line->usage);
-    line->argument = argument_at(line->usage);
+    line->argument = parse_argument_at(line->usage);
 }
 
 bool parse_at_register(const struct command_line *line)
@@ -171,8 +156,8 @@ static const CDS_FLASH struct command *
 find_row(const CDS_FLASH char *begin, const CDS_FLASH char *end, const struct token *token)
 {
     const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;
-    char first = end ? begin[0] : token->text[0];
-    char second = end ? begin[1] : token->text[1]; // of a token of one letter: any
+    char first = end ? begin[0] : (char)(token->text[0] | SMALL);
+    char second = end ? begin[1] : (char)(token->text[1] | SMALL); // of a token of one letter: any
 
     for (; *group; group++) {
         const CDS_FLASH struct command *row = (*group)->rows;
@@ -184,7 +169,7 @@ find_row(const CDS_FLASH char *begin, const CDS_FLASH char *end, const struct to
                 continue;
             for (; other < end && *usage == *other; usage++)
                 other++;
-            if (other == end && takes(usage, argument_at(usage), token))
+            if (other == end && takes(usage, parse_argument_at(usage), token))
                 return row;
         }
     }
@@ -429,14 +414,20 @@ static void choose_row(struct command_line *line, const struct token *token)
         return;
     line->command = row;
     line->usage = row->usage + same;
-    line->argument = argument_at(line->usage);
+    line->argument = parse_argument_at(line->usage);
+}
+
+void parse_end_list(struct command_line *line)
+{
+    if (line->argument >= ARGUMENT_IDS && line->values)
+        parse_next_argument(line);
 }
 
 /* Goes on to the argument that this word is for: a word ends a list of numbers. */
 static void find_argument(struct command_line *line, const struct token *token)
 {
-    if (line->argument >= ARGUMENT_IDS && line->values && is_letter(token->text[0]))
-        parse_next_argument(line);
+    if (is_letter(token->text[0]))
+        parse_end_list(line);
     choose_row(line, token);
     while (*line->usage == '[')
         line->usage++;

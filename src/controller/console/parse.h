@@ -16,13 +16,31 @@
 #define PARSE_NAME_SIZE 9  // bytes of a name: its first 9 characters, or all of them and a zero
 #define PARSE_NAMES_MAX 2  // names in a line
 
+/* What an argument in capitals is. */
+enum argument {
+    ARGUMENT_NONE, // there is none, or it is one of several words
+    ARGUMENT_ID,
+    ARGUMENT_ID_OR_ALL,
+    ARGUMENT_NEW_ID,
+    ARGUMENT_REGISTER,
+    ARGUMENT_LENGTH,
+    ARGUMENT_COMMAND,
+    ARGUMENT_SETTING,
+    ARGUMENT_NAME,
+    ARGUMENT_NUMBER, // and all names that are not below
+    ARGUMENT_VALUES, // from here on: one word or more
+    ARGUMENT_BLOCKS,
+    ARGUMENT_IDS,
+    ARGUMENT_ANGLES,
+} __attribute__((packed));
+
 /* A line being read. */
 struct command_line {
     struct cds_request *request;             // its packet is built here, and a list is kept here
     const CDS_FLASH struct command *command; // NULL: not known yet
     const CDS_FLASH struct command *topic;   // that help is asked about
-    const CDS_FLASH char *usage;             // the next argument
-    uint8_t argument;                        // that it is
+    const CDS_FLASH char *usage;             // the next argument, or the one that is wrong
+    uint8_t argument;                        // that it is: enum argument
     uint8_t id;
     uint8_t new_id;
     uint8_t setting;   // row of settings_table
@@ -56,6 +74,12 @@ static inline char *parse_name(const struct command_line *line, uint8_t index)
 
 /* True if the token is a word in small letters of this usage string. */
 bool parse_is_keyword(const CDS_FLASH char *usage, const struct token *token);
+
+/* The first argument at `usage`, or behind a bracket: enum argument. */
+uint8_t parse_argument_at(const CDS_FLASH char *usage);
+
+/* If the line has a list that a word may end, goes on to the argument behind the list. */
+void parse_end_list(struct command_line *line);
 
 /* Forgets the line and begins a new one. */
 void parse_begin(struct command_line *line);

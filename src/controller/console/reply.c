@@ -5,6 +5,7 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
+#include "console/typing.h"
 
 static const CDS_FLASH char ok[] = "ok";
 static const CDS_FLASH char failed[] = "error %u: %s";
@@ -52,18 +53,27 @@ static bool print_result(struct console *console)
         number = console->error;
     if (command_set.explain && number && !more) {
         console->error = number;
-        return command_set.explain(console);
+        if (command_set.explain(console))
+            return true;
+    } else {
+        console->printer.values[0].number = number;
+        console->printer.values[1].text = error_text(number);
+        printer_line(&console->printer, more ? failed_too : number ? failed : ok);
     }
-    console->printer.values[0].number = number;
-    console->printer.values[1].text = error_text(number);
-    printer_line(&console->printer, more ? failed_too : number ? failed : ok);
+    if (command_set.typing && command_set.typing->has_hint(console))
+        console->printer.ends = false; // the hint ends the line
     return more;
 }
 
 bool reply_piece(struct console *console)
 {
-    if (console->reply_ended)
-        return false; // the last line was printed
+    if (console->reply_ended) { // the last line was printed
+        bool more = command_set.typing && command_set.typing->has_hint(console);
+
+        if (more)
+            command_set.typing->print_hint(console);
+        return more;
+    }
     if (!warn(console) && !print_result(console))
         console->reply_ended = true;
     return true;

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Lists of servos; see servo_list.h. */
 #include "console/servo_list.h"
 

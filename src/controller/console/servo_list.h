@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Lists of servos in a line of the console, where its usage says ID, ID|254 or ID...:
  *
  *     3        one servo

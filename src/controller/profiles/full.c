@@ -19,6 +19,8 @@
 #include "host/motion_registers.h"
 #include "console/explain.h"
 #include "console/servo_list.h"
+#include "console/history.h"
+#include "console/typing.h"
 #include "robot/autostart.h"
 #include "robot/group_cycle.h"
 #include "robot/moves.h"
@@ -38,6 +40,7 @@ static void begin(const struct failsafe *failsafe, struct motion_store *store)
 }
 #endif
 static struct account account;
+static struct history history;
 
 static const CDS_FLASH struct command_store store = {
     .motions = &motion_store,
@@ -54,6 +57,7 @@ static const CDS_FLASH struct command_store store = {
 // clang-format off
 static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &help_commands,
+    &mode_commands,
     &servo_commands,
     &register_commands,
     &monitor_table_commands,
@@ -89,6 +93,9 @@ const CDS_FLASH struct command_set command_set = {
     .after_scan = after_scan,
     .account = &account,
     .monitor = monitor_table,
+    .banner = mode_banner,
+    .typing = &typing,
+    .history = &history,
 #if HAS_MOTION
     .cycle = &motion_cycle,
     .pose_in = &pose_moves,

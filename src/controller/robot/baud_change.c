@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Another baud rate for several servos; see baud_change.h. */
 #include "robot/baud_change.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Gives several servos another baud rate, one after the other, and takes the bus along.
  *
  * Each servo is changed by an identity operation (identity.h): what is reported is where the servo

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The set-up of a new servo; see new_servo.h. */
 #include "robot/new_servo.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Sets up a new servo that is alone on the bus: finds it at whatever rate, then gives it the return
  * delay that this board needs, an ID, and the rate of the bus.
  *

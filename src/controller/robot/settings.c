@@ -43,7 +43,7 @@ uint8_t settings_named(const char *name, uint8_t length)
         const CDS_FLASH char *of = settings_table[index].name;
         uint8_t same = 0;
 
-        while (same < length && of[same] == name[same])
+        while (same < length && ((of[same] ^ name[same]) & ~0x20) == 0)
             same++; // ends at the \0 of `of` at the latest
         if (same == length && of[same] == '\0')
             break;

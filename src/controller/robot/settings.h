@@ -26,7 +26,10 @@
     X(bus_baud, 1, 1, 0, 254, "register", "bus, 2 000 000 / (n + 1) bit/s: 1 is 1 Mbps")           \
     X(return_delay, 1, 254, 0, 254, "2 us", "the longest return delay of any servo on the bus")    \
     X(repeats, 1, 0, 0, 2, "-", "how often a packet is sent again when no good reply came")        \
-    X(echo, 1, 0, 0, 1, "-", "1: the console echoes what is typed")                                \
+    X(echo, 1, 0, 0, 2, "-",                                                                       \
+      "1: the console echoes what is typed; 2: for people, also a banner after a reset and a "     \
+      "prompt "                                                                                    \
+      "(mode person; the profile console only echoes)")                                            \
     X(link_loss_ms, 2, 0, 0, 65535, "ms",                                                          \
       "silence of the host that counts as loss of the link; 0: not watched")                       \
     X(link_loss_action, 1, 1, 0, 2, "-",                                                           \
@@ -58,6 +61,9 @@ enum {
     SETTINGS_PLACE = 16, // of the first record; address 0 is the one that a failing supply damages
     SETTINGS_ROOM = 64,  // for each of the two
 };
+
+/* Values of the setting echo. */
+enum { SETTINGS_ECHO_OFF, SETTINGS_ECHO_ON, SETTINGS_ECHO_PERSON };
 
 /* A row of the table. */
 struct setting {
@@ -106,7 +112,8 @@ struct settings_store {
 /* All of them as in the table. */
 void settings_default(struct settings *settings);
 
-/* The row named by the `length` characters at `name`; SETTINGS_COUNT if there is none. */
+/* The row named by the `length` characters at `name`, in any case; SETTINGS_COUNT if there is none.
+ */
 uint8_t settings_named(const char *name, uint8_t length);
 
 /* The value of row `index` (0 to SETTINGS_COUNT - 1) of the table. */

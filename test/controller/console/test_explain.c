@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Errors that name servo, argument, value and allowed range. */
 #include "console_rig.h"
 

@@ -132,6 +132,28 @@ void test_optional_words(void)
     TEST_ASSERT_EQUAL_UINT8(ERROR_UNKNOWN_WORD, read_line("led 1 onn"));
 }
 
+void test_words_settings_and_registers_may_have_any_case(void)
+{
+    static const char *const lines[][2] = {{"TORQUE 1 ON", "torque 1 on"},
+                                           {"Move 1 90DEG", "move 1 90deg"},
+                                           {"WRITE 1 led 1", "write 1 LED 1"},
+                                           {"hElP SCAN", "help scan"},
+                                           {"settings LINK_Loss_ms 5", "settings link_loss_ms 5"}};
+
+    for (uint8_t i = 0; i < sizeof lines / sizeof lines[0]; i++) {
+        struct command_line small;
+
+        TEST_ASSERT_EQUAL_UINT8_MESSAGE(0, read_line(lines[i][1]), lines[i][1]);
+        small = line;
+        TEST_ASSERT_EQUAL_UINT8_MESSAGE(0, read_line(lines[i][0]), lines[i][0]);
+        TEST_ASSERT_TRUE(small.command == line.command && small.choice == line.choice &&
+                         small.topic == line.topic && small.setting == line.setting &&
+                         small.address == line.address);
+    }
+    TEST_ASSERT_EQUAL_UINT8(ERROR_UNKNOWN_COMMAND, read_line("TORQU\x05 1 ON"));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_UNKNOWN_WORD, read_line("torque 1 OM"));
+}
+
 void test_lists_of_servos(void)
 {
     TEST_ASSERT_EQUAL_UINT8(0, read_line("monitor 3 1 253 every 50ms"));

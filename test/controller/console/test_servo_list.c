@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Lists of servos in a line: what the parser takes, and how the command runs for each servo. */
 #include "console_rig.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Another baud rate for several servos: where the servos and the bus are afterwards. */
 #include "robot/baud_change.h"
 

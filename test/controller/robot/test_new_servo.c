@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The set-up of a new servo, with packets and replies lost. */
 #include "robot/new_servo.h"
 

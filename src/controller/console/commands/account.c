@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* counters: since when they count, and what scan and diagnose have added. */
 #include <string.h>
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* After a scan: which servo answers sooner than this board listens, and which ID two servos have.
  */
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* backup: the registers of a servo as lines of the console. */
 #include "cds55xx/control_table.h"
 #include "console/commands/command_groups.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* baud with a list of servos: the bus goes along with them. */
 #include "console/commands/shared.h"
 #include "console/console.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The command `monitor`: what its two forms of output share. */
 #ifndef CONTROLLER_MONITOR_H
 #define CONTROLLER_MONITOR_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* monitor with a table that stays in place on a terminal, and absent servos. */
 #include "console/commands/command_groups.h"
 #include "console/commands/monitor.h"

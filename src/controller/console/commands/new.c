@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* new: guides through the set-up of a new servo. */
 #include "console/commands/command_groups.h"
 #include "console/console.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The line being typed; see editor.h. */
+/* The editor of the profile `console`; see editor.h. */
 #include "console/editor.h"
 
 #include <string.h>
@@ -18,10 +18,6 @@ static const CDS_FLASH char new_line[] = "\r\n";
 
 bool editor_show(struct editor *editor, struct printer *echo)
 {
-    if (echo == NULL) {
-        editor->shown = editor->length;
-        return true;
-    }
     while (cds_ring_count(echo->ring) < CDS_RING_SIZE - ROOM) {
         if (editor->shown >= editor->length)
             return true;
@@ -31,6 +27,11 @@ bool editor_show(struct editor *editor, struct printer *echo)
                      c >= ' ' && c < DELETE ? c : '?'); // a terminal may obey other characters
     }
     return false;
+}
+
+bool editor_is_shown(const struct editor *editor)
+{
+    return editor->shown == editor->length;
 }
 
 static void rub_out(struct editor *editor, struct printer *echo)

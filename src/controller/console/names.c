@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: MIT */
+/* The names that may stand at a place of a line; see names.h. */
+#include "console/names.h"
+
+#include <stddef.h>
+#include <string.h>
+
+#include "cds55xx/control_table.h"
+#include "robot/settings.h" // settings_table
+
+/* Characters of usage strings behind a word. */
+static bool ends_word(char c)
+{
+    return c == '\0' || c == ' ' || c == '|' || c == ']';
+}
+
+/* Copies the word at `from`, up to `ends`. */
+static void copy(struct token *token, const CDS_FLASH char *from)
+{
+    token->length = 0;
+    while (!ends_word(*from))
+        token_add(token, *from++);
+}
+
+/* Where the arguments of the row go on behind what `line` has, or NULL if the row begins in another
+ * way. */
+static const CDS_FLASH char *place_in(const CDS_FLASH struct command *row,
+                                      const struct command_line *line)
+{
+    const CDS_FLASH char *usage = row->usage;
+
+    for (const CDS_FLASH char *at = line->command->usage; at < line->usage; at++)
+        if (*usage++ != *at)
+            return NULL;
+    while (*usage == '[')
+        usage++;
+    return usage;
+}
+
+/* Word number `index` of those at `usage`, as in a|b, or NULL. */
+static const CDS_FLASH char *word_at(const CDS_FLASH char *usage, uint8_t index)
+{
+    for (; index; index--) {
+        while (!ends_word(*usage))
+            usage++;
+        if (*usage++ != '|')
+            return NULL;
+    }
+    return usage;
+}
+
+static enum names_result next_row(struct names *names)
+{
+    names->within = 0;
+    if (++names->row == command_set.groups[names->group]->count) {
+        names->row = 0;
+        names->group++;
+    }
+    return NAMES_NONE;
+}
+
+static enum names_result next_register(struct names *names)
+{
+    struct cds_register found;
+
+    if (!cds_register_at(names->next, &found))
+        return next_row(names);
+    names->name.length = cds_register_name(names->next, names->name.text, sizeof names->name.text);
+    names->next = (uint8_t)(found.address + found.width);
+    return NAMES_FOUND;
+}
+
+static enum names_result next_setting(struct names *names)
+{
+    if (names->next == SETTINGS_COUNT)
+        return next_row(names);
+    copy(&names->name, settings_table[names->next++].name);
+    return NAMES_FOUND;
+}
+
+/* The first of several rows of a command names it. */
+static enum names_result next_command(struct names *names, const CDS_FLASH struct command *row)
+{
+    copy(&names->name, row->usage);
+    next_row(names);
+    return parse_command(&names->name) == row ? NAMES_FOUND : NAMES_NONE;
+}
+
+static enum names_result next_word(struct names *names, const CDS_FLASH char *usage)
+{
+    const CDS_FLASH char *word = word_at(usage, names->within);
+
+    if (word == NULL || *word == '\0')
+        return next_row(names);
+    names->within++;
+    copy(&names->name, word);
+    if (names->name.length == names->earlier.length &&
+        memcmp(names->name.text, names->earlier.text, names->name.length) == 0)
+        return NAMES_NONE; // the row before it has this word, too
+    names->earlier = names->name;
+    return NAMES_FOUND;
+}
+
+enum names_result names_next(struct names *names, const struct command_line *line)
+{
+    const CDS_FLASH struct command_group *group = command_set.groups[names->group];
+    const CDS_FLASH struct command *row;
+    const CDS_FLASH char *usage;
+
+    if (group == NULL)
+        return NAMES_END;
+    row = &group->rows[names->row];
+    if (line->command == NULL || line->argument == ARGUMENT_COMMAND)
+        return next_command(names, row);
+    usage = place_in(row, line);
+    if (usage == NULL)
+        return next_row(names);
+    switch (parse_argument_at(usage)) {
+    case ARGUMENT_NONE: return next_word(names, usage);
+    case ARGUMENT_REGISTER: return next_register(names);
+    case ARGUMENT_SETTING: return next_setting(names);
+    default: return next_row(names);
+    }
+}
+
+bool names_begin_alike(const struct token *name, const char *text, uint8_t length)
+{
+    if (length > name->length)
+        return false;
+    for (uint8_t i = 0; i < length; i++)
+        if ((name->text[i] ^ text[i]) & ~0x20)
+            return false;
+    return true;
+}

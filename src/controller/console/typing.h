@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: MIT */
+/* Help for people who type: a Tab completes a word, and the error of an unknown name says which
+ * name is near. Both work a little in each poll. The profile `full` links them
+ * (command_set.typing).
+ *
+ * Both keep their state in console_job(): the text that the editor holds makes packets of less than
+ * 100 bytes, and the reply to a wrong line needs no packet. Main context. */
+#ifndef CONTROLLER_TYPING_H
+#define CONTROLLER_TYPING_H
+
+#include <stdbool.h>
+
+#include "flash.h" // CDS_FLASH
+
+struct console;
+
+struct command_typing {
+    /* Begins to complete the word before the cursor of the editor. */
+    void (*begin)(struct console *console);
+    /* Goes on. If one name fits, the rest of it enters the line, and a space. If several fit, what
+     * they share enters the line; if there is no more of that, they are listed below the line. If
+     * none fits, the terminal rings. Returns false at the end. */
+    bool (*complete)(struct console *console);
+    /* After an unknown name, token is the word: looks for the nearest name. Returns false at the
+     * end. */
+    bool (*search)(struct console *console);
+    /* True if search() has found a near name, and it is not printed yet. */
+    bool (*has_hint)(struct console *console);
+    /* Prints it, and the end of the line. */
+    void (*print_hint)(struct console *console);
+};
+
+extern const CDS_FLASH struct command_typing typing;
+
+#endif

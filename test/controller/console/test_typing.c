@@ -1,0 +1,242 @@
+/* SPDX-License-Identifier: MIT */
+/* Completion by Tab, and hints at unknown names. */
+#include "console_rig.h"
+
+void setUp(void)
+{
+    begin_console();
+    settings.echo = 1;
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+/* Types keys on an empty line: what the console has said. */
+static const char *typed(const char *keys)
+{
+    type("\x15");
+    said_length = 0;
+    said[0] = '\0';
+    type(keys);
+    return said;
+}
+
+static void assert_line(const char *line, const char *keys)
+{
+    char text[EDITOR_SIZE + 1] = "";
+
+    typed(keys);
+    memcpy(text, console.editor.text, console.editor.length);
+    TEST_ASSERT_EQUAL_STRING_MESSAGE(line, text, keys);
+    TEST_ASSERT_TRUE(console_idle(&console));
+}
+
+void test_tab_completes_a_unique_name_with_a_space(void)
+{
+    static const char *const cases[][2] = {
+        {"torque ", "tor\t"},
+        {"torque ", "torque\t"},
+        {"TORque ", "TOR\t"},
+        {"torque 1 off ", "torque 1 of\t"},
+        {"help torque ", "help tor\t"},
+        {"get 1 PRESENT_LOAD ", "get 1 PRESENT_L\t"},
+        {"get 1 present_LOAD ", "get 1 present_L\t"},
+        {"settings link_loss_ms ", "settings link_loss_m\t"},
+        {"write  1  LED ", "write  1  LED\t"},
+    };
+
+    for (uint8_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
+        assert_line(cases[i][0], cases[i][1]);
+}
+
+void test_tab_completes_what_several_names_share(void)
+{
+    assert_line("torque 1 o", "torque 1 \t");
+    assert_line("settings link_loss_", "settings l\t");
+    assert_line("get 1 PRESENT_", "get 1 PRE\t");
+}
+
+void test_tab_completes_before_the_cursor(void)
+{
+    assert_line("torque 1 on", "tor 1 on\x1B[H\x1B[C\x1B[C\x1B[C\t\b");
+}
+
+void test_tab_lists_names_and_shows_the_line_again(void)
+{
+    TEST_ASSERT_EQUAL_STRING("torque 1 o\r\non  off  \r\ntorque 1 o", typed("torque 1 o\t"));
+    TEST_ASSERT_EQUAL_STRING("settings link_loss_\r\nlink_loss_ms  link_loss_action  \r\n"
+                             "settings link_loss_",
+                             typed("settings link_loss_\t"));
+    reply_to(""); // and the line is whole
+    TEST_ASSERT_NOT_NULL(strstr(said, "error 60: unknown setting"));
+}
+
+void test_tab_on_an_empty_line_lists_each_command_once(void)
+{
+    const char *first;
+
+    typed("\t");
+    first = strstr(said, "torque  ");
+    TEST_ASSERT_NOT_NULL(first);
+    TEST_ASSERT_NULL(strstr(first + 1, "torque  "));
+    first = strstr(said, "servos  ");
+    TEST_ASSERT_NOT_NULL(strstr(said, "diagnose  "));
+    assert_line("", "\t");
+}
+
+void test_tab_rings_if_nothing_fits(void)
+{
+    TEST_ASSERT_EQUAL_STRING("frob\a", typed("frob\t"));
+    TEST_ASSERT_EQUAL_STRING("ping x 1\a", typed("ping x 1\t"));
+    TEST_ASSERT_EQUAL_STRING("move 1 9\a", typed("move 1 9\t"));
+    assert_line("move 1 9", "move 1 9\t");
+}
+
+void test_tab_of_a_program_separates_words(void)
+{
+    settings.echo = 0;
+    reply_to("ping\t1");
+    assert_sent("FF FF 01 02 01 FB");
+}
+
+void test_tab_in_a_long_line_does_nothing(void)
+{
+    for (uint8_t i = 0; i < 100; i++)
+        type_part(" ");
+    type("tor\t");
+    TEST_ASSERT_EQUAL_STRING_LEN("tor", console.editor.text + console.editor.length - 3, 3);
+}
+
+void test_ctrl_x_ends_completion_and_drops_the_line(void)
+{
+    type_part("t\t");
+    type("\x18");
+    TEST_ASSERT_EQUAL_UINT8(0, console.editor.length);
+    TEST_ASSERT_FALSE(console.completing);
+}
+
+void test_line_after_completion_is_carried_out(void)
+{
+    typed("pin\t1");
+    said_length = 0;
+    type("\r");
+    port_fake_transmit(&bus.link, 0);
+    assert_sent("FF FF 01 02 01 FB");
+}
+
+/* ---- hints ---- */
+
+static void assert_hint(const char *name, const char *line)
+{
+    char hint[60] = "; did you mean ";
+
+    settings.echo = 0;
+    reply_to(line);
+    TEST_ASSERT_EQUAL_STRING_LEN_MESSAGE("error ", said, 6, line);
+    TEST_ASSERT_EQUAL_STRING("\r\n", said + strlen(said) - 2);
+    if (name)
+        strcat(strcat(hint, name), "?\r\n");
+    if (name)
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(said, hint), said);
+    else
+        TEST_ASSERT_NULL_MESSAGE(strstr(said, hint), said);
+}
+
+void test_unknown_name_hints_at_the_nearest_one(void)
+{
+    static const char *const cases[][2] = {
+        {"torque", "tourqe 1 on"},
+        {"torque", "toruqe 1 on"},
+        {"torque", "TORQU 1 on"},
+        {"ping", "pong 1"},
+        {"ping", "pinng 1"},
+        {"off", "torque 1 ofg"},
+        {"scan", "help scam"},
+        {"GOAL_POSITION", "write 1 GOAL_POSITON 512"},
+        {"GOAL_POSITION", "write 1 goal_position_ 512 and more words"},
+        {"link_loss_ms", "settings linkloss_ms 5"},
+    };
+
+    for (uint8_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
+        assert_hint(cases[i][0], cases[i][1]);
+}
+
+void test_unknown_name_far_from_all_has_no_hint(void)
+{
+    assert_hint(NULL, "xyzzy");
+    assert_hint(NULL, "x");
+    assert_hint(NULL, "averyveryveryverylongwordindeed");
+    assert_hint(NULL, "get 1 GOAL");
+    assert_hint(NULL, "ping one");
+}
+
+/* ---- mode person ---- */
+
+static void begin_for_person(void)
+{
+    settings.echo = SETTINGS_ECHO_PERSON;
+    memset(&console, 0, sizeof console);
+    console_open(&console, &failsafe, &input, &output);
+}
+
+#define BANNER                                                                                     \
+    "cds55xx 0.1.0 host\r\nhelp lists the commands, Tab completes them; Ctrl-X stops all "         \
+    "servos\r\n"
+
+void test_mode_person_begins_with_banner_and_prompt(void)
+{
+    begin_for_person();
+    type("");
+    TEST_ASSERT_EQUAL_STRING(BANNER "\r> ", said);
+    TEST_ASSERT_TRUE(console_idle(&console));
+}
+
+void test_mode_person_has_a_prompt_after_each_reply(void)
+{
+    begin_for_person();
+    type("");
+    TEST_ASSERT_EQUAL_STRING("version\r\ncds55xx 0.1.0 host\r\nok\r\n\r> ", reply_to("version"));
+    TEST_ASSERT_EQUAL_STRING("\r\n\r> ", reply_to(""));
+    TEST_ASSERT_EQUAL_STRING("pi\r\n\r> \r\n\r> ", reply_to("pi\x03"));
+    TEST_ASSERT_EQUAL_STRING("torque 1 o\r\non  off  \r\n\r> torque 1 o", typed("torque 1 o\t"));
+}
+
+void test_mode_program_has_bare_replies(void)
+{
+    begin_for_person();
+    reply_to("mode program");
+    TEST_ASSERT_EQUAL_STRING("ok\r\n", said + strlen(said) - 4);
+    TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("echo off"));
+    TEST_ASSERT_EQUAL_STRING("ok\r\n\r> ", reply_to("MODE PERSON"));
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_ECHO_PERSON, settings.echo);
+}
+
+void test_packet_of_the_host_has_no_prompt_behind_it(void)
+{
+    char mark[] = {(char)HOST_MARK_DROPPED, '\0'};
+
+    begin_for_person();
+    type("");
+    said_length = 0;
+    said[0] = '\0';
+    type(mark);
+    type(mark);
+    TEST_ASSERT_EQUAL_STRING("", said);
+    TEST_ASSERT_TRUE(console_idle(&console));
+}
+
+void test_alarm_overwrites_the_prompt_which_comes_again(void)
+{
+    begin_for_person();
+    type("");
+    said_length = 0;
+    said[0] = '\0';
+    failsafe.alarm = CDS_ERROR_OVERLOAD;
+    failsafe.alarm_id = 3;
+    type("");
+    TEST_ASSERT_EQUAL_CHAR('\r', said[0]);
+    TEST_ASSERT_NOT_NULL(strstr(said, "overload"));
+    TEST_ASSERT_EQUAL_STRING("\r\n\r> ", said + strlen(said) - 5);
+}
