@@ -24,9 +24,11 @@ static void on_event(struct cds_robot *it)
 
 static void move_to(int32_t left_mdeg, int32_t right_mdeg)
 {
-    cds_robot_to_position(&robot, 0, left_mdeg, &pose[0]);
-    cds_robot_to_position(&robot, 1, right_mdeg, &pose[1]);
-    cds_motion_move(&motion, &(struct cds_move){.pose = pose, .time_ms = 1500});
+    if (cds_robot_to_position(&robot, 0, left_mdeg, &pose[0]) != CDS_OK ||
+        cds_robot_to_position(&robot, 1, right_mdeg, &pose[1]) != CDS_OK)
+        cds_robot_stop(&robot); // an angle is outside of the limits
+    else
+        cds_motion_move(&motion, &(struct cds_move){.pose = pose, .time_ms = 1500});
 }
 
 int main(void)

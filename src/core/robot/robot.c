@@ -2,6 +2,7 @@
 /* The one object most programs need; see robot.h. robot_start.c has the steps of a start. */
 #include "cds55xx/robot.h"
 
+#include "cds55xx/motion.h" // CDS_POSE_NONE
 #include "compiler.h" // NOINLINE, OPTIMIZER_BARRIER()
 #include "robot/robot_internal.h"
 
@@ -307,6 +308,7 @@ enum cds_result cds_robot_to_position(const struct cds_robot *robot, uint8_t joi
 {
     const CDS_FLASH struct cds_joint *row = row_of(robot, joint);
 
+    *position = CDS_POSE_NONE;
     if (joint >= robot->count)
         return CDS_BAD_ARGUMENT;
     if (mdeg < row->lowest_mdeg || mdeg > row->highest_mdeg)

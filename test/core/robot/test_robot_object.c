@@ -238,6 +238,18 @@ void test_position_of_every_angle_is_that_of_units(void)
     }
 }
 
+void test_position_of_an_angle_beyond_the_limits_is_none(void)
+{
+    uint16_t position = 512;
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_robot_open(&robot, &whole_config, 0, CDS_BAUD_1M));
+    TEST_ASSERT_EQUAL(CDS_LIMIT, cds_robot_to_position(&robot, 0, 300001, &position));
+    TEST_ASSERT_EQUAL_UINT16(CDS_POSE_NONE, position);
+    position = 512;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_robot_to_position(&robot, JOINTS, 0, &position));
+    TEST_ASSERT_EQUAL_UINT16(CDS_POSE_NONE, position);
+}
+
 void test_limits_of_the_table_are_soft_limits_of_the_servos(void)
 {
     TEST_ASSERT_EQUAL_UINT16(205, robot_states[0].lowest); // 60 degrees
