@@ -14,7 +14,7 @@ sys.path.append(str(ROOT / "scripts"))
 import console  # the rows of the commands
 
 # Groups of commands that only the profile `full` has.
-MOTION = ("Motion", "Without a PC")
+MOTION = ("A terminal", "Motion", "Without a PC")
 # Commands of the profile `console` in the order of `help`.
 COMMANDS = [usage.split()[0] for group, usage, *_ in console.commands() if group not in MOTION]
 TORQUE, INHIBIT, DEVICE = 0x18, 0x17, 253

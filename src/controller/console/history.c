@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The latest lines typed; see history.h. */
 #include "console/history.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The latest lines typed, oldest first, each with a NUL behind it. The oldest lines make room for a
  * new one. Zero it (static storage is). Main context. */
 #ifndef CONTROLLER_HISTORY_H

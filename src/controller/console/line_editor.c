@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The editor of the profile `full`; see line_editor.h.
  *
  * Keys only change the text and the cursor, and note in `shown` up to where the terminal is right.

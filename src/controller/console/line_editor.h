@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The editor of the profile `full`: the cursor moves within the line, and the latest lines can be
  * fetched back. It needs a terminal that obeys BS, CR, ESC [ n D and ESC [ K. A line wider than the
  * terminal can only be typed and deleted at its end.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The names that may stand at a place of a line; see names.h. */
 #include "console/names.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The names that may stand at a place of a line: commands, words of a command, registers, settings.
  * For completion and for hints, one name a call, so that no call takes long. Main context. */
 #ifndef CONTROLLER_NAMES_H

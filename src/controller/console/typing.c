@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Completion and hints; see typing.h. */
 #include "console/typing.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Help for people who type: a Tab completes a word, and the error of an unknown name says which
  * name is near. Both work a little in each poll. The profile `full` links them
  * (command_set.typing).

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The editor of the profile `full`, on a model of a terminal: after each key the terminal shows the
  * line, and its cursor stands where the editor has its own. */
 #include <stdio.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Completion by Tab, and hints at unknown names. */
 #include "console_rig.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* mode; the banner. */
 #include "cds55xx/version.h"
 #include "console/commands/command_groups.h"
@@ -30,6 +31,7 @@ static const CDS_FLASH struct command mode_rows[] = {
 };
 
 const CDS_FLASH struct command_group mode_commands = {
+    .heading = FLASH_TEXT("A terminal:"),
     .rows = mode_rows,
     .count = sizeof mode_rows / sizeof mode_rows[0],
 };
