@@ -20,7 +20,7 @@ static void print_pty(const struct testbench *bench)
     printf("%s\n", path);
     if (!bench->options->bus) {
         printf("open it with: picocom -q %s (apt-get install picocom; or tio, screen); "
-               "'echo on' shows what you type; Ctrl-C here ends the run\n",
+               "'mode person' gives prompt and echo; Ctrl-C here ends the run\n",
                path);
     }
     fflush(stdout);

@@ -384,7 +384,7 @@ class Scripts(unittest.TestCase):
 # Commands of the group "The controller", and their errors: test_commands_controller.c, test_failsafe.py.
 CONTROLLER = {name for name, lines in COMMANDS.items() if lines[0][0] == "The controller"}
 # The group "Motion", which only the profile `full` has: test_motion_commands.py.
-MOTION_HEADINGS = ("Motion", "Without a PC")
+MOTION_HEADINGS = ("A terminal", "Motion", "Without a PC")
 MOTION = {name for name, lines in COMMANDS.items() if lines[0][0] == "Motion"}
 CONTROLLER_ERRORS = {number for number in ERRORS if 60 <= number < 70}
 

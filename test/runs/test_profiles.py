@@ -15,7 +15,7 @@ sys.path.append(str(ROOT / "scripts"))
 import console  # the rows of the commands
 
 # Groups of commands that only the profile `full` has.
-MOTION = ("Motion", "Without a PC")
+MOTION = ("A terminal", "Motion", "Without a PC")
 # Rows of other groups that only the profile `full` has.
 FULL_ONLY = ("new NEW", "backup ID", "monitor ID... as plot")
 # Commands of the profile `console` in the order of `help`.

@@ -31,6 +31,7 @@ static const CDS_FLASH struct command mode_rows[] = {
 };
 
 const CDS_FLASH struct command_group mode_commands = {
+    .heading = FLASH_TEXT("A terminal:"),
     .rows = mode_rows,
     .count = sizeof mode_rows / sizeof mode_rows[0],
 };
