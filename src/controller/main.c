@@ -7,11 +7,11 @@
  *   bus reply  After a reply the bus is idle until the controller sends the next packet. So each
  *              turn polls the bus first, and only the bus is polled while a bulk read waits for a
  *              servo or the permit checks a packet.
- *   goal       The goals of a cycle leave within 350 us of their time, or of the end of a
- *              transaction that is on the bus then; within 800 us if its reply changed what the
- *              permit knows, within 2 ms after a broadcast, from which 18 servos learn. So while an
- *              operation or a stop runs, bus and robot are also polled before each part of a turn
- *              that may take long.
+ *   goal       The goals of a cycle leave within 350 us of their time (450 us beside a flood of the
+ *              host), or of the end of a transaction that is on the bus then; within 800 us if its
+ *              reply changed what the permit knows, within 2 ms after a broadcast, from which 18
+ *              servos learn. So while an operation or a stop runs, bus and robot are also polled
+ *              before each part of a turn that may take long.
  *   host byte  The ring holds 64 bytes, which take 640 us at 1 Mbps. So the demux takes bytes of a
  *              packet until the ring is empty or PART_US are over.
  *   Ctrl-X     Torque off begins within 20 ms. So each turn polls the host link, and host_demux.h

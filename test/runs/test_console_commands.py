@@ -389,7 +389,7 @@ MOTION = {name for name, lines in COMMANDS.items() if lines[0][0] == "Motion"}
 CONTROLLER_ERRORS = {number for number in ERRORS if 60 <= number < 70}
 
 # Errors of motions: test_timed_pose.py, test_motion_commands.py.
-MOTION_ERRORS = {number for number in ERRORS if number == 14 or 56 <= number <= 58 or 70 <= number <= 83}
+MOTION_ERRORS = {number for number in ERRORS if number == 14 or 56 <= number <= 58 or 70 <= number <= 86}
 
 # Errors that only typing provokes.
 TYPED = {35, 36, 49, 54}

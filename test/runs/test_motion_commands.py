@@ -81,7 +81,7 @@ class Teach(Motion):
 
     def test_teach_off_of_an_endless_servo_is_refused(self):
         self.run_on("teach on 1\nwrite 1 CW_ANGLE_LIMIT 0 0\nwrite 1 CCW_ANGLE_LIMIT 0\n"
-                    "write 1 MOVING_SPEED 300\n! teach off 1\n@expect text servo 1: the servo turns without end\n"
+                    "write 1 MOVING_SPEED 300\n! teach off 1\n@expect text servo 1: the servo is in endless turn\n"
                     "@expect text error 47:\n@expect servo 1 torque off\n")
 
     def test_teach_off_outside_the_soft_limits_is_refused(self):
@@ -164,7 +164,7 @@ class Stored(Motion):
         self.run_on(POSES + "".join(f"! {line}\n@expect text error {number}:\n" for line, number in [
             ("sequence a-b new stand 1s", 71), ("sequence abcdefghi new stand 1s", 72),
             ("sequence help new stand 1s", 73)])
-            + "pose save abcdefgh\npose save A1\npose save Move\n")
+            + "pose save abcdefgh\npose save A1\npose save Mover\n")
 
     def test_bad_steps_are_refused(self):
         self.run_on(POSES + "".join(f"! {line}\n@expect text error {number}:\n" for line, number in [

@@ -175,11 +175,11 @@ static void end_line(struct console *console)
 static void feed_locked(struct console *console)
 {
     struct editor *editor = &console->editor;
-    bool may_end = console->fed == editor->locked;
+    bool may_end = console->fed == editor->locked, is_first = console->line.words == 0;
 
     for (uint8_t left = FED_PER_POLL; left && console->fed < editor->locked; left--) {
         feed(console, editor->text[console->fed++]);
-        if (console->line.words == 1 && console->token.length == 0)
+        if (is_first && console->line.words)
             break;
     }
     if (console->fed < editor->locked || (console->line_complete && !may_end))

@@ -33,6 +33,8 @@ static uint8_t may_start(const struct robot *robot, bool replaces)
 {
     if (robot->moves == NULL)
         return MOTION_OMITTED;
+    if (robot->cycle && robot->operation != &motion_cycle)
+        return MOTION_BUSY; // the cycle of the autostart, which does not poll a start
     if (motion_cycle_is_ending(robot) || start_of(robot)->result == CDS_PENDING ||
         moves_is_playing(robot) || (robot_is_in_motion(robot) && !replaces))
         return MOTION_BUSY;
@@ -281,7 +283,7 @@ uint8_t motion_outcome(const struct robot *robot, uint8_t *joint)
         *joint = moves->follow.joint;
         return MOTION_STUCK;
     } else {
-        if (result == CDS_OK || result == CDS_CANCELLED)
+        if (result == CDS_OK || (result == CDS_CANCELLED && moves->motion.result != CDS_OK))
             result = moves->motion.result;
         if (result != CDS_OK && result != CDS_CANCELLED && result != CDS_PENDING)
             *joint = moves->motion.joint;

@@ -528,7 +528,7 @@ enum cds_result cds_motion_set_override(struct cds_motion *motion, uint8_t perce
     if (percent < 10 || percent > 200)
         return CDS_BAD_ARGUMENT;
     motion->override = CDS_MOTION_RATE_1 * percent / 100;
-    if (motion->rate_goal)
+    if (motion->rate_goal && !motion->is_paused)
         cds_motion_resume(motion);
     return CDS_OK;
 }

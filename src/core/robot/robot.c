@@ -3,7 +3,7 @@
 #include "cds55xx/robot.h"
 
 #include "cds55xx/motion.h" // CDS_POSE_NONE
-#include "compiler.h" // NOINLINE, OPTIMIZER_BARRIER()
+#include "compiler.h"       // NOINLINE, OPTIMIZER_BARRIER()
 #include "robot/robot_internal.h"
 
 #define RETRIES        2
@@ -306,11 +306,12 @@ enum cds_robot_state cds_robot_poll(struct cds_robot *robot)
 enum cds_result cds_robot_to_position(const struct cds_robot *robot, uint8_t joint, int32_t mdeg,
                                       uint16_t *position)
 {
-    const CDS_FLASH struct cds_joint *row = row_of(robot, joint);
+    const CDS_FLASH struct cds_joint *row;
 
     *position = CDS_POSE_NONE;
     if (joint >= robot->count)
         return CDS_BAD_ARGUMENT;
+    row = row_of(robot, joint);
     if (mdeg < row->lowest_mdeg || mdeg > row->highest_mdeg)
         return CDS_LIMIT;
     *position = to_position(servo_mdeg(row, mdeg));
@@ -332,12 +333,13 @@ enum cds_result cds_robot_set_goal_mdeg(struct cds_robot *robot, uint8_t joint, 
 
 enum cds_result cds_robot_position_mdeg(const struct cds_robot *robot, uint8_t joint, int32_t *mdeg)
 {
-    const CDS_FLASH struct cds_joint *row = row_of(robot, joint);
+    const CDS_FLASH struct cds_joint *row;
     const struct cds_feedback *feedback;
     int32_t turned;
 
     if (joint >= robot->count)
         return CDS_BAD_ARGUMENT;
+    row = row_of(robot, joint);
     feedback = &cds_robot_config_of(robot)->feedback[joint];
     if (!feedback->known)
         return CDS_TIMEOUT;

@@ -86,7 +86,7 @@ void test_wrong_word_is_quoted(void)
     assert_reply("error 38: every 'often': unknown word; ", "monitor 1 often 9");
     assert_reply("error 60: SETTING 'colour': unknown setting; ", "settings colour 1");
     assert_reply("error 41: ID... '1': an ID is given twice; ", "group 1 2 1");
-    assert_reply("error 30: 'a?b': unknown command; ", "a\x01"
+    assert_reply("error 30: 'a?b': unknown command; ", "a\x07"
                                                        "b c");
 }
 

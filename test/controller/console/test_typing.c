@@ -70,7 +70,7 @@ void test_tab_lists_names_and_shows_the_line_again(void)
                              "settings link_loss_",
                              typed("settings link_loss_\t"));
     reply_to(""); // and the line is whole
-    TEST_ASSERT_NOT_NULL(strstr(said, "error 60: unknown setting"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "error 60: SETTING 'link_loss_': unknown setting"));
 }
 
 void test_tab_on_an_empty_line_lists_each_command_once(void)

@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "cds55xx/motion.h"
 #include "cds55xx/units.h"
 #include "port_fake.h"
 #include "servos_fake.h"
@@ -248,6 +249,17 @@ void test_position_of_an_angle_beyond_the_limits_is_none(void)
     position = 512;
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_robot_to_position(&robot, JOINTS, 0, &position));
     TEST_ASSERT_EQUAL_UINT16(CDS_POSE_NONE, position);
+}
+
+void test_robot_that_was_never_opened_has_no_joint(void)
+{
+    static struct cds_robot closed;
+    uint16_t position;
+    int32_t mdeg;
+
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_robot_to_position(&closed, 0, 0, &position));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_robot_position_mdeg(&closed, 0, &mdeg));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_robot_set_goal_mdeg(&closed, 0, 0));
 }
 
 void test_limits_of_the_table_are_soft_limits_of_the_servos(void)
