@@ -317,6 +317,7 @@ static void end(struct cds_motion *motion, enum cds_result result)
 {
     motion->basis.is_at_rest = true;
     motion->is_under_way = motion->is_ending = motion->is_paused = false;
+    motion->begun = motion->count; // it may have been paused before its first goal
     motion->result = result;
 }
 

@@ -777,6 +777,45 @@ static void go_half_way(void)
         pass_period();
 }
 
+/* As `pause`, then `motion off`, while the next step of a sequence is checked. */
+void test_move_paused_before_its_first_goal_can_be_ended(void)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 1000};
+
+    begin_motion(0);
+    feedback[0].position = 200;
+    pose[0] = 600;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    cds_motion_pause(&motion, 8000);
+    for (uint8_t i = 0; i < 20; i++)
+        pass_period();
+    cds_motion_abort(&motion, 8000);
+    for (uint8_t i = 0; i < 5; i++)
+        pass_period();
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, motion.result);
+    TEST_ASSERT_FALSE(cds_motion_is_busy(&motion));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+}
+
+void test_override_does_not_end_a_pause(void)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 100};
+
+    begin_motion(0);
+    pose[0] = 520;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    while (pass_period() == CDS_PENDING) {
+    }
+    pose[0] = 510;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    cds_motion_pause(&motion, 8000);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_set_override(&motion, 50));
+    for (uint8_t i = 0; i < 60; i++)
+        pass_period();
+    TEST_ASSERT_TRUE(motion.is_paused && motion.result == CDS_PENDING);
+    TEST_ASSERT_EQUAL_UINT16(520, goals[0]);
+}
+
 void test_pause_and_resume(void)
 {
     int16_t change;
