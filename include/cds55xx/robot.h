@@ -232,8 +232,8 @@ enum cds_result cds_robot_position_mdeg(const struct cds_robot *robot, uint8_t j
 
 /* Sets *position to the position of the servo, 0 to 1023, where `joint` has the angle `mdeg`: for
  * poses (motion.h) and for cds_cycle_goal(). CDS_OK; CDS_BAD_ARGUMENT: there is no such joint;
- * CDS_LIMIT: outside of its limits. If it fails, *position is CDS_POSE_NONE: the joint takes no part
- * in a move. */
+ * CDS_LIMIT: outside of its limits. If it fails, *position is CDS_POSE_NONE: the joint takes no
+ * part in a move. */
 enum cds_result cds_robot_to_position(const struct cds_robot *robot, uint8_t joint, int32_t mdeg,
                                       uint16_t *position);
 
