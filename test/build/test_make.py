@@ -193,9 +193,9 @@ class Make(unittest.TestCase):
     def test_run_host_baud_is_passed_to_the_simulator(self):
         for words, baud in [([], "board"), (["HOST_BAUD=client"], "client")]:
             status, output = self.make("run", "-n", "-o", "build/atmega128/controller.elf", "-o",
-                                       "build/host/cds55xx-sim", *words)
+                                       "build/host/cds55xx-sim", "-o", "build/atmega128/run.eeprom", *words)
             self.assertEqual(status, 0, output)
-            self.assertIn(f" --host-baud {baud}\n", output)
+            self.assertIn(f" --host-baud {baud} ", output)
 
 
 class Build(unittest.TestCase):
