@@ -82,7 +82,7 @@ class Builder:
         source = self.folder / "check.cpp"
         source.write_text(text)
         run(*setting("compiler.cpp.cmd"), *setting("compiler.cpp.flags"), *self.target, *self.includes,
-            "-Wall", "-Wextra", "-Werror", "-fsyntax-only", source)
+            "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-MF", self.folder / "check.d", source)
 
     def sketch(self, name, text, *more):
         """Compiles and links the sketch `text` and the sources `more`; returns its ELF."""

@@ -280,7 +280,7 @@ class Scripts(unittest.TestCase):
         self.assertGreater(flash["strings in tables"], 5000, output)
         self.assertNotIn("servos.c", tables)
         self.assertTrue({"bus.c", "servos.c", "console.c", "serial.c", "ring.h"} < set(flash), output)
-        self.assertLess(flash["compiler and C library"] + flash["vectors and start-up"], 1792, output)
+        self.assertLess(flash["compiler and C library"] + flash["vectors and start-up"], 1024, output)
 
 
 class Links(unittest.TestCase):

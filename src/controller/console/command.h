@@ -120,7 +120,7 @@ struct command_set {
     /* Called between two lines. Prints reports that no command asked for. Returns false if there is
      * nothing to print. */
     bool (*report)(struct console *console);
-    const CDS_FLASH struct robot_operation *cycle;  // of the group: group_cycle or moves_cycle
+    const CDS_FLASH struct robot_operation *cycle;  // of the group: group_cycle or motion_cycle
     const CDS_FLASH struct command_action *pose_in; // "pose ... in TIME"
     const CDS_FLASH struct device_ops *device;      // device_registers_ops or motion_registers_ops
     struct moves *moves;                            // storage of timed moves, or NULL

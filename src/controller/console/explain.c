@@ -31,7 +31,7 @@ static const CDS_FLASH struct {
     char name[9];
     char command;
     struct range range;
-} ranges[] = {
+} argument_ranges[] = {
     {"ID", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
     {"ID...", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
     {"OLD", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
@@ -49,7 +49,7 @@ static const CDS_FLASH struct {
     {"MS", 'c', {2, 65, UNIT_MS}},     // cycle
 };
 
-#define RANGES (sizeof ranges / sizeof ranges[0])
+#define RANGES (sizeof argument_ranges / sizeof argument_ranges[0])
 
 /* The range of a value of the register at `address`. False: there is no such register. */
 static bool range_of_register(uint8_t address, bool in_unit, struct range *range)
@@ -100,10 +100,10 @@ static bool range_of(const struct command_line *line, const CDS_FLASH char *name
         return true;
     }
     for (uint8_t i = 0; i < RANGES; i++) {
-        if (!parse_has_name(name, ranges[i].name) ||
-            (ranges[i].command && ranges[i].command != *line->command->usage))
+        if (!parse_has_name(name, argument_ranges[i].name) ||
+            (argument_ranges[i].command && argument_ranges[i].command != *line->command->usage))
             continue;
-        *range = ranges[i].range;
+        *range = argument_ranges[i].range;
         return true;
     }
     return false;

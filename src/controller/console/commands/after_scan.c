@@ -11,7 +11,7 @@
 
 static const CDS_FLASH char message_early[] =
     "servo %u answers %u us after a packet, this board needs %u: 'set %u RETURN_DELAY %uus'";
-static const CDS_FLASH char message_mend[] =
+static const CDS_FLASH char message_return_delay[] =
     "servo %u: 'write %u RETURN_DELAY %u' mends it, though its reply is lost; then 'scan'";
 
 #define TRIES 3 // of a READ: a damaged reply alone is no finding
@@ -125,7 +125,7 @@ static void tell(struct console *console, struct after_scan *job)
     values[0].number = values[1].number = console->line.id;
     values[2].number = console->robot->servos.shortest_delay;
     if (finding == CDS_FINDING_REPLIES_TOO_EARLY)
-        printer_line(&console->printer, message_mend);
+        printer_line(&console->printer, message_return_delay);
     next(job);
 }
 

@@ -11,8 +11,8 @@
 #include "console/messages.h"
 #include "robot/moves.h"
 
-static const CDS_FLASH char message_none[] = "autostart: none";
-static const CDS_FLASH char message_name[] = "autostart: ";
+static const CDS_FLASH char message_no_autostart[] = "autostart: none";
+static const CDS_FLASH char message_autostart[] = "autostart: ";
 static const CDS_FLASH char message_how[] = "%s after %u s; %s";
 static const CDS_FLASH char message_how_servo[] = "%s after %u s; not begun: servo %u: %s";
 static const CDS_FLASH char message_loop[] = " loop";
@@ -75,10 +75,10 @@ static bool show_poll(struct console *console)
         return job->is_saving && stored_waits(console);
     delay = motion_store_read_autostart(stored(), job->name);
     if (delay == 0) {
-        printer_line(printer, message_none);
+        printer_line(printer, message_no_autostart);
         return false;
     }
-    printer_flash(printer, message_name);
+    printer_flash(printer, message_autostart);
     printer_string(printer, job->name);
     printer->values[0].text = delay & AUTOSTART_LOOP ? message_loop : message_nothing;
     printer->values[1].number = delay & AUTOSTART_DELAY_MAX;

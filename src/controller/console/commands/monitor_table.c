@@ -77,7 +77,7 @@ static uint8_t begin(struct console *console)
     return monitor_begin(console);
 }
 
-static const CDS_FLASH struct command monitor_rows[] = {
+static const CDS_FLASH struct command monitor_table_rows[] = {
     {
         .usage = FLASH_TEXT("monitor ID... [every MS [as plot]]"),
         .what = FLASH_TEXT("print feedback of servos until a key"),
@@ -100,6 +100,6 @@ static const CDS_FLASH struct command monitor_rows[] = {
 };
 
 const CDS_FLASH struct command_group monitor_table_commands = {
-    .rows = monitor_rows,
-    .count = sizeof monitor_rows / sizeof monitor_rows[0],
+    .rows = monitor_table_rows,
+    .count = sizeof monitor_table_rows / sizeof monitor_table_rows[0],
 };

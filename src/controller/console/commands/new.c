@@ -11,14 +11,14 @@ static const CDS_FLASH char message_search_any[] =
     "no servo there: search at all 255 rates, 4 s; a key ends it";
 static const CDS_FLASH char message_mend_all[] =
     "a servo answers before this board listens: return delay is written, then search again";
-static const CDS_FLASH char message_mend[] =
+static const CDS_FLASH char message_delay_written[] =
     "its reply is damaged: return delay is written without a reply";
 static const CDS_FLASH char message_delay[] =
     "found: ID %u at %b, alone on the bus; step 2 of 4: return delay us %u";
-static const CDS_FLASH char message_id[] = "step 3 of 4: ID %u becomes %u";
+static const CDS_FLASH char message_step_id[] = "step 3 of 4: ID %u becomes %u";
 static const CDS_FLASH char message_rate[] = "step 4 of 4: rate %b becomes %b";
 static const CDS_FLASH char message_done[] = "servo %u is set up and joins the robot, at %b";
-static const CDS_FLASH char message_found[] = "id %u at %b";
+static const CDS_FLASH char message_new_found[] = "id %u at %b";
 
 static enum cds_result begin_new(struct robot *robot, const void *config)
 {
@@ -67,7 +67,7 @@ static void print_step(struct printer *printer, const struct new_servo *servo, u
         break;
     case NEW_SERVO_MEND_DELAY:
         if (servo->found[0].result != CDS_OK)
-            printer_line(printer, message_mend);
+            printer_line(printer, message_delay_written);
         break;
     case NEW_SERVO_SET_DELAY:
         values[0].number = servo->found[0].id;
@@ -78,7 +78,7 @@ static void print_step(struct printer *printer, const struct new_servo *servo, u
     case NEW_SERVO_SET_ID:
         values[0].number = servo->found[0].id;
         values[1].number = servo->config.id;
-        printer_line(printer, message_id);
+        printer_line(printer, message_step_id);
         break;
     case NEW_SERVO_SET_RATE:
         values[0].number = servo->found[0].baud_reg;
@@ -97,7 +97,7 @@ static bool print_others(struct console *console, const struct new_servo *servo)
         return false;
     console->printer.values[0].number = servo->found[console->part].id;
     console->printer.values[1].number = servo->found[console->part++].baud_reg;
-    printer_line(&console->printer, message_found);
+    printer_line(&console->printer, message_new_found);
     return true;
 }
 
