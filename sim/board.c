@@ -10,9 +10,10 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#define VALUE_SIZE  64
-#define LINE_SIZE   256
-#define BOARDS_SIZE 512
+#define VALUE_SIZE            64
+#define LINE_SIZE             256
+#define BOARDS_SIZE           512
+#define CLOCK_IF_NOT_GIVEN_HZ 16000000
 
 /* The text of one data file and its path, for messages. */
 struct source {
@@ -226,7 +227,9 @@ static bool read_chip(struct board *board, struct source *source, const char *mc
     if (!has_word(source, "SIM_MCU", board->core)) {
         memcpy(board->core, board->mcu, sizeof(board->core));
     }
-    board->clock_Hz = number(source, clock, 1000000, 32000000);
+    char word[VALUE_SIZE];
+    board->clock_Hz = has_word(source, clock, word) ? number(source, clock, 1000000, 32000000)
+                                                    : CLOCK_IF_NOT_GIVEN_HZ;
     return source->good;
 }
 

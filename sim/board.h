@@ -51,8 +51,9 @@ void board_paths(const char *folder, const char *name, char wiring[BOARD_PATH_SI
 
 /* Reads FOLDER/NAME/board.h and board.mk. A name with `.` or `/` is the path of a board.h or of its
  * folder. Chip and clock are BOARD_MCU and BOARD_F_CPU in board.h, or MCU and F_CPU in the board.mk
- * beside it. Returns false, with one line on stderr, if there is no such board (the line lists the
- * known boards), or if a file lacks a value, is no regular file or is too long. */
+ * beside it. A clock that is not given is 16 MHz. Returns false, with one line on stderr, if there
+ * is no such board (the line lists the known boards), or if a file lacks a value, is no regular
+ * file or is too long. */
 bool board_read(struct board *board, const char *folder, const char *name);
 
 #endif

@@ -16,6 +16,7 @@
 
 #define SECONDS_MIN 1e-6
 #define SECONDS_MAX 1e6
+#define TCP_PREFIX  "tcp:"
 
 enum { EXIT_GOOD = 0, EXIT_FAILED = 1, EXIT_USAGE = 2 };
 
@@ -31,6 +32,10 @@ static const char help[] =
     "first line printed: docs/simulated-bus.md. Without --pty: --script or --seconds, as fast\n"
     "as it goes.\n"
     "\n"
+    "cds55xx-sim poke SOCKET ORDER\n"
+    "gives an order to a simulator that runs with --poke SOCKET: a line of a scenario without its\n"
+    "@, as in \"load 1 300\" or \"power 2 off\": docs/simulator.md\n"
+    "\n"
     "  --board NAME       a board that comes with the simulator, as in atmega128\n"
     "  --board FILE       or a board.h of yours, with a board.mk beside it\n"
     "  --servos LIST      IDs of the servos, as in 1-18 or 0,1,5-7, or none (default);\n"
@@ -38,6 +43,7 @@ static const char help[] =
     "  --script FILE      run a scenario, docs/scenario.md: commands, causes, expectations;\n"
     "                     ends with its last line\n"
     "  --host pty         open a terminal for the console, print its path, run in real time\n"
+    "  --host tcp:PORT    the same at a TCP port of 127.0.0.1, one client at a time; PORT 0: any\n"
     "  --host-baud client the PC's rate is the one set at the pty, not the board's\n"
     "  --host FILE        (with a . or / in it) a program of the PC's: what it says and waits for, "
     "docs/simulator.md\n"
@@ -57,6 +63,9 @@ static const char help[] =
     "  --rules warn       tell and count what breaks the rules of the wire, but do not fail\n"
     "  --state DIR        keep what each servo has in its EEPROM from run to run\n"
     "  --follow           a live table of the servos on stderr\n"
+    "  --poke SOCKET      take orders from `cds55xx-sim poke SOCKET ORDER` (with --host pty, tcp "
+    "or "
+    "--pty)\n"
     "  --fault ORDER      inject a fault, as in --fault \"flip out 1 4 3\": docs/faults.md; any "
     "number\n"
     "  --seed N           of all that happens at random; 0 (default) to 4294967295\n"
@@ -75,10 +84,31 @@ static bool usage(const char *what, const char *word)
     return false;
 }
 
+/* Accepts digits only. */
+static bool parse_whole(const char *value, unsigned long max, unsigned long *number)
+{
+    char *end = 0;
+    errno = 0;
+    *number = isdigit((unsigned char)*value) ? strtoul(value, &end, 10) : 0;
+    return end && !*end && errno == 0 && *number <= max;
+}
+
+static bool parse_tcp(struct testbench_options *options, const char *text)
+{
+    unsigned long port = 0;
+    bool good = parse_whole(text, UINT16_MAX, &port);
+    options->host = TESTBENCH_HOST_TCP;
+    options->tcp_port = (uint16_t)port;
+    return good || usage("--host tcp:PORT wants a port, 0 (any) to 65535, not", text);
+}
+
 static bool parse_host(struct testbench_options *options, const char *value)
 {
     if (options->host != TESTBENCH_HOST_NONE) {
         return usage("one of --script and --host, and only once", 0);
+    }
+    if (strncmp(value, TCP_PREFIX, strlen(TCP_PREFIX)) == 0) {
+        return parse_tcp(options, value + strlen(TCP_PREFIX));
     }
     if (strcmp(value, "pty") == 0) {
         options->host = TESTBENCH_HOST_PTY;
@@ -88,7 +118,7 @@ static bool parse_host(struct testbench_options *options, const char *value)
         options->host = TESTBENCH_HOST_PC;
         options->pc = value;
     } else {
-        return usage("--host is pty, stdout or a file, not", value);
+        return usage("--host is pty, tcp:PORT, stdout or a file, not", value);
     }
     return true;
 }
@@ -108,15 +138,6 @@ static bool parse_script(struct testbench_options *options, const char *value)
     options->host = TESTBENCH_HOST_SCRIPT;
     options->script = value;
     return true;
-}
-
-/* Accepts digits only. */
-static bool parse_whole(const char *value, unsigned long max, unsigned long *number)
-{
-    char *end = 0;
-    errno = 0;
-    *number = isdigit((unsigned char)*value) ? strtoul(value, &end, 10) : 0;
-    return end && !*end && errno == 0 && *number <= max;
 }
 
 static bool parse_seconds(struct testbench_options *options, const char *value)
@@ -234,6 +255,7 @@ static bool parse_option(struct testbench_options *options, const char *name, co
         {"--mark", &options->cycles.mark, 0},
         {"--times", &options->cycles.times, 0},
         {"--stamp", &options->cycles.stamp, 0},
+        {"--poke", &options->poke, 0},
         {"--gdb", 0, parse_gdb},
         {"--rules", 0, parse_rules},
         {"--state", &options->state, 0},
@@ -268,6 +290,14 @@ static bool *find_switch(struct testbench_options *options, const char *name)
                                                      : 0;
 }
 
+static bool check_poke(const struct testbench_options *options)
+{
+    bool realtime =
+        options->pty || options->host == TESTBENCH_HOST_PTY || options->host == TESTBENCH_HOST_TCP;
+    return !options->poke || (realtime && !options->script) ||
+           usage("--poke is for a run in real time without --script", 0);
+}
+
 static bool check_firmware(const struct testbench_options *options)
 {
     if (!options->elf || !options->board) {
@@ -275,6 +305,9 @@ static bool check_firmware(const struct testbench_options *options)
     }
     if (options->pty) {
         return usage("with a firmware it is --host pty", 0);
+    }
+    if (options->client_baud && options->host == TESTBENCH_HOST_TCP) {
+        return usage("a TCP client has no rate: no --host-baud client", 0);
     }
     return options->host != TESTBENCH_HOST_NONE || options->seconds > 0 ||
            usage("without --script and --host, --seconds is wanted", 0);
@@ -315,7 +348,7 @@ static bool parse(struct testbench_options *options, int argc, char **argv)
 {
     options->bus = argc >= 2 && strcmp(argv[1], "bus") == 0;
     if (argc < 2 || (!options->bus && strcmp(argv[1], "firmware") != 0)) {
-        return usage("the first word must be: firmware, or: bus", 0);
+        return usage("the first word must be: firmware, bus, or: poke", 0);
     }
     for (int i = 2; i < argc; i++) {
         bool *flag = find_switch(options, argv[i]);
@@ -335,7 +368,27 @@ static bool parse(struct testbench_options *options, int argc, char **argv)
     if ((options->panes.speed || options->panes.load) && !options->plot) {
         return usage("--panes is for --plot", 0);
     }
-    return check_ids(options) && (options->bus ? check_bus(options) : check_firmware(options));
+    return check_ids(options) && check_poke(options) &&
+           (options->bus ? check_bus(options) : check_firmware(options));
+}
+
+/* cds55xx-sim poke SOCKET ORDER: the words of the order may be one argument or several. */
+static int poke(int argc, char **argv)
+{
+    char order[POKE_LINE_SIZE] = "";
+    size_t size = 0;
+    for (int i = 3; i < argc && size < sizeof(order); i++) {
+        size +=
+            (size_t)snprintf(order + size, sizeof(order) - size, "%s%s", i > 3 ? " " : "", argv[i]);
+    }
+    if (size == 0 || size >= sizeof(order) || strchr(order, '\n')) {
+        usage("poke wants a socket and an order of one line, as in: poke build/atmega128/poke "
+              "\"load 1 300\"",
+              0);
+        return EXIT_USAGE;
+    }
+    enum poke_result result = poke_send(argv[2], order);
+    return result == POKE_OK ? EXIT_GOOD : result == POKE_ERROR ? EXIT_FAILED : EXIT_USAGE;
 }
 
 static void interrupted(int signal_number)
@@ -378,6 +431,9 @@ static int run(const struct testbench_options *options)
     }
     bool written = testbench_free(&bench);
     written = files_flush_stdout() && written;
+    if (bench.cannot_listen) {
+        return EXIT_FAILED;
+    }
     return !ready || !written ? EXIT_USAGE : good ? EXIT_GOOD : EXIT_FAILED;
 }
 
@@ -392,6 +448,9 @@ int main(int argc, char **argv)
             fputs(help, stdout);
             return files_flush_stdout() ? EXIT_GOOD : EXIT_USAGE;
         }
+    }
+    if (argc >= 2 && strcmp(argv[1], "poke") == 0) {
+        return poke(argc, argv);
     }
     bool good = parse(&options, argc, argv) && named_files_check(&options);
     return good ? run(&options) : EXIT_USAGE;

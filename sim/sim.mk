@@ -44,19 +44,39 @@ demo: $(addprefix build/,atmega128/controller.elf arduino-mega/controller.elf at
 	@scripts/demo.sh
 
 SERVOS ?= 1-18
+SECONDS ?= 5
+
+## run-example: EXAMPLE=two_joints of examples/ on BOARD, simulated for SECONDS=5, with a table and a picture of the servos
+.PHONY: run-example
+EXAMPLE ?= two_joints
+ifneq ($(filter run-example,$(MAKECMDGOALS)),)
+ifeq ($(call example_source,$(EXAMPLE)),)
+$(error there is no example '$(EXAMPLE)'; EXAMPLE= one of: $(sort $(basename $(notdir $(wildcard examples/*.c examples/*/*.c)))))
+endif
+endif
+run-example: build/$(BOARD)/examples/$(EXAMPLE).elf build/host/cds55xx-sim
+	$(clear)
+	@build/host/cds55xx-sim firmware $< --board $(BOARD) --servos $(SERVOS) --seconds $(SECONDS) --follow --plot build/$(EXAMPLE).svg
+	@echo "picture: build/$(EXAMPLE).svg"
+
 HOST_BAUD ?= board
 
-## run: BOARD's firmware and servos (SERVOS=1-18) in real time, its console a pty (HOST_BAUD=client: its rate)
+## run: BOARD's firmware and servos (SERVOS=1-18) in real time, its console a pty (HOST_BAUD=client: its rate; FOLLOW=1: live table)
+# Its EEPROM keeps what `save` saves from run to run.
 .PHONY: run
-run: build/$(BOARD)/controller.elf build/host/cds55xx-sim build/$(BOARD)/run.eeprom
+run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
 	$(clear)
 	@build/host/cds55xx-sim firmware $< --board $(or $(BOARD_DIR),$(BOARD)) --servos $(SERVOS) --host pty \
-	  --host-baud $(HOST_BAUD) --eeprom build/$(BOARD)/run.eeprom
+	  --host-baud $(HOST_BAUD) --eeprom build/$(BOARD)/run.eeprom --poke build/$(BOARD)/poke $(if $(filter 1,$(FOLLOW)),--follow)
 
-# The EEPROM of `make run`: it keeps what `save` saves from run to run. A new one has the console for people;
-# echo 2 is `mode person`, also in the profile `console`, which has no such command.
-build/%/run.eeprom: sim/run.script | build/%/controller.elf build/host/cds55xx-sim
-	@rm -f $@; build/host/cds55xx-sim firmware build/$*/controller.elf --board $(if $(BOARD_DIR),$(BOARD_DIR),$*) --servos 1 --eeprom $@ --script $< >/dev/null 2>&1
+## poke: acts on the servos of a running make run: DO="load 1 300" turns an output, DO="power 2 off" unplugs
+.PHONY: poke
+# The shell takes the order from the environment, and so does not change it. The simulator runs, so nothing is built.
+poke:
+	@[ -n "$$DO" ] || { echo 'say what to do, as in: make poke DO="load 1 300" (docs/simulator.md)'; exit 1; }
+	@[ -S build/$(BOARD)/poke ] || \
+	  { echo 'no simulator of $(BOARD) runs: start one with make run, or name its board with BOARD='; exit 1; }
+	@build/host/cds55xx-sim poke build/$(BOARD)/poke "$$DO"
 
 ## sim-speed: how many times real time the simulator runs at on this machine
 .PHONY: sim-speed

@@ -37,7 +37,7 @@ static void adapter_received(void *context, uint64_t now, uint8_t byte)
 {
     struct testbench_bus *bus = context;
     (void)now;
-    pty_send(&bus->bench->pty, &byte, 1);
+    testbench_send_to_client(bus->bench, byte);
 }
 
 static void servo_byte(void *context, uint64_t now, const struct servo_node *node)
@@ -109,8 +109,12 @@ static void console_byte(void *context, uint64_t now, uint8_t byte)
     switch (bench->options->host) {
     case TESTBENCH_HOST_SCRIPT: script_receive(&bench->script, now, byte); break;
     case TESTBENCH_HOST_PTY:
+    case TESTBENCH_HOST_TCP:
         bench->traffic = now;
-        pty_send(&bench->pty, &byte, 1);
+        testbench_send_to_client(bench, byte);
+        if (bench->options->poke) {
+            script_receive(&bench->script, now, byte);
+        }
         break;
     case TESTBENCH_HOST_STDOUT: fputc(byte, stdout); break;
     case TESTBENCH_HOST_PC: pc_program_receive(&bench->pc_program, now, byte); break;
@@ -361,8 +365,7 @@ static bool init_host_link(struct testbench *bench)
         }
         bench->host_link.adapter.context = bench;
         bench->host_link.adapter.on_byte = console_byte;
-    } else if (options->host == TESTBENCH_HOST_PTY || options->host == TESTBENCH_HOST_STDOUT ||
-               options->host == TESTBENCH_HOST_PC) {
+    } else if (options->host != TESTBENCH_HOST_NONE && options->host != TESTBENCH_HOST_SCRIPT) {
         fprintf(stderr, "%s: the board has no host link: no --host\n", options->board);
         return false;
     }
@@ -384,7 +387,13 @@ static bool start_host(struct testbench *bench)
     if (!options->bus && !init_host_link(bench)) {
         return false;
     }
-    if ((options->pty || options->host == TESTBENCH_HOST_PTY) && !testbench_open_pty(bench)) {
+    bool client =
+        options->pty || options->host == TESTBENCH_HOST_PTY || options->host == TESTBENCH_HOST_TCP;
+    if (client && !testbench_open_client(bench)) {
+        return false;
+    }
+    if (options->poke && !testbench_open_poke(bench)) {
+        bench->cannot_listen = true;
         return false;
     }
     if (options->host == TESTBENCH_HOST_PC) {
@@ -408,6 +417,8 @@ bool testbench_init(struct testbench *bench, const struct testbench_options *opt
                                 .clock_Hz = TESTBENCH_CLOCK_HZ,
                                 .bus_count = 1,
                                 .pty = {.master = -1},
+                                .tcp = {.listener = -1, .client = -1},
+                                .poke = {.socket = {.listener = -1, .client = -1}},
                                 .gdb = {.listener = -1, .client = -1}};
     schedule_init(&bench->schedule);
     if ((options->script && !script_read(&bench->script, options->script)) ||

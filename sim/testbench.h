@@ -26,8 +26,10 @@
 #include "host/adapter.h"
 #include "host/host_link.h"
 #include "host/pc_program.h"
+#include "host/poke_socket.h"
 #include "host/pty.h"
 #include "host/realtime.h"
+#include "host/tcp.h"
 #include "output/cycle_log.h"
 #include "output/live_view.h"
 #include "output/plot.h"
@@ -51,6 +53,7 @@ enum testbench_host {
     TESTBENCH_HOST_NONE,
     TESTBENCH_HOST_SCRIPT,
     TESTBENCH_HOST_PTY,
+    TESTBENCH_HOST_TCP,
     TESTBENCH_HOST_STDOUT,
     TESTBENCH_HOST_PC,
 };
@@ -79,7 +82,9 @@ struct testbench_options {
     bool rules_warn;
     bool client_baud; // the PC has the bit rate that the client of the pty sets, not the board's
     enum testbench_host host;
-    double seconds; // 0: no limit
+    const char *poke;  // the socket of --poke
+    uint16_t tcp_port; // of --host tcp:PORT; 0: any
+    double seconds;    // 0: no limit
     const char *faults[TESTBENCH_FAULTS_MAX];
     unsigned fault_count;
     uint32_t seed;
@@ -109,6 +114,15 @@ struct testbench_bus {
     struct bus_trace trace;
 };
 
+/* The order that a client of --poke has given. */
+struct testbench_poke {
+    struct poke_socket socket;
+    bool busy;    // the order is not answered yet
+    char *output; // what the order has printed, for the client
+    size_t output_size;
+    char wrong[800]; // why the order has failed; "": it has not
+};
+
 struct testbench {
     const struct testbench_options *options;
     struct schedule schedule;
@@ -129,8 +143,11 @@ struct testbench {
     struct script script;
     struct script_ops ops;
     struct pty pty;
-    struct realtime realtime; // with a pty
-    struct event next_step;   // with a pty and a controller
+    struct tcp tcp;
+    struct testbench_poke poke;
+    bool cannot_listen;       // testbench_init() has failed: TCP port or socket cannot be opened
+    struct realtime realtime; // with a client: a pty or a TCP port
+    struct event next_step;   // with a client and a controller
     uint64_t traffic;         // cycle of the latest byte from or to the client
     struct vcd vcd;
     struct motion motion;
@@ -174,8 +191,23 @@ void testbench_echo(void *context, bool on);
 /* Returns false, with `file:line: what` on stderr. */
 bool testbench_start_script(struct testbench *bench);
 
-/* Opens the pty. Returns false, with one line on stderr. */
-bool testbench_open_pty(struct testbench *bench);
+/* Sets what the lines of a scenario can do, but not what follows their end. */
+void testbench_set_script_ops(struct testbench *bench);
+
+/* Orders during a run in real time. Opening returns false, with one line on stderr. */
+bool testbench_open_poke(struct testbench *bench);
+void testbench_poll_poke(struct testbench *bench, uint64_t now);
+void testbench_close_poke(struct testbench *bench);
+
+/* Opens the pty or the TCP port. Returns false, with one line on stderr. */
+bool testbench_open_client(struct testbench *bench);
+
+/* Prints the name of the pty or TCP port, and how to open it. */
+void testbench_print_client(const struct testbench *bench);
+
+/* Passes a byte of the firmware, or of the bus, to the client. */
+void testbench_send_to_client(struct testbench *bench, uint8_t byte);
+void testbench_flush_client(struct testbench *bench);
 
 /* Runs a bus without a controller at the speed of real time. */
 void testbench_run_adapter_in_realtime(struct testbench *bench);

@@ -1,15 +1,102 @@
 /* SPDX-License-Identifier: MIT */
-/* The testbench behind a pty: simulated time follows real time. */
+/* The testbench behind a pty or a TCP port: simulated time follows real time. */
 #include "testbench.h"
+
+#include <inttypes.h>
 
 /* A run in real time sleeps in short steps while there is traffic, so that the client does not wait
  * for its replies, and in longer steps otherwise. A client that writes, connects or disconnects
- * ends the sleep, unless pty_fd() is -1. */
+ * ends the sleep, unless client_fd() is -1. */
 #define TRAFFIC_MS            20   // there is traffic: a byte or an edge within this time
 #define CONSOLE_STEPS_PER_MS  5    // with a controller and traffic; without traffic: 1
 #define ADAPTER_TRAFFIC_US    200  // without a controller: traffic
 #define ADAPTER_NO_TRAFFIC_US 5000 // a client is connected
 #define ADAPTER_NO_CLIENT_US  2000 // no client, or no space for its bytes
+
+/* A TCP client that has ended its input, as `nc -N` does, may wait for a reply. It is disconnected
+ * after so much time without a byte. */
+#define TCP_HANG_UP_S 1
+
+#define BLOCK PTY_BLOCK // bytes that are read at once
+_Static_assert(PTY_BLOCK == TCP_BLOCK, "the same block for both");
+
+/* --- the client, at the pty or at the TCP port --- */
+
+static bool is_tcp(const struct testbench *bench)
+{
+    return bench->options->host == TESTBENCH_HOST_TCP;
+}
+
+static bool open_port(struct testbench *bench)
+{
+    if (is_tcp(bench)) {
+        adapter_follow(&bench->host_link.adapter, usart_get_bit_time, &bench->host_link.usart);
+        bench->cannot_listen = !tcp_open(&bench->tcp, bench->options->tcp_port);
+        return !bench->cannot_listen;
+    }
+    return pty_open(&bench->pty, bench->options->bus ? TESTBENCH_BAUD : bench->board.host_baud);
+}
+
+void testbench_print_client(const struct testbench *bench)
+{
+    if (bench->tcp.listener >= 0) {
+        uint16_t port = bench->tcp.port;
+        printf("127.0.0.1:%" PRIu16 "\n"
+               "connect with: nc 127.0.0.1 %" PRIu16 " (apt-get install netcat-openbsd; or socat, "
+               "or pyserial's socket://127.0.0.1:%" PRIu16 "); Ctrl-C here ends the run\n",
+               port, port, port);
+    } else if (bench->pty.master >= 0) {
+        const char *path = bench->pty.path;
+        printf("%s\n", path);
+        if (!bench->options->bus) {
+            printf(
+                "open it in another terminal: picocom -q %s (apt-get install picocom); then press "
+                "Enter. Ctrl-C here ends the run\n",
+                path);
+        }
+    }
+    if (bench->options->poke) {
+        printf("poke the servos with: cds55xx-sim poke %s \"load 1 300\"; "
+               "after make run with: make poke DO=\"load 1 300\"\n",
+               bench->options->poke);
+    }
+    fflush(stdout);
+}
+
+void testbench_send_to_client(struct testbench *bench, uint8_t byte)
+{
+    if (is_tcp(bench)) {
+        tcp_send(&bench->tcp, &byte, 1);
+    } else {
+        pty_send(&bench->pty, &byte, 1);
+    }
+}
+
+void testbench_flush_client(struct testbench *bench)
+{
+    if (is_tcp(bench)) {
+        tcp_flush(&bench->tcp);
+    } else {
+        pty_flush(&bench->pty);
+    }
+}
+
+static int client_fd(const struct testbench *bench)
+{
+    return is_tcp(bench) ? tcp_fd(&bench->tcp) : pty_fd(&bench->pty);
+}
+
+/* Disconnects a TCP client that has ended its input when no reply comes any more. */
+static void hang_up_on_silence(struct testbench *bench, uint64_t now)
+{
+    uint64_t sent = adapter_end(&bench->host_link.adapter);
+    uint64_t last = bench->traffic > sent ? bench->traffic : sent;
+    if (bench->tcp.input_ended && now > last + TCP_HANG_UP_S * (uint64_t)bench->clock_Hz) {
+        tcp_hang_up(&bench->tcp);
+    }
+}
+
+/* --- bytes of the client --- */
 
 static struct adapter *client_adapter(struct testbench *bench)
 {
@@ -26,20 +113,30 @@ static size_t client_space(struct testbench *bench)
     return adapter_space(client_adapter(bench));
 }
 
+static size_t read_tcp(struct testbench *bench, uint64_t now, uint8_t *bytes, size_t capacity)
+{
+    hang_up_on_silence(bench, now);
+    return tcp_read(&bench->tcp, bytes, capacity);
+}
+
 /* pty_read() comes before pty_baud(): bytes that a client writes after it has set a bit rate are
  * never sent at the old one. */
 static void read_client(struct testbench *bench, uint64_t now)
 {
-    uint8_t bytes[PTY_BLOCK];
+    uint8_t bytes[BLOCK];
     struct adapter *adapter = client_adapter(bench);
     size_t space = client_space(bench);
-    size_t size = pty_read(&bench->pty, bytes, space < sizeof(bytes) ? space : sizeof(bytes));
+    space = space < BLOCK ? space : BLOCK;
+    size_t size =
+        is_tcp(bench) ? read_tcp(bench, now, bytes, space) : pty_read(&bench->pty, bytes, space);
     if (bench->options->bus || bench->options->client_baud) {
         adapter_baud(adapter, pty_baud(&bench->pty));
     }
     adapter_send(adapter, now, bytes, size);
     bench->traffic = size ? now : bench->traffic;
 }
+
+/* --- real time --- */
 
 /* With a controller. Sleeps until the client writes or a step of real time has passed, then
  * simulates as much time as has passed. So bytes of the client reach the firmware at the cycle at
@@ -49,22 +146,23 @@ static void step(void *context, uint64_t now)
     struct testbench *bench = context;
     uint32_t ms = bench->clock_Hz / 1000;
     read_client(bench, now);
-    pty_flush(&bench->pty);
+    testbench_flush_client(bench);
+    testbench_poll_poke(bench, now);
     bool traffic = now - bench->traffic < TRAFFIC_MS * ms;
     uint64_t end = now + (traffic ? ms / CONSOLE_STEPS_PER_MS : ms);
-    realtime_wait(&bench->realtime, end, client_space(bench) ? pty_fd(&bench->pty) : -1);
+    realtime_wait(&bench->realtime, end, client_space(bench) ? client_fd(bench) : -1);
     uint64_t next = realtime_cycle(&bench->realtime);
     next = next > now ? next : now + 1;
     schedule_at(&bench->schedule, &bench->next_step, next < end ? next : end);
 }
 
-bool testbench_open_pty(struct testbench *bench)
+bool testbench_open_client(struct testbench *bench)
 {
-    if (bench->options->bus) {
-        return pty_open(&bench->pty, TESTBENCH_BAUD);
-    }
-    if (!pty_open(&bench->pty, bench->board.host_baud)) {
+    if (!open_port(bench)) {
         return false;
+    }
+    if (bench->options->bus) {
+        return true; // testbench_run_adapter_in_realtime()
     }
     realtime_start(&bench->realtime, bench->clock_Hz);
     event_init(&bench->next_step, step, bench);
@@ -90,8 +188,9 @@ void testbench_run_adapter_in_realtime(struct testbench *bench)
         uint64_t now = realtime_cycle(&bench->realtime);
         schedule_run_until(&bench->schedule, now);
         read_client(bench, now);
-        pty_flush(&bench->pty);
-        int fd = client_space(bench) ? pty_fd(&bench->pty) : -1;
+        testbench_flush_client(bench);
+        testbench_poll_poke(bench, now);
+        int fd = client_space(bench) ? client_fd(bench) : -1;
         realtime_wait(&bench->realtime, now + adapter_step_us(bench, now, fd) * us, fd);
     }
 }

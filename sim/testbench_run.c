@@ -14,18 +14,6 @@ void testbench_stop(struct testbench *bench)
     machine_stop(&bench->machine);
 }
 
-static void print_pty(const struct testbench *bench)
-{
-    const char *path = bench->pty.path;
-    printf("%s\n", path);
-    if (!bench->options->bus) {
-        printf("open it with: picocom -q %s (apt-get install picocom; or tio, screen); "
-               "'mode person' gives prompt and echo; Ctrl-C here ends the run\n",
-               path);
-    }
-    fflush(stdout);
-}
-
 /* Returns false if the firmware has crashed. */
 static bool run_controller(struct testbench *bench)
 {
@@ -65,9 +53,7 @@ bool testbench_run(struct testbench *bench)
 {
     const struct testbench_options *options = bench->options;
     bool crashed = false;
-    if (bench->pty.master >= 0) {
-        print_pty(bench); // from here on a signal ends the run cleanly
-    }
+    testbench_print_client(bench); // from here on a signal ends the run cleanly
     bench->ran = true;
     if (options->bus) {
         run_adapter(bench);
@@ -81,7 +67,7 @@ bool testbench_run(struct testbench *bench)
     }
     live_view_end(&bench->live_view, bench->end);
     if (!options->bus) {
-        pty_flush(&bench->pty);
+        testbench_flush_client(bench);
     }
     for (unsigned i = 0; i < bench->bus_count; i++) {
         transcript_end(&bench->bus[i].transcript);
@@ -130,6 +116,7 @@ void testbench_report(struct testbench *bench, FILE *out)
                 bench->bus[0].adapter.framing_errors);
     }
     pty_report(&bench->pty, out);
+    tcp_report(&bench->tcp, out);
     if (bench->realtime.lost_ns) {
         fprintf(out, "pace:    %.3f s behind real time\n", (double)bench->realtime.lost_ns * 1e-9);
     }
@@ -168,6 +155,8 @@ bool testbench_free(struct testbench *bench)
     plot_free(&bench->plot);
     gdb_close(&bench->gdb);
     pty_close(&bench->pty);
+    tcp_close(&bench->tcp);
+    testbench_close_poke(bench);
     machine_free(&bench->machine);
     script_free(&bench->script);
     pc_program_free(&bench->pc_program);

@@ -93,7 +93,7 @@ static void script_finished(void *context, uint64_t now)
     }
 }
 
-bool testbench_start_script(struct testbench *bench)
+void testbench_set_script_ops(struct testbench *bench)
 {
     bench->ops = (struct script_ops){
         .context = bench,
@@ -113,6 +113,11 @@ bool testbench_start_script(struct testbench *bench)
         bench->ops.console_send = bench->board.has_host ? send_to_console : 0;
         bench->ops.reset = testbench_reset;
     }
+}
+
+bool testbench_start_script(struct testbench *bench)
+{
+    testbench_set_script_ops(bench);
     bench->script.echo = bench->options->echo;
     return script_start(&bench->script, &bench->schedule, bench->clock_Hz, &bench->ops, stdout);
 }

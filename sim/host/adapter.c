@@ -56,7 +56,7 @@ static void byte_received(void *context, uint64_t now, const struct uart_frame *
 static uint32_t get_bit_time_256(void *context)
 {
     const struct adapter *adapter = context;
-    return adapter->bit_time_256;
+    return adapter->follow ? adapter->follow(adapter->follow_context) : adapter->bit_time_256;
 }
 
 void adapter_init(struct adapter *adapter, struct schedule *schedule, struct net *to,
@@ -90,6 +90,12 @@ void adapter_baud(struct adapter *adapter, uint32_t baud)
     adapter->bit_time_256 = uart_bit_time_256(adapter->clock_Hz, baud < BAUD_MAX ? baud : BAUD_MAX);
 }
 
+void adapter_follow(struct adapter *adapter, uint32_t (*follow)(void *context), void *context)
+{
+    adapter->follow = follow;
+    adapter->follow_context = context;
+}
+
 size_t adapter_space(const struct adapter *adapter)
 {
     return ADAPTER_SIZE - adapter->waiting;
@@ -99,7 +105,7 @@ void adapter_send(struct adapter *adapter, uint64_t now, const uint8_t *bytes, s
 {
     for (size_t i = 0; i < size && adapter->waiting < ADAPTER_SIZE; i++) {
         size_t end = (adapter->head + adapter->waiting++) % ADAPTER_SIZE;
-        adapter->queue[end] = (struct adapter_byte){adapter->bit_time_256, bytes[i]};
+        adapter->queue[end] = (struct adapter_byte){get_bit_time_256(adapter), bytes[i]};
     }
     if (!adapter->waiting || adapter->tx.busy) {
         return;

@@ -33,6 +33,8 @@ struct adapter {
     struct listener listener;
     struct uart_rx rx;
     uint32_t baud, bit_time_256;
+    uint32_t (*follow)(void *context); // adapter_follow(); 0: none
+    void *follow_context;
     struct adapter_byte queue[ADAPTER_SIZE]; // a ring
     size_t head, waiting;
     uint32_t framing_errors;
@@ -50,6 +52,10 @@ void adapter_init(struct adapter *adapter, struct schedule *schedule, struct net
 /* Sets the bit rate for bytes given, and start bits received, from now on. 0 (the line was hung up)
  * changes nothing. */
 void adapter_baud(struct adapter *adapter, uint32_t baud);
+
+/* From now on each byte has the bit time that `follow` returns, in 1/256 cycle, in place of the
+ * rate of adapter_baud(): for a PC that has no bit rate of its own. */
+void adapter_follow(struct adapter *adapter, uint32_t (*follow)(void *context), void *context);
 
 /* Returns how many bytes adapter_send() takes now. It drops further bytes. */
 size_t adapter_space(const struct adapter *adapter);

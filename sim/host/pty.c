@@ -64,7 +64,7 @@ static void restore_flags(const struct pty *pty, struct termios2 mode)
  * only through an open port. */
 static void discard_unread(struct pty *pty)
 {
-    pty->waiting = 0;
+    send_queue_clear(&pty->queue);
     int slave = open(pty->path, O_RDWR | O_NOCTTY);
     if (slave >= 0) {
         ioctl(slave, TCFLSH, TCIFLUSH);
@@ -145,27 +145,22 @@ size_t pty_read(struct pty *pty, uint8_t *bytes, size_t capacity)
 
 void pty_send(struct pty *pty, const uint8_t *bytes, size_t size)
 {
-    for (size_t i = 0; i < size && pty->client; i++) {
-        pty->bytes_out++;
-        if (pty->waiting == PTY_SIZE) {
-            pty->lost++;
-        } else {
-            pty->queue[(pty->head + pty->waiting++) % PTY_SIZE] = bytes[i];
-        }
+    if (pty->client) {
+        pty->bytes_out += size;
+        pty->lost += size - send_queue_put(&pty->queue, bytes, size);
     }
 }
 
 void pty_flush(struct pty *pty)
 {
-    while (pty->waiting) {
-        size_t size = PTY_SIZE - pty->head;
-        size = size < pty->waiting ? size : pty->waiting;
-        ssize_t put = write(pty->master, pty->queue + pty->head, size);
+    size_t size;
+    const uint8_t *bytes;
+    while (bytes = send_queue_oldest(&pty->queue, &size), size > 0) {
+        ssize_t put = write(pty->master, bytes, size);
         if (put <= 0) {
             return; // full: the client does not read
         }
-        pty->head = (pty->head + (size_t)put) % PTY_SIZE;
-        pty->waiting -= (size_t)put;
+        send_queue_remove(&pty->queue, (size_t)put);
     }
 }
 

@@ -9,7 +9,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#define PTY_SIZE 65536 // bytes for a client that does not read, besides about 20 kB in the system
+#include "host/send_queue.h"
 
 #define PTY_BLOCK 512 // bytes of one pty_read()
 
@@ -17,9 +17,9 @@ struct pty {
     int master;      // -1: not open
     int open_events; // inotify: a program opens the port; -1: not available
     char path[64];
-    bool client;             // a program has the port open
-    uint8_t queue[PTY_SIZE]; // for the client; a ring
-    size_t head, waiting;
+    bool client; // a program has the port open
+    /* For a client that does not read; the system has about 20 kB more. */
+    struct send_queue queue;
     uint64_t bytes_in;  // from clients
     uint64_t bytes_out; // to clients
     uint64_t lost;      // bytes to clients for which the queue had no space

@@ -203,6 +203,7 @@ bool named_files_check(const struct testbench_options *options)
     add(&files, "--times", options->cycles.times, true);
     add(&files, "--plot", options->plot, true);
     add(&files, "--eeprom", options->eeprom, true);
+    add(&files, "--poke", options->poke, true);
     add(&files, "the ELF", options->elf, false);
     add(&files, "--script", options->script, false);
     add(&files, "--host", options->pc, false);

@@ -23,6 +23,7 @@ int plot_drawing_run_gnuplot(char *const arguments[], bool quiet)
     posix_spawn_file_actions_t files;
     pid_t pid = 0;
     int status = 0;
+    setenv("LC_ALL", "C.UTF-8", 1); // else gnuplot warns of each character that is not ASCII
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     if (quiet) {

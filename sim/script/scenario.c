@@ -234,6 +234,21 @@ bool scenario_read(struct scenario *scenario, const char *path)
     return read_lines(scenario);
 }
 
+const char *scenario_read_line(struct scenario *scenario, const char *text)
+{
+    scenario_free(scenario);
+    scenario->text = strdup(text);
+    scenario->source = strdup(text);
+    scenario->line = calloc(1, sizeof(*scenario->line));
+    if (!scenario->text || !scenario->source || !scenario->line) {
+        return "out of memory";
+    }
+    scenario->count = 1;
+    scenario->line->number = 1;
+    scenario->line->source = scenario->source;
+    return parse_line(scenario->line, lexer_trim(scenario->text));
+}
+
 void scenario_free(struct scenario *scenario)
 {
     free(scenario->line);

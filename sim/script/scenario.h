@@ -56,6 +56,8 @@ struct scenario {
 
 /* Parses the whole file. Returns false, with `file:line: what` on stderr. */
 bool scenario_read(struct scenario *scenario, const char *path);
+/* Parses one line into a scenario of its own. Returns 0, or what is wrong. */
+const char *scenario_read_line(struct scenario *scenario, const char *text);
 void scenario_free(struct scenario *scenario);
 
 /* Prints `file:line: what` on stderr. Returns false. */

@@ -1,15 +1,17 @@
 /* SPDX-License-Identifier: MIT */
 #include "script/script.h"
 
+#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "script/lexer.h"
 
-#define POLL_US        100   // period of the checks: firmware listens, expectation is met
-#define PACKET_US      100   // after an expected packet
-#define READY_AFTER_US 1000  // a PC does not send earlier
-#define RESET_AFTER_US 10000 // meanwhile the firmware replies to the end of a cut line
+#define POLL_US           100   // period of the checks: firmware listens, expectation is met
+#define PACKET_US         100   // after an expected packet
+#define READY_AFTER_US    1000  // a PC does not send earlier
+#define SCRIPT_ORDER_SIZE 4200  // an @send of 1024 bytes fits
+#define RESET_AFTER_US    10000 // meanwhile the firmware replies to the end of a cut line
 
 static uint64_t cycles(const struct script *script, uint64_t us)
 {
@@ -23,7 +25,8 @@ static const struct scenario_line *current(const struct script *script)
 
 unsigned script_line_number(const struct script *script)
 {
-    return script->next ? current(script)->number : 0;
+    unsigned lines = script->next + script->enters; // the command behind `mode program` has begun
+    return lines ? script->scenario.line[lines - 1].number : 0;
 }
 
 static void step_at(struct script *script, uint64_t time)
@@ -229,6 +232,17 @@ static bool listens(struct script *script, uint64_t now)
     return script->started;
 }
 
+/* Sends `mode program`, before the first command after a reset: from then on the console prints
+ * nothing but replies. */
+static void enter_mode_program(struct script *script, uint64_t now)
+{
+    static const char line[] = "mode program\n";
+    script->enters = true;
+    script->ops->console_send(script->ops->context, now, line, sizeof(line) - 1);
+    schedule_at(script->schedule, &script->reply_timeout,
+                now + cycles(script, SCRIPT_REPLY_TIMEOUT_S * 1000000ull));
+}
+
 static void clear_records(struct script *script, enum clearing clearing)
 {
     if (script->next && verbs[current(script)->verb].clearing == clearing) {
@@ -247,6 +261,10 @@ static void step(void *context, uint64_t now)
     while (go_on && script->next < script->scenario.count) {
         const struct scenario_line *line = &script->scenario.line[script->next];
         if (line->verb == SCENARIO_COMMAND && !listens(script, now)) {
+            return;
+        }
+        if (line->verb == SCENARIO_COMMAND && !script->is_program) {
+            enter_mode_program(script, now);
             return;
         }
         script->next++;
@@ -282,7 +300,11 @@ static void reply_timed_out(void *context, uint64_t now)
 {
     struct script *script = context;
     const char *what = "the firmware never listened";
-    if (script->started) {
+    if (script->enters) {
+        script->enters = false;
+        script->next++; // to the line that the firmware did not receive
+        what = current(script)->text;
+    } else if (script->started) {
         what = current(script)->text;
     } else {
         script->next++; // to the line that the firmware did not receive
@@ -297,12 +319,20 @@ static void reply_timed_out(void *context, uint64_t now)
 static void reply_line(struct script *script, uint64_t now)
 {
     const char *reply = script->reply;
+    bool error = strncmp(reply, "error ", 6) == 0, ends = error || strcmp(reply, "ok") == 0;
+    if (script->enters) { // a firmware without the command has no other mode
+        script->is_program = ends;
+        script->enters = !ends;
+        if (ends) {
+            step_at(script, now);
+        }
+        return;
+    }
     if (script->echo) {
         fprintf(script->out, "%s\n", reply);
     }
     recorder_add_line(&script->recorder, reply);
-    bool error = strncmp(reply, "error ", 6) == 0;
-    if (!script->awaits_reply || (!error && strcmp(reply, "ok") != 0)) {
+    if (!script->awaits_reply || !ends) {
         return;
     }
     script->awaits_reply = false;
@@ -339,8 +369,9 @@ void script_was_reset(struct script *script, uint64_t now)
     if (script->ops->console_ready && !script->done) {
         schedule_at(script->schedule, &script->probe, now);
     }
-    if (script->awaits_reply) {
-        script->awaits_reply = false;
+    script->is_program = false;
+    if (script->awaits_reply || script->enters) {
+        script->awaits_reply = script->enters = false;
         schedule_cancel(script->schedule, &script->reply_timeout);
         step_at(script, now);
     }
@@ -375,23 +406,37 @@ static const char *reset_conflict(const struct script_ops *ops, const struct sce
                : "an ID occurs twice, and there is no --allow-duplicates";
 }
 
-static bool check(const struct script *script)
+static void find_servos(const struct script_ops *ops, bool there[IDS_MAX])
 {
-    const struct script_ops *ops = script->ops;
-    bool there[IDS_MAX] = {false};
     const struct servos *servos;
     for (unsigned bus = 0; (servos = ops->bus(ops->context, bus)) != 0; bus++) {
         for (unsigned i = 0; i < servos->count; i++) {
             there[servos->node[i].id] = true;
         }
     }
+}
+
+/* Returns 0, or why the line cannot run. Updates `there` for @servos. */
+static const char *check_line(const struct script_ops *ops, const struct scenario_line *line,
+                              bool there[IDS_MAX], const char *where, char what[SCRIPT_WHAT_SIZE])
+{
+    int absent = scenario_absent(line, there);
+    if (absent >= 0) {
+        snprintf(what, SCRIPT_WHAT_SIZE, "there is no servo %d%s", absent, where);
+        return what;
+    }
+    const char *wrong = missing_part(ops, line->verb);
+    return wrong ? wrong : reset_conflict(ops, line);
+}
+
+static bool check(const struct script *script)
+{
+    bool there[IDS_MAX] = {false};
+    char what[SCRIPT_WHAT_SIZE];
+    find_servos(script->ops, there);
     for (unsigned i = 0; i < script->scenario.count; i++) {
         const struct scenario_line *line = &script->scenario.line[i];
-        char what[80];
-        int absent = scenario_absent(line, there);
-        snprintf(what, sizeof(what), "there is no servo %d at this line", absent);
-        const char *wrong = absent >= 0 ? what : missing_part(ops, line->verb);
-        wrong = wrong ? wrong : reset_conflict(ops, line);
+        const char *wrong = check_line(script->ops, line, there, " at this line", what);
         if (wrong) {
             return scenario_complain(&script->scenario, line->number, wrong);
         }
@@ -405,8 +450,8 @@ bool script_read(struct script *script, const char *path)
     return scenario_read(&script->scenario, path);
 }
 
-bool script_start(struct script *script, struct schedule *schedule, uint32_t clock_Hz,
-                  const struct script_ops *ops, FILE *out)
+void script_start_empty(struct script *script, struct schedule *schedule, uint32_t clock_Hz,
+                        const struct script_ops *ops, FILE *out)
 {
     script->schedule = schedule;
     script->clock_Hz = clock_Hz;
@@ -426,11 +471,46 @@ bool script_start(struct script *script, struct schedule *schedule, uint32_t clo
     event_init(&script->step, step, script);
     event_init(&script->reply_timeout, reply_timed_out, script);
     event_init(&script->probe, probe, script);
+}
+
+bool script_start(struct script *script, struct schedule *schedule, uint32_t clock_Hz,
+                  const struct script_ops *ops, FILE *out)
+{
+    script_start_empty(script, schedule, clock_Hz, ops, out);
     if (ops->console_ready) {
         schedule_at(schedule, &script->probe, schedule->now);
     }
     step_at(script, schedule->now + (ops->console_ready ? cycles(script, READY_AFTER_US) : 0));
     return check(script);
+}
+
+const char *script_order(struct script *script, uint64_t now, const char *text,
+                         char what[SCRIPT_WHAT_SIZE])
+{
+    char line[SCRIPT_ORDER_SIZE];
+    bool there[IDS_MAX] = {false};
+    while (isspace((unsigned char)*text)) {
+        text++;
+    }
+    if (snprintf(line, sizeof(line), "@%s", text + (*text == '@')) >= (int)sizeof(line)) {
+        return "the line is too long";
+    }
+    const char *wrong = scenario_read_line(&script->scenario, line);
+    find_servos(script->ops, there);
+    wrong = wrong ? wrong : check_line(script->ops, script->scenario.line, there, "", what);
+    if (!wrong) {
+        script->next = 0;
+        script->done = script->expecting = false;
+        recorder_clear(&script->recorder);
+        step_at(script, now);
+    }
+    return wrong;
+}
+
+void script_cancel(struct script *script)
+{
+    schedule_cancel(script->schedule, &script->step);
+    script->done = true;
 }
 
 void script_free(struct script *script)

@@ -18,6 +18,7 @@
 
 #define SCRIPT_REPLY_SIZE      200 // longer lines of a reply are cut
 #define SCRIPT_REPLY_TIMEOUT_S 10  // simulated seconds for one reply
+#define SCRIPT_WHAT_SIZE       80  // a message with a number in it
 
 enum script_outcome {
     SCRIPT_GOOD,
@@ -68,6 +69,8 @@ struct script {
         command_waits; // ready: the firmware listens; started: for quiet_us; command_waits: a
                        // command waits for it
     bool awaits_reply, expecting, echo, done;
+    /* is_program: the console gives bare replies; enters: the reply to `mode program` is due. */
+    bool is_program, enters;
     char reply[SCRIPT_REPLY_SIZE];
     unsigned reply_size;
 };
@@ -81,12 +84,24 @@ void script_free(struct script *script);
 bool script_start(struct script *script, struct schedule *schedule, uint32_t clock_Hz,
                   const struct script_ops *ops, FILE *out);
 
+/* Starts without a scenario: for script_order(). */
+void script_start_empty(struct script *script, struct schedule *schedule, uint32_t clock_Hz,
+                        const struct script_ops *ops, FILE *out);
+
+/* Parses a line of a scenario that begins with @; the @ may be left out. Returns 0 and runs the
+ * line: ops->finished follows, after ops->outcome if the line fails. Or returns what is wrong, for
+ * which it may use `what`. Not before the last order has finished. */
+const char *script_order(struct script *script, uint64_t now, const char *text,
+                         char what[SCRIPT_WHAT_SIZE]);
+/* Ends an order that waits. ops->finished does not follow. */
+void script_cancel(struct script *script);
+
 /* A byte from the firmware; a packet, or bytes that are no packet, on a bus. */
 void script_receive(struct script *script, uint64_t now, uint8_t byte);
 void script_record_packet(struct script *script, const struct transcript *transcript);
 
 /* The controller was reset. A pending reply is not expected any more. The scenario continues when
- * the firmware listens again. */
+ * the firmware listens again, and sends `mode program` again. */
 void script_was_reset(struct script *script, uint64_t now);
 
 /* Returns the number of the present line, for messages. */

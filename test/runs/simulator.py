@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Runs the simulator for the tests of whole runs."""
+import functools
 import os
 import pathlib
 import re
@@ -23,6 +24,34 @@ def call(*command, **options):
     return done.returncode, done.stdout
 
 
+# Firmware with a console. A new controller is in mode person: it prints a banner and prompts.
+CONTROLLERS = ("controller.elf", "console.elf", "full.elf")
+
+
+@functools.cache
+def eeprom_of_program(elf, board):
+    """The EEPROM of a controller that starts in mode program. A scenario sends `mode program` itself."""
+    with tempfile.TemporaryDirectory() as folder:
+        script, eeprom = pathlib.Path(folder, "script"), pathlib.Path(folder, "eeprom")
+        script.write_text("save\n")
+        status, said = call(SIM, "firmware", elf, "--board", board, "--servos", "1", "--eeprom", eeprom,
+                            "--script", script)
+        assert status == 0, said
+        return eeprom.read_bytes()
+
+
+def in_mode_program(options, folder):
+    """More options of the simulator for a run with a host link: the console prints nothing but replies,
+    unless `options` name an EEPROM."""
+    options = [str(option) for option in options]
+    elf = next((option for option in options if option.endswith(CONTROLLERS)), None)
+    if elf is None or "--host" not in options or "--eeprom" in options:
+        return []
+    eeprom = pathlib.Path(folder, "eeprom-in-mode-program")
+    eeprom.write_bytes(eeprom_of_program(elf, options[options.index("--board") + 1]))
+    return ["--eeprom", eeprom]
+
+
 class Run:
     """One run: .status, .output, and .packets as (cycle, "->in" or "<-out", "FF FF ...")."""
 
@@ -32,6 +61,7 @@ class Run:
             transcript = folder / "transcript.txt"
             command = [SIM, "firmware", ROOT / elf, "--board", board, "--servos", servos,
                        "--transcript", transcript, *options]
+            command += in_mode_program(command[1:], folder)
             if script is not None:
                 (folder / "script").write_text(script)
                 command += ["--script", folder / "script"]
@@ -78,6 +108,8 @@ class Process:
     """A simulator with a pty, in real time: .path, and .output and .status once it was ended."""
 
     def __init__(self, *options, stderr=subprocess.STDOUT):
+        self.folder = tempfile.TemporaryDirectory()
+        options = [*options, *in_mode_program(options, self.folder.name)]
         self.process = subprocess.Popen([SIM, *options], stdout=subprocess.PIPE, stderr=stderr,
                                         stdin=subprocess.DEVNULL)
         self.output = ""
@@ -99,6 +131,7 @@ class Process:
         if self.process.poll() is None:
             self.end(signal.SIGKILL)
         self.process.stdout.close()
+        self.folder.cleanup()
 
 
 def bus(*options, servos="1-18"):

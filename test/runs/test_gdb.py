@@ -119,7 +119,7 @@ class Debugger(unittest.TestCase):
         stepped = said.split("stepping\n")[1]
         self.assertGreater(stepped.count("0x0000"), 50)
         self.assertEqual(re.findall(r"__vector\w* \(\)", stepped), [])
-        self.assertRegex(stepped, r"bytes = \"pi")  # the second letter came meanwhile
+        self.assertRegex(stepped, r"bytes = \"mo")  # of `mode program`: the second letter came meanwhile
 
     def test_a_watchpoint_stops_where_a_variable_is_written(self):
         said = self.debug("break main", "continue", "watch controller.bus.stats.sent",

@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 import unittest
 
-from simulator import ROOT, SIM
+from simulator import ROOT, SIM, in_mode_program
 
 MHZ = 16
 
@@ -16,8 +16,9 @@ def run(program, *options):
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "pc"
         path.write_text(program)
-        done = subprocess.run([SIM, "firmware", ROOT / "build/atmega128/controller.elf", "--board",
-                               "atmega128", "--servos", "1", "--host", path, *options],
+        options = ["firmware", ROOT / "build/atmega128/controller.elf", "--board", "atmega128", "--servos", "1",
+                   "--host", path, *options]
+        done = subprocess.run([SIM, *options, *in_mode_program(options, folder)],
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=60)
         return done.returncode, re.sub(r"speed: .*\n", "", done.stdout.replace(str(path), "pc"))
 

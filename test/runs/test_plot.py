@@ -197,6 +197,15 @@ class Plot(unittest.TestCase):
                          "/no/such/folder/x.svg: No such file or directory\n")
 
 
+    def test_plot_without_a_locale_prints_no_warning(self):
+        with tempfile.TemporaryDirectory() as folder:
+            environment = {name: value for name, value in os.environ.items() if not name.startswith(("LC_", "LANG"))}
+            done = subprocess.run([SIM, "bus", "--servos", "1", "--seconds", "0.01", "--plot", folder + "/x.svg"],
+                                  env=environment, capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn("warning", done.stderr)
+
+
 class Dump(unittest.TestCase):
     """A value change dump, read as a viewer does."""
 

@@ -221,9 +221,17 @@ void test_board_path_without_chip_is_refused(void)
 {
     put("mine.h", wiring);
     TEST_ASSERT_FALSE(read_own("mine.h"));
-    put_with_chip("#define BOARD_MCU atmega1284p\n");
-    TEST_ASSERT_FALSE(read_own("mine.h"));
     TEST_ASSERT_FALSE(read_own("none.h"));
+}
+
+void test_clock_that_is_not_given_is_16_MHz(void)
+{
+    put_with_chip("#define BOARD_MCU atmega1284p\n");
+    TEST_ASSERT_TRUE(read_own("mine.h"));
+    TEST_ASSERT_EQUAL_UINT32(16000000, board.clock_Hz);
+    put("one/board.mk", "MCU := atmega644p\n");
+    TEST_ASSERT_TRUE(read_own("one"));
+    TEST_ASSERT_EQUAL_UINT32(16000000, board.clock_Hz);
 }
 
 /* Returns what board_read() prints on stderr. */
@@ -338,7 +346,7 @@ void test_board_with_unknown_wiring_names_the_words(void)
                            "ONE_ENABLE, TIED, ADAPTER or ADAPTER_ECHO");
 }
 
-void test_the_chip_and_its_clock_are_needed(void)
+void test_chip_missing_or_clock_wrong_is_refused(void)
 {
     put("one/board.mk", "F_CPU := 16000000\n");
     TEST_ASSERT_FALSE(board_read(&board, folder, "one"));

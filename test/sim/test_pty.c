@@ -296,7 +296,7 @@ void test_readable_bytes_survive_a_flush(void)
 
 void test_paused_client_loses_nothing_until_the_queue_is_full(void)
 {
-    static uint8_t much[PTY_SIZE];
+    static uint8_t much[SEND_QUEUE_SIZE];
     for (unsigned i = 0; i < sizeof(much); i++) {
         much[i] = (uint8_t)(i * 7 + i / 256);
     }
@@ -313,10 +313,10 @@ void test_paused_client_loses_nothing_until_the_queue_is_full(void)
 void test_bytes_for_a_full_queue_are_counted(void)
 {
     come();
-    pty_send(&pty, bytes, PTY_SIZE);
+    pty_send(&pty, bytes, SEND_QUEUE_SIZE);
     pty_send(&pty, bytes, 3);
     TEST_ASSERT_EQUAL_UINT64(3, pty.lost);
-    TEST_ASSERT_EQUAL_UINT64(PTY_SIZE + 3, pty.bytes_out);
+    TEST_ASSERT_EQUAL_UINT64(SEND_QUEUE_SIZE + 3, pty.bytes_out);
 }
 
 void test_wait_lasts_until_its_cycle_or_a_byte_of_the_client(void)

@@ -23,7 +23,9 @@ static struct script_ops ops;
 static char path[64];
 static char log_text[1024]; // events of the run, one word or line each
 static char said[256];
-static const char *answer; // the reply to every command; 0: none
+static const char *answer;      // the reply to every command; 0: none
+static const char *mode_answer; // the reply to `mode program`
+static unsigned modes;          // times that `mode program` was sent
 static bool ready;
 static bool dies; // the firmware crashes at the next command
 static bool for_good;
@@ -49,6 +51,14 @@ static void say(void *context, uint64_t now, const char *bytes, size_t size)
 {
     (void)context;
     strncat(said, bytes, size);
+    if (strcmp(said, "mode program\n") == 0) { // not noted: each script begins with it
+        said[0] = 0;
+        modes++;
+        for (const char *c = mode_answer; *c; c++) {
+            script_receive(&script, now, (uint8_t)*c);
+        }
+        return;
+    }
     if (strchr(said, '\n')) {
         note("%s", said);
         said[0] = 0;
@@ -178,6 +188,8 @@ void setUp(void)
                               .finished = finished};
     log_text[0] = said[0] = 0;
     answer = "ok\n";
+    mode_answer = "ok\n";
+    modes = 0;
     ready = true;
     dies = for_good = false;
     TEST_ASSERT_NOT_NULL(freopen("/dev/null", "w", stderr));
@@ -198,6 +210,44 @@ void test_commands_are_sent_one_after_the_other(void)
     TEST_ASSERT_EQUAL_STRING("ping 1\noutcome 0 ping 1: ok\nping 2\noutcome 0 ping 2: ok\n"
                              "finished 1 ms\n",
                              log_text);
+}
+
+void test_mode_program_is_sent_once_before_the_commands(void)
+{
+    run("@echo on\n");
+    TEST_ASSERT_EQUAL_UINT(0, modes);
+    tearDown();
+    setUp();
+    run("ping 1\nping 2\n");
+    TEST_ASSERT_EQUAL_UINT(1, modes);
+}
+
+void test_lines_before_ok_of_mode_program_are_dropped(void)
+{
+    char text[128] = "";
+
+    mode_answer = "cds55xx 0.1.0\r\n\r> mode program\r\nok\r\n";
+    answer = "32\nok\n";
+    run("@echo on\nread 1 43\n@expect text cds55xx within 0\n");
+    rewind(out);
+    text[fread(text, 1, sizeof(text) - 1, out)] = 0;
+    TEST_ASSERT_EQUAL_STRING("> read 1 43\n32\nok\n", text);
+    TEST_ASSERT_NOT_NULL(strstr(log_text, "not met; seen: 32|ok\n"));
+}
+
+void test_firmware_without_modes_gets_the_commands(void)
+{
+    mode_answer = "error 30: unknown command\n";
+    run("ping 1\n");
+    TEST_ASSERT_EQUAL_STRING("ping 1\noutcome 0 ping 1: ok\nfinished 1 ms\n", log_text);
+}
+
+void test_no_reply_to_mode_program_ends_the_script(void)
+{
+    mode_answer = "\n";
+    run("@echo off\nping 1\nping 2\n");
+    TEST_ASSERT_EQUAL_STRING("echo 0\noutcome 3 ping 1\nfinished 10001 ms\n", log_text);
+    TEST_ASSERT_EQUAL_UINT(2, script_line_number(&script));
 }
 
 void test_only_ok_and_error_end_a_reply(void)
@@ -716,6 +766,7 @@ void test_reset_ends_the_wait_for_a_reply(void)
     dies = true;
     run("ping 1\nping 2\n");
     TEST_ASSERT_EQUAL_STRING("ping 1\nping 2\noutcome 0 ping 2: ok\nfinished 11 ms\n", log_text);
+    TEST_ASSERT_EQUAL_UINT(2, modes);
 }
 
 void test_firmware_deaf_after_a_reset_ends_the_script(void)
@@ -732,6 +783,91 @@ void test_without_a_console_the_scenario_begins_at_once(void)
     ops.console_ready = 0;
     run("@send FF\n@echo on\n");
     TEST_ASSERT_EQUAL_STRING("echo 1\nfinished 0 ms\n", log_text);
+}
+
+static void start_empty(void)
+{
+    memset(&script, 0, sizeof(script));
+    script_start_empty(&script, &schedule, CLOCK, &ops, out);
+}
+
+/* Returns what is wrong with the order; "" if it runs. Then simulates 60 s. */
+static const char *order(const char *text)
+{
+    static char what[SCRIPT_WHAT_SIZE];
+    log_text[0] = 0;
+    const char *wrong = script_order(&script, schedule.now, text, what);
+    schedule_run_until(&schedule, schedule.now + (uint64_t)CLOCK * 60);
+    return wrong ? wrong : "";
+}
+
+void test_orders_run_one_after_the_other(void)
+{
+    start_empty();
+    TEST_ASSERT_EQUAL_STRING("", order("load 1 100"));
+    TEST_ASSERT_EQUAL_STRING("finished 0 ms\n", log_text);
+    TEST_ASSERT_EQUAL(100, environment_of(1)->load);
+    TEST_ASSERT_EQUAL_STRING("", order(" \t@load 1 200 over 100 "));
+    TEST_ASSERT_EQUAL_STRING("finished 60000 ms\n", log_text);
+    TEST_ASSERT_EQUAL(200, environment_of(1)->load);
+    TEST_ASSERT_EQUAL_STRING("", order("wait 1000"));
+    TEST_ASSERT_EQUAL_STRING("finished 121000 ms\n", log_text);
+    TEST_ASSERT_EQUAL_STRING("", order("servos 7"));
+    TEST_ASSERT_EQUAL_STRING("", order("load 7 300"));
+    TEST_ASSERT_EQUAL(300, environment_of(1)->load); // the first servo is servo 7 now
+}
+
+void test_wrong_orders_are_named_and_do_not_run(void)
+{
+    static const char *const orders[][2] = {
+        {"load 4 100", "there is no servo 4"},
+        {"load 1 many", "a load is wanted, -2046 to 2046 (1023: stall)"},
+        {"servos 1,1", "an ID occurs twice, and there is no --allow-duplicates"},
+        {"@@load 1 100",
+         "unknown @ command; there are @servos @power @supply @ambient @load @block "
+         "@fault @reset @hang @wait @at @send @baud @expect @show @print @echo"},
+    };
+    start_empty();
+    for (unsigned i = 0; i < sizeof(orders) / sizeof(orders[0]); i++) {
+        TEST_ASSERT_EQUAL_STRING(orders[i][1], order(orders[i][0]));
+        TEST_ASSERT_EQUAL_STRING("", log_text);
+    }
+    TEST_ASSERT_EQUAL(0, environment_of(1)->load);
+}
+
+void test_order_that_fails_has_an_outcome_and_the_next_runs(void)
+{
+    start_empty();
+    TEST_ASSERT_EQUAL_STRING("", order("expect servo 1 torque on within 10"));
+    TEST_ASSERT_EQUAL_STRING("outcome 4 @expect servo 1 torque on within 10: not met; seen: "
+                             "servo 1 has 0 (0x00)\nfinished 10 ms\n",
+                             log_text);
+    TEST_ASSERT_EQUAL_STRING("", order("expect servo 1 torque off"));
+    TEST_ASSERT_EQUAL_STRING("finished 60000 ms\n", log_text);
+}
+
+void test_cancelled_order_never_finishes(void)
+{
+    char what[SCRIPT_WHAT_SIZE];
+    start_empty();
+    TEST_ASSERT_NULL(script_order(&script, 0, "expect servo 1 torque on within 1000", what));
+    schedule_run_until(&schedule, 10 * MS);
+    script_cancel(&script);
+    schedule_run_until(&schedule, 2000 * MS);
+    TEST_ASSERT_EQUAL_STRING("", log_text);
+    TEST_ASSERT_EQUAL_STRING("", order("print next"));
+    TEST_ASSERT_EQUAL_STRING("finished 2000 ms\n", log_text);
+}
+
+void test_longest_send_fits_into_an_order(void)
+{
+    char text[8 + 3 * SCENARIO_SEND_MAX] = "send";
+    for (unsigned i = 0; i < SCENARIO_SEND_MAX; i++) {
+        strcpy(text + 4 + 3 * i, " 55");
+    }
+    start_empty();
+    TEST_ASSERT_EQUAL_STRING("", order(text));
+    TEST_ASSERT_EQUAL_STRING("finished 10 ms\n", log_text);
 }
 
 void test_lists_of_ids(void)

@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: MIT */
+/* Orders during a run in real time: --poke SOCKET. An order is a line of a scenario that begins
+ * with @; the script runs it as a scenario of one line. */
+#include "testbench.h"
+
+#include <stdlib.h>
+
+static void answer(struct testbench *bench, const char *wrong)
+{
+    struct testbench_poke *poke = &bench->poke;
+    fprintf(bench->script.out, wrong[0] ? "error: %s\n" : "ok\n", wrong);
+    fclose(bench->script.out);
+    bench->script.out = stdout;
+    poke_socket_answer(&poke->socket, poke->output, poke->output_size);
+    free(poke->output);
+    poke->busy = false;
+}
+
+static void order_has_outcome(void *context, uint64_t now, enum script_outcome outcome,
+                              const char *what)
+{
+    struct testbench *bench = context;
+    (void)now;
+    if (outcome != SCRIPT_GOOD) {
+        snprintf(bench->poke.wrong, sizeof(bench->poke.wrong), "%s", what);
+    }
+}
+
+static void order_finished(void *context, uint64_t now)
+{
+    struct testbench *bench = context;
+    (void)now;
+    answer(bench, bench->poke.wrong);
+}
+
+bool testbench_open_poke(struct testbench *bench)
+{
+    testbench_set_script_ops(bench);
+    bench->ops.console_ready = 0; // the console belongs to the client
+    bench->ops.console_send = 0;
+    bench->ops.outcome = order_has_outcome;
+    bench->ops.finished = order_finished;
+    script_start_empty(&bench->script, &bench->schedule, bench->clock_Hz, &bench->ops, stdout);
+    return poke_socket_open(&bench->poke.socket, bench->options->poke);
+}
+
+static void begin(struct testbench *bench, uint64_t now, const char *line)
+{
+    struct testbench_poke *poke = &bench->poke;
+    char what[SCRIPT_WHAT_SIZE];
+    bench->script.out = open_memstream(&poke->output, &poke->output_size);
+    if (!bench->script.out) {
+        fputs("out of memory\n", stderr);
+        abort();
+    }
+    poke->busy = true;
+    poke->wrong[0] = 0;
+    const char *wrong = script_order(&bench->script, now, line, what);
+    if (wrong) {
+        answer(bench, wrong);
+    }
+}
+
+void testbench_poll_poke(struct testbench *bench, uint64_t now)
+{
+    struct testbench_poke *poke = &bench->poke;
+    if (poke->socket.listener < 0) {
+        return;
+    }
+    if (poke->busy && poke_socket_client_left(&poke->socket)) {
+        script_cancel(&bench->script);
+        answer(bench, "the client has left");
+    }
+    const char *line = poke->busy ? 0 : poke_socket_read(&poke->socket);
+    if (line) {
+        begin(bench, now, line);
+    }
+}
+
+void testbench_close_poke(struct testbench *bench)
+{
+    if (bench->poke.busy) {
+        script_cancel(&bench->script);
+        answer(bench, "the simulation has ended");
+    }
+    poke_socket_close(&bench->poke.socket);
+}
