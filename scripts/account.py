@@ -118,7 +118,7 @@ def bulks():
         program = Program("controller", "--host", said.name, servos="1-18")
         asked = [one for one in program.run.sent if one[2] == 8][:18]
         words = [line.split() for line in program.run.output.splitlines()]
-        request = int([line for line in words if line[:1] == ["said"]][1][2])
+        request = int([line for line in words if line[:1] == ["said"]][2][2])
         answered = int([line for line in words if line[:1] == ["heard"]][1][2])
         heard = asked[-1][1] + RETURN_DELAY + 14 * BYTE
         yield ("`bulk18`: last byte of the request to the first READ",

@@ -10,35 +10,59 @@ import subprocess
 import sys
 import tempfile
 
+from typed import lines_shown, steps_shown
+
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 STRING = r'"(?:[^"\\]|\\.)*"'
 FOLDER = ROOT / "src/controller/console/commands"
-PROFILE = ROOT / "src/controller/profiles/full.c"
+PROFILES = ROOT / "src/controller/profiles"
+MESSAGES = ROOT / "src/controller/console/messages.c"
 
 # What is typed, and for how long the reply is waited for, in ms. Ends a line: `\r`, as Enter does.
-SESSION = [("echo on", 20), ("version", 20), ("scan", 1500), ("servos", 30), ("info 1", 300), ("torque 1 on", 10),
+SESSION = [("version", 20), ("scan", 1500), ("servos", 30), ("info 1", 300), ("torque 1 on", 10),
            ("move 1 90deg 30rpm", 20), ("monitor 1 every 100ms as plot", 520), ("\r", 20),
            ("get 1 PRESENT_POSITION", 10), ("id 3 4", 20), ("ping 3", 20), ("help id", 30)]
 
 
+# What is typed into tmux: keys, and what ends the screen then (typed.py).
+KEYS = [("pnig 1[Left][Left][Left][Left]", r"> pnig 1"), ("[Backspace]", r"> pig 1"), ("[Right]n[End]3", r"> ping 13"), ("[Backspace][Enter]", r"ok\n>"), ("led 2 on[Enter]", r"ok\n>"),
+        ("get 3", r"> get 3"), ("[Up][Up]", r"> ping 1"), ("[Down][Down]", r"> get 3"), (" LED[Enter]", r"ok\n>"),
+        ("[Up][Up][Up]", r"> led 2 on"), ("[Home][Del][Del][Del]torque[Enter]", r"ok\n>"), ("ping 9[Ctrl-C]", r"> ping 9\n>")]
+TAB = [("to[Tab]", r"> torque"), ("1 o[Tab]", r"\n> torque 1 o"), ("n[Enter]", r"ok\n>"),
+       ("get 1 PRES[Tab]", r"> get 1 PRESENT_"),
+       ("[Tab]", r"\n> get 1 PRESENT_"), ("P[Tab]", r"> get 1 PRESENT_POSITION"), ("[Enter]", r"ok\n>")]
+HINTS = ["torqe 1 on", "get 1 PRESENT_VOLTAG", "PING 1", "Get 1 goal_position", "settings bus_bauds", "move 1 400", "led 1"]
+MONITOR = [("monitor 1 2 9[Enter]", r"servo 9: absent"), ("p", r"ok\n> p"), ("ing 1[Enter]", r"ping 1\nok\n>")]
+STOP = [("torque 1 on[Enter]", r"ok\n>"), ("move 1 9", "> move 1 9"), ("[Ctrl-X]", r"ok\n>"), ("torque 1 on[Enter]", r"error.*\n>"),
+        ("release[Enter]", r"ok\n>")]
+
 # Lists of servos, and errors that name servo, argument, value and range.
-LISTS = [("echo on", 20), ("scan", 1500), ("set all MAX_TEMPERATURE 70C", 60), ("get 1-3 RETURN_DELAY", 40),
-         ("torque 1 2 9 on", 60), ("move 1 400", 20), ("baud all 500000", 200), ("bus", 20)]
+LISTS = ["scan", "torque 1 2 3 on", "set all MAX_TEMPERATURE 70C", "set 1-3 RETURN_DELAY 10us", "get 1-3 RETURN_DELAY",
+         "torque 1 2 9 off", "baud all 500000", "bus", "settings bus_baud 500000", "id 1 1"]
 
 # A new servo, alone on the bus, and what restores its registers.
-NEW_SERVO = [("echo on", 20), ("new 5", 4500), ("backup 5", 100), ("set 5 MIN_VOLTAGE 6V", 20)]
+NEW_SERVO = ["new 5", "backup 5", "set 5 MIN_VOLTAGE 6.5V", "restore 5 MIN_VOLTAGE 6V", "restore 5 MAX_VOLTAGE 16V"]
+
+# What a program sends, and for how long it waits, in ms.
+PROGRAM = [(b"\x03mode program\r", 30), (b"ping 1\r", 20), (b"get 1-3 PRESENT_POSITION\r", 40),
+           (b"ping 9\r", 20), (b"frob\r", 40)]
 
 
 def text_of(field, row):
-    """The string of a field of a row: adjacent literals, as one."""
+    """The string of a field of a row: adjacent literals, as one, or a message of messages.c."""
+    name = re.search(rf"\.{field} = (message_\w+),", row)
+    if name:
+        return re.search(rf"{name[1]}\[\] = ({STRING})", MESSAGES.read_text())[1][1:-1]
     found = re.search(rf"\.{field} =\s*\w+\(((?:\s*{STRING})+)\s*\)", row)
     return "".join(part[1:-1] for part in re.findall(STRING, found[1])) if found else None
 
 
-def commands():
+def commands(profile="full"):
     """(heading, usage, what, details, example) of each row, in the order of `help`."""
     heading = None
-    for name in re.findall(r"&(\w+)_commands", PROFILE.read_text()):
+    for name in re.findall(r"&(\w+)_commands", (PROFILES / f"{profile}.c").read_text()):
+        if not (FOLDER / f"{name}.c").exists():
+            continue  # of commands that the profile omits
         text = (FOLDER / f"{name}.c").read_text()
         heading = text_of("heading", text) or heading
         for row in re.findall(r"^    \{\n(        \.usage.*?)^    \},", text, re.M | re.S):
@@ -46,32 +70,35 @@ def commands():
                                          for field in ("usage", "what", "details", "example"))
 
 
-def program(typed):
-    lines = []
-    for keys, ms in typed:
-        lines += [f"say {keys.encode().hex(' ')}" if len(keys) == 1 else f"text {keys}",
-                  f"wait {ms * 1000}", "rest"]
-    return "\n".join(lines) + "\n"
-
-
-def session(typed=SESSION, servos="1-3"):
-    """What stands on the terminal in the end."""
+def heard(typed, servos):
+    """What the PC hears after each of `typed`: (bytes, ms to wait). The first entry: banner and prompt."""
+    program = ["wait 50000", "rest"]
+    for data, ms in typed:
+        program += [f"say {data.hex(' ')}", f"wait {ms * 1000}", "rest"]
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "pc"
-        path.write_text(program(typed))
+        path.write_text("\n".join(program) + "\n")
         done = subprocess.run(
             [ROOT / "build/host/cds55xx-sim", "firmware", ROOT / "build/atmega128/controller.elf",
              "--board", "atmega128", "--servos", servos, "--host", path], stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, text=True, timeout=120)
     if done.returncode:
         raise SystemExit(done.stdout)
-    heard = [bytes.fromhex("".join(line.split()[4:])).decode()
-             for line in done.stdout.splitlines() if line.startswith("heard")]
-    shown = ""
-    heard[0] = f"{typed[0][0]}\r\n{heard[0]}"  # that is not echoed yet
-    for (keys, _), text in zip(typed, heard):  # what is typed is told from what is said
-        shown += "> " + text if len(keys) > 1 else text
-    return shown.replace("\r\n", "\n")
+    return [bytes.fromhex("".join(line.split()[4:])).decode()
+            for line in done.stdout.splitlines() if line.startswith("heard")]
+
+
+def session():
+    """The first session, as it stands on the terminal in the end."""
+    typed = [((keys if keys == "\r" else keys + "\r").encode(), ms) for keys, ms in SESSION]
+    shown = "".join(heard(typed, "1-3")).replace("\r\n", "\n").replace("\r", "")
+    return re.sub("^> $", ">", shown.removesuffix("> "), flags=re.M)  # no blank at the end of a line
+
+
+def program_session():
+    """Each line of a program, and the bytes of its reply, in Python's way to write them."""
+    replies = heard(PROGRAM, "1-3")[1:]
+    return "".join(f"sends {data.decode()!r}\nreads {reply!r}\n" for (data, _), reply in zip(PROGRAM, replies))
 
 
 def shortened(text):
@@ -106,12 +133,12 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
 | Left, Right, Home, End; Ctrl-B, Ctrl-F, Ctrl-A, Ctrl-E | move the cursor within the line; text is inserted there |
 | Del, Ctrl-D | delete the character at the cursor |
 | Up, Down; Ctrl-P, Ctrl-N | the line before, the line after. A chip with 8 KB of RAM keeps 240 characters of lines, one with 4 KB keeps 88. A line that was begun is kept, too |
-| Tab | with echo: completes commands, their words, registers and settings. If several fit, it completes what they share; a second Tab lists them. Without echo a Tab is a space |
+| Tab | with echo: completes commands, their words, registers and settings. If several fit, it completes what they share, and lists them if they share no more. Without echo a Tab is a space |
 | any key | ends `scan`, `diagnose` and `monitor`. The key is the first one of the next line; Enter begins none |
 
-- `mode person` is for a terminal: a banner after a reset, a prompt and echo. `mode program` gives bare replies; a new
-  controller has it. `save` keeps the mode over a reset. `echo on` gives echo alone. Local echo of the terminal beside it
-  shows each character twice. After a packet of the host the console prints no prompt until the next line.
+- A new controller is in `mode person`: a banner after a reset, a prompt and echo. A terminal with local echo shows each
+  character twice: switch that off. `mode echo` has echo alone, `mode program` bare replies: [for programs](#for-programs).
+  `save` keeps the mode over power-off.
 - Commands, their words, registers, settings and units may be typed in any case. Names of poses and sequences keep theirs.
 - If a name is unknown, the error says which name is near: `did you mean torque?`
 - In a line of more than 80 characters the older part can no longer be deleted. A line wider than the terminal can only
@@ -133,11 +160,33 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
 - After `scan` a line tells which servo answers sooner than this board listens, with the command that mends it. A servo
   whose long replies are damaged is diagnosed at once: two servos may have its ID ([diagnose.md](diagnose.md)).
 - In the firmware profile `console`, the default on the ArbotiX, keys delete only at the end of the line, Up fetches only
-  the last line, and there is no Tab, no `did you mean` and no `mode`. It has no `diagnose` (error 55), no `new`, no `backup`, and
-  none of the commands of [Motion](#motion) (error 30). There an ID is one servo, an error has its text only, `monitor`
+  the last line, and there is no Tab and no `did you mean`. It has no `diagnose` (error 55), no `new`, no `backup` and
+  `restore`, and none of the commands of [Motion](#motion) (error 30). There an ID is one servo, an error has its text only, `monitor`
   prints lines, `settings` takes a rate as the register, `counters` only count, `scan` ends with the number of servos,
   and `help COMMAND` leaves ranges and examples to this page.
 - How to teach, store and play poses: [motion.md](motion.md).
+
+## For programs
+
+A program that types commands sends `mode program` first, and then reads bare replies:
+
+1. Send Ctrl-C (byte 0x03), which drops a line that is not ended, then `mode program` and Enter.
+2. Drop all text up to a line that is `ok`, whatever was printed before: the banner, the prompt `> `, the echo of the line.
+   A line ends with CR LF; before the prompt stands a CR.
+3. From then on each command is answered by the lines of its reply and `ok` or `error N: ...`, and nothing else. Exception:
+   with the setting `alarm_report` 1 a line `alarm ...` may come between two replies.
+4. After a reset of the controller begin again; or let it start in this mode: `mode program`, then `save`.
+
+A program that only sends packets need not care: packets are answered in each mode, no text tears a status packet, and no
+prompt comes after it. The first bytes after a reset may be the banner: look for `FF FF` ([bridge.md](bridge.md)).
+`echo off` and `echo on` are the same as `mode program` and `mode echo`.
+
+A session of a program with servos 1 to 3 in the simulator, in the notation of Python. The first reply begins with the echo:
+
+```
+{program_session()}```
+
+A [scenario](scenario.md) of the simulator does this by itself.
 
 ## If the console no longer answers
 
@@ -163,28 +212,69 @@ After a reset by the watchdog or a brown-out the link has the saved rate at once
 
 ## A first session
 
-The firmware on a simulated ATmega128 with three servos. Lines behind `>` are input; the console itself prints no
-prompt. Enter ends `monitor`; without `as plot` it draws a table that stays in place.
+The firmware on a simulated ATmega128 with three servos. `> ` is the prompt of the console. Enter ends
+`monitor`; without `as plot` it draws a table that stays in place.
 
 ```
 {session()}```
 
-## Several servos at once
+## Keys
 
-In the profile `full`. Servo 9 is absent, so the line ends with error 87. `baud` with a list is one change: the bus goes
-along, and a servo that does not follow is named.
+This session and those below were typed into tmux, an ordinary terminal, by `make docs`. Behind `typed:` are the keys, names of
+keys in brackets. Then follows the screen, from the line on in which they were typed. The profile is `full`.
 
 ```
-{session(LISTS)}```
+{steps_shown(KEYS)}```
+
+## Tab
+
+Tab completes a word. If it has nothing to add, it lists what fits.
+
+```
+{steps_shown(TAB)}```
+
+## Wrong lines
+
+An unknown name is answered with a name near it. An error names servo, argument, value and range. Capital and small letters are the same.
+
+```
+{lines_shown(HINTS)}```
+
+## A table that stays in place
+
+`monitor` draws its table over the one before, here with the absent servo 9. The key that ends it, `p`, is the first one of the
+next line. N and M depend on when the key comes.
+
+```
+{steps_shown(MONITOR)}```
+
+## Ctrl-X
+
+Ctrl-X stops the robot in the middle of a line.
+
+```
+{steps_shown(STOP)}```
+
+## Several servos at once
+
+Servo 9 is absent, so its line ends with error 87. `baud` with a list is one change: the bus goes along, and a servo that does
+not follow is named. Typed into tmux as above.
+
+```
+{lines_shown(LISTS)}```
 
 ## A new servo
 
-In the profile `full`. The new servo is alone on the bus; if another one answers, `new` names both and writes nothing.
-To restore registers, send the lines of `backup`: `set` writes only a value that differs, reads it back, and says
-`written` or `unchanged`, or the error.
+The new servo is alone on the bus; if another one answers, `new` names both and writes nothing. To restore registers, send the
+lines of `backup`: `restore` reads the register, shows a value that differs, writes it and reads it back. An error follows the
+name of the register. Typed into tmux as above.
+
+`new`, `id`, `baud`, `factory`, `lock`, `set` of a register in EEPROM and `restore` try three times if a packet or its reply
+is lost. They read first, and write again only if the servo shows that the write was lost. What a servo refuses is not tried
+again.
 
 ```
-{session(NEW_SERVO, "1")}```
+{lines_shown(NEW_SERVO, "1")}```
 
 ## Commands""")
     last = None

@@ -41,9 +41,12 @@ with the same checks. Files: `src/controller/host/motion_registers.[ch]`.
   being written; driving is inhibited, or torque off is under way. Then MOTION_ERROR stays as it was.
 - After an answer without error MOTION_STATE is 1 while the steps are checked and each servo is read, up to 1 s. Then it
   is 2 until the motion has ended. If the motion is refused, MOTION_STATE is 0 and MOTION_ERROR tells why: 78, a step names
-  a deleted pose; 81, a joint is not in the group; 84, torque is off; 11, a step is too fast or beyond a soft limit; 2, a
+  a deleted pose; 81, a joint is not in the group; 84, torque is off; 57, a step is too fast; 11, a pose is beyond a soft limit; 2, a
   servo does not answer.
 - The PC need not wait: a READ of the six registers from 0x70 on shows all of them at one time.
+- SAVE, a RESET of the device and another value of BUS_BAUD are a range error while a motion is under way, as `save`, `defaults`
+  and `settings bus_baud` are error 58.
+- A motion of the autostart that is refused shows in MOTION_ERROR, too.
 - One WRITE to 0x70 and 0x71 plays at this speed. MOTION_PAUSE cannot be in the same WRITE as a number to play: no motion
   is under way yet.
 
@@ -80,19 +83,20 @@ each ID in order and skips packets of other servos. If a packet does not come in
 """
 
 
-def main():
+def rows():
+    """(name, address, bytes, access, lowest, highest, unit, what) of each register, by address."""
     text = open("src/controller/host/device.h").read().replace("\\\n", " ")
-    print(HEAD)
-    rows = []
-    for name, address, count, access, lowest, highest, unit, what in ROW.findall(text):
-        what = "".join(re.findall(r'"([^"]*)"', what))
-        access = {"RD": "read", "RW": "read, write"}[access]
-        rows.append((int(address, 0), f"| {address} | `{name}` | {count} | {access} | {lowest} to "
-                     f"{highest} | {unit} | {what} |"))
-    if len(rows) != text.count("    X("):
+    found = [(*row[:-1], "".join(re.findall(r'"([^"]*)"', row[-1]))) for row in ROW.findall(text)]
+    if len(found) != text.count("    X("):
         raise SystemExit("src/controller/host/device.h: a row is not understood")
-    for _, row in sorted(rows):
-        print(row)
+    return sorted(found, key=lambda row: int(row[1], 0))
+
+
+def main():
+    print(HEAD)
+    for name, address, count, access, lowest, highest, unit, what in rows():
+        access = {"RD": "read", "RW": "read, write"}[access]
+        print(f"| {address} | `{name}` | {count} | {access} | {lowest} to {highest} | {unit} | {what} |")
     print(TAIL, end="")
 
 

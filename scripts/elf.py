@@ -50,7 +50,7 @@ OURS = re.compile(r"cds_(?!blocking_)|__vector_")
 
 # These call functions of the program.
 CALLS_POINTERS = re.compile("|".join(POINTERS.values()) + r"|bus\.o: cds_bus_poll"
-                            r"|sequence\.o: (?:read_to|tell_pose|cds_sequence_poll)|robot\.o: cds_robot_report")
+                            r"|sequence\.o: (?:read_to|report_pose|cds_sequence_poll)|robot\.o: cds_robot_report")
 
 ALLOCATION = re.compile(r"(?:m|c|re)alloc$|free$|alloca$|sbrk$")
 FLOAT = re.compile(r"__\w*[sd]f\d?$|__fp_|__(?:float|fix)|(?:sin|cos|tan|sqrt|pow|exp|log|floor|ceil|fabs)f?$")

@@ -17,13 +17,14 @@ def rows(path):
 def table(sources):
     print("| N | name | text | remedy |")
     print("|---|---|---|---|")
-    numbers = set()
+    texts = {}  # of each number, a row
     for source in sources:
         for name, number, text, remedy in rows(source):
-            if number in numbers:
+            if int(number) in texts:
                 raise SystemExit(f"{source}: number {number} is used twice")
-            numbers.add(number)
-            print(f"| {number} | `{name}` | {text} | {remedy} |")
+            texts[int(number)] = f"| {number} | `{name}` | {text} | {remedy} |"
+    for number in sorted(texts):
+        print(texts[number])
 
 
 def main():

@@ -7,6 +7,12 @@ TEXT = open("src/controller/robot/settings.h").read().replace("\\\n", " ")
 ROW = re.compile(r'X\((\w+),\s*(\d),\s*(\d+),\s*(\d+),\s*(\d+),\s*"([^"]*)",\s*((?:"[^"]*"\s*)+)\)')
 
 
+def rows():
+    """(name, bytes, default, lowest, highest, unit, what) of each setting, in the order of their numbers."""
+    for row in ROW.findall(TEXT):
+        yield (*row[:-1], "".join(re.findall(r'"([^"]*)"', row[-1])))
+
+
 def main():
     version = re.search(r"SETTINGS_VERSION = (\d+)", TEXT)[1]
     print("# Settings\n")
@@ -15,9 +21,7 @@ def main():
     print(f"EEPROM: {version}.\n")
     print("| number | name | bytes | default | range | unit | what |")
     print("|---|---|---|---|---|---|---|")
-    for number, row in enumerate(ROW.findall(TEXT)):
-        name, size, initial, lowest, highest, unit, what = row
-        what = "".join(re.findall(r'"([^"]*)"', what))
+    for number, (name, size, initial, lowest, highest, unit, what) in enumerate(rows()):
         print(f"| {number} | `{name}` | {size} | {initial} | {lowest} to {highest} | {unit} | {what} |")
     print("""
 - A new value is in force at once. A new `host_baud` is in force 4 ms after its `ok`: wait 10 ms before the next byte.
@@ -43,7 +47,7 @@ one of these:
 | `as saved` | these settings | all of them |
 | `as saved by an older firmware; new ones are defaults` | only the first of these settings | the saved ones, and the defaults of the others |
 | `as saved by a newer firmware` | these settings and some that this firmware does not know | those that it knows |
-| `as saved, but one was out of range and is its default` | a value that this firmware does not allow | its default, and all others as saved |
+| `as saved, but one was out of range: its default` | a value that this firmware does not allow | its default, and all others as saved |
 | `defaults: ...` | nothing that can be read | the defaults |
 
 After a step back to an older firmware, `save` keeps the settings that only the newer firmware knows; the newer firmware

@@ -79,15 +79,17 @@ struct cds_cycle {
     bool has_permit : 1;   // goals are checked when they are set
     bool is_checking : 1;  // goals are checked again, or blocks written, before the next ones leave
     bool has_left_out : 1; // a goal set in `back` was refused later
-    bool is_committed : 1; // there are goals to send
-    bool sends_again : 1;  // the goals came back from the bus: after a check they are sent again
-    bool is_reading : 1;   // a READ is in flight or waits
-    bool is_yielding : 1;  // no READ begins: another request waits for its turn
-    bool is_aborted : 1;   // cds_cycle_abort() was called
-    uint16_t epoch;        // of the permit, when its changes were asked for; 0: never
-    uint16_t period_us;    // from the beginning of one period to the next
-    uint16_t goals_us;     // time of the goals on the wire
-    uint16_t latest_us;    // goals that begin later in a period would hold up the next ones
+    bool has_other_ids : 1; // a block of the packet has the ID of another servo, because its own
+                            // servo has no goal
+    bool is_committed : 1;  // there are goals to send
+    bool sends_again : 1;   // the goals came back from the bus: after a check they are sent again
+    bool is_reading : 1;    // a READ is in flight or waits
+    bool is_yielding : 1;   // no READ begins: another request waits for its turn
+    bool is_aborted : 1;    // cds_cycle_abort() was called
+    uint16_t epoch;         // of the permit, when its changes were asked for; 0: never
+    uint16_t period_us;     // from the beginning of one period to the next
+    uint16_t goals_us;      // time of the goals on the wire
+    uint16_t latest_us;     // goals that begin later in a period would hold up the next ones
     uint16_t read_bytes_us; // time of packet and reply of a READ on the wire
     uint32_t read_until_us; // when the READ in flight ends at the latest
     uint32_t next_us;       // when the next period begins
@@ -121,7 +123,8 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, const struct cds_cycle_
  *   CDS_LIMIT         the permit of the bus (servos.h) refuses the goal; the servo keeps its goal
  *   CDS_INHIBITED     the servo may not be driven; the next polls leave it out
  *
- * A servo whose first goal is refused is left out from the beginning. */
+ * A servo whose first goal is refused, or was not set before the first commit, is left out until a
+ * goal is set and committed. */
 enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
                                uint16_t speed);
 
@@ -134,9 +137,9 @@ uint16_t cds_cycle_sent_goal(const struct cds_cycle *cycle, uint8_t index);
 
 /* All goals set since the last commit are sent together in the next period, and in each one after
  * it until the next commit. If all goals were set, two pointers change places; else the goals that
- * were not set are copied. CDS_OK, also if no goal was set. CDS_BAD_ARGUMENT: a servo never had a
- * goal, and none of its goals was refused; nothing was committed. */
-enum cds_result cds_cycle_commit(struct cds_cycle *cycle);
+ * were not set are copied. A servo that never had a goal is sent none. Does nothing if no goal was
+ * set. */
+void cds_cycle_commit(struct cds_cycle *cycle);
 
 /* Moves the cycle on; call it after cds_bus_poll() from the main loop, as often as possible. A
  * period is missed if its goals would hold up those of the next one; the phase of the periods
@@ -150,8 +153,8 @@ enum cds_result cds_cycle_poll(struct cds_cycle *cycle);
 void cds_cycle_abort(struct cds_cycle *cycle);
 
 /* True if servo `index` (0 to count - 1) is left out of the goals that are sent: its goal was
- * refused, and no goal was set and committed since. In the packet the goal of another servo stands
- * twice meanwhile (R22). */
+ * refused or never set, and no goal was set and committed since. In the packet the goal of another
+ * servo stands twice meanwhile (R22). */
 bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index);
 
 /* Asks for the bus between READs, for a transaction of at most `us` microseconds. True: submit it
@@ -160,8 +163,8 @@ bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index);
  * cds_cycle_spare_us(). */
 bool cds_cycle_yields(struct cds_cycle *cycle, uint16_t us);
 
-/* The longest transaction, in microseconds, for which cds_cycle_yields() is surely true some time;
- * 0: none. */
+/* The longest transaction that fits between the goals and the next period, in microseconds; 0:
+ * none. */
 uint16_t cds_cycle_spare_us(const struct cds_cycle *cycle);
 
 /* Age of the oldest feedback of all servos, in microseconds; CDS_FEEDBACK_NEVER if a servo was
@@ -170,7 +173,7 @@ uint32_t cds_cycle_oldest_us(const struct cds_cycle *cycle);
 
 /* Share of the time with a transaction of the cycle on the wire, 0 to 1000 thousandths: bytes sent
  * and received, and the whole wait of a READ that failed. Counted since begin; after 18 min the
- * later time counts more. Divides 32-bit numbers: not for the hot path. */
+ * later time counts more. */
 uint16_t cds_cycle_utilisation_permille(const struct cds_cycle *cycle);
 
 #ifdef __cplusplus

@@ -52,7 +52,10 @@ struct cds_follow {
     uint8_t result; // CDS_PENDING: all joints follow; CDS_TIMEOUT: `joint` does not
     uint8_t joint;  // that is compared next, or that does not follow
     // internal:
-    struct cds_follow_config config;
+    const struct cds_cycle *cycle;
+    struct cds_follow_joint *joints;
+    uint16_t steps;       // as in the config, or the default
+    uint16_t time_1024us; // config.time_ms or the default, rounded up to units of 1024 us
 };
 
 /* Begins; also begins again after a report. CDS_OK; CDS_BAD_ARGUMENT: the cycle was not begun, or a
@@ -66,10 +69,10 @@ enum cds_result cds_follow_begin(struct cds_follow *follow, const struct cds_fol
  *                nearer; or it has not reported for `time_ms` + CDS_FOLLOW_MS. It stays so until
  *                cds_follow_begin()
  *
- * From the moment when the goal is further away than `steps`, the report comes after `time_ms` and
- * twice the age that feedback reaches (counters.oldest_us of the cycle) at the latest, if the
- * program polls once for each servo meanwhile. A joint that never reported and one that is left out
- * of the goals is not compared: the presence of servos.h tells about these. In a move by servo
+ * The report comes at the latest `time_ms` + 2 ms + twice the age that feedback reaches
+ * (counters.oldest_us of the cycle) after the goal is further away than `steps`, if the program
+ * polls once for each servo meanwhile. A joint that never reported and one that is left out of the
+ * goals is not compared: the presence of servos.h tells about these. In a move by servo
  * (CDS_MOTION_BY_SERVO) a joint must go 3 steps in `time_ms`. */
 enum cds_result cds_follow_poll(struct cds_follow *follow);
 

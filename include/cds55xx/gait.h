@@ -41,7 +41,7 @@ enum cds_gait_wave {
                    // turn, 0 in the second one: a foot that is lifted, and then stands
 } __attribute__((packed));
 
-/* A sine. All 0: none; the sines behind it do not count. */
+/* A sine. An amplitude of 0 ends the list: the later sines of the joint are ignored. */
 struct cds_gait_sine {
     int16_t amplitude; // -511 to 511 position steps (300 / 1023 degrees each)
     uint16_t phase;    // at the beginning of the base period: CDS_GAIT_PHASE()
@@ -100,9 +100,8 @@ struct cds_gait {
     uint8_t result;       // CDS_PENDING while it is checked, runs or is paused; then how it ended
     bool is_under_way;    // the check is over, and joints move
     uint8_t joint;        // for which the gait was refused or ended
-    uint32_t shortest_ms; // refused as CDS_LIMIT: the base period in which this joint is slow
-                          // enough if ramp_ms is as many times longer; 0: its positions are the
-                          // reason
+    uint32_t shortest_ms; // result CDS_LIMIT: the shortest base period that works, if ramp_ms is
+                          // lengthened by the same factor; 0: a position limit was the reason
     // internal:
     struct cds_gait_config config;
     uint8_t count;                 // of joints
@@ -114,8 +113,8 @@ struct cds_gait {
     bool is_at_rest : 1;           // these goals are the rest positions, and the last ones
     bool is_ending : 1;            // ends as soon as the joints stand still
     uint16_t rate;                 // at which the time runs, in 1/16384
-    uint16_t rate_goal;            // what it becomes
-    uint16_t rate_step;            // its change in a period
+    uint16_t rate_goal;            // the rate that `rate` approaches
+    uint16_t rate_step;            // largest change of `rate` in a period
     uint16_t peak;                 // highest speed of a joint, in register units
     uint32_t periods;              // of the cycle, when the last goals were set
     uint32_t phase;                // of the base period, in 1/2^32
@@ -132,7 +131,8 @@ struct cds_gait {
 
 /* Checks the gait, a joint in each cds_gait_poll(), then begins it: within ramp_ms the joints go
  * from their last goals, or from where they are, over to their swing. All scales and the speed are
- * 100 %; cds_gait_set_scale() and cds_gait_set_speed() behind this call change them beforehand.
+ * 100 %. Call cds_gait_set_scale() and cds_gait_set_speed() after cds_gait_begin() to start with
+ * other values.
  *
  * Returns CDS_OK: it is checked now. CDS_BUSY: it runs already. CDS_BAD_ARGUMENT: the cycle was not
  * begun, or a time is out of range; nothing was changed. */
@@ -154,8 +154,8 @@ enum cds_result cds_gait_begin(struct cds_gait *gait, const struct cds_gait_conf
  *                     joints have stopped where they were */
 enum cds_result cds_gait_poll(struct cds_gait *gait);
 
-/* Ends the gait in the rest positions: all scales go to 0 within ramp_ms. If values change already,
- * that begins when they have changed. Resumes a gait that is paused. A gait that is checked ends as
+/* Ends the gait in the rest positions: all scales go to 0 within ramp_ms. A ramp under way ends
+ * first. Resumes a gait that is paused. A gait that is checked ends as
  * CDS_CANCELLED at once. */
 void cds_gait_stop(struct cds_gait *gait);
 

@@ -40,9 +40,12 @@ enum cds_motion_curve {
     CDS_MOTION_BY_SERVO,     // one goal; each joint gets the speed at which all arrive together
 } __attribute__((packed));
 
+/* cds_motion_acceleration() of the factory value of registers 0x22 and 0x23. */
+#define CDS_MOTION_FACTORY_ACCELERATION 8000u
+
 /* A deceleration for pause and abort, in speed register units per second: a joint at full speed
- * stops within 128 ms and 81 steps. cds_motion_acceleration() of the factory value. */
-#define CDS_MOTION_DECELERATION 8000u
+ * stops within 128 ms and 81 steps. */
+#define CDS_MOTION_DECELERATION CDS_MOTION_FACTORY_ACCELERATION
 
 /* In a pose: the joint takes no part in the move. */
 #define CDS_POSE_NONE UINT16_MAX
@@ -57,8 +60,8 @@ struct cds_motion_config {
     struct cds_servos *servos;       // their soft limits; NULL: none
     struct cds_motion_joint *joints; // one for each servo of the cycle
     const struct cds_register_profile *const *profiles; // one for each joint; NULL: all CDS55xx
-    uint16_t acceleration; // the most, in speed register units (62/1023 RPM) per second; 0: not
-                           // checked: cds_motion_acceleration()
+    uint16_t acceleration; // the most of minimum jerk and trapezoid, in speed register units
+                           // (62/1023 RPM) per second: cds_motion_acceleration(); 0: not checked
 };
 
 /* Returns the acceleration that a CDS55xx has with the value `acc`, 0 to 255, in register 0x22 or
@@ -77,7 +80,7 @@ struct cds_move {
     bool may_take_longer; // a time that is too short is stretched, not refused
     bool waits;           // for the end of the move under way; else it begins at once, in its place
     uint16_t acceleration;     // of a trapezoid: of the joint with the longest way, in speed
-                               // register units per second, 1 or more
+                               // register units per second, 1 or more; config.acceleration at most
     const uint16_t *next_pose; // NULL: the joints stop at the pose. Else they pass it on their way
     uint32_t next_ms;          // to this pose, which they reach in this time: the next move, which
                                // waits
@@ -130,7 +133,7 @@ struct cds_motion_clock {
     uint16_t time_low, step_low;
 };
 
-/* How a move passes. The fields are internal. */
+/* The timing of a move. The fields are internal. */
 struct cds_motion_plan {
     struct cds_motion_clock time;
     struct cds_motion_clock braking_time;
@@ -166,24 +169,33 @@ struct cds_motion {
     bool is_ending : 1;                 // ends as soon as it is at rest
     uint32_t periods;                   // of the cycle, when the last goals were set
     uint32_t rate;                      // at which the time runs, in 1/65536
-    uint16_t carry;                     // of speeds that the next move takes over, in 1/4096
-    uint32_t rate_goal;                 // what it becomes
-    uint32_t rate_step;                 // its change in a period
+    uint32_t rate_goal;                 // the rate that `rate` approaches
+    uint32_t rate_step;                 // largest change of `rate` in a period
+    uint16_t carry;                     // share of the speeds that the next move takes over, in
+                                        // 1/4096
     uint32_t override;                  // what the program has set
     struct cds_motion_plan plan;        // of the move under way
     struct cds_motion_basis last_basis; // of the goals before it
     struct cds_move next;               // the move that is checked
     struct cds_motion_plan next_plan;   // of that move
-    uint32_t shortest;                  // periods that it takes at least, as far as is checked
+    uint32_t shortest_periods;          // that it takes at least, as far as is checked
     uint32_t requested;                 // periods that the program asks for
-    uint32_t longest;                   // way of its joints: register units x periods
-    uint32_t longest_window;            // in which all joints brake within their limits
+    uint32_t longest_way;               // of its joints: register units x periods
+    uint32_t longest_window;            // periods in which all joints brake within their limits
     bool has_speeds;                    // a joint moves when the move begins, or when it ends
 };
 
 /* Begins, at rest. CDS_OK; CDS_BAD_ARGUMENT: the cycle was not begun, or its period is shorter than
  * 200 us. */
 enum cds_result cds_motion_begin(struct cds_motion *motion, const struct cds_motion_config *config);
+
+/* Checks a step of a sequence before the sequence begins: the way of each joint from `from` to the
+ * pose of `move`, by soft limits and speed. A joint with CDS_POSE_NONE in one of them is not
+ * checked. `begins_moving`: the step before passes its pose. CDS_OK: cds_motion_move() may refuse
+ * the move still, if its joints move at the beginning or the end. CDS_LIMIT: it will, see
+ * motion.joint and motion.shortest_ms. CDS_BUSY: a move is under way or checked. */
+enum cds_result cds_motion_check_step(struct cds_motion *motion, const uint16_t *from,
+                                      const struct cds_move *move, bool begins_moving);
 
 /* Checks a move, then begins it: from where the joints are, or if they move, from the goals under
  * way with their speed. cds_motion_poll() checks one joint each time; until then a move under way
@@ -193,18 +205,20 @@ enum cds_result cds_motion_begin(struct cds_motion *motion, const struct cds_mot
  * motion.move_result tells:
  *
  *   CDS_OK            the move has begun
- *   CDS_LIMIT         a goal is beyond a soft limit, or the move takes longer than
- *                     CDS_MOTION_TIME_MAX_MS: shortest_ms is 0; or the time is too short for
- *                     motion.joint, and shortest_ms works
+ *   CDS_LIMIT         shortest_ms is 0: the goal of motion.joint is beyond a soft limit
+ *   CDS_LIMIT         shortest_ms is 0: the move needs more than CDS_MOTION_TIME_MAX_MS
+ *   CDS_LIMIT         shortest_ms is not 0: the time is too short for motion.joint. shortest_ms is
+ *                     the shortest time that works
  *   CDS_INHIBITED     motion.joint may not be driven
  *   CDS_TIMEOUT       the position of motion.joint is not known: the cycle has not read it yet
  *
- * Returns CDS_OK: it is checked now. CDS_BUSY: the move before is still checked. CDS_BAD_ARGUMENT:
+ * Returns CDS_OK: it is checked now. CDS_BUSY: the move before is still checked, or this move waits
+ * and the motion is being aborted: try again when result is CDS_CANCELLED. CDS_BAD_ARGUMENT:
  * time, curve, acceleration or a position is out of range, or no joint is in the pose; nothing was
  * changed. */
 enum cds_result cds_motion_move(struct cds_motion *motion, const struct cds_move *move);
 
-/* True while cds_motion_move() returns CDS_BUSY. */
+/* True while cds_motion_move() returns CDS_BUSY for every move. */
 static inline bool cds_motion_is_busy(const struct cds_motion *motion)
 {
     return motion->move_result == CDS_PENDING || motion->begun < motion->count;

@@ -20,8 +20,8 @@ extern "C" {
 /* Two joints that change their places in a mirror. A joint in the middle is a pair with itself. */
 struct cds_pose_pair {
     uint8_t one, other; // index of each in the pose
-    bool is_turned; // position p of one is 1023 - p of the other: so if the servos are mounted as
-                    // mirror images, or for a joint in the middle; else it is the same position
+    bool is_turned;     // true if the servos are mounted as mirror images, or for a joint in the
+                        // middle: position p becomes 1023 - p. False: p stays
 };
 
 /* Mirrors `pose` in place by `count` pairs. Joints that are in no pair keep their positions. Each
@@ -29,8 +29,7 @@ struct cds_pose_pair {
 void cds_pose_mirror(uint16_t *pose, const struct cds_pose_pair *pairs, uint8_t count);
 
 /* Adds an offset, -1023 to 1023 steps, to each of the `count` positions of `pose`. A sum below 0 or
- * above 1023 becomes 0 or 1023. Returns true if no sum was; so false tells that the pose has
- * changed its shape. */
+ * above 1023 becomes 0 or 1023. Returns false if a sum was clamped. */
 bool cds_pose_add(uint16_t *pose, const int16_t *offsets, uint8_t count);
 
 #ifdef __cplusplus

@@ -154,17 +154,19 @@ struct cds_robot {
     uint16_t period_us;       // of the cycle. At first CDS_CYCLE_PERIOD_US
     void (*on_event)(struct cds_robot *robot); // from cds_robot_poll(): robot->event is new. NULL:
                                                // none. May call any function of this header
-    void (*on_poll)(struct cds_robot *robot);  // from each cds_robot_poll() until the robot has
-                                               // stopped, or NULL: cds_robot_begin_motion()
-    void *context;                             // of on_poll
+    // cds_robot_begin_motion() sets on_poll and context, to poll the motion. A program with a
+    // sequence sets on_poll behind that call, and polls the sequence instead.
+    void (*on_poll)(struct cds_robot *robot); // from each cds_robot_poll() until the robot has
+                                              // stopped. NULL: none
+    void *context;                            // of on_poll
     // internal:
     const struct cds_robot_config *config; // in flash
     uint8_t count;                         // of joints
     uint8_t joint;                         // of the step of the start
     uint8_t phase;                         // of the start
-    uint8_t looked;                        // joints before this one have been looked at
-    uint8_t news;                          // of the servos, when the last look began
-    uint8_t unread_writes;                 // of the return delay of `joint`: it did not reply
+    uint8_t next_checked_joint;            // its state is checked for events next
+    uint8_t last_event_count;              // servos.news when the last round of checks began
+    uint8_t blind_delay_writes;            // WRITEs of the return delay of `joint` without a reply
     bool is_delay_written;                 // return delay of `joint`, after it was read
     bool has_failed;                       // a joint is not well
     bool has_goals;                        // goals were set and not committed
@@ -186,8 +188,7 @@ struct cds_robot {
  * Sends nothing. Driving is inhibited until a start has checked all servos. `config`: name_config
  * of CDS_ROBOT(). CDS_OK; CDS_BUSY: the robot is starting, running or stopping; CDS_BAD_ARGUMENT:
  * an ID is out of range or stands twice, or another value of joint event.joint is out of range: the
- * state is CDS_ROBOT_STOPPED, and the robot does not start until it is opened well. Divides 32-bit
- * numbers: not for the hot path. */
+ * state is CDS_ROBOT_STOPPED, and the robot does not start until it is opened well. */
 enum cds_result cds_robot_open(struct cds_robot *robot, const struct cds_robot_config *config,
                                uint8_t port, uint8_t baud_reg);
 
@@ -200,11 +201,11 @@ enum cds_result cds_robot_open(struct cds_robot *robot, const struct cds_robot_c
  *   3. Torque is switched on, servo by servo, and the cycle begins.
  *
  * If a servo is not well, the robot stops as by cds_robot_stop(). A silent servo is asked for
- * CDS_ROBOT_PATIENCE_US; its return delay is written unread, since it may reply before the board
- * can receive. CDS_OK; CDS_BUSY: the robot is starting, running or stopping;
- * CDS_BAD_ARGUMENT: it was not opened well, return_delay_us is out of range, or goals of all joints
- * do not fit period_us; the state is CDS_ROBOT_STOPPED. So a program may ignore the results of open
- * and start if its main loop ends with that state. */
+ * CDS_ROBOT_PATIENCE_US. The start also writes its return delay without reading it first: a servo
+ * with a short delay may reply before the board can receive. CDS_OK; CDS_BUSY: the robot is
+ * starting, running or stopping; CDS_BAD_ARGUMENT: it was not opened well, return_delay_us is out
+ * of range, or goals of all joints do not fit period_us; the state is CDS_ROBOT_STOPPED. So a
+ * program may ignore the results of open and start if its main loop ends with that state. */
 enum cds_result cds_robot_start(struct cds_robot *robot);
 
 /* Moves all of the robot on: bus, start, cycle, state check, stop. Call it from the main loop, as

@@ -11,7 +11,7 @@
  *     }
  *
  * The steps come from a function of the program, so they may stand in flash, RAM or EEPROM. Pause,
- * resume and override: those of the motion. Manual: nothing. All functions: main context. */
+ * resume and override: those of the motion. All functions: main context. */
 #ifndef CDS_SEQUENCE_H
 #define CDS_SEQUENCE_H
 
@@ -24,7 +24,7 @@ extern "C" {
 /* One step: the way to a pose, and how long the joints stay there. */
 struct cds_sequence_step {
     uint32_t time_ms;      // of the way: 1 to CDS_MOTION_TIME_MAX_MS
-    uint16_t dwell_ms;     // rest at the pose; a step that passes has none
+    uint16_t dwell_ms;     // rest at the pose, also of the last step; a step that passes has none
     uint16_t acceleration; // of a trapezoid, as in struct cds_move
     uint8_t curve;         // enum cds_motion_curve
     uint8_t event;         // handed to on_pose
@@ -38,17 +38,19 @@ struct cds_sequence_config {
     uint16_t *poses;           // room for two poses: twice as many positions as there are joints
     void *context;             // handed to the functions
     /* Reads step `index` and its pose, CDS_POSE_NONE for each joint that takes no part. False:
-     * there is no such step. Called twice for a step that follows one that passes. */
+     * there is no such step. Called for each step of a run and for the index behind its last
+     * step; perhaps twice for the index behind a step that passes. */
     bool (*read)(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose);
-    bool (*may_begin)(void *context, uint8_t index); // asked again with each poll until it is true;
-                                                     // NULL: always
+    /* Asked again with each poll until it is true: may step `index` begin? Not asked for a step
+     * that follows one that passes: the joints would have to stop at the pose. NULL: always. */
+    bool (*may_begin)(void *context, uint8_t index);
     void (*on_pose)(void *context, uint8_t index, uint8_t event); // the pose of this step was sent;
                                                                   // NULL: not called
     uint16_t repeats; // how often the sequence runs; 0: for ever
 };
 
-/* A step that was read. The fields are internal. */
-struct cds_sequence_place {
+/* A buffer for a step that was read. The fields are internal. */
+struct cds_sequence_slot {
     struct cds_sequence_step step;
     uint8_t index;
     uint16_t run;
@@ -62,14 +64,14 @@ struct cds_sequence {
     uint16_t run;   // under way, from 0 on
     // internal:
     struct cds_sequence_config config;
-    struct cds_sequence_place places[2]; // the step under way, and the one behind it
-    uint8_t turn;                        // place of the one under way
+    struct cds_sequence_slot slots[2]; // the step under way and the next one
+    uint8_t slot;                      // index of the slot with the step under way, 0 or 1
     uint8_t state;
-    uint8_t event;     // of the step under way
-    bool passes;       // the step under way passes its pose
-    uint16_t dwell_ms; // of the step under way
-    uint16_t rest_ms;  // before the step begins
-    uint32_t rest_from_us;
+    uint8_t event;          // of the step under way
+    bool passes;            // the step under way passes its pose
+    uint16_t step_dwell_ms; // of the step under way
+    uint16_t dwell_ms;      // of the pose where the joints are at rest
+    uint32_t dwell_from_us; // when they came to rest
 };
 
 /* Begins; the first poll begins the first step. CDS_OK; CDS_BAD_ARGUMENT: there is no step;

@@ -173,6 +173,9 @@ enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_ser
 /* Removes all servos from the list. The inhibit, shortest_delay and grows stay. */
 void cds_servos_forget(struct cds_servos *servos);
 
+/* Forgets the servos from index `count` on: those that joined last. As cds_servos_forget(). */
+void cds_servos_forget_from(struct cds_servos *servos, uint8_t count);
+
 /* Adds servo `id`, 0 to 253; nothing is known of it yet. CDS_OK; CDS_BAD_ARGUMENT: the ID is above
  * 253, or in the list already; CDS_NO_ROOM: the list is full, and is_full says so from now on. */
 enum cds_result cds_servos_add(struct cds_servos *servos, uint8_t id);
@@ -244,9 +247,10 @@ void cds_servos_allow(struct cds_servos *servos);
 void cds_servos_allow_reset(struct cds_servos *servos, bool is_allowed);
 
 /* Reserves the servos with the `count` IDs `ids` for `request`, as the goals of a cycle. Refused as
- * CDS_RESERVED is each other packet that would set goal, speed or angle limit of one of them, each
- * other SYNC WRITE of these registers to whatever servos, and each other ACTION or RESET that
- * reaches one. `count` 0: none is reserved any more. `ids` stays in place until then. */
+ * CDS_RESERVED is each other packet that would set goal, speed, angle limit, ID, baud rate, return
+ * delay or status return level of one of them, each other SYNC WRITE of these registers to whatever
+ * servos, and each other ACTION or RESET that reaches one. `count` 0: none is reserved any more.
+ * `ids` stays in place until then. */
 void cds_servos_reserve(struct cds_servos *servos, const struct cds_request *request,
                         const uint8_t *ids, uint8_t count);
 

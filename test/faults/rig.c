@@ -211,6 +211,18 @@ static bool run(struct rig *rig, uint64_t cycles)
     return !rig->timed_out;
 }
 
+/* The console prints nothing but replies from then on. */
+static void enter_mode_program(struct rig *rig)
+{
+    static const char line[] = "mode program\n";
+    while (!usart_rxen(&rig->bench.host_link.usart)) {
+        rig_pass(rig, START_UP);
+    }
+    rig_pass(rig, START_UP);
+    host_link_send(&rig->bench.host_link, rig_now(rig), line, sizeof(line) - 1);
+    rig_pass(rig, 50000 * RIG_US); // banner, line and reply take 14 ms
+}
+
 bool rig_open(struct rig *rig, const char *elf, const char *boards, const char *board,
               const char *servos, bool console)
 {
@@ -237,6 +249,9 @@ bool rig_open(struct rig *rig, const char *elf, const char *boards, const char *
         watch_marks(rig);
     }
     rig_pass(rig, START_UP);
+    if (console) {
+        enter_mode_program(rig);
+    }
     return true;
 }
 

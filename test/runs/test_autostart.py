@@ -96,7 +96,7 @@ class Autostart(unittest.TestCase):
         self.power_up(board, "@wait 4000\nmotion\n@expect text motion: walk: step\nmotion off\n",
                       "autostart: walk loop after 1 s; has begun", 100)
 
-    def test_it_plays_only_when_it_may(self):
+    def test_autostart_with_a_fault_plays_only_if_permitted(self):
         """Random trouble at random times."""
         board, dice = boards.WITH_MOTION[0], random.Random(3)
         self.prepare(board, AFTER_1_S)
@@ -109,14 +109,14 @@ class Autostart(unittest.TestCase):
                 run = self.power_up(board, lines, says)
                 self.assertEqual(bool(driving(run)), says == "has begun")
 
-    def test_it_never_plays_after_a_stop(self):
+    def test_autostart_after_a_stop_does_not_begin(self):
         """The drive inhibit survives resets other than power-on; after those it does not play anyway."""
         board = boards.WITH_MOTION[0]
         self.prepare(board, AFTER_1_S)
         run = self.power_up(board, "stop\n@reset external\n", "not begun")
         self.assertEqual(driving(run), [])
 
-    def test_a_pose_beyond_the_angle_limits_of_a_servo(self):
+    def test_pose_beyond_angle_limits_is_refused(self):
         board = boards.WITH_MOTION[0]
         self.prepare(board, AFTER_1_S)
         run = self.power_up(board, "write 2 CW_ANGLE_LIMIT 500 0\n@reset power\n",
@@ -124,38 +124,52 @@ class Autostart(unittest.TestCase):
         reset = int(re.search(r"(\d+) reset\n", run.output)[1])
         self.assertEqual([cycle for cycle in driving(run) if cycle > reset], [])
 
-    def test_servo_in_endless_turn(self):
+    def test_servo_in_endless_turn_is_refused(self):
         board = boards.WITH_MOTION[0]
         self.prepare(board, AFTER_1_S)
         run = self.power_up(board, "write 3 CCW_ANGLE_LIMIT 0\n@reset power\n", fails(3, 47))
         reset = int(re.search(r"(\d+) reset\n", run.output)[1])
         self.assertEqual([cycle for cycle in driving(run) if cycle > reset], [])
 
-    def test_servo_that_refuses_its_goal(self):
+    def test_servo_that_refuses_its_goal_gets_no_torque(self):
         """Servo 2 stands at 150 degrees, outside of its angle limits; the poses are within."""
         board = boards.WITH_MOTION[0]
         self.prepare(board, AFTER_1_S, PREPARE.replace(" 140 ", " 200 ").replace("150 150 150", "150 210 150"))
         self.power_up(board, "write 2 CW_ANGLE_LIMIT 600\n@reset power\n"
                       "@wait 5500\n@expect servo 2,3 torque off\n", fails(2, 70), 1)
 
-    def test_a_first_step_that_is_too_short_is_told(self):
+    def test_too_short_first_step_is_reported(self):
         board = boards.WITH_MOTION[0]
         self.prepare(board, AFTER_1_S, PREPARE.replace("low 130", "low 290").replace("0.5s", "0.1s"))
-        self.power_up(board, "", "the motion was refused")
+        self.power_up(board, "", f"not begun: servo 1: {TEXTS[57]};")
+        script = "@wait 2500\n! motion wait\n@expect text servo 1 needs\n@expect text error 57:\n"
+        run = controller(script, board, SERVOS, "--echo", "--eeprom", self.eeprom)
+        self.assertEqual(run.status, 0, run.output[-3000:])
 
-    def test_what_is_missing(self):
+    def test_a_later_step_that_is_too_short_moves_nothing(self):
+        board = boards.WITH_MOTION[0]
+        self.prepare(board, AFTER_1_S, PREPARE.replace("0.4s", "0.02s"))
+        run = self.power_up(board, "", f"not begun: servo 1: {TEXTS[57]};")
+        goals = {packet for _, way, packet in run.packets if way == "->in" and " 83 1E 04 " in packet}
+        self.assertEqual(len(goals), 0)
+
+    def test_autostart_with_a_missing_record_does_not_begin(self):
         board = boards.WITH_MOTION[0]
         self.prepare(board, "")
         self.power_up(board, "", "autostart: none", 2000)
         self.prepare(board, AFTER_1_S + "settings autostart off\n")
         self.power_up(board, "", "autostart: none", 2000)
-        for line in ("sequence delete walk\n", "pose delete low\n"):
-            self.prepare(board, AFTER_1_S + line)
-            run = self.power_up(board, "", "not begun: the sequence, its joints or a pose is missing")
-            self.assertEqual(driving(run), [])
+        self.prepare(board, AFTER_1_S + "pose delete low\n@expect text has this pose: it plays no more\n")
+        run = self.power_up(board, "", "not begun: the sequence, its joints or a pose is missing")
+        self.assertEqual(driving(run), [])
 
-    def test_ctrl_x_amid_every_part_of_it_ends_it(self):
-        """No goal leaves behind a stop."""
+    def test_its_sequence_cannot_be_deleted(self):
+        board = boards.WITH_MOTION[0]
+        self.prepare(board, AFTER_1_S + "! sequence delete walk\n@expect text error 93:\n"
+                     "settings autostart off\nsequence delete walk\npose delete low\n")
+
+    def test_stop_during_autostart_sends_no_goal(self):
+        """No goal leaves after a stop. The stop comes at different parts of start and move."""
         board = boards.WITH_MOTION[0]
         self.prepare(board, "settings autostart walk loop 1s\n")
         for ms in (1001, 1004, 1010, 1020, 1100, 2000):
@@ -167,7 +181,7 @@ class Autostart(unittest.TestCase):
                 self.assertTrue(off)
                 self.assertEqual([cycle for cycle in driving(run) if cycle > off[0]], [])
 
-    def test_errors(self):
+    def test_bad_arguments_are_refused(self):
         board = boards.WITH_MOTION[0]
         self.prepare(board, "! settings autostart wolk\n@expect text error 75:\n"
                      "! settings autostart walk loop 128s\n@expect text error 33:\n"

@@ -14,7 +14,7 @@ import client
 from client import (ACTION, BAUD, BROADCAST, GOAL_POSITION, ID, LED, PING, PRESENT_POSITION, READ,
                     REG_WRITE, RESET, RETURN_LEVEL, SYNC_WRITE, TORQUE_ENABLE, WRITE, NoReply, Port,
                     packet, word)
-from simulator import LONG, ROOT, SIM, Process
+from simulator import LONG, ROOT, SIM, Process, in_mode_program
 
 DEVICE, OFF = 253, 254
 SYNC_READ, BULK_READ = 0x84, 0x92
@@ -192,8 +192,9 @@ class Bridge(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             said, wire = pathlib.Path(folder, "said"), pathlib.Path(folder, "wire")
             said.write_text(f"say {(absent + packet(1, PING)).hex(' ')} 18\nwait 300000\n")
-            done = subprocess.run([SIM, "firmware", ROOT / "build/atmega128/controller.elf", "--board",
-                                   "atmega128", "--servos", "1", "--host", said, "--transcript", wire],
+            options = ["firmware", ROOT / "build/atmega128/controller.elf", "--board", "atmega128", "--servos", "1",
+                       "--host", said, "--transcript", wire]
+            done = subprocess.run([SIM, *options, *in_mode_program(options, folder)],
                                   stdout=subprocess.PIPE, text=True)
             packets = wire.read_text().splitlines()
         self.assertEqual(done.returncode, 0, done.stdout)
@@ -207,8 +208,9 @@ class Bridge(unittest.TestCase):
             said = pathlib.Path(folder, "said")
             said.write_text(f"say {first.hex(' ')}\nwait 20000\nsay {packet(1, PING).hex(' ')}\n"
                             "wait 200000\nrest\n")
-            done = subprocess.run([SIM, "firmware", ROOT / "build/atmega128/controller.elf", "--board",
-                                   "atmega128", "--servos", "1-18", "--host", said],
+            options = ["firmware", ROOT / "build/atmega128/controller.elf", "--board", "atmega128", "--servos",
+                       "1-18", "--host", said]
+            done = subprocess.run([SIM, *options, *in_mode_program(options, folder)],
                                   stdout=subprocess.PIPE, text=True)
         self.assertEqual(done.returncode, 0, done.stdout)
         heard = next(line for line in done.stdout.splitlines() if line.startswith("heard"))
@@ -268,7 +270,7 @@ class Device(unittest.TestCase):
                     (packet(DEVICE, REG_WRITE, [0x07, 1]), 0x40, b""),
                     (packet(DEVICE, RESET, [1]), 0x40, b""),
                     (packet(DEVICE, RESET), 0, b""),
-                    (packet(DEVICE, READ, [0x07, 2]), 0, b"\x00\x00")]:
+                    (packet(DEVICE, READ, [0x07, 2]), 0, b"\x00\x02")]: # mode person
                 port.send(raw)
                 self.assertEqual(port.status(), (DEVICE, error, parameters), raw.hex(" "))
 

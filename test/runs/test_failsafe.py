@@ -15,11 +15,12 @@ TORQUE_OFF = "FF FF FE 04 03 18 00 E2"
 CLOCK_KHZ = 16000
 
 # Two values for each setting that differ in every byte; the host's rate is the same for both (16 is
-# 117647 bit/s, which is what 115200 becomes at 16 MHz).
+# 117647 bit/s, which is what 115200 becomes at 16 MHz). echo is 0 in all: a scenario sends `mode program`
+# after each reset.
 NAMES = ["device_id", "host_baud", "bus_baud", "return_delay", "repeats", "echo", "link_loss_ms",
          "link_loss_action", "alarm_report", "cycle_us"]
 DEFAULTS = [253, 255, 1, 254, 0, 0, 0, 1, 0, 4000]
-FIRST = [17, 16, 3, 100, 1, 1, 0xFFFF, 0, 1, 0x1234]
+FIRST = [17, 16, 3, 100, 1, 0, 0xFFFF, 0, 1, 0x1234]
 SECOND = [200, 255, 1, 7, 2, 0, 0xEEEE, 2, 0, 0x2345]
 
 

@@ -139,7 +139,7 @@ class Faults(unittest.TestCase):
 class Orders(unittest.TestCase):
     def test_faults_on_the_command_line_hold_from_the_start(self):
         run = controller("! ping 1\n! ping 2\n@wait 1\nping 2\n", "atmega128", "1,2", "--echo",
-                         "--fault", "lose out 1 0", "--fault", "brownout 2 18")
+                         "--fault", "lose out 1 0", "--fault", "brownout 2 30")
         self.assertEqual(run.status, 0, run.output)
         self.assertIn("faults:  acted 2 times; 0 of 2 orders came to nothing", run.output)
 

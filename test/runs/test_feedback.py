@@ -4,7 +4,7 @@
 import unittest
 
 import boards
-from feedback import LIMIT_US, Feedback
+from feedback import BULKS, LIMIT_US, Feedback
 
 
 class WholeRobot(unittest.TestCase):
@@ -13,8 +13,8 @@ class WholeRobot(unittest.TestCase):
             with self.subTest(board):
                 run = Feedback(board)
                 self.assertEqual(run.status, 0, run.output)
-                self.assertEqual(run.bulk, run.trips)
-                self.assertEqual([run.bulk[at + 2] for at in range(0, len(run.bulk), 14)],
+                self.assertEqual(run.bulks, [run.trips] * BULKS)
+                self.assertEqual([run.trips[at + 2] for at in range(0, len(run.trips), 14)],
                                  list(range(1, 19)))
                 self.assertLess(run.bulk_us, LIMIT_US)
                 self.assertGreater(run.trips_us, 18000)

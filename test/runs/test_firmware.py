@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The firmware and programs linked with the library, in the simulator."""
 # needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega) $(patsubst %,build/%/examples/two_servos.elf,atmega128 arduino-mega)
-# needs: $(BOARDS:%=build/%/examples/two_joints.elf) build/atmega128/examples/timed_move.elf
+# needs: $(BOARDS:%=build/%/examples/two_joints.elf) $(patsubst %,build/atmega128/examples/%.elf,timed_move keyframes)
 # needs: $(patsubst %,build/atmega128/firmware/%.elf,absent clock line_errors slow_handler)
 import csv
 import pathlib
@@ -121,10 +121,37 @@ class Programs(unittest.TestCase):
         way = [(a - 307 - 2 * (614 - b)) for a, b in zip(left, right)][len(left) // 2:]
         self.assertLess(max(map(abs, way)), 12)  # half the way each, at any time
 
+    def test_keyframes_come_in_turn_and_again(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table = pathlib.Path(folder) / "motion.csv"
+            run = Run("build/atmega128/examples/keyframes.elf", "--seconds", "13", "--csv", table, servos="1-3")
+            rows = list(csv.DictReader(table.read_text().splitlines()))
+        self.assertEqual(run.status, 0, run.output)
+        self.assertIn("rules:   none broken", run.output)
+        goals = [tuple(int(row[f"goal_{servo}"]) for servo in (1, 2, 3)) for row in rows]
+        frames = [(512, 512, 512), (648, 409, 512), (784, 512, 665), (375, 307, 358)]  # 3.41 steps a degree
+        seen, places = [], []
+        for place, goal in enumerate(goals):
+            for number, frame in enumerate(frames):
+                if all(abs(a - b) <= 3 for a, b in zip(goal, frame)) and seen[-1:] != [number]:
+                    seen.append(number)
+                    places.append(place)
+        self.assertEqual(seen[:6], [0, 1, 2, 3, 0, 1])
+        near = [goal for goal in goals[places[1]:places[2]] if abs(goal[0] - frames[1][0]) <= 3]
+        self.assertLess(len(near), 15)  # periods of 4 ms: this one is passed; with a stop there are more than 30
+        self.assertEqual(goals[places[2] + 25], goals[places[2] + 125])  # this one is held
+        # from the first rest to that of the next run: the times of all frames, rests included
+        rests = [goals.index(frames[2]), goals.index(frames[2], places[4])]
+        self.assertAlmostEqual((rests[1] - rests[0]) * 4, 6000, delta=40)
+
     def test_motion_page_shows_the_timed_move_program(self):
         text = (ROOT / "examples/timed_move.c").read_text()
         source = text[text.index("#include"):].strip()
         self.assertIn(source, (ROOT / "docs/motion.md").read_text())
+
+    def test_motion_page_shows_the_table_of_keyframes(self):
+        text = (ROOT / "examples/keyframes.c").read_text()
+        self.assertIn(re.search(r"static const struct frame .*?;\n", text, re.S)[0], (ROOT / "docs/motion.md").read_text())
 
     def figures(self, program, servos="none"):
         """What a program of test/firmware/library/ says; the run must break no rule but those given."""

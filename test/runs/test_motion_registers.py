@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 import boards
-from client import GOAL_POSITION, PRESENT_POSITION, READ, TORQUE_ENABLE, WRITE, packet
+from client import BAUD, GOAL_POSITION, ID, PRESENT_POSITION, READ, TORQUE_ENABLE, WRITE, packet
 from simulator import ROOT, SIM
 
 DEVICE = 253
@@ -91,9 +91,16 @@ class Registers(unittest.TestCase):
 
     def test_play_is_refused_as_at_the_console(self):
         replies = self.talk(write(PLAY, 3), write(OVERRIDE, 9), write(PLAY, LONG), wait(300), write(PLAY, BOW),
-                            (packet(1, WRITE, [GOAL_POSITION, 0, 2]), 0), wait(40), read(STATE), write(0x10, 1))
+                            read(STATE), write(0x10, 1))
         self.assertEqual([error for error, _ in replies], [RANGE, RANGE, 0, RANGE, 0, RANGE])
-        self.assertEqual(self.words(replies)[4], 2)  # the goal was not sent: the motion goes on
+        self.assertEqual(self.words(replies)[4], 2)
+
+    def test_goal_id_and_rate_of_a_servo_in_motion_are_a_range_error(self):
+        """The bridge answers in place of the servo. The motion goes on, and the servo keeps ID and rate."""
+        replies = self.talk(write(PLAY, LONG), wait(300), *((packet(1, WRITE, data), 6) for data in (
+            [GOAL_POSITION, 0, 2], [ID, 7], [BAUD, 34])), wait(40), read(STATE), position(1), position(2))
+        self.assertEqual([error for error, _ in replies], [0, RANGE, RANGE, RANGE, 0, 0, 0])
+        self.assertEqual(self.words(replies)[4], 2)
 
     def test_play_while_inhibited_is_refused(self):
         replies = self.talk(write(PLAY, BOW), setup=READY + ["stop"])
@@ -102,7 +109,8 @@ class Registers(unittest.TestCase):
     def test_error_tells_why_nothing_plays(self):
         for setup, number in [(READY + ["pose delete low"], 78), (READY + ["group 1 2"], 81),
                               (READY + ["limits 1 140 300"], 11), (READY + ["stop", "release"], 84),
-                              (POSES + ["sequence bow new low 20ms"], 11)]:
+                              (POSES + ["sequence bow new low 20ms"], 57),
+                              (POSES + ["sequence bow new low 1s", "sequence bow add stand 20ms"], 57)]:
             replies = self.talk(write(PLAY, BOW), wait(300), read(PLAY, 6), setup=setup)
             self.assertEqual(replies, [(0, b""), (0, bytes([0, 100, 0, 0, 0, number]))], setup[-1])
 

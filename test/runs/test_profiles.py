@@ -15,9 +15,9 @@ sys.path.append(str(ROOT / "scripts"))
 import console  # the rows of the commands
 
 # Groups of commands that only the profile `full` has.
-MOTION = ("A terminal", "Motion", "Without a PC")
+MOTION = ("Motion", "Without a PC")
 # Rows of other groups that only the profile `full` has.
-FULL_ONLY = ("new NEW", "backup ID", "monitor ID... as plot")
+FULL_ONLY = ("new NEW", "backup ID", "restore ID REG VALUE", "monitor ID... as plot")
 # Commands of the profile `console` in the order of `help`.
 COMMANDS = [usage.split()[0] for group, usage, *_ in console.commands()
             if group not in MOTION and usage not in FULL_ONLY]

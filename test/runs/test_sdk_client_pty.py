@@ -131,15 +131,15 @@ class Sim(Process):
     """A simulator with a transcript and a CSV, to be looked at when it has ended."""
 
     def __init__(self, *options):
-        self.folder = tempfile.TemporaryDirectory()
-        self.transcript = pathlib.Path(self.folder.name, "transcript")
-        self.csv = pathlib.Path(self.folder.name, "csv")
+        self.files = tempfile.TemporaryDirectory()
+        self.transcript = pathlib.Path(self.files.name, "transcript")
+        self.csv = pathlib.Path(self.files.name, "csv")
         super().__init__(*options, "--servos", "1-18", "--transcript", str(self.transcript), "--csv",
                          str(self.csv))
 
     def __exit__(self, *arguments):
         super().__exit__(*arguments)
-        self.folder.cleanup()
+        self.files.cleanup()
 
     def wire(self):
         """(cycle, bytes) from the client or the controller."""

@@ -62,7 +62,7 @@ class Pose(unittest.TestCase):
         for board in boards.WITH_MOTION:
             with self.subTest(board):
                 run, _ = rows_of(pose([90] * JOINTS, "in 1s") + "! " + pose([100] * JOINTS, "at 20rpm")
-                                 + "@expect text error 58: a motion plays\n"
+                                 + "@expect text error 58: a motion is under way\n"
                                  + "@wait 1500\n" + pose([100] * JOINTS, "at 20rpm"), board)
                 self.assertEqual(run.status, 0, run.output)
 

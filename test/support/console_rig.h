@@ -43,6 +43,7 @@ static inline void begin_console(void)
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus, 0);
     settings_default(&settings);
+    settings.echo = SETTINGS_ECHO_OFF; // mode program: the tests compare bare replies
     failsafe = (struct failsafe){.settings = &settings, .store = &store, .robot = &robot};
     console_open(&console, &failsafe, &input, &output);
     robot.moves = command_set.moves;

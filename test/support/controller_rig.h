@@ -52,6 +52,7 @@ static void open_all(void)
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus, 0);
     settings_default(&settings);
+    settings.echo = SETTINGS_ECHO_OFF; // mode program: the tests compare bare replies
     failsafe = (struct failsafe){.settings = &settings,
                                  .store = &store,
                                  .robot = &robot,

@@ -183,12 +183,20 @@ CDS_AVR_INLINE uint32_t cds_avr_clock_now_us(void)
     return now.whole;
 }
 
+/* Arduino's core sets the timers to 8-bit PWM before setup(). After a reset this register is 0. */
+#ifdef ARDUINO
+#define CDS_AVR_CLOCK_END_PWM_() (CDS_AVR_TIMER_CONTROL_A = 0)
+#else
+#define CDS_AVR_CLOCK_END_PWM_() ((void)0)
+#endif
+
 /* The clock, its handler, and the functions of port.h that read the clock and set the timers. */
 #define CDS_AVR_CLOCK_FUNCTIONS_                                                                   \
     struct cds_avr_clock cds_avr_clock;                                                            \
     void cds_avr_clock_open(void)                                                                  \
     {                                                                                              \
         CDS_AVR_REFER_TO_LIBRARY_();                                                               \
+        CDS_AVR_CLOCK_END_PWM_();                                                                  \
         CDS_AVR_TIMER_CONTROL_B = CDS_AVR_TIMER_PRESCALE_8;                                        \
         CDS_AVR_TIMER_FLAGS = CDS_AVR_TIMER_OVERFLOW_FLAG; /* an old overflow must not count */    \
         CDS_AVR_TIMER_INTERRUPTS |= CDS_AVR_TIMER_OVERFLOW_ENABLE;                                 \

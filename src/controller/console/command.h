@@ -11,11 +11,24 @@
 #include "console/messages.h" // FLASH_TEXT()
 #include "flash.h"            // CDS_FLASH
 
-/* `details` and `example` of a row. The profile `console` leaves them to docs/console.md. */
+/* `details` or `example` of a row. The profile `console` leaves them to docs/console.md: there the
+ * struct is empty, which saves 4 bytes in each row of the table. */
 #ifdef COMMANDS_WITHOUT_DETAILS
-#define COMMAND_DETAILS(string) NULL
+struct command_details {
+};
+#define COMMAND_DETAILS(string)                                                                    \
+    {                                                                                              \
+    }
+#define COMMAND_DETAILS_TEXT(of) NULL
 #else
-#define COMMAND_DETAILS(string) FLASH_TEXT(string)
+struct command_details {
+    const CDS_FLASH char *text;
+};
+#define COMMAND_DETAILS(string)                                                                    \
+    {                                                                                              \
+        FLASH_TEXT(string)                                                                         \
+    }
+#define COMMAND_DETAILS_TEXT(of) ((of).text)
 #endif
 
 struct account;
@@ -64,9 +77,9 @@ struct command {
      * A profile with lists of servos (servo_list.h) runs the command once for each servo of a list
      * in the place of an ID, unless the line itself is a packet. */
     const CDS_FLASH char *usage;
-    const CDS_FLASH char *what;    // what the command does
-    const CDS_FLASH char *details; // ranges and remarks; NULL: this firmware leaves them out
-    const CDS_FLASH char *example; // a line to type; NULL: this firmware leaves it out
+    const CDS_FLASH char *what;     // what the command does
+    struct command_details details; // ranges and remarks
+    struct command_details example; // a line to type
     /* Starts the command. Returns 0, or the error that ends the command at once: an enum cds_result
      * or a number of CONSOLE_ERRORS (errors.h). NULL: there is nothing to start. */
     uint8_t (*begin)(struct console *console);
@@ -134,11 +147,9 @@ struct command_set {
     struct account *account;                     // of the counters, or NULL
     bool (*explain)(struct console *console);    // explain.h; NULL: errors have their text only
     void (*monitor)(struct console *console, uint8_t value); // monitor.h; NULL: lines only
-    /* Text that the console prints after a reset if the setting echo is SETTINGS_ECHO_PERSON. NULL:
-     * no banner and no prompt. */
-    const CDS_FLASH char *banner;
-    const CDS_FLASH struct command_typing *typing; // completion and hints, or NULL
-    struct history *history;                       // storage of line_editor.c, or NULL
+    const CDS_FLASH struct command_typing *typing;           // completion and hints, or NULL
+    struct history *history;                                 // storage of line_editor.c, or NULL
+    uint8_t set_up_tries; // how often id, baud, factory, lock, set and restore try; 0 is as 1
 };
 
 extern const CDS_FLASH struct command_set command_set;

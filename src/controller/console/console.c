@@ -20,6 +20,10 @@
 #define KEYS_PER_POLL 5
 #define FED_PER_POLL  8 // a line of 50 servos comes as fast as the host can send
 
+static const CDS_FLASH char banner[] = "%s\r\nhelp lists the commands; Ctrl-X stops all servos";
+static const CDS_FLASH char banner_typing[] =
+    "%s\r\nhelp lists the commands, Tab completes them; Ctrl-X stops all servos";
+
 static void begin_line(struct console *console)
 {
     parse_begin(&console->line);
@@ -34,6 +38,23 @@ static void begin_line(struct console *console)
 _Static_assert(sizeof(((union console_buffer *)0)->command) + PARSE_NAMES_MAX * PARSE_NAME_SIZE <=
                    sizeof(((union console_buffer *)0)->packet),
                "the longest packet decides");
+
+bool console_is_for_person(const struct console *console)
+{
+    return console->failsafe->settings->echo == SETTINGS_ECHO_PERSON;
+}
+
+void console_prompt(struct console *console)
+{
+    console->editor.prompt_due = console_is_for_person(console);
+}
+
+void console_move_prompt(struct console *console)
+{
+    console_prompt(console);
+    if (console->editor.prompt_due)
+        printer_char(&console->printer, '\r');
+}
 
 void console_open(struct console *console, struct failsafe *failsafe, struct cds_ring *input,
                   struct cds_ring *output)
@@ -53,9 +74,10 @@ void console_open(struct console *console, struct failsafe *failsafe, struct cds
     console->request.reply_capacity = sizeof console->reply;
     console->line.request = &console->request;
     begin_line(console);
-    if (command_set.banner && failsafe->settings->echo == SETTINGS_ECHO_PERSON) {
-        printer_line(&console->printer, command_set.banner);
-        console->editor.prompt_due = true;
+    console_prompt(console);
+    if (console->editor.prompt_due) {
+        console->printer.values[0].text = message_version;
+        printer_line(&console->printer, command_set.typing ? banner_typing : banner);
     }
 }
 
@@ -144,13 +166,6 @@ static void run(struct console *console)
         conclude(console, error);
 }
 
-/* A new line begins: for people it has a prompt. */
-static void prompt(struct console *console)
-{
-    if (command_set.banner)
-        console->editor.prompt_due = console->failsafe->settings->echo == SETTINGS_ECHO_PERSON;
-}
-
 static void end_line(struct console *console)
 {
     uint8_t error;
@@ -160,7 +175,7 @@ static void end_line(struct console *console)
         end_word(console, ' ');
     if (console->line.words == 0 && console->line.error == 0) {
         begin_line(console); // an empty line has no reply
-        prompt(console);
+        console_prompt(console);
         return;
     }
     error = parse_end(&console->line);
@@ -204,16 +219,6 @@ static void drop_line(struct console *console)
     begin_line(console);
 }
 
-/* Text comes between lines: a prompt without text behind it is overwritten, and comes again. */
-static void move_prompt(struct console *console)
-{
-    if (!command_set.banner || !console->failsafe->alarm || console->editor.length ||
-        console->failsafe->settings->echo != SETTINGS_ECHO_PERSON || console->editor.prompt_due)
-        return;
-    printer_char(&console->printer, '\r');
-    console->editor.prompt_due = true;
-}
-
 static bool is_mark(uint8_t byte)
 {
     return byte == HOST_MARK_DROPPED || byte == HOST_MARK_LOST;
@@ -223,8 +228,6 @@ static bool is_mark(uint8_t byte)
 NOINLINE static void take_mark(struct console *console, uint8_t mark)
 {
     drop_line(console);
-    if (command_set.banner)
-        console->editor.prompt_due = false; // the host speaks the protocol: no text until a line
     if (mark == HOST_MARK_LOST)
         conclude(console, ERROR_INPUT_LOST);
 }
@@ -254,7 +257,7 @@ static void take(struct console *console, char c, struct printer *echo)
         break;
     case EDITOR_DROP:
         drop_line(console);
-        prompt(console);
+        console_prompt(console);
         break;
     case EDITOR_COMPLETE: begin_completion(console); break;
     case EDITOR_FULL:
@@ -429,7 +432,7 @@ static void poll_command(struct console *console)
 static void answer_stop(struct console *console)
 {
     console->stop_asked = false;
-    if (command_set.banner && console->failsafe->settings->echo == SETTINGS_ECHO_PERSON)
+    if (console_is_for_person(console))
         printer_end_of_line(&console->printer); // behind the prompt and the dropped line
     parse_begin(&console->line);
     console->line.command = command_set.on_stop;
@@ -438,7 +441,6 @@ static void answer_stop(struct console *console)
 
 static void read_keys(struct console *console)
 {
-    move_prompt(console);
     if (!command_set.report(console))
         read_input(console);
 }
@@ -469,7 +471,7 @@ static void end_reply(struct console *console)
     if (reply_piece(console))
         return;
     begin_line(console);
-    prompt(console);
+    console_prompt(console);
 }
 
 void console_poll(struct console *console)
@@ -490,6 +492,7 @@ bool console_say(struct console *console, const CDS_FLASH char *line)
 {
     if (!printer_ready(&console->printer))
         return false;
+    console_move_prompt(console);
     printer_line(&console->printer, line);
     return true;
 }

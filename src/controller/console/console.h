@@ -110,6 +110,16 @@ void console_stop(struct console *console);
 /* True if the console waits for input and has nothing else to do. */
 bool console_idle(const struct console *console);
 
+/* True if the setting echo is SETTINGS_ECHO_PERSON (mode person): banner, prompt and echo. */
+bool console_is_for_person(const struct console *console);
+
+/* A new line begins: in mode person the editor prints a prompt before it. */
+void console_prompt(struct console *console);
+
+/* Call it before a line that no command asked for, while nothing is typed: in mode person the line
+ * overwrites the prompt, and the prompt comes again below it. */
+void console_move_prompt(struct console *console);
+
 /* ---- for the commands ---- */
 
 /* Returns CONSOLE_JOB_SIZE bytes in which the running command keeps its state from poll to poll;

@@ -27,24 +27,24 @@ enum editor_event {
 
 /* A zeroed editor is empty. */
 struct editor {
-    uint8_t length; // of the text
-    uint8_t shown;  // characters of the text that are echoed
-    uint8_t locked; // characters on their way to the parser: they cannot be taken back
-    uint8_t last;   // length of the last line, if the text still holds it, or 0
-    uint8_t escape; // how much of an escape sequence has come
-    bool longer;    // some of this line has gone to the parser
-    bool after_cr;  // a LF now belongs to the same end of line
+    uint8_t length;  // of the text
+    uint8_t shown;   // characters of the text that are echoed
+    uint8_t locked;  // characters on their way to the parser: they cannot be taken back
+    uint8_t last;    // length of the last line, if the text still holds it, or 0
+    uint8_t escape;  // how much of an escape sequence has come
+    bool prompt_due; // the terminal does not show the prompt yet
+    bool longer;     // some of this line has gone to the parser
+    bool after_cr;   // a LF now belongs to the same end of line
     char text[EDITOR_SIZE];
     /* Only line_editor.c uses these: */
-    bool prompt_due; // the terminal does not show the prompt yet
-    uint8_t cursor;  // index of the character at the cursor, 0 to length
-    uint8_t drawn;   // characters of the line that the terminal shows, right or not
-    uint8_t column;  // where the cursor of the terminal is, from the begin of the text
+    uint8_t cursor; // index of the character at the cursor, 0 to length
+    uint8_t drawn;  // characters of the line that the terminal shows, right or not
+    uint8_t column; // where the cursor of the terminal is, from the begin of the text
     struct history *history;
 };
 
-/* Echoes more of the text, as far as there is room. True when all is echoed and there is room for
- * the echo of the next key. Not needed without echo. */
+/* Prints the prompt if it is due, and echoes more of the text, as far as there is room. True when
+ * all is echoed and there is room for the echo of the next key. Not needed without echo. */
 bool editor_show(struct editor *editor, struct printer *echo);
 
 /* True if nothing is left to be echoed. */

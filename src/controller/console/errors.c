@@ -16,7 +16,8 @@ _Static_assert((int)ERROR_NO_GROUP == MOTION_NO_GROUP && (int)ERROR_OMITTED == M
                    (int)ERROR_NO_SEQUENCE == MOTION_NO_SEQUENCE &&
                    (int)ERROR_POSE_GONE == MOTION_POSE_GONE &&
                    (int)ERROR_NO_MOTION == MOTION_NONE && (int)ERROR_ABSENT == MOTION_ABSENT &&
-                   (int)ERROR_STUCK == MOTION_STUCK && (int)ERROR_TORQUE_OFF == MOTION_TORQUE_OFF,
+                   (int)ERROR_STUCK == MOTION_STUCK && (int)ERROR_TORQUE_OFF == MOTION_TORQUE_OFF &&
+                   (int)ERROR_TOO_FAST == MOTION_TOO_FAST && (int)ERROR_PAUSED == MOTION_PAUSED,
                "the console prints what motion_start.h returns");
 
 const CDS_FLASH char *const CDS_FLASH errors_with_remedies[] = {

@@ -50,18 +50,16 @@
       "all servos would have ID 1; to do so: 'factory 254 force'")                                 \
     X(ERROR_STOPPED, 54, "stopped: driving is inhibited",                                          \
       "remove the cause, then 'release', and set torque and goals again")                          \
-    X(ERROR_OMITTED, 55, "not in the firmware of this board",                                      \
+    X(ERROR_OMITTED, 55, "not in this firmware",                                                   \
       "boards with more flash and RAM have it, and so has the library")                            \
     X(ERROR_TIME, 56, "time of the move out of range", "'help COMMAND' has the range")             \
     X(ERROR_TOO_FAST, 57, "too fast for a servo",                                                  \
-      "give the move the time that the line above names, or more")                                 \
-    X(ERROR_MOTION, 58, "a motion plays",                                                          \
-      "'motion wait' waits for its end, 'motion off' ends it; torque off always works")            \
+      "give it more time: the line above, or 'motion wait', names the shortest")                   \
     X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \
     X(ERROR_SETTING_RANGE, 61, "value out of range of the setting",                                \
       "docs/settings.md has the ranges")                                                           \
     X(ERROR_NOT_SAVED, 62, "the EEPROM does not keep what is written",                             \
-      "the older settings stay saved; try again, or replace the chip")                             \
+      "the older data stay valid; try again, or replace the chip")                                 \
     X(ERROR_SAVING, 63, "the EEPROM is being written", "try again in 0.2 s")                       \
     X(ERROR_STOPPING, 64, "torque off is under way", "try again when 'status' says how it went")   \
     X(ERROR_LINK_LOST, 65, "the host link was lost", "'clear' when the link is back")              \
@@ -76,6 +74,8 @@
 
 /* X(name, number, text, remedy): errors of the profile `full`. */
 #define MOTION_ERRORS(X)                                                                           \
+    X(ERROR_MOTION, 58, "a motion is under way",                                                   \
+      "'motion wait' waits for its end, 'motion off' ends it; torque off always works")            \
     X(ERROR_GOAL, 70, "the servo does not take its goal",                                          \
       "torque stays off; hold it still, look for noise")                                           \
     X(ERROR_NAME, 71, "not a name", "a letter, then letters and digits, up to 8 characters")       \
@@ -85,13 +85,14 @@
     X(ERROR_NO_SEQUENCE, 75, "unknown sequence", "'sequence list' shows the sequences")            \
     X(ERROR_STORE_FULL, 76, "the EEPROM has no room for another pose or sequence",                 \
       "delete one, as by 'pose delete NAME'; 'status' shows the room")                             \
-    X(ERROR_STEPS, 77, "the sequence has 16 steps already", "no sequence has more: begin another") \
+    X(ERROR_STEPS, 77, "the sequence has 16 steps already",                                        \
+      "a sequence has at most 16 steps; store the rest under another name")                        \
     X(ERROR_POSE_GONE, 78, "a step names a deleted pose",                                          \
       "'sequence show NAME' shows the steps; store all of them again, from 'new' on")              \
     X(ERROR_NO_MOTION, 79, "no motion is under way", "'play NAME' begins one")                     \
     X(ERROR_JOINTS, 80, "too many servos in stored poses",                                         \
       "all stored poses together have at most 18 servos: delete poses, or give fewer servos")      \
-    X(ERROR_STUCK, 83, "does not follow its goals, the motion has ended",                          \
+    X(ERROR_STUCK, 83, "a servo does not follow its goals; the motion has ended",                  \
       "check what blocks the servo, and whether its power and torque are on")                      \
     X(ERROR_TORQUE_OFF, 84, "torque of a servo is off",                                            \
       "'teach off' switches torque on where it is")                                                \
@@ -108,7 +109,12 @@
     X(ERROR_NOT_ALONE, 89, "the new servo is not alone, nothing was written",                      \
       "leave only the new servo connected, then 'new' again")                                      \
     X(ERROR_DAMAGED, 90, "the replies of the servo stay damaged",                                  \
-      "look for two servos with one ID, or noise, as by 'diagnose'")
+      "look for two servos with one ID, or noise, as by 'diagnose'")                               \
+    X(ERROR_TIME_STEP, 91, "the time is not a multiple of 10 ms, nothing was stored",              \
+      "a sequence stores times in 10 ms: give 1230ms or 1.23s, not 1234ms")                        \
+    X(ERROR_PAUSED, 92, "a motion is paused", "'resume' goes on with it, 'motion off' ends it")    \
+    X(ERROR_AUTOSTART, 93, "the sequence plays after power-up, nothing was deleted",               \
+      "'settings autostart off' first")
 
 enum console_error {
 #define CONSOLE_ERROR_ENUM_(name, number, text, remedy) name = number,

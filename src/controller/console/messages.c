@@ -2,6 +2,14 @@
 /* Texts that several files share; see messages.h. */
 #include "console/messages.h"
 
+#include "cds55xx/version.h"
+
+#ifndef BOARD_NAME
+#define BOARD_NAME "host"
+#endif
+
 const CDS_FLASH char message_nothing[] = "";
+const CDS_FLASH char message_version[] = "cds55xx " CDS_VERSION " " BOARD_NAME;
 const CDS_FLASH char message_servo[] = "servo %u: %s";
+const CDS_FLASH char message_factory[] = "factory values: then ID 1 at 1 Mbps";
 const CDS_FLASH char message_too_fast[] = "servo %u needs %l ms";

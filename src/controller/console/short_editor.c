@@ -15,10 +15,16 @@
 
 static const CDS_FLASH char take_back[] = "\b \b";
 static const CDS_FLASH char new_line[] = "\r\n";
+static const CDS_FLASH char prompt[] = "\r> ";
 
 bool editor_show(struct editor *editor, struct printer *echo)
 {
     while (cds_ring_count(echo->ring) < CDS_RING_SIZE - ROOM) {
+        if (editor->prompt_due) {
+            editor->prompt_due = false;
+            printer_flash(echo, prompt);
+            continue;
+        }
         if (editor->shown >= editor->length)
             return true;
         char c = editor->text[editor->shown++];
@@ -31,7 +37,7 @@ bool editor_show(struct editor *editor, struct printer *echo)
 
 bool editor_is_shown(const struct editor *editor)
 {
-    return editor->shown == editor->length;
+    return !editor->prompt_due && editor->shown == editor->length;
 }
 
 static void rub_out(struct editor *editor, struct printer *echo)

@@ -8,7 +8,6 @@
 #include "console/errors.h"
 #include "console/line_editor.h" // line_editor_insert()
 #include "console/names.h"
-#include "robot/settings.h" // SETTINGS_ECHO_PERSON
 
 #define BELL 0x07
 
@@ -142,7 +141,7 @@ static bool end_list(struct console *console)
 {
     printer_flash(&console->printer, new_line);
     line_editor_redraw(&console->editor);
-    console->editor.prompt_due = console->failsafe->settings->echo == SETTINGS_ECHO_PERSON;
+    console_prompt(console);
     return end(console);
 }
 

@@ -29,11 +29,14 @@ NOINLINE static void answer(struct bridge *bridge, uint8_t error, uint8_t *param
 
 /* ---- packets for the bus ---- */
 
+_Static_assert(CDS_RESERVED == CDS_TOO_EARLY + 1, "refuse() answers these two results");
+
 /* The bus has refused the packet, at the submit or when its turn came. */
 static void refuse(struct bridge *bridge, uint8_t result)
 {
     bridge->counters.refused++;
-    if (result == CDS_TOO_EARLY && bridge->request.id != CDS_BROADCAST_ID)
+    if (result >= CDS_TOO_EARLY && bridge->request.id != CDS_BROADCAST_ID &&
+        !bridge->request.is_muted)
         answer(bridge, CDS_ERROR_RANGE, bridge->request.reply, 0);
 }
 

@@ -4,9 +4,9 @@
  * other packet unchanged to the bus, and the reply of the servo unchanged to the host.
  *
  * On the bus a packet waits for its turn as any other request does. The host gets no answer if the
- * reply is missing or damaged, or if the bus refuses the packet. One refusal is answered: if a
- * packet sets a return delay whose replies this board cannot receive, the bridge answers with a
- * range error in place of the servo.
+ * reply is missing or damaged, or if the bus refuses the packet. Two refusals are answered by the
+ * bridge with a range error in place of the servo: a packet sets a return delay whose replies this
+ * board cannot receive, or writes goal, ID or rate of a servo that a motion moves.
  *
  * Manual: 2.1 to 2.4. Main context.
  */

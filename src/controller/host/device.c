@@ -190,11 +190,12 @@ static uint8_t reset(struct device *device, const uint8_t *packet)
 {
     uint8_t error = without_parameters(packet);
 
-    if (error == 0) {
-        device->ops->reset(device->context);
-        device->unsettled = true;
-    }
-    return error;
+    if (error)
+        return error;
+    if (!device->ops->reset(device->context))
+        return CDS_ERROR_RANGE;
+    device->unsettled = true;
+    return 0;
 }
 
 bool device_obey(struct device *device, uint8_t *packet)

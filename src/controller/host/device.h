@@ -110,8 +110,9 @@
     X(BRIDGE_UNANSWERED, 0x42, 2, RD, 0, 65535, "packets",                                         \
       "passed, and not answered though a reply was due")                                           \
     X(BRIDGE_REFUSED, 0x44, 2, RD, 0, 65535, "packets",                                            \
-      "not sent: driving is inhibited; a limit; a RETURN_DELAY that this board cannot receive; "   \
-      "READ at status return level 0; an operation has the bus; a malformed BULK READ")            \
+      "not sent: driving is inhibited; a limit; a RETURN_DELAY that this board cannot receive; a " \
+      "goal, ID or rate of a servo that a motion moves; READ at status return level 0; an "        \
+      "operation has the bus; a malformed BULK READ")                                              \
     X(FAILED_IDS, 0x50, 32, RD, 0, 255, "-",                                                       \
       "a bit for each ID that failed in the last SYNC READ or BULK READ: bit ID % 8 of byte "      \
       "ID / 8")
@@ -132,7 +133,7 @@ struct device_ops {
     uint16_t (*get)(void *context, uint8_t reg);
     void (*set)(void *context, uint8_t reg, uint16_t value);    // a value within its range
     bool (*allows)(void *context, uint8_t reg, uint16_t value); // true if it may be written now
-    void (*reset)(void *context);                               // sets factory values
+    bool (*reset)(void *context);   // sets factory values; false: refused, nothing was changed
     bool (*settled)(void *context); // true when all that was set or reset is in force
 };
 

@@ -9,11 +9,12 @@
 
 _Static_assert(DEVICE_SETTING_COUNT == SETTINGS_COUNT, "the first registers are the settings");
 
-static void reset(void *context)
+static bool reset(void *context)
 {
     struct device_registers *registers = context;
 
     settings_default(registers->failsafe->settings);
+    return true;
 }
 
 /* Counter registers have the order of the fields of their struct. */
@@ -102,9 +103,8 @@ static void set(void *context, uint8_t reg, uint16_t value)
         cds_servos_acknowledge(&registers->failsafe->robot->servos, NULL);
 }
 
-/* The same rules as at the console: nothing is saved while a motion is under way, neither LINK_LOST
- * nor INHIBIT may be cleared while torque off is under way, and LINK_LOST must be cleared before
- * INHIBIT. */
+/* The same rules as at the console: neither LINK_LOST nor INHIBIT may be cleared while torque off
+ * is under way, and LINK_LOST must be cleared before INHIBIT. */
 static bool allows(void *context, uint8_t reg, uint16_t value)
 {
     const struct failsafe *failsafe = ((const struct device_registers *)context)->failsafe;
@@ -112,8 +112,6 @@ static bool allows(void *context, uint8_t reg, uint16_t value)
     (void)value;
     if (is_of_motion(reg))
         return false;
-    if (reg == DEVICE_SAVE)
-        return !robot_is_in_motion(failsafe->robot);
     if (reg != DEVICE_INHIBIT && reg != DEVICE_LINK_LOST)
         return true;
     return !robot_is_stopping(failsafe->robot) && (reg == DEVICE_LINK_LOST || !failsafe->link_lost);

@@ -41,7 +41,7 @@ static uint8_t state(const struct robot *robot)
 {
     if (!robot_is_in_motion(robot))
         return motion_cycle_is_ending(robot) ? STATE_UNDER_WAY : STATE_NONE;
-    return robot->moves->start.result == CDS_PENDING ? STATE_STARTS : STATE_UNDER_WAY;
+    return motion_is_starting(robot) ? STATE_STARTS : STATE_UNDER_WAY;
 }
 
 /* Number of the sequence that starts or plays; 0: none. */
@@ -49,7 +49,7 @@ static uint8_t playing(const struct robot *robot)
 {
     const struct moves *moves = robot->moves;
 
-    if (moves->start.result == CDS_PENDING)
+    if (motion_is_starting(robot))
         return moves->start.is_sequence ? number_of(moves->store, moves->start.place) : 0;
     return robot_is_in_motion(robot) && moves_is_playing(robot)
                ? number_of(moves->store, moves->player.place)
@@ -65,9 +65,7 @@ static uint8_t step(const struct robot *robot)
 
 static uint8_t error(const struct robot *robot)
 {
-    uint8_t joint;
-
-    return state(robot) ? 0 : motion_outcome(robot, &joint);
+    return state(robot) ? 0 : motion_outcome(robot)->result;
 }
 
 static uint16_t get(void *context, uint8_t reg)
@@ -77,7 +75,7 @@ static uint16_t get(void *context, uint8_t reg)
     switch (reg) {
     case DEVICE_MOTION_PLAY: return playing(robot);
     case DEVICE_MOTION_OVERRIDE: return robot->moves->percent;
-    case DEVICE_MOTION_PAUSE: return motion_may_pause(robot) && robot->moves->player.is_paused;
+    case DEVICE_MOTION_PAUSE: return motion_is_paused(robot);
     case DEVICE_MOTION_STATE: return state(robot);
     case DEVICE_MOTION_STEP: return step(robot);
     case DEVICE_MOTION_ERROR: return error(robot);
@@ -98,24 +96,24 @@ static bool allows(void *context, uint8_t reg, uint16_t value)
         return motion_may_start_sequence(robot, place_of(robot->moves->store, value)) == 0;
     case DEVICE_MOTION_OVERRIDE: return true;
     case DEVICE_MOTION_PAUSE: return motion_may_pause(robot);
+    case DEVICE_BUS_BAUD: // the servos of the motion would not hear the other rate
+        return value == device_registers_ops.get(context, reg) || !robot_is_in_motion(robot);
+    case DEVICE_SAVE: return !robot_is_in_motion(robot); // the motion may read the EEPROM
     default: return device_registers_ops.allows(context, reg, value);
     }
 }
 
 static void play(struct robot *robot, uint8_t number)
 {
-    struct motion_start *start = &robot->moves->start;
-    uint8_t refusal;
+    struct motion_outcome outcome = {.joint = MOTION_NO_JOINT, .step = MOTION_NO_STEP};
 
     if (number == 0) {
         motion_end(robot);
         return;
     }
-    refusal = motion_start_sequence(robot, place_of(robot->moves->store, number), 1);
-    if (refusal) {
-        start->refusal = refusal;
-        start->joint = MOTION_NO_JOINT;
-    }
+    outcome.result = motion_start_sequence(robot, place_of(robot->moves->store, number), 1);
+    if (outcome.result)
+        moves_note_outcome(robot, &outcome);
 }
 
 static void set(void *context, uint8_t reg, uint16_t value)
@@ -130,9 +128,10 @@ static void set(void *context, uint8_t reg, uint16_t value)
     }
 }
 
-static void reset(void *context)
+/* A motion needs the settings of the bus. */
+static bool reset(void *context)
 {
-    device_registers_ops.reset(context);
+    return !robot_is_in_motion(robot_of(context)) && device_registers_ops.reset(context);
 }
 
 static bool settled(void *context)

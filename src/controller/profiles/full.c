@@ -46,8 +46,8 @@ static const CDS_FLASH struct command_store store = {
     .motions = &motion_store,
     .load = motion_store_load,
     .abort = motion_store_abort,
-    .room = stored_room,
-    .wear = stored_wear,
+    .room = stored_print_room,
+    .wear = stored_print_wear,
 #if HAS_MOTION
     .begin = begin,
 #endif
@@ -57,7 +57,6 @@ static const CDS_FLASH struct command_store store = {
 // clang-format off
 static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &help_commands,
-    &mode_commands,
     &servo_commands,
     &register_commands,
     &monitor_table_commands,
@@ -93,9 +92,9 @@ const CDS_FLASH struct command_set command_set = {
     .after_scan = after_scan,
     .account = &account,
     .monitor = monitor_table,
-    .banner = mode_banner,
     .typing = &typing,
     .history = &history,
+    .set_up_tries = 3,
 #if HAS_MOTION
     .cycle = &motion_cycle,
     .pose_in = &pose_moves,

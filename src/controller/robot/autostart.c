@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "cds55xx/motion.h" // CDS_POSE_NONE
-#include "robot/group_cycle.h"
 #include "robot/moves.h"
 
 #define S_US ((uint32_t)1000000)
@@ -24,7 +23,7 @@ static enum cds_result give_up(struct autostart *autostart, uint8_t state)
     return CDS_CANCELLED;
 }
 
-/* True if only the power has come, perhaps slowly. */
+/* True for power-on, also with a brown-out flag: a supply that rises slowly sets both. */
 static bool was_power_on(uint8_t reset_cause)
 {
     return (reset_cause & FAILSAFE_RESET_POWER) &&
@@ -168,59 +167,48 @@ static enum cds_result check_poses(struct robot *robot, struct autostart *autost
     return CDS_PENDING;
 }
 
+/* The motion has not begun, or has failed before its first goal. */
+static void refuse(struct autostart *autostart, const struct motion_outcome *outcome)
+{
+    const struct robot *robot = autostart->failsafe->robot;
+
+    autostart->state = AUTOSTART_REFUSED;
+    autostart->reason = outcome->result;
+    autostart->id = outcome->joint == MOTION_NO_JOINT ? CDS_NO_ID : robot->group[outcome->joint];
+}
+
 static enum cds_result switch_on(struct robot *robot, struct autostart *autostart)
 {
     enum cds_result result = poll_servos(robot, autostart, CDS_TORQUE_ON_SWITCH);
+    struct motion_outcome outcome = {.joint = MOTION_NO_JOINT, .step = MOTION_NO_STEP};
 
     if (result != CDS_OK)
         return result;
-    if (moves_cycle.begin(robot, &autostart->failsafe->settings->cycle_us) != CDS_OK)
-        return give_up(autostart, AUTOSTART_REFUSED);
-    autostart->begun_us = cds_port_now_us();
+    outcome.result =
+        motion_start_alone(robot, autostart->place, autostart->delay & AUTOSTART_LOOP ? 0 : 1);
     autostart->state = AUTOSTART_LOOKING;
-    return CDS_PENDING;
+    if (outcome.result == CDS_OK)
+        return CDS_PENDING;
+    moves_note_outcome(robot, &outcome);
+    refuse(autostart, &outcome);
+    return CDS_CANCELLED;
 }
 
-/* The cycle runs, and reads the servos. From here on the operation is that of the cycle. */
-static enum cds_result look(struct robot *robot, struct autostart *autostart)
-{
-    enum cds_result result = group_cycle_known(robot, autostart->begun_us);
-
-    if (result == CDS_OK)
-        result = moves_play(robot, autostart->store, autostart->place,
-                            autostart->delay & AUTOSTART_LOOP ? 0 : 1, 100, true);
-    if (result == CDS_PENDING)
-        return result;
-    autostart->state = AUTOSTART_PLAYED;
-    if (result != CDS_OK) {
-        autostart->state = AUTOSTART_REFUSED;
-        group_cycle_abort(robot);
-    }
-    return CDS_PENDING;
-}
-
-/* The cycle has ended: true if the sequence did not end by itself for a bad reason. */
-static bool has_played(const struct robot *robot, const struct autostart *autostart)
-{
-    uint8_t result = robot->moves->player.sequence.result;
-
-    return autostart->state == AUTOSTART_PLAYED &&
-           (result == CDS_OK || result == CDS_PENDING || result == CDS_CANCELLED);
-}
-
+/* The cycle runs, and the operation is that of the motion. */
 static enum cds_result poll_cycle(struct robot *robot, struct autostart *autostart)
 {
-    enum cds_result result = moves_cycle.poll(robot);
+    enum cds_result result;
 
-    if (result == CDS_PENDING && autostart->state == AUTOSTART_LOOKING) {
-        if (!autostart->failsafe->watching)
-            return look(robot, autostart);
-        group_cycle_abort(robot);
+    if (autostart->state == AUTOSTART_LOOKING && autostart->failsafe->watching) {
         autostart->state = AUTOSTART_HOST;
+        motion_end(robot);
     }
-    if (result != CDS_PENDING && autostart->state < AUTOSTART_RESET &&
-        !has_played(robot, autostart))
-        autostart->state = AUTOSTART_REFUSED;
+    result = motion_cycle.poll(robot);
+    if (autostart->state == AUTOSTART_LOOKING && !motion_is_starting(robot)) {
+        autostart->state = AUTOSTART_PLAYED;
+        if (robot->moves->start.outcome.result != CDS_OK)
+            refuse(autostart, &robot->moves->start.outcome);
+    }
     return result;
 }
 
@@ -232,8 +220,11 @@ static enum cds_result poll(struct robot *robot)
         return poll_cycle(robot, autostart);
     if (robot->work.autostart.request.result == CDS_PENDING)
         return CDS_PENDING; // also if it was aborted
-    if (autostart->is_aborted)
+    if (autostart->is_aborted) {
+        autostart->id = CDS_NO_ID;
+        autostart->reason = ROBOT_STOPPED;
         return give_up(autostart, AUTOSTART_REFUSED);
+    }
     if (autostart->failsafe->watching)
         return give_up(autostart, AUTOSTART_HOST);
     switch (autostart->state) {
@@ -248,7 +239,7 @@ static void abort_operation(struct robot *robot)
 {
     autostart_of(robot)->is_aborted = true;
     if (robot->cycle)
-        group_cycle_abort(robot);
+        motion_cycle.abort(robot);
 }
 
 static enum cds_result begin(struct robot *robot, const void *config)

@@ -11,7 +11,7 @@
 #include "robot/failsafe.h"     // struct failsafe
 #include "robot/motion_store.h" // struct motion_store
 
-/* How far it has come, and why no further. */
+/* State of the autostart; from AUTOSTART_RESET on: why the sequence does not play. */
 enum autostart_state {
     AUTOSTART_OFF,     // no sequence is set
     AUTOSTART_WAITING, // for a byte of the host, or the end of the delay
@@ -21,13 +21,13 @@ enum autostart_state {
     AUTOSTART_LOOKING,      // the cycle reads where the servos are
     AUTOSTART_PLAYED,       // the sequence has begun
     // it does not play:
-    AUTOSTART_RESET,    // the reset was not power-on alone
+    AUTOSTART_RESET,    // the reset was not power-on
     AUTOSTART_HOST,     // a byte came from the host
     AUTOSTART_ALARM,    // driving is inhibited, or a servo has an alarm
     AUTOSTART_MISSING,  // there is no such sequence, or no joints, or a pose is gone
     AUTOSTART_NOT_WELL, // servo `id`: `reason`
     AUTOSTART_LIMITS,   // a pose is beyond the angle limits of servo `id`
-    AUTOSTART_REFUSED,  // the motion was refused or has failed, or a stop came before it began
+    AUTOSTART_REFUSED,  // the motion was refused, or a stop came before it began: `reason`, `id`
 } __attribute__((packed));
 
 /* Delay in a record of the store: seconds, and whether the sequence is repeated for ever. */
@@ -40,8 +40,8 @@ enum autostart_state {
 /* Part of struct moves. Programs read the first three fields. */
 struct autostart {
     uint8_t state;  // enum autostart_state
-    uint8_t id;     // of the servo that the state names
-    uint8_t reason; // enum cds_reason: why that servo is not well
+    uint8_t id;     // of the servo that the state names, or CDS_NO_ID
+    uint8_t reason; // NOT_WELL: enum cds_reason; REFUSED: as motion_outcome.result
     uint8_t delay;  // of the record
     uint8_t place;  // of the sequence
     uint8_t step;   // that is checked next

@@ -35,7 +35,7 @@ void group_cycle_abort(struct robot *robot)
 const CDS_FLASH struct robot_operation group_cycle = {
     .begin = group_cycle_begin, .poll = group_cycle_poll, .abort = group_cycle_abort};
 
-enum cds_result group_cycle_known(const struct robot *robot, uint32_t begun_us)
+enum cds_result group_cycle_await_positions(const struct robot *robot, uint32_t begun_us)
 {
     const struct cds_feedback *feedback = robot->work.cycle.feedback;
 

@@ -20,6 +20,6 @@ void group_cycle_abort(struct robot *robot);
 
 /* Returns CDS_PENDING until each servo of the running cycle has answered once; CDS_OK; or, at
  * GROUP_CYCLE_KNOWN_US after `begun_us`, how the READ of a servo failed. */
-enum cds_result group_cycle_known(const struct robot *robot, uint32_t begun_us);
+enum cds_result group_cycle_await_positions(const struct robot *robot, uint32_t begun_us);
 
 #endif

@@ -12,6 +12,7 @@
 enum phase {
     CHECK_STEPS, // one step of the sequence in each poll
     READ_SERVOS, // until the positions of all servos are known
+    CHECK_TIMES, // of the sequence, one step in each poll
     BEGIN,       // until the motion takes the move
     CHECK_MOVE,  // until the move has begun
 } __attribute__((packed));
@@ -33,10 +34,10 @@ static uint8_t may_start(const struct robot *robot, bool replaces)
 {
     if (robot->moves == NULL)
         return MOTION_OMITTED;
-    if (robot->cycle && robot->operation != &motion_cycle)
-        return MOTION_BUSY; // the cycle of the autostart, which does not poll a start
-    if (motion_cycle_is_ending(robot) || start_of(robot)->result == CDS_PENDING ||
-        moves_is_playing(robot) || (robot_is_in_motion(robot) && !replaces))
+    if (motion_is_paused(robot))
+        return MOTION_PAUSED;
+    if (motion_cycle_is_ending(robot) || motion_is_starting(robot) || moves_is_playing(robot) ||
+        (robot_is_in_motion(robot) && !replaces))
         return MOTION_BUSY;
     if (robot_is_stopping(robot))
         return ROBOT_STOPPED;
@@ -57,11 +58,21 @@ uint8_t motion_may_start_sequence(const struct robot *robot, uint8_t place)
                : (uint8_t)MOTION_NO_SEQUENCE;
 }
 
+static void prepare(struct robot *robot, enum phase phase)
+{
+    struct motion_start *start = start_of(robot);
+
+    start->begun_us = cds_port_now_us();
+    start->outcome = (struct motion_outcome){
+        .result = CDS_PENDING, .joint = MOTION_NO_JOINT, .step = MOTION_NO_STEP};
+    start->phase = phase;
+    moves_note_outcome(robot, &start->outcome);
+}
+
 /* Starts a cycle unless one runs, and reserves the servos. The caller sets what is started. */
 static uint8_t begin(struct robot *robot, enum phase phase)
 {
     struct moves *moves = robot->moves;
-    struct motion_start *start = &moves->start;
     bool ends_cycle = robot->cycle == NULL || moves->ends_cycle;
     uint8_t error = 0;
 
@@ -71,31 +82,48 @@ static uint8_t begin(struct robot *robot, enum phase phase)
         error = robot_start(robot, &motion_cycle, &moves->settings->cycle_us);
     if (error)
         return error;
-    start->begun_us = cds_port_now_us();
-    start->result = CDS_PENDING;
-    start->refusal = 0;
-    start->joint = MOTION_NO_JOINT;
-    start->phase = phase;
+    prepare(robot, phase);
     moves_reserve(robot, ends_cycle);
     return 0;
 }
 
-uint8_t motion_start_sequence(struct robot *robot, uint8_t place, uint16_t repeats)
+static void set_sequence(const struct robot *robot, uint8_t place, uint16_t repeats)
 {
     struct motion_start *start = start_of(robot);
+
+    stored_joints_find(&start->joints, robot->moves->store, robot);
+    start->is_sequence = true;
+    start->place = place;
+    start->repeats = repeats;
+    start->step = 0;
+}
+
+uint8_t motion_start_sequence(struct robot *robot, uint8_t place, uint16_t repeats)
+{
     uint8_t error = motion_may_start_sequence(robot, place);
 
     if (error == 0)
         error = stored_group_choose(robot, robot->moves->store);
     if (error == 0)
         error = begin(robot, CHECK_STEPS);
+    if (error == 0)
+        set_sequence(robot, place, repeats);
+    else
+        stored_group_drop(robot);
+    return error;
+}
+
+uint8_t motion_start_alone(struct robot *robot, uint8_t place, uint16_t repeats)
+{
+    struct moves *moves = robot->moves;
+    uint8_t error = (uint8_t)moves_cycle.begin(robot, &moves->settings->cycle_us);
+
     if (error)
         return error;
-    stored_joints_find(&start->joints, robot->moves->store, robot);
-    start->is_sequence = true;
-    start->place = place;
-    start->repeats = repeats;
-    start->step = 0;
+    prepare(robot, CHECK_STEPS);
+    moves_reserve(robot, true);
+    set_sequence(robot, place, repeats);
+    moves_set_override(robot, 100);
     return 0;
 }
 
@@ -106,8 +134,10 @@ uint8_t motion_start_move(struct robot *robot, const struct cds_move *move)
 
     if (error == 0)
         error = begin(robot, READ_SERVOS);
-    if (error)
+    if (error) {
+        stored_group_drop(robot);
         return error;
+    }
     start->is_sequence = false;
     start->move = *move;
     return 0;
@@ -138,8 +168,9 @@ static uint8_t check_torque(const struct robot *robot, const uint16_t *pose)
 {
     struct motion_start *start = start_of(robot);
 
-    start->joint = joint_without_torque(robot, pose);
-    return start->joint == MOTION_NO_JOINT ? (uint8_t)CDS_PENDING : (uint8_t)MOTION_TORQUE_OFF;
+    start->outcome.joint = joint_without_torque(robot, pose);
+    return start->outcome.joint == MOTION_NO_JOINT ? (uint8_t)CDS_PENDING
+                                                   : (uint8_t)MOTION_TORQUE_OFF;
 }
 
 /* Is the pose of the step there, for servos of the group? */
@@ -168,12 +199,69 @@ static uint8_t check_step(const struct robot *robot)
 static uint8_t read_servos(const struct robot *robot)
 {
     struct motion_start *start = start_of(robot);
-    uint8_t result = (uint8_t)group_cycle_known(robot, start->begun_us);
+    uint8_t result = (uint8_t)group_cycle_await_positions(robot, start->begun_us);
 
     if (result != CDS_OK)
         return result;
-    start->phase = BEGIN;
-    return start->is_sequence ? (uint8_t)CDS_PENDING : check_torque(robot, start->move.pose);
+    start->phase = start->is_sequence ? CHECK_TIMES : BEGIN;
+    if (!start->is_sequence)
+        return check_torque(robot, start->move.pose);
+    start->step = 0;
+    start->is_second_run = false;
+    start->passes = false;
+    memset(robot->moves->player.poses, UINT8_MAX, sizeof robot->moves->player.poses);
+    return CDS_PENDING;
+}
+
+/* The next step for check_times(); behind the last one the first one again, if the sequence is
+ * repeated. False: all are checked. */
+static bool read_step(const struct robot *robot, struct motion_store_step *step)
+{
+    const struct motion_store *store = robot->moves->store;
+    struct motion_start *start = start_of(robot);
+
+    if (!start->is_second_run && motion_store_read_step(store, start->place, start->step, step))
+        return true;
+    if (start->is_second_run ? start->step : start->repeats == 1)
+        return false;
+    start->is_second_run = true;
+    start->step = 0;
+    return motion_store_read_step(store, start->place, 0, step);
+}
+
+/* Can the servos go from pose to pose in the times of the steps? The motion itself checks the way
+ * to the first pose, and moves through a pose more exactly. */
+static uint8_t check_times(const struct robot *robot)
+{
+    struct moves *moves = robot->moves;
+    struct motion_start *start = start_of(robot);
+    uint16_t *from = moves->player.poses, *pose = from + ROBOT_SERVOS; // free until it plays
+    struct motion_store_step step;
+    struct cds_move move;
+    uint8_t result;
+
+    if (!read_step(robot, &step)) {
+        start->phase = BEGIN;
+        return CDS_PENDING;
+    }
+    stored_pose_read(moves->store, &start->joints, motion_store_pose_of(moves->store, step.pose),
+                     pose);
+    move = (struct cds_move){.pose = pose,
+                             .time_ms = 10ul * step.time_10ms,
+                             .curve = step.curve,
+                             .next_pose = step.passes ? pose : NULL};
+    result = (uint8_t)cds_motion_check_step(&moves->motion, from, &move, start->passes);
+    if (result != CDS_OK) {
+        start->outcome = moves_refusal(robot, result);
+        start->outcome.step = start->step;
+        return start->outcome.result;
+    }
+    for (uint8_t i = 0; i < robot->group_count; i++)
+        if (pose[i] != CDS_POSE_NONE)
+            from[i] = pose[i];
+    start->passes = step.passes;
+    start->step++;
+    return CDS_PENDING;
 }
 
 static uint8_t begin_motion(struct robot *robot)
@@ -198,9 +286,10 @@ static uint8_t check_move(const struct robot *robot)
 
     if (result == CDS_OK || result == CDS_PENDING)
         result = moves->motion.move_result;
-    if (result != CDS_OK && result != CDS_PENDING)
-        start->joint = moves->motion.joint;
-    return result;
+    if (result == CDS_OK || result == CDS_PENDING)
+        return result;
+    start->outcome = moves_refusal(robot, result);
+    return start->outcome.result;
 }
 
 static uint8_t poll_start(struct robot *robot)
@@ -208,6 +297,7 @@ static uint8_t poll_start(struct robot *robot)
     switch (start_of(robot)->phase) {
     case CHECK_STEPS: return check_step(robot);
     case READ_SERVOS: return read_servos(robot);
+    case CHECK_TIMES: return check_times(robot);
     case BEGIN: return begin_motion(robot);
     default: return check_move(robot);
     }
@@ -215,14 +305,14 @@ static uint8_t poll_start(struct robot *robot)
 
 /* ---- end ---- */
 
-/* The start has ended; a move under way goes on. */
-static void end_start(const struct robot *robot, uint8_t result)
+/* The start has ended. If it was refused, a move under way goes on. */
+static void end_start(struct robot *robot, uint8_t result)
 {
     struct motion_start *start = start_of(robot);
 
-    start->result = result;
-    if (!moves_go_on(robot))
-        start->refusal = result;
+    start->outcome.result = result;
+    if (result != CDS_OK && !moves_go_on(robot))
+        moves_note_outcome(robot, &start->outcome);
 }
 
 static enum cds_result begin_cycle(struct robot *robot, const void *config)
@@ -232,25 +322,26 @@ static enum cds_result begin_cycle(struct robot *robot, const void *config)
 
 static enum cds_result poll(struct robot *robot)
 {
-    struct motion_start *start = start_of(robot);
     enum cds_result result;
 
-    if (start->result == CDS_PENDING) {
+    if (motion_is_starting(robot)) {
         uint8_t error = poll_start(robot);
 
         if (error != CDS_PENDING)
             end_start(robot, error);
     }
     result = moves_cycle.poll(robot);
-    if (result != CDS_PENDING && start->result == CDS_PENDING)
+    if (result != CDS_PENDING && motion_is_starting(robot))
         end_start(robot, ROBOT_STOPPED);
+    if (result != CDS_PENDING)
+        stored_group_drop(robot); // of a motion that was refused
     return result;
 }
 
 /* Nothing reads the pose of a start after this: the console may use its buffer for another line. */
 static void abort_cycle(struct robot *robot)
 {
-    if (start_of(robot)->result == CDS_PENDING)
+    if (motion_is_starting(robot))
         end_start(robot, ROBOT_STOPPED);
     moves_cycle.abort(robot);
 }
@@ -260,35 +351,27 @@ const CDS_FLASH struct robot_operation motion_cycle = {
 
 void motion_end(struct robot *robot)
 {
-    if (start_of(robot)->result == CDS_PENDING)
-        end_start(robot, CDS_CANCELLED);
+    if (motion_is_starting(robot))
+        end_start(robot, MOTION_NONE);
     moves_end(robot);
 }
 
 bool motion_may_pause(const struct robot *robot)
 {
-    return robot_is_in_motion(robot) && start_of(robot)->result != CDS_PENDING;
+    return robot_is_in_motion(robot) && !motion_is_starting(robot);
 }
 
-uint8_t motion_outcome(const struct robot *robot, uint8_t *joint)
+bool motion_is_paused(const struct robot *robot)
 {
-    const struct moves *moves = robot->moves;
-    uint8_t result = moves->player.sequence.result;
+    return motion_may_pause(robot) && robot->moves->player.is_paused;
+}
 
-    *joint = MOTION_NO_JOINT;
-    if (moves->start.refusal) {
-        *joint = moves->start.joint;
-        result = moves->start.refusal;
-    } else if (moves->follow.result == CDS_TIMEOUT) {
-        *joint = moves->follow.joint;
-        return MOTION_STUCK;
-    } else {
-        if (result == CDS_OK || (result == CDS_CANCELLED && moves->motion.result != CDS_OK))
-            result = moves->motion.result;
-        if (result != CDS_OK && result != CDS_CANCELLED && result != CDS_PENDING)
-            *joint = moves->motion.joint;
-    }
-    if (result == CDS_PENDING) // the cycle has ended before the motion
-        return ROBOT_STOPPED;
-    return result == CDS_CANCELLED ? (uint8_t)MOTION_NONE : result;
+bool motion_is_starting(const struct robot *robot)
+{
+    return start_of(robot)->outcome.result == CDS_PENDING;
+}
+
+const struct motion_outcome *motion_outcome(const struct robot *robot)
+{
+    return &robot->moves->outcome;
 }

@@ -4,7 +4,7 @@
  * start motions here, so both have the same checks.
  *
  *     error = motion_start_sequence(&robot, place, 1); // then, until it is not CDS_PENDING:
- *     error = robot.moves->start.result;
+ *     error = robot.moves->start.outcome.result;
  *
  * Main context. */
 #ifndef CONTROLLER_MOTION_START_H
@@ -18,40 +18,54 @@
  * docs/errors.md. */
 enum motion_refusal {
     MOTION_NO_GROUP = 45,
-    MOTION_OMITTED = 55, // this firmware has no motions
-    MOTION_BUSY = 58,    // a motion is under way
-    MOTION_SAVING = 63,  // the EEPROM is being written
+    MOTION_OMITTED = 55,  // this firmware has no motions
+    MOTION_TOO_FAST = 57, // a step, or the move, is too fast for a joint
+    MOTION_BUSY = 58,     // a motion is under way
+    MOTION_SAVING = 63,   // the EEPROM is being written
     MOTION_NO_SEQUENCE = 75,
     MOTION_POSE_GONE = 78,  // a step names a deleted pose
     MOTION_NONE = 79,       // no motion is under way, or it was ended
     MOTION_ABSENT = 81,     // a joint of a pose is not in the group
     MOTION_STUCK = 83,      // a joint does not follow its goals
     MOTION_TORQUE_OFF = 84, // torque of a joint is off
+    MOTION_PAUSED = 92,     // a motion is under way and paused
 };
 
 #define MOTION_NO_JOINT UINT8_MAX
 
-/* Part of struct moves. Programs read the first three fields. */
+#define MOTION_NO_STEP UINT8_MAX
+
+/* How a start or a motion has ended. */
+struct motion_outcome {
+    uint8_t result; // CDS_PENDING: it has not; CDS_OK; MOTION_NONE: it was ended by motion_end();
+                    // ROBOT_STOPPED; else an enum cds_result or enum motion_refusal
+    uint8_t joint;  // of the group, that is the reason; MOTION_NO_JOINT: none is
+    uint8_t step;   // MOTION_TOO_FAST: index of the step; MOTION_NO_STEP: of no sequence
+    uint32_t shortest_ms; // MOTION_TOO_FAST: the time that works
+};
+
+/* Part of struct moves. Programs read the first field. */
 struct motion_start {
-    uint8_t result;  // CDS_PENDING while a motion starts; CDS_OK: it has begun; else why it has not
-    uint8_t refusal; // why no motion is under way: `result` of the last start; 0 if one has begun
-    uint8_t joint;   // of the group, for which it was refused; MOTION_NO_JOINT: for none
+    struct motion_outcome outcome; // of the last start; CDS_OK: the motion has begun
     uint8_t phase;
     bool is_sequence;
-    uint8_t place;     // of the sequence
-    uint8_t step;      // that is checked next
-    uint16_t repeats;  // of the sequence
-    uint32_t begun_us; // when the cycle was started
+    uint8_t place;      // of the sequence
+    uint8_t step;       // that is checked next
+    bool is_second_run; // the way from the last step to the first one is checked
+    bool passes;        // the step before passes its pose
+    uint16_t repeats;   // of the sequence
+    uint32_t begun_us;  // when the cycle was started
     struct cds_move move;
     struct stored_joints joints;
 };
 
-/* As group_cycle (group_cycle.h), with the motions of the group: moves_cycle and their start. */
+/* The operation that runs the cycle, the move under way and the start of the next one. Config: as
+ * group_cycle (group_cycle.h). */
 extern const CDS_FLASH struct robot_operation motion_cycle;
 
 /* Returns 0 if a stored sequence may be started now: motion_start_sequence() would return 0, unless
- * robot_choose_group() or robot_start() refuses. Else MOTION_OMITTED, MOTION_BUSY (also while the
- * cycle of the last motion ends), ROBOT_STOPPED, CDS_INHIBITED, MOTION_SAVING or
+ * robot_choose_group() or robot_start() refuses. Else MOTION_OMITTED, MOTION_PAUSED, MOTION_BUSY
+ * (also while the cycle of the last motion ends), ROBOT_STOPPED, CDS_INHIBITED, MOTION_SAVING or
  * MOTION_NO_SEQUENCE: no whole sequence is at `place`, which may be MOTION_STORE_NONE. Takes up to
  * 0.4 ms. */
 uint8_t motion_may_start_sequence(const struct robot *robot, uint8_t place);
@@ -63,17 +77,26 @@ uint8_t motion_may_start_sequence(const struct robot *robot, uint8_t place);
 uint8_t motion_start_sequence(struct robot *robot, uint8_t place, uint16_t repeats);
 
 /* Starts a timed move, which may take the place of a move under way. `move->pose` stays in place
- * while start.result is CDS_PENDING. The override becomes 100%. Returns as motion_start_sequence(),
- * but neither MOTION_SAVING nor MOTION_NO_SEQUENCE. */
+ * while start.outcome.result is CDS_PENDING. The override becomes 100%. Returns as
+ * motion_start_sequence(), but neither MOTION_SAVING nor MOTION_NO_SEQUENCE. */
 uint8_t motion_start_move(struct robot *robot, const struct cds_move *move);
 
-/* Returns how the last motion has ended, when none is under way: CDS_OK; MOTION_NONE: it was ended
- * by motion_end(); ROBOT_STOPPED; MOTION_STUCK; or an enum cds_result or enum motion_refusal. If a
- * joint is the reason, *joint is its index in the group, else MOTION_NO_JOINT. */
-uint8_t motion_outcome(const struct robot *robot, uint8_t *joint);
+/* As motion_start_sequence(), after power-up: in place of the operation of the autostart, which
+ * polls motion_cycle from then on. The group is chosen and has torque. Its speed is 100%. */
+uint8_t motion_start_alone(struct robot *robot, uint8_t place, uint16_t repeats);
+
+/* The outcome of the last motion, when none is under way. A start that is refused is a motion that
+ * has ended, unless another motion goes on. Console and virtual device show this one. */
+const struct motion_outcome *motion_outcome(const struct robot *robot);
 
 /* True while the cycle of a motion that has ended still runs: at most for a period. */
 bool motion_cycle_is_ending(const struct robot *robot);
+
+/* True while a motion is under way and paused. */
+bool motion_is_paused(const struct robot *robot);
+
+/* True while a motion starts. */
+bool motion_is_starting(const struct robot *robot);
 
 /* True if a motion can be paused or resumed: it has begun and not ended. */
 bool motion_may_pause(const struct robot *robot);

@@ -54,8 +54,8 @@ struct motion_store_record {
     uint8_t length;   // of the name, 1 to MOTION_STORE_NAME; 0 for joints and autostart
     uint8_t count;    // joints: number of IDs. Sequence: number of `steps`. Autostart: delay and
                       // AUTOSTART_LOOP (autostart.h), not 0
-    uint8_t kept; // sequence: so many steps of the stored sequence of this name stay in front of
-                  // `steps`. All of them and `count` 1: the sequence gets one more step
+    uint8_t kept; // sequence: number of stored steps to keep; `steps` follow them. To append: kept
+                  // = number of stored steps, count = 1
     union {       // for motion_store_save()
         const uint8_t *ids;                    // 0 to 253, each once
         const uint16_t *positions;             // MOTION_STORE_JOINTS of them: 0 to 1023, or
@@ -91,14 +91,14 @@ struct motion_store {
     uint32_t saves;  // since the chip was new: a cell bears 100 000, and saves go round all places
     const struct motion_store_record *record; // being saved
     uint16_t crc;                             // of its bytes so far
-    uint16_t stale;     // address of a record that a newer one has replaced, or 0; taken away first
-    uint8_t place;      // where it goes, or that is deleted
-    uint8_t size;       // of the record, in bytes
-    uint8_t old;        // place of the older record, or NONE
-    uint8_t step;       // of the save
-    uint8_t number;     // byte 4 of the record
-    bool is_delete : 1; // not a save
-    bool has_place : 1; // `place` is free
+    uint16_t stale; // address of a record that a newer one replaces, or 0; the next save erases it
+    uint8_t place;  // where it goes, or that is deleted
+    uint8_t size;   // of the record, in bytes
+    uint8_t old;    // place of the older record, or NONE
+    uint8_t step;   // of the save
+    uint8_t number; // byte 4 of the record
+    bool is_delete : 1;                // not a save
+    bool has_place : 1;                // `place` is free
     bool has_number : 1;               // no other record uses it
     bool is_written : 1;               // the byte of this step
     uint8_t last[MOTION_STORE_KINDS];  // place of the last save
@@ -134,8 +134,8 @@ enum motion_store_result motion_store_delete(struct motion_store *store,
  * store->result tells: MOTION_STORE_SAVED or MOTION_STORE_FAILED. */
 bool motion_store_poll(struct motion_store *store);
 
-/* Ends a save at once; result becomes MOTION_STORE_IDLE. The older record stands, or if the save
- * was all but over, the new record. */
+/* Ends a save at once; result becomes MOTION_STORE_IDLE. The older record stays valid. The new
+ * record is valid instead if its version byte was already being written. */
 void motion_store_abort(struct motion_store *store);
 
 /* True while no record can be read: a save is under way, or the EEPROM writes a byte. */

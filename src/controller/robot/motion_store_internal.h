@@ -43,7 +43,7 @@ uint16_t motion_store_address(uint8_t kind, uint8_t place);
 /* Reads `count` bytes, 1 or more. Only while the EEPROM is ready. */
 void motion_store_read(uint16_t address, void *to, uint8_t count);
 
-/* Has the place a record that counts? */
+/* True if the place has a valid record. motion_store_set_used() notes it, in RAM only. */
 bool motion_store_is_used(const struct motion_store *store, uint8_t kind, uint8_t place);
 void motion_store_set_used(struct motion_store *store, uint8_t kind, uint8_t place, bool is_used);
 

@@ -1,8 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /* Saves and deletes poses and sequences in the EEPROM, one byte in a poll; see motion_store.h.
  *
- * A save writes a free place of its kind. The older record is then stale: the save takes its
- * version away. If the save ends before, the next one begins with that. */
+ * A save writes a free place of its kind:
+ *
+ *   1. erase the version of the stale record that an interrupted save has left, if there is one
+ *   2. erase the version of the place
+ *   3. write the other bytes
+ *   4. write the version: the new record is valid, the older record is stale
+ *   5. erase the version of the stale record
+ *
+ * A delete does steps 1 and 2 in the place of the record. */
 #include "robot/motion_store_internal.h"
 
 #include <string.h>
@@ -270,7 +277,7 @@ static uint8_t record_byte(const struct motion_store *store, uint8_t offset, uin
 
 /* --- going on --------------------------------------------------------------------------------- */
 
-/* The version of the record is written: the new record counts, or the deleted one no longer. */
+/* The version of the record is written: the new record is valid, or the deleted one is invalid. */
 static void decide(struct motion_store *store)
 {
     uint8_t kind = store->record->kind;
@@ -302,12 +309,9 @@ static void end_step(struct motion_store *store, uint8_t byte)
         store->result = MOTION_STORE_SAVED;
 }
 
-/* Steps of a save: the version of a stale record, if there is one, is taken away; so is that of the
- * place; all bytes behind it follow; then the version, which makes the older record stale. A delete
- * takes the version away, and no more.
- *
- * Writes the byte of the step; the next poll finds it there. A byte that is there already is not
- * written. The version of a stale record may stay: the newer record counts. */
+/* Writes the byte of the present step; the next poll reads it back. A byte that is right already is
+ * not written. If the version of a stale record cannot be erased, the save goes on: the record with
+ * the higher serial number is valid. */
 static void go_on(struct motion_store *store)
 {
     uint8_t kind = store->record->kind, size = store->size, step = store->step;

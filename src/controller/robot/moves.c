@@ -41,9 +41,7 @@ bool moves_is_playing(const struct robot *robot)
 {
     const struct moves *moves = robot->moves;
 
-    return moves && robot->cycle &&
-           (moves->player.sequence.result == CDS_PENDING ||
-            moves->autostart.state == AUTOSTART_LOOKING);
+    return moves && robot->cycle && moves->player.sequence.result == CDS_PENDING;
 }
 
 void moves_reserve(struct robot *robot, bool ends_cycle)
@@ -59,6 +57,7 @@ static void take_servos(struct robot *robot, bool ends_cycle)
 {
     struct moves *moves = robot->moves;
 
+    stored_group_keep(robot);
     moves_reserve(robot, ends_cycle);
     cds_follow_begin(&moves->follow, &(struct cds_follow_config){.cycle = robot->cycle,
                                                                  .joints = moves->follow_joints});
@@ -82,9 +81,61 @@ static void compare_joint(struct robot *robot)
         moves_end(robot);
 }
 
-/* The motion has ended, or the cycle has. */
+void moves_note_outcome(struct robot *robot, const struct motion_outcome *outcome)
+{
+    robot->moves->outcome = *outcome;
+}
+
+struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
+{
+    const struct moves *moves = robot->moves;
+    const struct cds_motion *motion = &moves->motion;
+    const struct cds_sequence_slot *slots = moves->player.sequence.slots;
+    struct motion_outcome outcome = {
+        .result = result, .joint = motion->joint, .step = MOTION_NO_STEP};
+
+    if (result == CDS_LIMIT && motion->shortest_ms) {
+        outcome.result = MOTION_TOO_FAST;
+        outcome.shortest_ms = motion->shortest_ms;
+        if (moves->player.sequence.result != CDS_OK)
+            outcome.step = slots[motion->next.pose == moves->player.poses ? 0 : 1].index;
+    }
+    return outcome;
+}
+
+/* How the motion under way has ended. */
+static struct motion_outcome ended(const struct robot *robot)
+{
+    const struct moves *moves = robot->moves;
+    struct motion_outcome outcome = {.joint = MOTION_NO_JOINT, .step = MOTION_NO_STEP};
+    uint8_t result = moves->player.sequence.result;
+
+    if (moves->follow.result == CDS_TIMEOUT) {
+        outcome.result = MOTION_STUCK;
+        outcome.joint = moves->follow.joint;
+        return outcome;
+    }
+    if (result == CDS_OK || (result == CDS_CANCELLED && moves->motion.result != CDS_OK))
+        result = moves->motion.result;
+    outcome.result = result;
+    if (result == CDS_PENDING) // the cycle has ended before the motion
+        outcome.result = ROBOT_STOPPED;
+    else if (result == CDS_CANCELLED)
+        outcome.result = MOTION_NONE;
+    else if (result != CDS_OK)
+        outcome = moves_refusal(robot, result);
+    return outcome;
+}
+
+/* The motion has ended, or the cycle has. The start of a motion notes its own outcome. */
 static void end_motion(struct robot *robot)
 {
+    if (robot->moves->outcome.result == CDS_PENDING &&
+        robot->moves->start.outcome.result != CDS_PENDING) {
+        const struct motion_outcome outcome = ended(robot);
+
+        moves_note_outcome(robot, &outcome);
+    }
     release_servos(robot);
     if (robot->moves->ends_cycle)
         group_cycle_abort(robot);
@@ -101,7 +152,7 @@ static enum cds_result poll_cycle(struct robot *robot)
         cds_motion_poll(&moves->motion);
     if (robot->servos.reserved_count || moves->ends_cycle) {
         compare_joint(robot);
-        if (result != CDS_PENDING || !(moves_go_on(robot) || moves->start.result == CDS_PENDING))
+        if (result != CDS_PENDING || !(moves_go_on(robot) || motion_is_starting(robot)))
             end_motion(robot);
     }
     return result;
@@ -162,6 +213,7 @@ void moves_resume(struct robot *robot)
 
 void moves_end(struct robot *robot)
 {
+    robot->moves->player.is_paused = false;
     player_abort(&robot->moves->player);
     cds_motion_abort(&robot->moves->motion, CDS_MOTION_DECELERATION);
 }

@@ -1,6 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /* Timed moves of the group: an operation of the robot that does what its cycle does
- * (group_cycle.h), and moves the servos by motion.h.
+ * (group_cycle.h), and moves the servos by motion.h. A joint that does not follow its goals for
+ * CDS_FOLLOW_MS ends the motion: the joints come to rest on their way, with torque.
+ *
+ * Three states of a motion:
+ *
+ *   robot_is_in_motion()  a motion starts, is under way or is paused: the servos of the group are
+ *                         reserved for its goals
+ *   moves_go_on()         the running cycle has a move that is checked, under way or paused, or
+ *                         plays a sequence; not while a motion starts
+ *   moves_is_playing()    a sequence plays or is paused
  *
  * Main context. */
 #ifndef CONTROLLER_MOVES_H
@@ -20,8 +29,11 @@ struct moves {
     struct cds_motion motion;
     struct player player;
     struct motion_start start;
+    struct motion_outcome outcome; // of the last motion: written by moves_note_outcome() only
     struct autostart autostart;
     uint8_t percent;          // the override: of the motion under way, or of the next sequence
+    bool group_is_tried;      // the group was chosen for a motion that has not begun
+    uint8_t tried_from;       // number of servos before that
     bool ends_cycle;          // when the motion has ended
     struct cds_follow follow; // result CDS_TIMEOUT: its joint did not follow, and ended the motion
     uint8_t compared;         // period in which a joint was compared last, modulo 256
@@ -29,7 +41,7 @@ struct moves {
     struct cds_motion_joint joints[ROBOT_SERVOS];
 };
 
-/* As group_cycle. */
+/* The operation that runs the cycle and the move under way. Config: as group_cycle. */
 extern const CDS_FLASH struct robot_operation moves_cycle;
 
 /* Once, at start-up: `robot->moves` is set and zero. What the pointers point to stays in place. */
@@ -39,16 +51,18 @@ void moves_open(struct robot *robot, const struct motion_store *store,
 /* True while a move of the running cycle is under way, paused or checked, or a sequence plays. */
 bool moves_go_on(const struct robot *robot);
 
-/* True while a sequence plays, also while it is paused, and while the autostart is about to play.
- */
+/* True while a sequence plays, also while it is paused. */
 bool moves_is_playing(const struct robot *robot);
-
-/* A joint that does not follow its goals for CDS_FOLLOW_MS ends the motion: the joints come to rest
- * on their way, with torque. */
 
 /* The servos of the group are reserved for the motion that starts (motion_start.h). `ends_cycle`:
  * the cycle ends with it. */
 void moves_reserve(struct robot *robot, bool ends_cycle);
+
+/* The last motion has ended in this way; CDS_PENDING: a motion has begun to start. */
+void moves_note_outcome(struct robot *robot, const struct motion_outcome *outcome);
+
+/* Why the motion has refused a move, CDS_LIMIT as MOTION_TOO_FAST where a longer time works. */
+struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result);
 
 /* Begins a move of the running cycle: cds_motion_move(). CDS_BUSY, too, while a sequence plays.
  * Until the motion has ended, nothing else sets goals of the group. `ends_cycle`: the cycle ends

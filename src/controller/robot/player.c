@@ -14,7 +14,7 @@ static bool read_step(void *context, uint8_t index, struct cds_sequence_step *st
     *step = (struct cds_sequence_step){.time_ms = 10ul * stored.time_10ms,
                                        .dwell_ms = (uint16_t)(10u * stored.dwell_10ms),
                                        .curve = stored.curve,
-                                       .acceleration = CDS_MOTION_DECELERATION,
+                                       .acceleration = CDS_MOTION_FACTORY_ACCELERATION,
                                        .passes = stored.passes};
     stored_pose_read(player->store, &player->joints,
                      motion_store_pose_of(player->store, stored.pose), pose);

@@ -289,3 +289,14 @@ void robot_forget(struct robot *robot)
     robot->health_servos = 0;
     robot->chosen = false;
 }
+
+void robot_forget_group(struct robot *robot, uint8_t count)
+{
+    robot->group_count = 0;
+    for (uint8_t i = count; i < robot->servos.count; i++)
+        if (robot->states[i].alarms || robot->states[i].inhibits)
+            return;
+    cds_servos_forget_from(&robot->servos, count);
+    if (count == 0)
+        robot->chosen = false;
+}

@@ -219,4 +219,8 @@ void robot_delay_health(struct robot *robot);
 /* Forgets all servos; the drive inhibit stays. Not while an operation or a stop is under way. */
 void robot_forget(struct robot *robot);
 
+/* Ends the choice of the group, and forgets the servos from index `count` on, unless one of them
+ * has an alarm or is inhibited. Not while an operation is under way. */
+void robot_forget_group(struct robot *robot, uint8_t count);
+
 #endif

@@ -26,10 +26,9 @@
     X(bus_baud, 1, 1, 0, 254, "register", "bus, 2 000 000 / (n + 1) bit/s: 1 is 1 Mbps")           \
     X(return_delay, 1, 254, 0, 254, "2 us", "the longest return delay of any servo on the bus")    \
     X(repeats, 1, 0, 0, 2, "-", "how often a packet is sent again when no good reply came")        \
-    X(echo, 1, 0, 0, 2, "-",                                                                       \
-      "1: the console echoes what is typed; 2: for people, also a banner after a reset and a "     \
-      "prompt "                                                                                    \
-      "(mode person; the profile console only echoes)")                                            \
+    X(echo, 1, 2, 0, 2, "-",                                                                       \
+      "0: the console gives bare replies (mode program); 1: it echoes what is typed; 2: for "      \
+      "people, also a banner after a reset and a prompt (mode person)")                            \
     X(link_loss_ms, 2, 0, 0, 65535, "ms",                                                          \
       "silence of the host that counts as loss of the link; 0: not watched")                       \
     X(link_loss_action, 1, 1, 0, 2, "-",                                                           \
@@ -47,6 +46,13 @@ struct settings {
     SETTINGS_TYPE_##bytes name;
     SETTINGS(SETTINGS_FIELD_)
 #undef SETTINGS_FIELD_
+};
+
+/* Rows of the table: SETTINGS_AT_bus_baud and so on. */
+enum {
+#define SETTINGS_AT_(name, bytes, initial, lowest, highest, unit, what) SETTINGS_AT_##name,
+    SETTINGS(SETTINGS_AT_)
+#undef SETTINGS_AT_
 };
 
 enum {

@@ -5,17 +5,37 @@
 #include <string.h>
 
 #include "cds55xx/motion.h" // CDS_POSE_NONE
+#include "robot/moves.h"
 
 uint8_t stored_group_choose(struct robot *robot, const struct motion_store *store)
 {
-    uint8_t ids[MOTION_STORE_JOINTS];
+    uint8_t ids[MOTION_STORE_JOINTS], before = robot->servos.count, error;
 
-    return robot->group_count
-               ? 0
-               : robot_choose_group(robot, ids, motion_store_read_joints(store, ids));
+    if (robot->group_count)
+        return 0;
+    error = robot_choose_group(robot, ids, motion_store_read_joints(store, ids));
+    if (error == 0 && robot->moves) {
+        robot->moves->group_is_tried = true;
+        robot->moves->tried_from = before;
+    }
+    return error;
 }
 
-bool stored_joints_find(struct stored_joints *joints, const struct motion_store *store,
+void stored_group_keep(struct robot *robot)
+{
+    if (robot->moves)
+        robot->moves->group_is_tried = false;
+}
+
+void stored_group_drop(struct robot *robot)
+{
+    if (!robot->moves->group_is_tried)
+        return;
+    robot->moves->group_is_tried = false;
+    robot_forget_group(robot, robot->moves->tried_from);
+}
+
+void stored_joints_find(struct stored_joints *joints, const struct motion_store *store,
                         const struct robot *robot)
 {
     uint8_t ids[MOTION_STORE_JOINTS];
@@ -29,7 +49,6 @@ bool stored_joints_find(struct stored_joints *joints, const struct motion_store 
         if (at)
             joints->index[i] = (uint8_t)(at - robot->group);
     }
-    return count;
 }
 
 static void clear(uint16_t *pose, uint8_t count)

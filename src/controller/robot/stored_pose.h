@@ -13,15 +13,21 @@
  * 0, or as robot_choose_group(). */
 uint8_t stored_group_choose(struct robot *robot, const struct motion_store *store);
 
+/* A motion that is refused drops the group that stored_group_choose() has chosen for it, and the
+ * servos that have joined with the group. A motion that has begun, and a user who chooses a group,
+ * keep it. */
+void stored_group_drop(struct robot *robot);
+void stored_group_keep(struct robot *robot);
+
 /* Where the joints of the store are in the group. */
 struct stored_joints {
     uint8_t group_count;
     uint8_t index[MOTION_STORE_JOINTS]; // in the group; MOTION_STORE_NONE: the joint is not in it
 };
 
-/* Finds the joints in the present group. False: no joints are stored, or the EEPROM is being
+/* Finds the joints in the present group; none if no joints are stored, or while the EEPROM is being
  * written. */
-bool stored_joints_find(struct stored_joints *joints, const struct motion_store *store,
+void stored_joints_find(struct stored_joints *joints, const struct motion_store *store,
                         const struct robot *robot);
 
 enum stored_pose_result {
@@ -32,7 +38,7 @@ enum stored_pose_result {
 
 /* Reads the pose at `place` (motion_store_find(), motion_store_pose_of()): `pose` gets a position
  * for each servo of the group, in its order, or CDS_POSE_NONE; all are CDS_POSE_NONE unless it
- * returns STORED_POSE_READ. Takes up to 0.15 ms. */
+ * returns STORED_POSE_READ. Takes up to 0.3 ms at 16 MHz. */
 enum stored_pose_result stored_pose_read(const struct motion_store *store,
                                          const struct stored_joints *joints, uint8_t place,
                                          uint16_t *pose);

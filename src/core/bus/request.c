@@ -2,6 +2,7 @@
 /* A request before and after its transaction; see bus.h. */
 #include "bus/bus_internal.h" // cds_request_check()
 #include "cds55xx/bus.h"
+#include "wire/word_internal.h" // cds_word_at()
 
 NOCLONE enum cds_result cds_request_check(const struct cds_request *request)
 {
@@ -40,6 +41,6 @@ enum cds_result cds_request_word(const struct cds_request *request, uint8_t inde
     if (index + 1u >= request->length)
         return CDS_REFUSED;
     at = request->reply + index;
-    *out = (uint16_t)(at[0] | (uint16_t)at[1] << 8);
+    *out = cds_word_at(at);
     return CDS_OK;
 }

@@ -9,6 +9,9 @@
 
 #define TIME_MAX_MS 60000u // the clock of a joint has 16 bits of 1024 us
 
+/* `ms` in units of that clock, rounded up. A constant if `ms` is one. */
+#define UNITS(ms) ((uint16_t)(((ms)*125ul + 127) / 128))
+
 static uint16_t distance_of(uint16_t one, uint16_t other)
 {
     return (uint16_t)abs((int16_t)(one - other));
@@ -27,21 +30,21 @@ static bool is_lost(const struct cds_follow *follow, const struct cds_feedback *
 {
     uint16_t age = (uint16_t)((cds_port_now_us() - feedback->time_us) >> 10);
 
-    return age > follow->config.time_ms + CDS_FOLLOW_MS;
+    return age > follow->time_1024us + UNITS(CDS_FOLLOW_MS);
 }
 
 /* False: the joint does not follow. */
 static bool follows(struct cds_follow *follow, uint8_t index)
 {
-    struct cds_follow_joint *joint = &follow->config.joints[index];
-    const struct cds_feedback *feedback = &follow->config.cycle->feedback[index];
-    uint16_t goal = cds_cycle_sent_goal(follow->config.cycle, index), distance;
+    struct cds_follow_joint *joint = &follow->joints[index];
+    const struct cds_feedback *feedback = &follow->cycle->feedback[index];
+    uint16_t goal = cds_cycle_sent_goal(follow->cycle, index), distance;
     uint16_t time = (uint16_t)(feedback->time_us >> 10);
 
     if (goal <= CDS_VALUE_MAX && feedback->known && is_lost(follow, feedback))
         return false;
     distance = distance_of(goal, feedback->position);
-    if (goal > CDS_VALUE_MAX || !feedback->known || distance <= follow->config.steps) {
+    if (goal > CDS_VALUE_MAX || !feedback->known || distance <= follow->steps) {
         joint->distance = 0;
         return true;
     }
@@ -50,7 +53,8 @@ static bool follows(struct cds_follow *follow, uint8_t index)
             .distance = distance, .position = feedback->position, .since = time};
         return true;
     }
-    return (uint16_t)(time - joint->since) < follow->config.time_ms;
+    // Both times are cut to whole units: a difference of 1 may be any time above 0.
+    return (uint16_t)(time - joint->since) <= follow->time_1024us;
 }
 
 enum cds_result cds_follow_begin(struct cds_follow *follow, const struct cds_follow_config *config)
@@ -59,10 +63,13 @@ enum cds_result cds_follow_begin(struct cds_follow *follow, const struct cds_fol
 
     if (!config->cycle->bus || config->steps > CDS_VALUE_MAX || time_ms > TIME_MAX_MS)
         return CDS_BAD_ARGUMENT;
-    *follow = (struct cds_follow){.result = CDS_PENDING, .config = *config};
-    if (config->steps == 0)
-        follow->config.steps = CDS_FOLLOW_STEPS;
-    follow->config.time_ms = (uint16_t)(time_ms * 125ul / 128); // in 1024 us
+    *follow = (struct cds_follow){
+        .result = CDS_PENDING,
+        .cycle = config->cycle,
+        .joints = config->joints,
+        .steps = config->steps ? config->steps : CDS_FOLLOW_STEPS,
+        .time_1024us = UNITS(time_ms),
+    };
     for (uint8_t i = 0; i < config->cycle->count; i++)
         config->joints[i].distance = 0;
     return CDS_OK;
@@ -74,7 +81,7 @@ enum cds_result cds_follow_poll(struct cds_follow *follow)
         return (enum cds_result)follow->result;
     if (!follows(follow, follow->joint))
         follow->result = CDS_TIMEOUT;
-    else if (++follow->joint >= follow->config.cycle->count)
+    else if (++follow->joint >= follow->cycle->count)
         follow->joint = 0;
     return (enum cds_result)follow->result;
 }

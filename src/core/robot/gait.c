@@ -185,11 +185,8 @@ static NOINLINE void begin_period(struct cds_gait *gait)
 /* All goals are set: they leave with the next period. */
 static void end_period(struct cds_gait *gait)
 {
-    enum cds_result result = cds_cycle_commit(gait->config.cycle);
-
+    cds_cycle_commit(gait->config.cycle);
     gait->periods = gait->config.cycle->counters.periods;
-    if (result != CDS_OK)
-        end(gait, result);
 }
 
 /* Sets the goals of some joints. A joint whose goal is refused ends the gait. */

@@ -50,8 +50,8 @@ void cds_motion_begin_check(struct cds_motion *motion)
         cds_motion_set_end(motion, &motion->last_basis);
     else
         motion->longest_window = WINDOW_US / motion->config.cycle->period_us + 1;
-    motion->shortest = 1;
-    motion->longest = 0;
+    motion->shortest_periods = 1;
+    motion->longest_way = 0;
     motion->requested = plan->duration;
     motion->shortest_ms = 0;
     motion->has_speeds = false;
@@ -65,6 +65,14 @@ uint32_t cds_motion_speed_change(const struct cds_motion *motion, uint16_t accel
     uint32_t change = (uint32_t)acceleration * motion->config.cycle->period_us / 62500ul;
 
     return change ? change : 1;
+}
+
+/* Change of speed in a period, of a trapezoid: what the move asks for, or what the joints can. */
+static uint32_t trapezoid_change(const struct cds_motion *motion)
+{
+    uint16_t most = motion->config.acceleration, requested = motion->next.acceleration;
+
+    return cds_motion_speed_change(motion, most && most < requested ? most : requested);
 }
 
 static uint32_t root_up(uint32_t square)
@@ -86,15 +94,13 @@ static uint32_t shortest_trapezoid(uint32_t way, uint16_t fastest, uint32_t chan
 }
 
 /* Periods that a joint takes at least for `way` from rest. */
-static uint32_t shortest(const struct cds_motion *motion, uint32_t way, uint16_t fastest)
+static uint32_t shortest_from_rest(const struct cds_motion *motion, uint32_t way, uint16_t fastest)
 {
     uint16_t most = motion->config.acceleration;
     uint32_t by_speed = (way + fastest - 1) / fastest, by_acceleration = 0;
 
     switch (motion->next.curve) {
-    case CDS_MOTION_TRAPEZOID:
-        return shortest_trapezoid(way, fastest,
-                                  cds_motion_speed_change(motion, motion->next.acceleration));
+    case CDS_MOTION_TRAPEZOID: return shortest_trapezoid(way, fastest, trapezoid_change(motion));
     case CDS_MOTION_MINIMUM_JERK: // peaks: 15/8 of the mean speed, 5.774 way / time^2
         by_speed = (way * 15 / 8 + fastest - 1) / fastest;
         if (most)
@@ -127,15 +133,15 @@ static void note_shortest(struct cds_motion *motion, uint8_t index,
     uint16_t scale = motion->config.joints[index].scale;
     uint32_t units = ((uint32_t)abs(way->position - way->goal) * scale >> 7) + 1, periods;
 
-    if (units > motion->longest)
-        motion->longest = units;
+    if (units > motion->longest_way)
+        motion->longest_way = units;
     if (way->begin_speed || way->end_speed) {
         motion->has_speeds = true;
         return;
     }
-    periods = shortest(motion, units, fastest);
-    if (periods > motion->shortest) {
-        motion->shortest = periods;
+    periods = shortest_from_rest(motion, units, fastest);
+    if (periods > motion->shortest_periods) {
+        motion->shortest_periods = periods;
         motion->joint = index;
     }
 }
@@ -195,13 +201,58 @@ static enum cds_result check_goal(struct cds_motion *motion, uint8_t index)
 
 /* ---- the plan, when the goals of all joints are checked ---- */
 
+/* Notes `periods` of joint `index` if no joint of the step takes longer. */
+static void note_step(struct cds_motion *motion, uint8_t index, uint32_t periods)
+{
+    uint32_t ms = (periods * motion->config.cycle->period_us + 999) / 1000;
+
+    if (ms <= motion->shortest_ms)
+        return;
+    motion->shortest_ms = ms;
+    motion->joint = index;
+}
+
+/* Divides only for a joint that is too fast: a step has up to 18 joints. */
+enum cds_result cds_motion_check_step(struct cds_motion *motion, const uint16_t *from,
+                                      const struct cds_move *move, bool begins_moving)
+{
+    uint32_t periods = periods_of(motion, move->time_ms);
+    bool has_speed = begins_moving || move->next_pose;
+
+    if (motion->result == CDS_PENDING || cds_motion_is_busy(motion))
+        return CDS_BUSY;
+    motion->shortest_ms = 0;
+    for (uint8_t i = 0; i < motion->count; i++) {
+        const struct cds_servo_state *servo = servo_of(motion, i);
+        uint16_t goal = move->pose[i], fastest = servo ? servo->fastest : CDS_VALUE_MAX;
+        uint32_t units;
+
+        if (goal == CDS_POSE_NONE || from[i] == CDS_POSE_NONE)
+            continue;
+        if (fastest == 0 || (servo && (goal < servo->lowest || goal > servo->highest))) {
+            motion->shortest_ms = 0;
+            motion->joint = i;
+            return CDS_LIMIT;
+        }
+        units = (uint32_t)(goal > from[i] ? goal - from[i] : from[i] - goal) * CDS_MOTION_STEP;
+        units = (units * motion->config.joints[i].scale >> 7) + 1;
+        if (has_speed) // a servo catches up 1/8, as in check_speed()
+            fastest = (uint16_t)(fastest + fastest / 8);
+        else if (move->curve == CDS_MOTION_MINIMUM_JERK)
+            units = units * 15 / 8;
+        if (units > fastest * periods)
+            note_step(motion, i, (units + fastest - 1) / fastest);
+    }
+    return motion->shortest_ms ? CDS_LIMIT : CDS_OK;
+}
+
 /* Chooses the duration that is tried next. */
 static enum cds_result choose_duration(struct cds_motion *motion)
 {
     struct cds_motion_plan *plan = &motion->next_plan;
 
-    if (plan->duration < motion->shortest)
-        plan->duration = motion->shortest;
+    if (plan->duration < motion->shortest_periods)
+        plan->duration = motion->shortest_periods;
     plan->window = plan->duration;
     if (plan->window > motion->longest_window)
         plan->window = motion->longest_window;
@@ -211,13 +262,12 @@ static enum cds_result choose_duration(struct cds_motion *motion)
 static void set_curve(struct cds_motion *motion)
 {
     struct cds_motion_plan *plan = &motion->next_plan;
-    uint32_t mean_speed = motion->longest * CDS_MOTION_UNIT / plan->duration;
+    uint32_t mean_speed = motion->longest_way * CDS_MOTION_UNIT / plan->duration;
     uint32_t bend = CDS_CURVE_TRIANGLE;
 
     if (motion->next.curve == CDS_MOTION_TRAPEZOID) {
         if (mean_speed <= UINT16_MAX)
-            bend = (mean_speed << 16) / cds_motion_speed_change(motion, motion->next.acceleration) /
-                   plan->duration;
+            bend = (mean_speed << 16) / trapezoid_change(motion) / plan->duration;
         cds_curve_set_trapezoid(&plan->curve,
                                 bend < CDS_CURVE_TRIANGLE ? (uint16_t)bend : CDS_CURVE_TRIANGLE);
     } else {
@@ -291,7 +341,7 @@ static enum cds_result check_speed(struct cds_motion *motion, uint8_t index)
     // what is sent is limited to joint.fastest: a servo catches up 1/8
     if (is_slow(plan, &joint, (uint16_t)(joint.fastest + joint.fastest / 8)))
         return CDS_OK;
-    motion->shortest = plan->duration + plan->duration / 8 + 1;
+    motion->shortest_periods = plan->duration + plan->duration / 8 + 1;
     motion->joint = index;
     return CDS_PENDING;
 }
@@ -302,8 +352,8 @@ static enum cds_result decide(struct cds_motion *motion)
 {
     uint32_t duration = motion->next_plan.duration;
 
-    if (motion->has_speeds) // no joint was checked for less
-        motion->shortest = duration;
+    if (motion->has_speeds) // joints with speeds were checked for this duration only
+        motion->shortest_periods = duration;
     if (duration <= motion->requested)
         return CDS_OK;
     motion->shortest_ms = (duration * motion->config.cycle->period_us + 999) / 1000;
@@ -329,10 +379,10 @@ static void start_clock(struct cds_motion_clock *clock, uint32_t periods)
     clock->step_low = (uint16_t)(clock->step_low + (rest % periods << 8) / periods);
 }
 
-/* How much faster the time may run: speed and acceleration stay within what was checked. */
-static uint32_t most_of(const struct cds_motion *motion)
+/* The highest rate of the time at which speed and acceleration stay within what was checked. */
+static uint32_t highest_rate(const struct cds_motion *motion)
 {
-    uint32_t duration = motion->next_plan.duration, shortest = motion->shortest;
+    uint32_t duration = motion->next_plan.duration, shortest = motion->shortest_periods;
 
     if (motion->next.curve == CDS_MOTION_TRAPEZOID && motion->config.acceleration)
         return CDS_MOTION_RATE_1;
@@ -353,7 +403,7 @@ static enum cds_result check_joint(struct cds_motion *motion, uint8_t index)
 }
 
 /* One step of the plan. Each one divides. */
-static enum cds_result plan(struct cds_motion *motion)
+static enum cds_result do_plan_step(struct cds_motion *motion)
 {
     struct cds_motion_plan *plan = &motion->next_plan;
 
@@ -363,7 +413,7 @@ static enum cds_result plan(struct cds_motion *motion)
     case DECISION: return decide(motion);
     case TIME: start_clock(&plan->time, plan->duration); break;
     case BRAKING_TIME: start_clock(&plan->braking_time, plan->window); break;
-    default: plan->rate_most = most_of(motion); break;
+    default: plan->rate_most = highest_rate(motion); break;
     }
     return CDS_OK;
 }
@@ -384,11 +434,11 @@ enum cds_result cds_motion_check(struct cds_motion *motion)
     bool is_of_joints = motion->stage <= GOALS || motion->stage == SPEEDS;
     enum cds_result result;
 
-    motion->carry = CDS_MOTION_CARRY_1; // at most: the move may not run as fast
+    motion->carry = CDS_MOTION_CARRY_1; // upper bound: begin_move() lowers it if the rate falls
     if (motion->rate > CDS_MOTION_RATE_1)
         motion->carry = (uint16_t)(motion->rate >> 4);
 
-    result = is_of_joints ? check_joint(motion, motion->checked) : plan(motion);
+    result = is_of_joints ? check_joint(motion, motion->checked) : do_plan_step(motion);
     if (result == CDS_PENDING) {
         motion->checked = 0;
         motion->stage = DURATION;

@@ -67,6 +67,9 @@ static enum cds_result set_limits(struct cds_robot *robot, uint8_t joint)
     int32_t low_mdeg = row->lowest_mdeg, high_mdeg = row->highest_mdeg;
     uint32_t lowest, highest;
 
+    if ((row->direction != CDS_FORWARD && row->direction != CDS_REVERSED) ||
+        row->profile > CDS_JOINT_AX12 || (uint32_t)row->offset_mdeg > CDS_MDEG_MAX)
+        return CDS_BAD_ARGUMENT;
     if (low_mdeg > high_mdeg || row->fastest_mrpm == 0 || row->fastest_mrpm > full_mrpm)
         return CDS_BAD_ARGUMENT;
     lowest = servo_mdeg(row, row->direction < 0 ? high_mdeg : low_mdeg);
@@ -186,7 +189,7 @@ static void run(struct cds_robot *robot)
 {
     cds_cycle_commit(&robot->cycle);
     robot->has_goals = false;
-    robot->looked = 0;
+    robot->next_checked_joint = 0;
     cds_health_begin(
         &robot->health,
         &(struct cds_health_config){.servos = &robot->servos, .period_us = CDS_HEALTH_PERIOD_US});
@@ -230,10 +233,10 @@ static void report_new(struct cds_robot *robot, uint8_t joint, uint8_t found)
         report_trouble(robot, CDS_ROBOT_STATE_LOST, joint, 0);
 }
 
-/* Looks at one joint. */
-static void look(struct cds_robot *robot)
+/* Reports what is new of one joint. */
+static void check_joint(struct cds_robot *robot)
 {
-    uint8_t joint = robot->looked++;
+    uint8_t joint = robot->next_checked_joint++;
     const struct cds_servo_state *servo = &robot->servos.states[joint];
     uint8_t found = servo->alarms & CDS_ERRORS_OF_CONDITION;
 
@@ -254,11 +257,11 @@ static void poll_run(struct cds_robot *robot)
     }
     cds_cycle_poll(&robot->cycle);
     cds_health_poll(&robot->health);
-    if (robot->looked < robot->count) {
-        look(robot);
-    } else if (robot->news != robot->servos.news) {
-        robot->news = robot->servos.news;
-        robot->looked = 0;
+    if (robot->next_checked_joint < robot->count) {
+        check_joint(robot);
+    } else if (robot->last_event_count != robot->servos.news) {
+        robot->last_event_count = robot->servos.news;
+        robot->next_checked_joint = 0;
     }
 }
 

@@ -5,6 +5,7 @@
 #include "cds55xx/control_table.h" // CDS_REG_*
 #include "cds55xx/servo.h"         // cds_servo_write_byte()
 #include "robot/robot_internal.h"
+#include "wire/word_internal.h" // cds_word_at()
 
 enum phase {
     CHECK = CDS_TORQUE_ON_CHECK,      // is the servo well?
@@ -36,7 +37,7 @@ static void begin(struct cds_robot *robot, uint8_t phase)
 
     robot->phase = phase;
     request->servo_index = robot->joint;
-    request->ignores_servo_state = phase == CHECK; // another servo may have its place
+    request->ignores_servo_state = phase == CHECK; // it may be that of a servo that was exchanged
     if (phase <= TORQUE_ON)
         cds_torque_on_begin(&robot->torque_on,
                             &(struct cds_torque_on_config){.bus = &robot->bus,
@@ -52,7 +53,7 @@ static void begin_joint(struct cds_robot *robot, uint8_t joint, uint8_t phase)
 {
     robot->joint = joint;
     robot->is_delay_written = false;
-    robot->unread_writes = 0;
+    robot->blind_delay_writes = 0;
     begin(robot, phase);
 }
 
@@ -100,15 +101,15 @@ static enum cds_result fail(struct cds_robot *robot, uint8_t why, enum cds_resul
 }
 
 /* No good reply: the servo starts up, or is absent, or replies sooner than the board can receive.
- * The latter hears a WRITE of its return delay nevertheless. The WRITE is sent at first, and once
- * more at the end. It is not sent each time: a servo that starts up meanwhile would write its
- * EEPROM each time. */
+ * A servo that replies too soon still receives a WRITE of its return delay. The WRITE is sent at
+ * first and once more at the end. It is not sent each time: a servo that starts up meanwhile would
+ * write its EEPROM each time. */
 static enum cds_result ask_again(struct cds_robot *robot, enum cds_result result)
 {
     bool is_over = cds_port_now_us() - robot->begun_us >= CDS_ROBOT_PATIENCE_US;
 
-    if (robot->unread_writes < (is_over ? 2 : 1)) {
-        robot->unread_writes++;
+    if (robot->blind_delay_writes < (is_over ? 2 : 1)) {
+        robot->blind_delay_writes++;
         begin(robot, SET_DELAY);
         return CDS_PENDING;
     }
@@ -123,7 +124,7 @@ static uint8_t reason_to_fail(const struct cds_robot *robot)
 {
     const struct cds_servo_state *servo = servo_of(robot);
     const uint8_t *bytes = reply_of(robot, CDS_REG_PRESENT_POSITION);
-    uint16_t position = (uint16_t)(bytes[0] | (uint16_t)bytes[1] << 8);
+    uint16_t position = cds_word_at(bytes);
 
     if (*reply_of(robot, CDS_REG_RETURN_DELAY) != delay_of(robot))
         return CDS_REASON_RETURN_DELAY;

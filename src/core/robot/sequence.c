@@ -1,47 +1,48 @@
 /* SPDX-License-Identifier: MIT */
-/* Sequences of poses; see sequence.h. The step under way and the next one are in two places, in
- * turn. */
+/* Sequences of poses; see sequence.h. The step under way and the next one are in two slots by
+ * turns. */
 #include "cds55xx/sequence.h"
 
 enum {
-    RESTING,  // until the next step may begin
+    DWELLING, // until the next step may begin
     CHECKING, // the motion checks its move
     MOVING,
     QUEUED, // moving, and the move of the step behind it waits for the end
+    ENDING, // dwelling at the last pose
 };
 
-static uint16_t *pose_of(const struct cds_sequence *sequence, uint8_t turn)
+static uint16_t *pose_of(const struct cds_sequence *sequence, uint8_t slot)
 {
-    return sequence->config.poses + (turn ? sequence->config.motion->count : 0);
+    return sequence->config.poses + (slot ? sequence->config.motion->count : 0);
 }
 
-static bool read_to(struct cds_sequence *sequence, uint8_t turn, uint8_t index, uint16_t run)
+static bool read_to(struct cds_sequence *sequence, uint8_t slot, uint8_t index, uint16_t run)
 {
-    struct cds_sequence_place *place = &sequence->places[turn];
+    struct cds_sequence_slot *to = &sequence->slots[slot];
 
-    place->index = index;
-    place->run = run;
-    return sequence->config.read(sequence->config.context, index, &place->step,
-                                 pose_of(sequence, turn));
+    to->index = index;
+    to->run = run;
+    return sequence->config.read(sequence->config.context, index, &to->step,
+                                 pose_of(sequence, slot));
 }
 
-/* Reads the step behind the one at `turn` to the other place; behind the last one the next run
- * begins. False: there is none. */
-static bool read_behind(struct cds_sequence *sequence, uint8_t turn)
+/* Reads the step behind the step in `slot` to the other slot. Behind the last step the next run
+ * begins. False: there is no step left. */
+static bool read_behind(struct cds_sequence *sequence, uint8_t slot)
 {
-    const struct cds_sequence_place *place = &sequence->places[turn];
-    uint16_t repeats = sequence->config.repeats, run = (uint16_t)(place->run + 1);
+    const struct cds_sequence_slot *from = &sequence->slots[slot];
+    uint16_t repeats = sequence->config.repeats, run = (uint16_t)(from->run + 1);
 
-    if (read_to(sequence, !turn, (uint8_t)(place->index + 1), place->run))
+    if (read_to(sequence, !slot, (uint8_t)(from->index + 1), from->run))
         return true;
-    return (repeats == 0 || run < repeats) && read_to(sequence, !turn, 0, run);
+    return (repeats == 0 || run < repeats) && read_to(sequence, !slot, 0, run);
 }
 
-/* Submits the move of the step at `turn`. A step that passes needs the one behind it. */
-static enum cds_result submit(struct cds_sequence *sequence, uint8_t turn, bool waits)
+/* Submits the move of the step in `slot`. A step that passes needs the step behind it. */
+static enum cds_result submit(struct cds_sequence *sequence, uint8_t slot, bool waits)
 {
-    const struct cds_sequence_step *step = &sequence->places[turn].step;
-    struct cds_move move = {.pose = pose_of(sequence, turn),
+    const struct cds_sequence_step *step = &sequence->slots[slot].step;
+    struct cds_move move = {.pose = pose_of(sequence, slot),
                             .time_ms = step->time_ms,
                             .curve = step->curve,
                             .may_take_longer = step->may_take_longer,
@@ -50,10 +51,10 @@ static enum cds_result submit(struct cds_sequence *sequence, uint8_t turn, bool 
 
     if (cds_motion_is_busy(sequence->config.motion))
         return CDS_BUSY;
-    sequence->passes = step->passes && read_behind(sequence, turn);
+    sequence->passes = step->passes && read_behind(sequence, slot);
     if (sequence->passes) {
-        move.next_pose = pose_of(sequence, !turn);
-        move.next_ms = sequence->places[!turn].step.time_ms;
+        move.next_pose = pose_of(sequence, !slot);
+        move.next_ms = sequence->slots[!slot].step.time_ms;
     }
     return cds_motion_move(sequence->config.motion, &move);
 }
@@ -64,34 +65,39 @@ static enum cds_result end(struct cds_sequence *sequence, enum cds_result result
     return result;
 }
 
-/* The step at `turn` is under way now. Copies what is needed of the step: its place is the next one
- * that a step is read to. */
-static void note_step(struct cds_sequence *sequence, uint8_t turn)
+/* The step in `slot` is under way now. Copies what is needed when its move ends: before that, the
+ * step after the next one may be read to this slot. */
+static void note_step(struct cds_sequence *sequence, uint8_t slot)
 {
-    const struct cds_sequence_place *place = &sequence->places[turn];
+    const struct cds_sequence_slot *from = &sequence->slots[slot];
 
-    sequence->turn = turn;
-    sequence->step = place->index;
-    sequence->run = place->run;
-    sequence->event = place->step.event;
-    sequence->dwell_ms = place->step.dwell_ms;
+    sequence->slot = slot;
+    sequence->step = from->index;
+    sequence->run = from->run;
+    sequence->event = from->step.event;
+    sequence->step_dwell_ms = from->step.dwell_ms;
 }
 
-static void tell_pose(const struct cds_sequence *sequence)
+static void report_pose(const struct cds_sequence *sequence)
 {
     if (sequence->config.on_pose)
         sequence->config.on_pose(sequence->config.context, sequence->step, sequence->event);
 }
 
-static enum cds_result poll_rest(struct cds_sequence *sequence)
+static bool is_dwell_over(const struct cds_sequence *sequence)
+{
+    return cds_port_now_us() - sequence->dwell_from_us >= 1000ul * sequence->dwell_ms;
+}
+
+static enum cds_result poll_dwell(struct cds_sequence *sequence)
 {
     const struct cds_sequence_config *config = &sequence->config;
     enum cds_result result;
 
-    if (cds_port_now_us() - sequence->rest_from_us < 1000ul * sequence->rest_ms ||
+    if (!is_dwell_over(sequence) ||
         (config->may_begin && !config->may_begin(config->context, sequence->step)))
         return CDS_PENDING;
-    result = submit(sequence, sequence->turn, false);
+    result = submit(sequence, sequence->slot, false);
     if (result != CDS_OK)
         return end(sequence, result);
     sequence->state = CHECKING;
@@ -109,16 +115,17 @@ static enum cds_result poll_check(struct cds_sequence *sequence)
     return CDS_PENDING;
 }
 
-/* The joints rest at the pose, then the next step begins. */
+/* The joints rest at the pose, then the next step begins, or the sequence ends. */
 static enum cds_result arrive(struct cds_sequence *sequence)
 {
-    tell_pose(sequence);
-    sequence->rest_ms = sequence->dwell_ms;
-    if (!read_behind(sequence, sequence->turn))
-        return end(sequence, CDS_OK);
-    note_step(sequence, !sequence->turn);
-    sequence->rest_from_us = cds_port_now_us();
-    sequence->state = RESTING;
+    report_pose(sequence);
+    sequence->dwell_ms = sequence->step_dwell_ms;
+    sequence->dwell_from_us = cds_port_now_us();
+    sequence->state = ENDING;
+    if (read_behind(sequence, sequence->slot)) {
+        note_step(sequence, !sequence->slot);
+        sequence->state = DWELLING;
+    }
     return CDS_PENDING;
 }
 
@@ -133,7 +140,7 @@ static enum cds_result poll_way(struct cds_sequence *sequence)
         return end(sequence, result);
     if (!sequence->passes)
         return CDS_PENDING;
-    result = submit(sequence, !sequence->turn, true);
+    result = submit(sequence, !sequence->slot, true);
     if (result == CDS_OK) {
         sequence->state = QUEUED;
     } else if (result != CDS_BUSY) {
@@ -150,8 +157,8 @@ static enum cds_result poll_queue(struct cds_sequence *sequence)
     enum cds_result result = (enum cds_result)motion->move_result;
 
     if (result == CDS_OK) {
-        tell_pose(sequence);
-        note_step(sequence, !sequence->turn);
+        report_pose(sequence);
+        note_step(sequence, !sequence->slot);
         sequence->state = MOVING;
     } else if (result != CDS_PENDING) {
         cds_motion_abort(motion, CDS_MOTION_DECELERATION);
@@ -165,7 +172,7 @@ enum cds_result cds_sequence_begin(struct cds_sequence *sequence,
 {
     if (config->motion->result == CDS_PENDING || cds_motion_is_busy(config->motion))
         return CDS_BUSY;
-    *sequence = (struct cds_sequence){.config = *config, .state = RESTING};
+    *sequence = (struct cds_sequence){.config = *config, .state = DWELLING};
     if (!read_to(sequence, 0, 0, 0))
         return CDS_BAD_ARGUMENT;
     note_step(sequence, 0);
@@ -179,10 +186,11 @@ enum cds_result cds_sequence_poll(struct cds_sequence *sequence)
     if (sequence->result != CDS_PENDING)
         return (enum cds_result)sequence->result;
     switch (sequence->state) {
-    case RESTING: return poll_rest(sequence);
+    case DWELLING: return poll_dwell(sequence);
     case CHECKING: return poll_check(sequence);
     case MOVING: return poll_way(sequence);
-    default: return poll_queue(sequence);
+    case QUEUED: return poll_queue(sequence);
+    default: return is_dwell_over(sequence) ? end(sequence, CDS_OK) : CDS_PENDING;
     }
 }
 

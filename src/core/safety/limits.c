@@ -7,6 +7,7 @@
 #include "cds55xx/packet.h"         // CDS_AT_*
 #include "compiler.h"               // NOINLINE
 #include "safety/servos_internal.h" // cds_servos_note_change()
+#include "wire/word_internal.h"     // cds_word_at()
 
 /* ---- what a packet writes ---- */
 
@@ -113,14 +114,9 @@ ALWAYS_INLINE uint8_t mode_of(uint8_t held)
     return (held & HELD_TURN) == HELD_TURN ? MODE_TURN : MODE_UNKNOWN;
 }
 
-ALWAYS_INLINE uint16_t word_at(const uint8_t *data)
-{
-    return (uint16_t)(data[0] | (uint16_t)data[1] << 8);
-}
-
 ALWAYS_INLINE uint16_t magnitude_at(const uint8_t *data)
 {
-    return word_at(data) & CDS_VALUE_MAX;
+    return cds_word_at(data) & CDS_VALUE_MAX;
 }
 
 ALWAYS_INLINE bool has_goal_limit(const struct cds_servo_state *servo)
@@ -155,7 +151,7 @@ NOINLINE enum cds_result cds_limits_check_goal(struct cds_servos *servos,
     if (!servo->has_limits)
         return CDS_OK;
     magnitude = magnitude_at(data + 2);
-    if (!is_within(servo, word_at(data)) || magnitude > servo->fastest)
+    if (!is_within(servo, cds_word_at(data)) || magnitude > servo->fastest)
         return CDS_LIMIT;
     mode = mode_of(servo->held);
     if (magnitude)
@@ -206,7 +202,7 @@ static NOINLINE uint8_t held_after(const struct cds_servo_state *servo,
     if (sets & CDS_SETS_GOAL) {
         held &= (uint8_t)~CDS_HELD_GOAL;
         word = word_of(written, CDS_REG_GOAL_POSITION);
-        if (word && is_within(servo, word_at(word)))
+        if (word && is_within(servo, cds_word_at(word)))
             held |= CDS_HELD_GOAL;
     }
     if (sets & CDS_SETS_SPEED) {

@@ -253,6 +253,12 @@ static inline uint8_t check_packet(struct check *check, struct cds_servo_state *
     }
 }
 
+/* Registers of a reserved servo that only the request of the reservation may write: what moves the
+ * servo, and its ID, baud rate, return delay and status return level. Goals and feedback would no
+ * longer reach a servo with another ID or rate. */
+#define RESERVED_REGISTERS                                                                         \
+    (CDS_SETS_ID | CDS_SETS_REPLY | CDS_SETS_MODE | CDS_SETS_GOAL | CDS_SETS_SPEED)
+
 /* Rows 14 and 15. */
 static NOINLINE bool is_reserved(const struct cds_servos *servos, const struct cds_request *request)
 {
@@ -266,8 +272,7 @@ static NOINLINE bool is_reserved(const struct cds_servos *servos, const struct c
     case CDS_SYNC_WRITE: id = CDS_BROADCAST_ID; // fall through
     case CDS_WRITE:
     case CDS_REG_WRITE:
-        if (!cds_written_by(bytes, 0, &written) ||
-            !(written.sets & (CDS_SETS_MODE | CDS_SETS_GOAL | CDS_SETS_SPEED)))
+        if (!cds_written_by(bytes, 0, &written) || !(written.sets & RESERVED_REGISTERS))
             return false;
         break;
     case CDS_ACTION:

@@ -110,6 +110,15 @@ struct cds_servo_state *cds_servos_meet(struct cds_servos *servos, uint8_t id, u
     return &servos->states[servos->count - 1];
 }
 
+void cds_servos_forget_from(struct cds_servos *servos, uint8_t count)
+{
+    if (count >= servos->count)
+        return;
+    servos->count = count;
+    servos->is_full = false;
+    cds_servos_note_change(servos, CDS_BROADCAST_ID);
+}
+
 void cds_servos_forget(struct cds_servos *servos)
 {
     servos->count = 0;

@@ -5,6 +5,7 @@
 #include "bus/steps_internal.h" // cds_steps_poll()
 #include "cds55xx/servo.h"      // cds_servo_read(), cds_servo_write()
 #include "servo/goal.h"         // cds_goal_put(), CDS_GOAL_SIZE
+#include "wire/word_internal.h" // cds_word_at()
 
 _Static_assert(CDS_TORQUE_ON_READ_FROM + CDS_TORQUE_ON_READ_SIZE == CDS_REG_MOVING + 1,
                "bytes read");
@@ -41,14 +42,9 @@ enum cds_result cds_torque_on_begin(struct cds_torque_on *on,
 /* Index of register `reg` in the reply to a READ. */
 #define AT(reg) ((reg)-CDS_TORQUE_ON_READ_FROM)
 
-static uint16_t word(const uint8_t *bytes)
-{
-    return (uint16_t)(bytes[0] | (uint16_t)bytes[1] << 8);
-}
-
 static uint16_t position_of(const struct cds_torque_on *on)
 {
-    return word(on->steps.request->reply + AT(CDS_REG_PRESENT_POSITION));
+    return cds_word_at(on->steps.request->reply + AT(CDS_REG_PRESENT_POSITION));
 }
 
 static enum cds_result send(void *operation)
@@ -100,7 +96,8 @@ static uint8_t check(const struct cds_torque_on *on)
         if (on->steps.request->error & CDS_ERRORS_OF_CONDITION)
             return CDS_REASON_ALARM;
     }
-    return word(reply + AT(CDS_REG_CW_ANGLE_LIMIT)) || word(reply + AT(CDS_REG_CCW_ANGLE_LIMIT))
+    return cds_word_at(reply + AT(CDS_REG_CW_ANGLE_LIMIT)) ||
+                   cds_word_at(reply + AT(CDS_REG_CCW_ANGLE_LIMIT))
                ? CDS_REASON_NONE
                : CDS_REASON_MODE;
 }
@@ -138,7 +135,7 @@ static bool is_at_goal(const struct cds_torque_on *on)
 /* The position counts only if torque is the next step. */
 static void read_back_ended(struct cds_torque_on *on)
 {
-    if (word(on->steps.request->reply + AT(CDS_REG_GOAL_POSITION)) != on->goal)
+    if (cds_word_at(on->steps.request->reply + AT(CDS_REG_GOAL_POSITION)) != on->goal)
         fail(on, CDS_REASON_REFUSED, CDS_REFUSED);
     else if (on->last == CDS_TORQUE_ON_GOAL)
         cds_steps_end(&on->steps, CDS_OK);

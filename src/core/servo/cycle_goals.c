@@ -6,7 +6,8 @@
 #include "cds55xx/control_table.h" // CDS_REG_GOAL_POSITION, CDS_VALUE_MAX
 #include "compiler.h"              // OPTIMIZER_BARRIER(), NOINLINE
 #include "servo/cycle_internal.h"
-#include "servo/goal.h" // cds_goal_put(), CDS_GOAL_SIZE
+#include "servo/goal.h"         // cds_goal_put(), CDS_GOAL_SIZE
+#include "wire/word_internal.h" // cds_word_at()
 
 #define BLOCK_SIZE      (1u + CDS_GOAL_SIZE)     // ID, goal
 #define BLOCKS_AT       (CDS_AT_PARAMETERS + 2u) // behind address and length
@@ -62,7 +63,7 @@ uint16_t cds_cycle_sent_goal(const struct cds_cycle *cycle, uint8_t index)
 
     if (!cycle->is_committed || !is_own(cycle, cycle->front, index))
         return CDS_CYCLE_NO_GOAL;
-    return (uint16_t)(block[1] | block[2] << 8);
+    return cds_word_at(block + 1);
 }
 
 /* Writes `from` to a block of `packet`; the checksum of the packet follows. */
@@ -167,6 +168,8 @@ static NOINLINE enum cds_result append_goal(struct cds_cycle *cycle, uint8_t ind
     cycle->sum = (uint8_t)(cycle->sum + sum_of(block + 1));
     if (cycle->has_permit)
         return check_new(cycle, index, block);
+    if (cycle->has_other_ids)
+        *block = cycle->ids[index];
     cycle->filled = (uint8_t)(index + 1u);
     return CDS_OK;
 }
@@ -184,6 +187,8 @@ static enum cds_result replace_goal(struct cds_cycle *cycle, uint8_t index, uint
     cycle->sum = (uint8_t)(cycle->sum + shared_sum_of(block + 1));
     if (cycle->has_permit)
         result = check_new(cycle, index, block);
+    else
+        *block = cycle->ids[index];
     if (result != CDS_OK)
         memcpy(block, old, sizeof old);
     else if (old[2] == NO_GOAL)
@@ -356,13 +361,14 @@ bool cds_cycle_check_goals(struct cds_cycle *cycle)
 
 /* ---- commit ---- */
 
-/* Each servo has a goal, or is left out. */
-static bool have_goals(const struct cds_cycle *cycle)
+/* Before the first commit: leaves out the servos whose goal was not set. */
+static void leave_out_unset(struct cds_cycle *cycle)
 {
     for (uint8_t i = 0; i < cycle->count; i++)
-        if (!is_set(cycle, i) && is_own(cycle, cycle->front, i))
-            return false;
-    return true;
+        if (!is_set(cycle, i)) {
+            leave_out(cycle, cycle->front, i);
+            cycle->has_other_ids = true;
+        }
 }
 
 /* Copies the blocks that were not set, from block `i` on, to the packet in back. True: a servo is
@@ -390,15 +396,15 @@ static bool copy_blocks(struct cds_cycle *cycle, uint8_t i)
     return has_holes;
 }
 
-enum cds_result cds_cycle_commit(struct cds_cycle *cycle)
+void cds_cycle_commit(struct cds_cycle *cycle)
 {
     uint8_t *filled = cycle->back;
     bool has_holes;
 
     if (cycle->filled == NOT_FILLING)
-        return CDS_OK;
-    if (!cycle->is_committed && !have_goals(cycle))
-        return CDS_BAD_ARGUMENT;
+        return;
+    if (!cycle->is_committed)
+        leave_out_unset(cycle);
     has_holes = copy_blocks(cycle, cycle->skipped || cycle->has_left_out ? 0 : cycle->filled);
     filled[cycle->goals.packet.size - 1] = (uint8_t)~cycle->sum;
     if (!cycle->is_committed)
@@ -411,5 +417,4 @@ enum cds_result cds_cycle_commit(struct cds_cycle *cycle)
         cycle->mended = 0;
         mend(cycle, INT16_MAX);
     }
-    return CDS_OK;
 }

@@ -2,8 +2,9 @@
 /* What a servo reports of itself; see feedback.h. */
 #include "cds55xx/feedback.h"
 
-#include "cds55xx/servo.h" // cds_servo_read(), CDS_REG_*
-#include "compiler.h"      // DECLARED_NOINLINE()
+#include "cds55xx/servo.h"      // cds_servo_read(), CDS_REG_*
+#include "compiler.h"           // DECLARED_NOINLINE()
+#include "wire/word_internal.h" // cds_word_at()
 
 /* Half the clock's round: beyond it an old time would soon look like a new one. */
 #define TOO_OLD_US 0x80000000u
@@ -13,19 +14,14 @@ enum cds_result cds_feedback_read(struct cds_bus *bus, struct cds_request *reque
     return cds_servo_read(bus, request, id, CDS_REG_PRESENT_POSITION, CDS_FEEDBACK_SIZE);
 }
 
-static uint16_t word(const uint8_t *bytes)
-{
-    return (uint16_t)(bytes[0] | (uint16_t)bytes[1] << 8);
-}
-
 /* Where a register stands in what was read. */
 #define AT(name) (CDS_REG_##name - CDS_REG_PRESENT_POSITION)
 
 void cds_feedback_decode(struct cds_feedback *feedback, const uint8_t *bytes)
 {
-    feedback->position = word(bytes);
-    feedback->speed = word(&bytes[AT(PRESENT_SPEED)]);
-    feedback->load = word(&bytes[AT(PRESENT_LOAD)]);
+    feedback->position = cds_word_at(bytes);
+    feedback->speed = cds_word_at(&bytes[AT(PRESENT_SPEED)]);
+    feedback->load = cds_word_at(&bytes[AT(PRESENT_LOAD)]);
     feedback->voltage = bytes[AT(PRESENT_VOLTAGE)];
     feedback->temperature = bytes[AT(PRESENT_TEMPERATURE)];
     feedback->registered = bytes[AT(REGISTERED_INSTRUCTION)] != 0;

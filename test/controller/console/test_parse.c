@@ -26,8 +26,8 @@ static uint8_t read_example(const CDS_FLASH struct command *command)
     char text[80];
     uint8_t length = 0;
 
-    for (; command->example[length]; length++)
-        text[length] = command->example[length];
+    for (; command->example.text[length]; length++)
+        text[length] = command->example.text[length];
     text[length] = '\0';
     return read_line(text);
 }
@@ -45,7 +45,7 @@ static void check_row(const CDS_FLASH struct command *command)
 {
     TEST_ASSERT_GREATER_THAN(2, length_of(command->usage));
     TEST_ASSERT_GREATER_THAN(3, length_of(command->what));
-    TEST_ASSERT_GREATER_THAN(3, length_of(command->details));
+    TEST_ASSERT_GREATER_THAN(3, length_of(command->details.text));
     TEST_ASSERT_TRUE_MESSAGE(command->begin || command->poll, "it does nothing");
 }
 

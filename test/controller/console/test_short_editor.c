@@ -56,6 +56,17 @@ static void assert_line(const char *line)
     TEST_ASSERT_EQUAL_STRING_LEN(line, editor.text, strlen(line));
 }
 
+void test_prompt_is_printed_once_before_the_text(void)
+{
+    editor.prompt_due = true;
+    TEST_ASSERT_FALSE(editor_is_shown(&editor));
+    type("");
+    TEST_ASSERT_EQUAL_STRING("\r> ", shown);
+    TEST_ASSERT_TRUE(editor_is_shown(&editor));
+    type("ping");
+    TEST_ASSERT_EQUAL_STRING("\r> ping", shown);
+}
+
 void test_what_is_typed_is_echoed(void)
 {
     TEST_ASSERT_EQUAL(EDITOR_NONE, type("ping 1"));

@@ -228,6 +228,45 @@ void test_packet_of_the_host_has_no_prompt_behind_it(void)
     type(mark);
     TEST_ASSERT_EQUAL_STRING("", said);
     TEST_ASSERT_TRUE(console_idle(&console));
+    type("pin");
+    type(mark);
+    TEST_ASSERT_EQUAL_STRING("pin", said);
+    TEST_ASSERT_TRUE(console_idle(&console));
+}
+
+void test_line_that_no_command_asked_for_overwrites_prompt(void)
+{
+    static const CDS_FLASH char line[] = "host link";
+
+    begin_for_person();
+    type("");
+    said_length = 0;
+    said[0] = '\0';
+    TEST_ASSERT_TRUE(console_say(&console, line));
+    type("");
+    TEST_ASSERT_EQUAL_STRING("\rhost link\r\n\r> ", said);
+    reply_to("mode program");
+    said_length = 0;
+    TEST_ASSERT_TRUE(console_say(&console, line));
+    type("");
+    TEST_ASSERT_EQUAL_STRING("host link\r\n", said);
+}
+
+void test_new_controller_is_in_mode_person(void)
+{
+    settings_default(&settings);
+    memset(&console, 0, sizeof console);
+    console_open(&console, &failsafe, &input, &output);
+    type("");
+    TEST_ASSERT_EQUAL_STRING(BANNER "\r> ", said);
+}
+
+void test_mode_echo_shows_keys_without_prompt(void)
+{
+    begin_for_person();
+    TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("mode echo") + strlen(said) - 4);
+    TEST_ASSERT_EQUAL_STRING("torque 1 on\r\n", reply_to("torque 1 on"));
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_ECHO_ON, settings.echo);
 }
 
 void test_alarm_overwrites_the_prompt_which_comes_again(void)

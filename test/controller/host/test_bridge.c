@@ -387,6 +387,35 @@ void test_delay_below_what_the_board_bears_is_a_range_error(void)
     assert_sent(99, CDS_WRITE, (const uint8_t *)"\x05\1", 2);
 }
 
+/* A motion moves servo 99. Its goals have a request of their own. */
+void test_goal_id_and_rate_in_motion_are_a_range_error(void)
+{
+    static const uint8_t ids[] = {99}, registers[] = {0x03, 0x04, 0x1E};
+    static struct cds_request goals;
+
+    attach(&robot.servos.hooks);
+    cds_servos_reserve(&robot.servos, &goals, ids, 1);
+    for (uint8_t i = 0; i < sizeof registers; i++) {
+        SAY(99, CDS_WRITE, registers[i], 1);
+        assert_heard(99, CDS_ERROR_RANGE, NULL, 0);
+    }
+    SAY(99, CDS_REG_WRITE, 0x1E, 0, 2);
+    assert_heard(99, CDS_ERROR_RANGE, NULL, 0);
+    SAY(CDS_BROADCAST_ID, CDS_SYNC_WRITE, 0x1E, 2, 99, 0, 2); // no reply is due
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+    TEST_ASSERT_EQUAL_UINT16(5, bridge.counters.refused);
+    SAY(98, CDS_WRITE, 0x04, 34);
+    assert_sent(98, CDS_WRITE, (const uint8_t *)"\x04\x22", 2);
+    wait_for_deadline();
+    TEST_ASSERT_TRUE(robot_add(&robot, 99));
+    cds_servos_find(&robot.servos, 99)->status_return_level = 1; // PING and READ
+    heard_size = 0;
+    SAY(99, CDS_WRITE, 0x1E, 0, 2); // the host does not expect an answer to a WRITE
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    TEST_ASSERT_EQUAL_UINT16(6, bridge.counters.refused);
+    cds_servos_reserve(&robot.servos, NULL, NULL, 0);
+}
+
 /* A packet refused when its turn comes is counted and answered like a packet refused at once. */
 void test_inhibit_of_a_host_packet_that_waits_counts_it_refused(void)
 {

@@ -70,7 +70,7 @@ static void assert_refused(uint8_t address, uint8_t value)
 static void pretend_to_play(void)
 {
     write(0x70, 2);
-    moves.start.result = CDS_OK;
+    moves.start.outcome.result = CDS_OK;
     moves.player.sequence.config.motion = &moves.motion;
     moves.player.place = moves.start.place;
     moves.player.sequence.result = CDS_PENDING;
@@ -173,7 +173,7 @@ void test_play_0_ends_motion_that_starts(void)
 {
     write(0x70, 1);
     write(0x70, 0);
-    TEST_ASSERT_EQUAL(CDS_CANCELLED, moves.start.result);
+    TEST_ASSERT_EQUAL(MOTION_NONE, moves.start.outcome.result);
     cds_servos_reserve(&robot.servos, NULL, NULL, 0);
     moves.ends_cycle = false;
     assert_registers("\0\x64\0\0\0\x4F");
@@ -220,6 +220,25 @@ void test_play_and_override_in_one_write(void)
     assert_registers("\1\x32\0\1\0\0");
 }
 
+void test_play_while_paused_is_refused_and_has_its_number(void)
+{
+    pretend_to_play();
+    write(0x72, 1);
+    assert_refused(0x70, 1);
+    TEST_ASSERT_EQUAL_UINT8(ERROR_PAUSED, motion_may_start_sequence(&robot, moves.player.place));
+    assert_registers("\2\x64\1\2\2\0");
+}
+
+void test_bus_baud_in_motion_is_refused_unless_it_stays(void)
+{
+    uint8_t before = (uint8_t)settings.bus_baud;
+
+    pretend_to_play();
+    assert_refused(0x05, (uint8_t)(before + 1));
+    write(0x05, before);
+    TEST_ASSERT_EQUAL_UINT8(before, settings.bus_baud);
+}
+
 void test_state_step_and_error_are_read_only(void)
 {
     assert_refused(0x73, 0);
@@ -235,6 +254,16 @@ void test_other_registers_stay(void)
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x55\xCD", 2);
     pretend_to_play();
     assert_refused(0x10, 1); // SAVE: a motion may read the EEPROM
+}
+
+void test_reset_in_motion_is_refused_and_changes_nothing(void)
+{
+    write(0x07, 2);
+    pretend_to_play();
+    SAY(DEVICE_IS, CDS_RESET);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT8(2, settings.repeats);
+    cds_servos_reserve(&robot.servos, NULL, NULL, 0);
     SAY(DEVICE_IS, CDS_RESET);
     assert_heard(DEVICE_IS, 0, NULL, 0);
     TEST_ASSERT_EQUAL_UINT8(0, settings.repeats);

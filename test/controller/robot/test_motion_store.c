@@ -322,19 +322,18 @@ static void assert_full(uint16_t size, uint8_t poses, uint8_t sequences)
 static void assert_capacity(uint16_t size, uint8_t poses, uint8_t sequences)
 {
     eeprom_fake.size = size;
-    TEST_ASSERT_TRUE(motion_store_capacity(MOTION_STORE_POSE) >= poses);
-    TEST_ASSERT_TRUE(motion_store_capacity(MOTION_STORE_SEQUENCE) >= sequences);
-    if (motion_store_capacity(MOTION_STORE_POSE) < RIG_POSES)
-        assert_full(size, motion_store_capacity(MOTION_STORE_POSE),
-                    motion_store_capacity(MOTION_STORE_SEQUENCE));
+    TEST_ASSERT_EQUAL_UINT8(poses, motion_store_capacity(MOTION_STORE_POSE));
+    TEST_ASSERT_EQUAL_UINT8(sequences, motion_store_capacity(MOTION_STORE_SEQUENCE));
+    if (poses < RIG_POSES)
+        assert_full(size, poses, sequences);
 }
 
-void test_4_kb_hold_48_poses_and_8_sequences_at_least(void)
+void test_capacity_4_kb_is_60_poses_and_10_sequences(void)
 {
-    assert_capacity(4096, 48, 8);
+    assert_capacity(4096, 60, 10);
 }
 
-void test_2_kb_hold_20_poses_and_8_sequences_at_least(void)
+void test_capacity_2_kb_is_20_poses_and_8_sequences(void)
 {
     assert_capacity(2048, 20, 8);
 }

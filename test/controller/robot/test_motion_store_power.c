@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* Poses and sequences in the EEPROM when something goes wrong: the power fails, a save is aborted,
- * a cell is dead, a byte is damaged. Then the old record stands or the new one, and all others. */
+ * a cell is dead, a byte is damaged. Then the old record or the new one is valid, and so are all
+ * other records. */
 #include "motion_store_rig.h"
 
-/* Which writes, polls and bytes are tried: on the host each, on the slow simulated AVR some. */
+/* A test cuts the power at every CUT_STRIDE-th write, and so on. The host tries each write; the
+ * simulated AVR, which is slower, tries some. */
 #ifdef __AVR__
 enum { CUT_STRIDE = 19, ABORT_STRIDE = 43, DAMAGE_STRIDE = 7, HISTORY = 60 };
 #else
@@ -43,7 +45,7 @@ struct change {
     uint8_t name, seed;
 };
 
-/* A new record, an older one replaced, one deleted: of each kind. */
+/* For each kind of record: save a new one, replace an older one, delete one. */
 static const struct change changes[] = {
     {SAVE_POSE, 4, 90},   {SAVE_POSE, 3, 91},  {DELETE_POSE, 1, 0},  {SAVE_STEPS, 2, 14},
     {SAVE_STEPS, 0, 100}, {ADD_STEP, 1, 101},  {ADD_STEP, 2, 102},   {DELETE_STEPS, 1, 0},
@@ -56,7 +58,7 @@ static bool begin(const struct change *change, struct rig_model *new)
     return rig_begin(change->operation, change->name, change->seed, new);
 }
 
-/* The old records stand, or all with the new one; all later saves are as good as any. */
+/* The old records are valid, or the old ones with the new one. */
 static bool assert_old_or_new(const struct rig_model *new)
 {
     bool is_new = rig_is(new);
@@ -67,7 +69,8 @@ static bool assert_old_or_new(const struct rig_model *new)
     return is_new;
 }
 
-static void assert_goes_on(void)
+/* All later saves work. */
+static void assert_later_saves_work(void)
 {
     rig_do(SAVE_POSE, 3, 200);
     rig_do(SAVE_POSE, 5, 201);
@@ -94,7 +97,7 @@ static bool cut(const struct change *change, uint16_t at, uint8_t kind)
     is_new = assert_old_or_new(&new);
     TEST_ASSERT_TRUE(was_cut || is_new);
     TEST_ASSERT_EQUAL_UINT8(0, store.damaged);
-    assert_goes_on();
+    assert_later_saves_work();
     return was_cut;
 }
 
@@ -171,7 +174,7 @@ static bool abort_after(const struct change *change, uint16_t polls, uint8_t slo
     TEST_ASSERT_TRUE(assert_old_or_new(&new) || !was_over);
     rig_power_up();
     TEST_ASSERT_TRUE(rig_is(&model));
-    assert_goes_on();
+    assert_later_saves_work();
     return !was_over;
 }
 
@@ -243,7 +246,7 @@ void test_old_version_that_stays_does_not_count(void)
     TEST_ASSERT_TRUE(rig_is(&model));
     rig_power_up();
     TEST_ASSERT_TRUE(rig_is(&model));
-    assert_goes_on();
+    assert_later_saves_work();
 }
 
 /* Deleting takes also the older record away, which a lost power left behind. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The robot's servos: who joins, who is looked at, who is held. */
+/* The robot's servos: which servos join, are read, are inhibited. */
 #include "robot/robot.h"
 
 #include <stddef.h>
@@ -32,7 +32,7 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
 }
 
-#define STEP_US 50 // of time in which nobody is on the line
+#define STEP_US 50 // of time without a byte on the line
 
 /* The main loop for so long. */
 static void run(uint32_t us)
@@ -198,14 +198,14 @@ void test_servo_joining_stopped_robot_is_inhibited(void)
     run(3000);
     meet(1);
     TEST_ASSERT_EQUAL(CDS_INHIBITED, torque_on(1));
-    TEST_ASSERT_EQUAL(CDS_INHIBITED, torque_on(2)); // who was never heard of
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, torque_on(2)); // a servo without a reply so far
     TEST_ASSERT_TRUE(robot_allow(&robot));
     cds_servos_release_all(&robot.servos);
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(1));
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(3));
 }
 
-void test_a_SYNC_WRITE_whose_blocks_would_be_longer_than_any_packet_names_nobody(void)
+void test_sync_write_with_too_long_blocks_adds_no_servo(void)
 {
     static const uint8_t sync[] = {0xFF, 0xFF, 0xFE, 4, CDS_SYNC_WRITE, 0x1E, 255, 0x5D};
 
@@ -226,7 +226,7 @@ void test_robot_after_forget_joins_and_inhibits_servos(void)
     TEST_ASSERT_EQUAL_UINT8(0, robot.servos.count);
     wire.count = 0;
     wait_ms(1200);
-    TEST_ASSERT_EQUAL_UINT8(0, wire.count); // nobody is left to be looked at
+    TEST_ASSERT_EQUAL_UINT8(0, wire.count); // no servo is left to be read
     meet(2);
     TEST_ASSERT_NOT_NULL(known(2));
     TEST_ASSERT_EQUAL(CDS_INHIBITED, torque_on(2));

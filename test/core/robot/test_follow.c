@@ -12,6 +12,11 @@ static struct cds_follow follow;
 static struct cds_follow_joint joints[JOINTS];
 static uint32_t now_us;
 
+static void begin_with(const struct cds_follow_config *config)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_follow_begin(&follow, config));
+}
+
 void setUp(void)
 {
     rig_begin_joints(500);
@@ -19,8 +24,7 @@ void setUp(void)
     now_us = port_fake.now_us = 67000000; // the 16-bit time of a joint overflows in the test
     for (uint8_t i = 0; i < JOINTS; i++)
         feedback[i].time_us = now_us;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_follow_begin(&follow, &(struct cds_follow_config){
-                                                            .cycle = &cycle, .joints = joints}));
+    begin_with(&(struct cds_follow_config){.cycle = &cycle, .joints = joints});
 }
 
 void tearDown(void)
@@ -30,19 +34,25 @@ void tearDown(void)
 static void set_goal(uint8_t joint, uint16_t position)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, joint, position, 1));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    cds_cycle_commit(&cycle);
 }
 
-/* 10 ms pass, and all joints are read and compared. */
-static enum cds_result pass(void)
+/* The time passes, and all joints are read and compared. */
+static enum cds_result pass_us(uint32_t us)
 {
-    now_us += 10000;
+    now_us += us;
     port_fake.now_us = now_us;
     for (uint8_t i = 0; i < JOINTS; i++)
         feedback[i].time_us = now_us;
     for (uint8_t i = 0; i < JOINTS; i++)
         cds_follow_poll(&follow);
     return (enum cds_result)follow.result;
+}
+
+/* 10 ms pass. */
+static enum cds_result pass(void)
+{
+    return pass_us(10000);
 }
 
 /* Returns the time until the report in ms, or 0 if none comes within 1 s. */
@@ -54,29 +64,47 @@ static uint16_t report_ms(void)
     return 0;
 }
 
-void test_joint_that_is_stuck_is_reported_in_time(void)
+void test_follow_joint_is_stuck_reports_it_in_time(void)
 {
     set_goal(1, 500 + CDS_FOLLOW_STEPS + 1);
     TEST_ASSERT_UINT16_WITHIN(10, CDS_FOLLOW_MS + 10, report_ms());
     TEST_ASSERT_EQUAL_UINT8(1, follow.joint);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, pass()); // it stays so
-    TEST_ASSERT_EQUAL(CDS_OK, cds_follow_begin(&follow, &(struct cds_follow_config){
-                                                            .cycle = &cycle, .joints = joints}));
+    begin_with(&(struct cds_follow_config){.cycle = &cycle, .joints = joints});
     TEST_ASSERT_EQUAL(CDS_PENDING, pass());
 }
 
-void test_joint_within_the_steps_is_not_reported(void)
+void test_follow_joint_within_the_steps_reports_nothing(void)
 {
     set_goal(1, 500 + CDS_FOLLOW_STEPS);
     TEST_ASSERT_EQUAL_UINT16(0, report_ms());
 }
 
-void test_values_of_the_program_count(void)
+/* The time starts at each part of a unit of the 16-bit clock (1024 us). */
+void test_follow_reports_after_time_ms_and_2_ms_more_at_most(void)
+{
+    static const uint16_t times_ms[] = {1, 2, 200, 60000};
+
+    for (uint8_t i = 0; i < sizeof times_ms / sizeof times_ms[0]; i++) {
+        for (uint8_t j = 0; j < 16; j++) {
+            uint32_t time_us = 1000ul * times_ms[i];
+
+            begin_with(&(struct cds_follow_config){
+                .cycle = &cycle, .joints = joints, .time_ms = times_ms[i]});
+            set_goal(1, 500 + CDS_FOLLOW_STEPS + 1);
+            TEST_ASSERT_EQUAL(CDS_PENDING, pass_us(1024 + 64));
+            TEST_ASSERT_EQUAL(CDS_PENDING, pass_us(time_us - 1));
+            TEST_ASSERT_EQUAL(CDS_TIMEOUT, pass_us(2049));
+        }
+    }
+}
+
+void test_follow_with_own_limits_uses_them(void)
 {
     struct cds_follow_config config = {
         .cycle = &cycle, .joints = joints, .steps = 10, .time_ms = 500};
 
-    TEST_ASSERT_EQUAL(CDS_OK, cds_follow_begin(&follow, &config));
+    begin_with(&config);
     set_goal(2, 489);
     TEST_ASSERT_UINT16_WITHIN(10, 510, report_ms());
     TEST_ASSERT_EQUAL_UINT8(2, follow.joint);
@@ -87,7 +115,7 @@ void test_values_of_the_program_count(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_follow_begin(&follow, &config));
 }
 
-void test_joint_that_comes_nearer_is_not_reported(void)
+void test_follow_joint_comes_nearer_reports_nothing(void)
 {
     set_goal(0, 1000);
     for (uint8_t i = 0; i < 100; i++) { // 1 step in 50 ms
@@ -97,7 +125,7 @@ void test_joint_that_comes_nearer_is_not_reported(void)
     }
 }
 
-void test_joint_that_was_at_its_goal_has_the_whole_time_again(void)
+void test_follow_joint_was_at_its_goal_starts_the_time_again(void)
 {
     for (uint8_t i = 0; i < 3; i++) {
         set_goal(0, 600);
@@ -108,7 +136,7 @@ void test_joint_that_was_at_its_goal_has_the_whole_time_again(void)
     }
 }
 
-void test_joint_that_never_catches_up_is_reported(void)
+void test_follow_joint_never_catches_up_reports_it(void)
 {
     uint16_t goal = 600;
 
@@ -125,7 +153,7 @@ void test_joint_that_never_catches_up_is_reported(void)
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, follow.result);
 }
 
-void test_goal_that_comes_back_to_a_stuck_joint_is_no_progress(void)
+void test_follow_goal_returns_to_stuck_joint_reports_it(void)
 {
     uint16_t goal = 700;
 
@@ -136,7 +164,7 @@ void test_goal_that_comes_back_to_a_stuck_joint_is_no_progress(void)
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, follow.result);
 }
 
-void test_old_feedback_does_not_let_the_time_pass(void)
+void test_follow_polls_without_new_feedback_report_nothing(void)
 {
     set_goal(0, 700);
     pass();
@@ -145,7 +173,7 @@ void test_old_feedback_does_not_let_the_time_pass(void)
 }
 
 /* Its servo has no power any more. The other joints are read. */
-void test_joint_that_does_not_report_any_more_is_reported(void)
+void test_follow_joint_falls_silent_reports_it(void)
 {
     uint16_t ms = 0;
 
@@ -161,7 +189,19 @@ void test_joint_that_does_not_report_any_more_is_reported(void)
     TEST_ASSERT_EQUAL_UINT8(1, follow.joint);
 }
 
-void test_joint_without_feedback_or_goal_is_not_compared(void)
+void test_follow_waits_time_ms_and_200_ms_for_a_report(void)
+{
+    for (uint8_t i = 0; i < 16; i++) {
+        begin_with(&(struct cds_follow_config){.cycle = &cycle, .joints = joints, .time_ms = 1});
+        TEST_ASSERT_EQUAL(CDS_PENDING, pass_us(1024 + 64));
+        port_fake.now_us = now_us + 1000ul * (1 + CDS_FOLLOW_MS) - 1;
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_follow_poll(&follow));
+        port_fake.now_us += 2049;
+        TEST_ASSERT_EQUAL(CDS_TIMEOUT, cds_follow_poll(&follow));
+    }
+}
+
+void test_follow_joint_without_feedback_or_goal_is_ignored(void)
 {
     feedback[0].known = false;
     set_goal(0, 1000);

@@ -207,7 +207,7 @@ void test_by_servo_sends_one_goal_and_a_speed_for_each_joint(void)
     }
 }
 
-void test_move_of_one_period(void)
+void test_move_of_one_period_sends_its_goal_once(void)
 {
     pose[0] = 501;
     move(1, CDS_MOTION_LINEAR);
@@ -267,7 +267,7 @@ void test_period_below_200_us_is_refused(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_begin(&motion, &config));
 }
 
-void test_move_of_one_and_of_all_periods_of_65_ms(void)
+void test_move_with_periods_of_65_ms_arrives_in_time(void)
 {
     static const uint32_t times_ms[] = {1, 65, 66, 600000 / FEW};
 
@@ -688,7 +688,7 @@ void test_motion_that_passes_ends_if_no_move_waits(void)
 }
 
 /* The servo still reports that it is at 100. */
-void test_move_that_waits_is_checked_from_the_end_of_the_one_before(void)
+void test_waiting_move_is_checked_from_end_of_last_move(void)
 {
     static uint16_t back[JOINTS];
     struct cds_move it = {.pose = back, .time_ms = 40, .waits = true};
@@ -816,7 +816,7 @@ void test_override_does_not_end_a_pause(void)
     TEST_ASSERT_EQUAL_UINT16(520, goals[0]);
 }
 
-void test_pause_and_resume(void)
+void test_pause_then_resume_reaches_the_pose(void)
 {
     int16_t change;
     uint16_t at;
@@ -879,7 +879,100 @@ void test_move_after_an_abort_begins_at_rest(void)
     TEST_ASSERT_EQUAL(CDS_OK, motion.result);
 }
 
-void test_abort_of_a_move_that_is_checked(void)
+/* It would be checked from the end of the move that is aborted, where no joint will be. */
+void test_move_that_waits_is_refused_during_an_abort(void)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 1500, .waits = true};
+
+    go_half_way();
+    cds_motion_abort(&motion, 4000);
+    pass_period();
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_motion_move(&motion, &it));
+    while (pass_period() == CDS_PENDING) {
+    }
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, motion.result);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+}
+
+/* The check of a move takes several periods, and joint 0 comes nearer to its limit meanwhile. Where
+ * it stands after braking is within the limit, so that the next move is permitted. */
+void test_joint_that_brakes_at_its_limit_stands_within_it(void)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 1000, .curve = CDS_MOTION_MINIMUM_JERK};
+
+    for (uint16_t periods = 60; periods < 84; periods++) {
+        setUp();
+        states[0].held = CDS_HELD_CW_SET | CDS_HELD_CCW_SET; // position mode
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[0], 300, 700, 1023));
+        feedback[0].position = 300;
+        pose[0] = 700;
+        move(340, CDS_MOTION_LINEAR);
+        for (uint16_t i = 0; i < periods; i++)
+            pass_period();
+        pose[0] = CDS_POSE_NONE;
+        pose[1] = 505;
+        TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+        while (motion.move_result == CDS_PENDING || motion.is_under_way) {
+            send_goals();
+            TEST_ASSERT_LESS_OR_EQUAL_UINT16(700, goals[0]);
+            for (uint8_t i = 0; i < 10; i++)
+                cds_motion_poll(&motion);
+        }
+        feedback[0].position = goals[0];
+        pose[0] = 600;
+        move(2000, CDS_MOTION_MINIMUM_JERK);
+        while (pass_period() == CDS_PENDING)
+            TEST_ASSERT_LESS_OR_EQUAL_UINT16(700, goals[0]);
+        TEST_ASSERT_EQUAL(CDS_OK, motion.result);
+    }
+}
+
+/* A pause slows down within its deceleration; the override has a time of its own. */
+void test_override_after_a_pause_changes_within_250_ms(void)
+{
+    go_half_way();
+    cds_motion_pause(&motion, 100);
+    pass_period();
+    cds_motion_resume(&motion);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_set_override(&motion, 50));
+    for (uint8_t i = 0; i < 64; i++) // 256 ms
+        pass_period();
+    TEST_ASSERT_EQUAL_UINT32(32768, motion.rate);
+}
+
+/* The move takes the place of an abort that slows down at 100. */
+void test_move_in_place_of_an_abort_is_at_full_rate_within_250_ms(void)
+{
+    go_half_way();
+    cds_motion_abort(&motion, 100);
+    for (uint8_t i = 0; i < 100; i++)
+        pass_period();
+    TEST_ASSERT_TRUE(motion.is_under_way && motion.rate < 60000);
+    pose[0] = 200;
+    move(3000, CDS_MOTION_MINIMUM_JERK);
+    for (uint8_t i = 0; i < 64; i++)
+        pass_period();
+    TEST_ASSERT_EQUAL_UINT32(65536, motion.rate);
+}
+
+void test_trapezoid_keeps_the_acceleration_of_the_joints(void)
+{
+    uint32_t at_4000, at_1000;
+
+    begin_motion(4000);
+    pose[0] = 900;
+    TEST_ASSERT_EQUAL(CDS_LIMIT, try_move(100, CDS_MOTION_TRAPEZOID));
+    at_4000 = motion.shortest_ms;
+    begin_motion(1000);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, try_move(100, CDS_MOTION_TRAPEZOID)); // it asks for 4000
+    at_1000 = motion.shortest_ms;
+    TEST_ASSERT_GREATER_THAN_UINT32(at_4000 * 3 / 2, at_1000);
+    move(at_1000, CDS_MOTION_TRAPEZOID);
+    for (uint16_t last = 0; pass_period() == CDS_PENDING; last = speeds[0])
+        TEST_ASSERT_TRUE(last == 0 || distance(speeds[0], last) <= 4 + 5); // and the reserve
+}
+
+void test_abort_during_check_cancels_the_move(void)
 {
     struct cds_move it = {.pose = pose, .time_ms = 1000};
 
@@ -946,6 +1039,37 @@ void test_joint_that_is_inhibited_on_the_way_ends_the_motion(void)
     TEST_ASSERT_LESS_THAN_UINT16(800, goals[0]);
 }
 
+/* A joint that begins a move divides: two of them at most in a poll, whether they are in the pose
+ * of the move or brake. */
+void test_polls_begin_at_most_two_joints(void)
+{
+    for (uint8_t i = 0; i < JOINTS; i++)
+        pose[i] = 600;
+    move(1000, CDS_MOTION_LINEAR);
+    for (uint8_t i = 0; i < 100; i++)
+        pass_period();
+    for (uint8_t i = 1; i < JOINTS; i++)
+        pose[i] = CDS_POSE_NONE;
+    pose[0] = 700;
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_motion_move(&motion, &(struct cds_move){.pose = pose,
+                                                                  .time_ms = 1000,
+                                                                  .curve = CDS_MOTION_LINEAR}));
+    while (motion.move_result == CDS_PENDING) {
+        uint8_t begun = motion.begun;
+
+        if (motion.index == JOINTS && !cds_bus_is_busy(&bus) && motion.is_ready)
+            send_goals();
+        cds_motion_poll(&motion);
+        if (motion.begun > begun)
+            TEST_ASSERT_LESS_OR_EQUAL_UINT8(begun + 2, motion.begun);
+    }
+    for (uint8_t begun = motion.begun; begun < JOINTS; begun = motion.begun) {
+        cds_motion_poll(&motion);
+        TEST_ASSERT_LESS_OR_EQUAL_UINT8(begun + 2, motion.begun);
+    }
+}
+
 void test_polls_set_at_most_six_goals(void)
 {
     uint16_t polls = 0;
@@ -968,6 +1092,7 @@ static void submit_at_random(void)
                           .time_ms = 1u + random_below(3000),
                           .curve = (uint8_t)random_below(4),
                           .may_take_longer = random_below(2),
+                          .waits = random_below(4) == 0,
                           .acceleration = (uint16_t)(1000u + random_below(8000))};
 
     if (cds_motion_is_busy(&motion))
@@ -1014,7 +1139,10 @@ void test_goals_stay_within_limits_at_random(void)
         last[i] = 500;
     }
     for (uint32_t period = 0; period < 200000ul / FEW; period++) {
+        bool was_checking;
+
         act_at_random();
+        was_checking = motion.move_result == CDS_PENDING;
         pass_period();
         for (uint8_t i = 0; i < JOINTS; i++) {
             TEST_ASSERT_UINT16_WITHIN(410, 500, goals[i]);
@@ -1025,7 +1153,8 @@ void test_goals_stay_within_limits_at_random(void)
             last[i] = goals[i];
             approach(&feedback[i].position, goals[i]);
         }
-        moves += motion.move_result == CDS_OK;
+        if (was_checking && motion.move_result == CDS_OK)
+            moves++;
         TEST_ASSERT_NOT_EQUAL(CDS_INHIBITED, motion.result);
         TEST_ASSERT_NOT_EQUAL(CDS_BAD_ARGUMENT, motion.result);
         if (motion.result == CDS_LIMIT)
@@ -1034,7 +1163,7 @@ void test_goals_stay_within_limits_at_random(void)
     TEST_ASSERT_GREATER_THAN_UINT32(1000ul / FEW, moves);
 }
 
-void test_acceleration_of_the_registers(void)
+void test_acceleration_of_register_is_250_units_per_s(void)
 {
     TEST_ASSERT_EQUAL_UINT16(0, cds_motion_acceleration(0));
     TEST_ASSERT_EQUAL_UINT16(8000, cds_motion_acceleration(32));

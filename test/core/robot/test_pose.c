@@ -69,7 +69,7 @@ void test_add_adds_offsets(void)
     TEST_ASSERT_EQUAL_UINT16_ARRAY(expected, pose, JOINTS);
 }
 
-void test_add_clamps_and_tells(void)
+void test_add_beyond_range_clamps_and_returns_false(void)
 {
     static const int16_t low[JOINTS] = {-101}, high[JOINTS] = {0, 1023};
 

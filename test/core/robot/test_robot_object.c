@@ -301,19 +301,25 @@ static const struct cds_joint bad[][JOINTS] CDS_IN_FLASH = {
     BAD(2, 1, 150000, -90000, 60000, 0, CDS_JOINT_CDS55XX),
     BAD(2, 1, 150000, -90000, 60000, 62001, CDS_JOINT_CDS55XX),
     BAD(2, 1, 150000, -90000, 60000, 113554, CDS_JOINT_AX12),
+    BAD(2, 0, 150000, -90000, 60000, 31000, CDS_JOINT_CDS55XX),
+    BAD(2, 1, 150000, -90000, 60000, 31000, 2),
+    BAD(2, 1, -1, 10, 60000, 31000, CDS_JOINT_CDS55XX),
+    BAD(2, -1, 300001, 10, 60000, 31000, CDS_JOINT_CDS55XX),
 };
+#define BAD_ROWS (sizeof bad / sizeof bad[0])
 #define BAD_CONFIG(i)                                                                              \
     {                                                                                              \
         bad[i], robot_states, robot_feedback, robot_ids, robot_reported, robot_packets, JOINTS     \
     }
 static const struct cds_robot_config bad_configs[] CDS_IN_FLASH = {
-    BAD_CONFIG(0), BAD_CONFIG(1), BAD_CONFIG(2), BAD_CONFIG(3), BAD_CONFIG(4),
-    BAD_CONFIG(5), BAD_CONFIG(6), BAD_CONFIG(7), BAD_CONFIG(8), BAD_CONFIG(9),
+    BAD_CONFIG(0),  BAD_CONFIG(1),  BAD_CONFIG(2),  BAD_CONFIG(3),  BAD_CONFIG(4),
+    BAD_CONFIG(5),  BAD_CONFIG(6),  BAD_CONFIG(7),  BAD_CONFIG(8),  BAD_CONFIG(9),
+    BAD_CONFIG(10), BAD_CONFIG(11), BAD_CONFIG(12), BAD_CONFIG(13),
 };
 
 void test_open_with_a_bad_row_is_refused(void)
 {
-    for (uint8_t i = 0; i < 10; i++) {
+    for (uint8_t i = 0; i < BAD_ROWS; i++) {
         TEST_ASSERT_EQUAL_MESSAGE(CDS_BAD_ARGUMENT,
                                   cds_robot_open(&robot, &bad_configs[i], 0, CDS_BAUD_1M), "open");
         if (i > 1) // else the ID is bad

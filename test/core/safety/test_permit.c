@@ -465,7 +465,7 @@ void test_14_only_one_request_sets_goals_of_reserved_servos(void)
     cds_servos_reserve(&servos, &goals, ids, 2);
     for (uint8_t i = 0; i < 2; i++) {
         for (uint8_t reg = 0; reg < CDS_TABLE_SIZE; reg++) {
-            if ((reg >= 6 && reg <= 9) || (reg >= 0x1E && reg <= 0x21)) {
+            if ((reg >= 3 && reg <= 9) || reg == 0x10 || (reg >= 0x1E && reg <= 0x21)) {
                 refuse(CDS_RESERVED, byte(ids[i], reg, 1));
                 refuse(CDS_RESERVED, byte(CDS_BROADCAST_ID, reg, 1));
             }
@@ -477,8 +477,11 @@ void test_14_only_one_request_sets_goals_of_reserved_servos(void)
         pass(byte(ids[i], CDS_REG_TORQUE_ENABLE, 0));
         pass(byte(ids[i], CDS_REG_LED, 1));
         pass(sync(CDS_REG_TORQUE_ENABLE, 0, ids[i], 1));
+        refuse(CDS_RESERVED, sync(CDS_REG_ID, 7, ids[i], 8));
+        refuse(CDS_RESERVED, sync(CDS_REG_BAUD_RATE, 34, ids[i], 34));
     }
     pass(goal(1, 500, 100));
+    pass(byte(1, CDS_REG_BAUD_RATE, 34));
     refuse(CDS_RESERVED, sync_goals(500, 3, 500)); // to whatever servos
     cds_servos_reserve(&servos, &request, ids, 2); // the request of these functions
     pass(goal(2, 500, 100));

@@ -137,7 +137,7 @@ static bool set_goals(uint16_t period)
         unmark();
     }
     mark();
-    taken &= cds_cycle_commit(&cycle) == CDS_OK;
+    cds_cycle_commit(&cycle);
     unmark();
     return taken;
 }

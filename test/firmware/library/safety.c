@@ -127,7 +127,7 @@ static void set_goals(uint16_t position)
         if (cds_cycle_goal(&cycle, i, position, SPEED) == CDS_OK)
             taken++;
     say("taken", taken);
-    say("commit", cds_cycle_commit(&cycle));
+    cds_cycle_commit(&cycle);
 }
 
 static void begin_cycle(uint16_t position)

@@ -15,6 +15,7 @@ static const CDS_FLASH char message_no_autostart[] = "autostart: none";
 static const CDS_FLASH char message_autostart[] = "autostart: ";
 static const CDS_FLASH char message_how[] = "%s after %u s; %s";
 static const CDS_FLASH char message_how_servo[] = "%s after %u s; not begun: servo %u: %s";
+static const CDS_FLASH char message_how_refused[] = "%s after %u s; not begun: %s";
 static const CDS_FLASH char message_loop[] = " loop";
 
 /* In the order of enum autostart_state. */
@@ -32,7 +33,7 @@ static const CDS_FLASH char *const CDS_FLASH state_texts[] = {
     FLASH_TEXT("not begun: the sequence, its joints or a pose is missing"),
     NULL, // the error of the servo
     FLASH_TEXT("a pose is beyond its angle limits"),
-    FLASH_TEXT("the motion was refused: 'motion wait' tells why"),
+    NULL, // the error of the motion
 };
 
 struct autostart_job {
@@ -46,6 +47,15 @@ struct autostart_job {
 #define WORDS_OFF 3 // of the line "settings autostart off"
 
 /* ---- settings autostart [off] ---- */
+
+/* Why it has not begun, when state_texts[] does not tell. */
+static const CDS_FLASH char *reason_text(const struct autostart *autostart)
+{
+    if (autostart->state == AUTOSTART_REFUSED)
+        return error_text(autostart->reason);
+    return autostart->state == AUTOSTART_LIMITS ? state_texts[AUTOSTART_LIMITS]
+                                                : error_text(torque_on_error(autostart->reason));
+}
 
 static uint8_t show_begin(struct console *console)
 {
@@ -72,7 +82,7 @@ static bool show_poll(struct console *console)
     uint8_t delay, state = autostart->state;
 
     if (console->line.words == WORDS_OFF)
-        return job->is_saving && stored_waits(console);
+        return job->is_saving && stored_save_poll(console);
     delay = motion_store_read_autostart(stored(), job->name);
     if (delay == 0) {
         printer_line(printer, message_no_autostart);
@@ -83,14 +93,15 @@ static bool show_poll(struct console *console)
     printer->values[0].text = delay & AUTOSTART_LOOP ? message_loop : message_nothing;
     printer->values[1].number = delay & AUTOSTART_DELAY_MAX;
     printer->values[2].text = state_texts[state];
-    if (state == AUTOSTART_NOT_WELL || state == AUTOSTART_LIMITS) {
-        printer->values[2].number = autostart->id;
-        printer->values[3].text = state == AUTOSTART_LIMITS
-                                      ? state_texts[state]
-                                      : error_text(torque_on_error(autostart->reason));
-        printer_line(printer, message_how_servo);
-    } else {
+    if (state < AUTOSTART_NOT_WELL) {
         printer_line(printer, message_how);
+    } else if (state == AUTOSTART_REFUSED && autostart->id == CDS_NO_ID) {
+        printer->values[2].text = reason_text(autostart);
+        printer_line(printer, message_how_refused);
+    } else {
+        printer->values[2].number = autostart->id;
+        printer->values[3].text = reason_text(autostart);
+        printer_line(printer, message_how_servo);
     }
     return false;
 }
@@ -144,8 +155,7 @@ static uint8_t loop_begin(struct console *console)
 static const CDS_FLASH struct command autostart_rows[] = {
     {
         .usage = FLASH_TEXT("settings autostart [off]"),
-        .what =
-            FLASH_TEXT("show what plays after power-up, and what became of it; or nothing does"),
+        .what = FLASH_TEXT("show the autostart and its state; off: delete it"),
         .details = COMMAND_DETAILS("Kept at once, without save"),
         .example = COMMAND_DETAILS("settings autostart"),
         .begin = show_begin,
@@ -160,7 +170,7 @@ static const CDS_FLASH struct command autostart_rows[] = {
             "its angle limits"),
         .example = COMMAND_DETAILS("settings autostart walk 5s"),
         .begin = once_begin,
-        .poll = stored_waits,
+        .poll = stored_save_poll,
     },
     {
         .usage = FLASH_TEXT("settings autostart NAME loop [TIME]"),
@@ -168,7 +178,7 @@ static const CDS_FLASH struct command autostart_rows[] = {
         .details = COMMAND_DETAILS("Until motion off or stop"),
         .example = COMMAND_DETAILS("settings autostart walk loop"),
         .begin = loop_begin,
-        .poll = stored_waits,
+        .poll = stored_save_poll,
     },
 };
 

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* backup: the registers of a servo as lines of the console. */
+/* backup: the registers of a servo as lines of the console; restore: such a line. */
+#include <string.h>
+
 #include "cds55xx/control_table.h"
 #include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
@@ -7,7 +9,10 @@
 #include "console/messages.h"
 #include "console/number_format.h"
 
-static const CDS_FLASH char set[] = "set ";
+static const CDS_FLASH char restore[] = "restore ";
+static const CDS_FLASH char message_unchanged[] = "unchanged";
+static const CDS_FLASH char message_written[] = " differed: written";
+static const CDS_FLASH char message_not_written[] = " differs: not written";
 static const CDS_FLASH char raw_unit[] = "raw";
 
 uint8_t backup_begin(struct console *console)
@@ -23,7 +28,7 @@ static bool is_kept(const struct cds_register *at)
            cds_units_of(&cds_profile_cds55xx, at->address) != CDS_UNIT_NONE;
 }
 
-/* "set 1 MAX_TEMPERATURE 80C"; a value that its unit does not have: "set 1 ... 255raw" */
+/* "restore 1 MAX_TEMPERATURE 80C"; a value that its unit does not have: "restore 1 ... 255raw" */
 static void print_line(struct console *console, const struct cds_register *at)
 {
     struct printer *printer = &console->printer;
@@ -33,7 +38,7 @@ static void print_line(struct console *console, const struct cds_register *at)
     char name[CDS_REGISTER_NAME_SIZE];
     int32_t value;
 
-    printer_flash(printer, set);
+    printer_flash(printer, restore);
     printer_decimal(printer, console->line.id);
     printer_char(printer, ' ');
     cds_register_name(at->address, name, sizeof name);
@@ -71,16 +76,71 @@ static bool backup_poll(struct console *console)
     return true;
 }
 
+/* ---- restore ---- */
+
+static uint8_t restore_begin(struct console *console)
+{
+    struct cds_register at;
+    uint8_t error = register_take_value(console, &at);
+
+    if (error)
+        return error;
+    console->line.address = at.address;
+    console->line.length = at.width;
+    return servo_read(console, at.address, at.width);
+}
+
+/* The register was read. True: it differs, and the WRITE has begun. */
+static bool begin_to_write(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    const uint8_t *data = set_job(console)->data, *bytes = line->request->reply;
+
+    if (setup_has_try(console, console->error))
+        return restore_begin(console) == 0;
+    if (!console_answered(console))
+        return false;
+    console->raw = (uint16_t)(line->length == 2 ? bytes[0] | bytes[1] << 8 : bytes[0]);
+    if (memcmp(bytes, data, line->length) == 0) {
+        printer_line(&console->printer, message_unchanged);
+        return false;
+    }
+    console->phase = 1;
+    console->error = setup_write(console, line->address, data, line->length);
+    return console->error == 0;
+}
+
+/* Reads the register, writes it if it differs, and reads it back. */
+static bool restore_poll(struct console *console)
+{
+    if (console->phase == 0)
+        return console_waits(console) || begin_to_write(console);
+    if (setup_waits(console))
+        return true;
+    register_print(&console->printer, console->line.address, console->raw);
+    printer_line(&console->printer, console->error ? message_not_written : message_written);
+    return false;
+}
+
 static const CDS_FLASH struct command backup_rows[] = {
     {
         .usage = FLASH_TEXT("backup ID"),
         .what = FLASH_TEXT("print the lines that restore the registers"),
         .details = COMMAND_DETAILS(
-            "The registers in EEPROM without ID and BAUD_RATE. Send the lines to restore them: set "
-            "writes what differs, reads it back, and says 'written' or 'unchanged'"),
+            "The registers in EEPROM without ID and BAUD_RATE. Send the lines to restore them"),
         .example = COMMAND_DETAILS("backup 1"),
         .begin = backup_begin,
         .poll = backup_poll,
+    },
+    {
+        .usage = FLASH_TEXT("restore ID REG VALUE"),
+        .what = FLASH_TEXT("write a register if it differs, and show what differed"),
+        .details =
+            COMMAND_DETAILS("A line of backup; REG and VALUE as for set. Reads the register, "
+                            "writes it if it differs, and reads it back"),
+        .example = COMMAND_DETAILS("restore 1 MIN_VOLTAGE 6V"),
+        .begin = restore_begin,
+        .poll = restore_poll,
     },
 };
 

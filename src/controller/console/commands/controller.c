@@ -3,7 +3,7 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
-#include "compiler.h"      // NOINLINE
+#include "compiler.h"      // ALWAYS_INLINE, NOINLINE
 #include "console/reply.h" // reply_condition()
 #include "console/messages.h"
 
@@ -40,7 +40,7 @@ static const CDS_FLASH char *const CDS_FLASH origins[] = {
     [SETTINGS_OLDER] = FLASH_TEXT("as saved by an older firmware; new ones are defaults"),
     [SETTINGS_NEWER] = FLASH_TEXT("as saved by a newer firmware"),
     [SETTINGS_STORED] = FLASH_TEXT("as saved"),
-    [SETTINGS_CORRECTED] = FLASH_TEXT("as saved, but one was out of range and is its default"),
+    [SETTINGS_CORRECTED] = FLASH_TEXT("as saved, but one was out of range: its default"),
 };
 
 static void print_origin(struct console *console)
@@ -84,6 +84,14 @@ uint8_t setting_number(struct console *console)
                           setting_is_rate(&console->line) ? CDS_UNIT_BPS : CDS_UNIT_NUMBER);
 }
 
+/* Returns ERROR_MOTION while a motion is under way, else 0. A motion may read the EEPROM, and needs
+ * the settings of the bus. ALWAYS_INLINE: the comparison drops the rest, 50 bytes, in a firmware
+ * without motions. */
+ALWAYS_INLINE uint8_t error_in_motion(const struct console *console)
+{
+    return command_set.moves && robot_is_in_motion(console->robot) ? (uint8_t)ERROR_MOTION : 0;
+}
+
 static uint8_t settings_begin(struct console *console)
 {
     struct command_line *line = &console->line;
@@ -91,6 +99,8 @@ static uint8_t settings_begin(struct console *console)
 
     if (line->numbers == 0)
         return 0;
+    if (line->setting == SETTINGS_AT_bus_baud && error_in_motion(console))
+        return ERROR_MOTION;
     error = command_set.setting_number ? command_set.setting_number(console)
                                        : console_number(console, 0, CDS_UNIT_NUMBER);
     if (error == 0 && !settings_set(console->failsafe->settings, line->setting, console->raw))
@@ -102,6 +112,10 @@ static uint8_t settings_begin(struct console *console)
 
 static uint8_t defaults_begin(struct console *console)
 {
+    uint8_t error = error_in_motion(console);
+
+    if (error)
+        return error;
     settings_default(console->failsafe->settings);
     failsafe_apply_settings(console->failsafe);
     return 0;
@@ -133,9 +147,10 @@ static bool defaults_poll(struct console *console)
 static uint8_t save_begin(struct console *console)
 {
     struct failsafe *failsafe = console->failsafe;
+    uint8_t error = error_in_motion(console);
 
-    if (robot_is_in_motion(console->robot)) // it may read the EEPROM
-        return ERROR_MOTION;
+    if (error)
+        return error;
     return settings_save(failsafe->store, failsafe->settings) ? 0 : ERROR_SAVING;
 }
 
@@ -209,8 +224,10 @@ bool alarms_report(struct console *console)
 
     if (!console->printer.text && (!failsafe->alarm || console->editor.length))
         return false;
-    if (printer_ready(&console->printer) && failsafe->alarm)
+    if (printer_ready(&console->printer) && failsafe->alarm) {
+        console_move_prompt(console);
         failsafe->alarm = alarm_line(&console->printer, failsafe->alarm_id, failsafe->alarm);
+    }
     return true;
 }
 
@@ -251,7 +268,7 @@ static const CDS_FLASH char *stop_text(const struct robot *robot)
     return message_torque_read;
 }
 
-/* "last stop: 2 of 3 servos read back as off; up to 251 more were not looked at". A servo that
+/* "last stop: 2 of 3 servos read back as off; up to 251 more were not checked". A servo that
  * joined the robot after the stop was not read back. */
 static void print_torque(struct printer *printer, const struct robot *robot)
 {
@@ -398,7 +415,7 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("defaults"),
         .what = FLASH_TEXT("settings of a new controller"),
-        .details = COMMAND_DETAILS("Kept only by save"),
+        .details = COMMAND_DETAILS("Kept only by save. Not while a motion is under way"),
         .example = COMMAND_DETAILS("defaults"),
         .begin = defaults_begin,
         .poll = defaults_poll,

@@ -56,7 +56,7 @@ enum cds_result cycle_known(struct console *console)
         console->error = ERROR_STOPPED;
         return result;
     }
-    result = group_cycle_known(robot, move_job(console)->begun_us);
+    result = group_cycle_await_positions(robot, move_job(console)->begun_us);
     if (result != CDS_OK && result != CDS_PENDING) {
         console->error = (uint8_t)result;
         robot_abort(robot);
@@ -108,7 +108,7 @@ static bool goals_poll(struct console *console)
         if (cds_cycle_goal(&robot->work.cycle.cycle, *index,
                            robot->work.cycle.feedback[*index].position, 0) == CDS_BUSY)
             return true;
-    console->error = (uint8_t)cds_cycle_commit(&robot->work.cycle.cycle);
+    cds_cycle_commit(&robot->work.cycle.cycle);
     return false;
 }
 

@@ -8,6 +8,7 @@
 #include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
 #include "console/messages.h"
+#include "robot/stored_pose.h"
 
 static const CDS_FLASH char message_by_action[] = " action";
 static const CDS_FLASH char message_by_sync[] = " sync";
@@ -30,6 +31,8 @@ static uint8_t group_begin(struct console *console)
     error = robot_choose_group(robot, line->request->packet.bytes, line->values);
     if (error == 0)
         robot->group_acts = line->choice == 2;
+    if (command_set.moves) // else the linker drops it
+        stored_group_keep(robot);
     return error;
 }
 
@@ -172,9 +175,7 @@ static bool cycle_poll_goals(struct console *console)
             console->error = (uint8_t)result;
         (*index)++;
     }
-    result = cds_cycle_commit(cycle);
-    if (console->error == 0)
-        console->error = (uint8_t)result;
+    cds_cycle_commit(cycle);
     return false;
 }
 

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* help, version, echo. */
-#include "cds55xx/version.h"
+/* help, version, mode, echo. */
 #include "console/console.h"
 #include "console/commands/command_groups.h"
 #include "console/messages.h"
@@ -8,12 +7,6 @@
 static const CDS_FLASH char message_usage[] = "%s: %s";
 static const CDS_FLASH char message_listed[] = "  %s: %s";
 static const CDS_FLASH char message_example_is[] = "Example: %s";
-
-#ifndef BOARD_NAME
-#define BOARD_NAME "host"
-#endif
-
-static const CDS_FLASH char version_text[] = "cds55xx " CDS_VERSION " " BOARD_NAME;
 
 /* Prints a line of the list: the heading before the row, then the row. True: the row is next. */
 static bool list_line(struct console *console, const CDS_FLASH struct command_group *group,
@@ -52,13 +45,13 @@ static bool topic_line(struct console *console, const CDS_FLASH struct command *
         printer_line(printer, message_usage);
         return true;
     }
-    if (row->details == NULL)
+    if (COMMAND_DETAILS_TEXT(row->details) == NULL)
         return false;
     if (line == 1) {
-        printer_line(printer, row->details);
+        printer_line(printer, COMMAND_DETAILS_TEXT(row->details));
         return true;
     }
-    printer->values[0].text = row->example;
+    printer->values[0].text = COMMAND_DETAILS_TEXT(row->example);
     printer_line(printer, message_example_is);
     return false;
 }
@@ -85,14 +78,15 @@ static bool help_poll(struct console *console)
 
 static bool version_poll(struct console *console)
 {
-    printer_flash(&console->printer, version_text);
+    printer_flash(&console->printer, message_version);
     printer_end_of_line(&console->printer);
     return false;
 }
 
-static uint8_t echo_begin(struct console *console)
+/* The words of both rows stand in the order of the values of the setting. */
+static uint8_t mode_begin(struct console *console)
 {
-    console->failsafe->settings->echo = console->line.choice == 1;
+    console->failsafe->settings->echo = (uint8_t)(console->line.choice - 1u);
     return 0;
 }
 
@@ -112,11 +106,19 @@ static const CDS_FLASH struct command help_rows[] = {
         .poll = version_poll,
     },
     {
-        .usage = FLASH_TEXT("echo on|off"),
+        .usage = FLASH_TEXT("mode program|echo|person"),
+        .what = FLASH_TEXT("bare replies, echo, or prompt too"),
+        .details = COMMAND_DETAILS("Is the setting echo: 0, 1 or 2. person also prints a banner "
+                                   "after a reset. save keeps the mode over power-off"),
+        .example = COMMAND_DETAILS("mode program"),
+        .begin = mode_begin,
+    },
+    {
+        .usage = FLASH_TEXT("echo off|on"),
         .what = FLASH_TEXT("show what is typed"),
-        .details = COMMAND_DETAILS("Scripts read replies more easily with echo off"),
+        .details = COMMAND_DETAILS("For scripts that know echo and not mode"),
         .example = COMMAND_DETAILS("echo off"),
-        .begin = echo_begin,
+        .begin = mode_begin,
     },
 };
 

@@ -133,7 +133,7 @@ static void print_motion(struct console *console)
     printer->values[0].text = paused;
     if (!robot_is_in_motion(console->robot)) {
         printer_line(printer, message_none);
-    } else if (moves->start.result == CDS_PENDING) {
+    } else if (motion_is_starting(console->robot)) {
         printer_line(printer, message_starts);
     } else if (!moves_is_playing(console->robot)) {
         printer_line(printer, message_move);
@@ -153,7 +153,6 @@ static void print_motion(struct console *console)
 static bool motion_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
-    uint8_t joint;
 
     if (!HAS_MOTIONS)
         return false;
@@ -169,9 +168,7 @@ static bool motion_poll(struct console *console)
         return true;
     if (console->line.choice == CHOICE_OFF)
         return motion_cycle_is_ending(robot);
-    console->error = motion_outcome(robot, &joint);
-    if (console->error)
-        motion_failed(console, joint);
+    motion_failed(console, motion_outcome(robot));
     return false;
 }
 
@@ -181,9 +178,9 @@ static const CDS_FLASH struct command play_rows[] = {
         .what = FLASH_TEXT("play a stored sequence"),
         .details = COMMAND_DETAILS(
             "With the servos of the group; without a group those of all stored poses. PERCENT: 10 "
-            "to 200% of the speed, as far as the servos can. ok: the motion has begun. A cycle "
-            "that it starts ends with it. Switch torque on first: error 84 comes only after stop. "
-            "After torque off or teach on the motion begins, and ends with error 83"),
+            "to 200% of the speed, as far as the servos can. ok: the motion has begun. If play "
+            "starts a cycle, the cycle ends with the motion. Torque must be on: after stop, play "
+            "answers error 84; otherwise a motion without torque ends with error 83"),
         .example = COMMAND_DETAILS("play walk at 80%"),
         .begin = once_begin,
         .poll = play_poll,
@@ -222,8 +219,8 @@ static const CDS_FLASH struct command play_rows[] = {
         .usage = FLASH_TEXT("motion [wait|off]"),
         .what = FLASH_TEXT("show the motion, wait for its end, or end it"),
         .details = COMMAND_DETAILS(
-            "wait: answers when it has ended, as it has ended; any key ends the wait. off: the "
-            "servos come to rest on their way, with torque"),
+            "wait: answers when the motion has ended: ok, or the error that ended it; any key ends "
+            "the wait. off: the servos come to rest on their way, with torque"),
         .example = COMMAND_DETAILS("motion wait"),
         .begin = motion_begin,
         .poll = motion_poll,

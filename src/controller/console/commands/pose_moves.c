@@ -8,6 +8,8 @@
 
 static uint8_t begin(struct console *console)
 {
+    if (motion_is_paused(console->robot))
+        return ERROR_PAUSED;
     return moves_is_playing(console->robot) ? (uint8_t)ERROR_MOTION : 0;
 }
 

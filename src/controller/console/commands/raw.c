@@ -107,7 +107,7 @@ static const CDS_FLASH struct command raw_rows[] = {
     },
     {
         .usage = FLASH_TEXT("regwrite ID|254 REG VALUE..."),
-        .what = FLASH_TEXT("write later: the servo keeps it until action"),
+        .what = FLASH_TEXT("write later: kept until action"),
         .details = COMMAND_DETAILS("As write"),
         .example = COMMAND_DETAILS("regwrite 2 GOAL_POSITION 700"),
         .begin = raw_begin,
@@ -116,7 +116,7 @@ static const CDS_FLASH struct command raw_rows[] = {
     },
     {
         .usage = FLASH_TEXT("action [ID|254]"),
-        .what = FLASH_TEXT("carry out what regwrite sent (no ID: all servos)"),
+        .what = FLASH_TEXT("carry out what regwrite sent; no ID: all"),
         .details = COMMAND_DETAILS("All start at the same moment"),
         .example = COMMAND_DETAILS("action"),
         .begin = raw_begin,
@@ -125,7 +125,7 @@ static const CDS_FLASH struct command raw_rows[] = {
     },
     {
         .usage = FLASH_TEXT("reset ID"),
-        .what = FLASH_TEXT("factory values: then ID 1 at 1 Mbps"),
+        .what = message_factory,
         .details = COMMAND_DETAILS("factory does the same and checks the result"),
         .example = COMMAND_DETAILS("reset 1"),
         .begin = raw_begin,

@@ -19,8 +19,7 @@ static enum cds_unit unit_of(uint8_t address, uint16_t raw)
     return unit == CDS_UNIT_MRPM && raw > CDS_VALUE_MAX ? CDS_UNIT_SIGNED_MRPM : unit;
 }
 
-/* "GOAL_POSITION = 150.147deg (512)": at most 44 characters. */
-static void write_register(struct printer *printer, uint8_t address, uint16_t raw)
+void register_print(struct printer *printer, uint8_t address, uint16_t raw)
 {
     enum cds_unit unit = unit_of(address, raw);
 
@@ -61,32 +60,44 @@ static bool get_poll(struct console *console)
         return true;
     if (!console_answered(console))
         return false;
-    write_register(&console->printer, line->address, raw_at(line->request->reply, line->length));
+    register_print(&console->printer, line->address, raw_at(line->request->reply, line->length));
     printer_end_of_line(&console->printer);
     return false;
 }
 
 /* ---- set ---- */
 
-static uint8_t set_begin(struct console *console)
+uint8_t register_take_value(struct console *console, struct cds_register *at)
 {
     struct command_line *line = &console->line;
     uint8_t *data = set_job(console)->data;
-    struct cds_register at;
     uint16_t raw = 0;
     uint8_t error;
 
-    if (!cds_register_at(line->address, &at))
+    if (!cds_register_at(line->address, at))
         return ERROR_OUT_OF_RANGE;
-    if (at.access != CDS_ACCESS_RW || at.address == CDS_REG_ID || at.address == CDS_REG_BAUD_RATE)
+    if (at->access != CDS_ACCESS_RW || at->address == CDS_REG_ID ||
+        at->address == CDS_REG_BAUD_RATE)
         return ERROR_NOT_WRITABLE;
-    error = number_register(&line->number[0], cds_units_of(&cds_profile_cds55xx, at.address), &raw);
+    error =
+        number_register(&line->number[0], cds_units_of(&cds_profile_cds55xx, at->address), &raw);
     if (error)
         return error;
-    if (raw < at.lowest || raw > at.highest)
+    if (raw < at->lowest || raw > at->highest)
         return ERROR_OUT_OF_RANGE;
     data[0] = (uint8_t)raw;
     data[1] = (uint8_t)(raw >> 8);
+    return 0;
+}
+
+static uint8_t set_begin(struct console *console)
+{
+    struct cds_register at;
+    uint8_t *data = set_job(console)->data;
+    uint8_t error = register_take_value(console, &at);
+
+    if (error)
+        return error;
     if (at.area == CDS_AREA_EEPROM)
         return setup_write(console, at.address, data, at.width);
     return servo_write(console, at.address, at.width);
@@ -116,7 +127,7 @@ static bool info_poll(struct console *console)
         return false;
     printer_address(&console->printer, at.address);
     printer_char(&console->printer, ' ');
-    write_register(&console->printer, at.address,
+    register_print(&console->printer, at.address,
                    raw_at(console->line.request->reply + at.address, at.width));
     printer_line(&console->printer,
                  at.area == CDS_AREA_EEPROM ? message_in_eeprom : message_in_ram);

@@ -27,16 +27,17 @@ _Static_assert(sizeof(struct step_job) <= CONSOLE_JOB_SIZE, "the job must fit");
 
 /* ---- new, add ---- */
 
-/* Number `index` of the line in 10 ms, rounded, from `lowest` to `highest`. */
+/* Takes number `index` of the line, a multiple of 10 ms from 10 * `lowest` to 10 * `highest` ms. */
 static uint8_t take_time(const struct console *console, uint8_t index, uint16_t lowest,
                          uint16_t highest, uint16_t *time_10ms)
 {
     uint32_t ms = 0;
     uint8_t error = number_ms(&console->line.number[index], 10ul * highest, &ms);
 
-    *time_10ms = (uint16_t)((ms + 5) / 10);
-    return error == ERROR_OUT_OF_RANGE || (error == 0 && *time_10ms < lowest) ? (uint8_t)ERROR_TIME
-                                                                              : error;
+    *time_10ms = (uint16_t)(ms / 10);
+    if (error == ERROR_OUT_OF_RANGE || (error == 0 && *time_10ms < lowest))
+        return ERROR_TIME;
+    return error == 0 && ms % 10 ? (uint8_t)ERROR_TIME_STEP : error;
 }
 
 static uint8_t take_step(struct console *console, struct motion_store_step *step)
@@ -84,7 +85,7 @@ static bool step_poll(struct console *console)
     const struct step_job *job = console_job(console);
 
     if (console->phase == SAVE)
-        return stored_waits(console);
+        return stored_save_poll(console);
     if (stored_name_poll(console))
         return true;
     console->phase = SAVE;
@@ -171,6 +172,13 @@ static bool list_poll(struct console *console)
 
 static uint8_t delete_begin(struct console *console)
 {
+    uint8_t place, error = stored_may_write(console);
+
+    if (error)
+        return error;
+    place = stored_find(console, MOTION_STORE_SEQUENCE, 0);
+    if (place != MOTION_STORE_NONE && place == stored_autostart())
+        return ERROR_AUTOSTART;
     return stored_delete(console, MOTION_STORE_SEQUENCE);
 }
 
@@ -195,18 +203,18 @@ static const CDS_FLASH struct command sequence_rows[] = {
     {
         .usage = FLASH_TEXT("sequence delete NAME"),
         .what = FLASH_TEXT("delete a stored sequence"),
-        .details = COMMAND_DETAILS("Its poses stay"),
+        .details = COMMAND_DETAILS("Its poses stay. Not the sequence of settings autostart"),
         .example = COMMAND_DETAILS("sequence delete walk"),
         .begin = delete_begin,
-        .poll = stored_waits,
+        .poll = stored_save_poll,
     },
     {
         .usage = FLASH_TEXT("sequence NAME new|add POSE TIME [dwell TIME]"),
         .what = FLASH_TEXT("store a step of a sequence: the way to a stored pose"),
         .details = COMMAND_DETAILS(
             "new: the first step, in place of the sequence of this name; add: one more, up to 16. "
-            "TIME of the way: 10ms to 600s; dwell: rest at the pose, up to 65.53s; in steps of "
-            "10ms"),
+            "TIME of the way: 10ms to 600s; dwell: rest at the pose, up to 65.53s; both are "
+            "multiples of 10ms"),
         .example = COMMAND_DETAILS("sequence walk add stand 1.2s dwell 0.5s"),
         .begin = step_begin,
         .poll = step_poll,

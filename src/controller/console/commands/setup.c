@@ -116,11 +116,31 @@ static bool conclude(struct console *console)
     return false;
 }
 
+bool setup_has_try(struct console *console, uint8_t result)
+{
+    return command_set.set_up_tries && (result == CDS_TIMEOUT || result == CDS_CORRUPT) &&
+           ++console->part < command_set.set_up_tries;
+}
+
+/* Begins the command once more if its write was lost: no good reply has come, and the servo answers
+ * where it was, and only there. Any other end is not retried: the servo may have done what it was
+ * told, or has refused it. */
+static bool begins_again(struct console *console)
+{
+    const struct cds_identity *state = &console->robot->work.identity;
+
+    return state->state == CDS_IDENTITY_UNCHANGED && state->is_written &&
+           setup_has_try(console, state->steps.result) &&
+           console->line.command->begin(console) == 0;
+}
+
 static bool identity_poll(struct console *console)
 {
     if (is_baud_list(console))
         return command_set.baud_list->poll(console);
-    return console->robot->operation || conclude(console);
+    if (console->robot->operation || (command_set.set_up_tries && begins_again(console)))
+        return true;
+    return conclude(console);
 }
 
 /* ---- settings that are written only if they differ ---- */
@@ -146,11 +166,28 @@ uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *dat
                                                      .data = data});
 }
 
+/* Begins once more, which does no harm: the register is read first, and written only if it differs,
+ * so a lock that has come is not sent twice. */
+static bool sets_up_again(struct console *console)
+{
+    struct cds_setup *setup = &set_job(console)->setup;
+    bool is_written = setup->is_written;
+    uint8_t error;
+
+    if (!setup_has_try(console, setup->steps.result))
+        return false;
+    error = setup->data ? setup_write(console, setup->address, setup->data, setup->length)
+                        : lock_begin(console);
+    setup->is_written = is_written; // by an earlier try
+    return error == 0;
+}
+
 bool setup_waits(struct console *console)
 {
     struct cds_setup *setup = &set_job(console)->setup;
 
-    if (cds_setup_poll(setup) == CDS_PENDING)
+    if (cds_setup_poll(setup) == CDS_PENDING ||
+        (command_set.set_up_tries && sets_up_again(console)))
         return true;
     console->error = setup->steps.result;
     console->servo_error = setup->error;
@@ -191,7 +228,7 @@ static const CDS_FLASH struct command setup_rows[] = {
     },
     {
         .usage = FLASH_TEXT("factory ID|254 [force]"),
-        .what = FLASH_TEXT("factory values: then ID 1 at 1 Mbps"),
+        .what = message_factory,
         .details = COMMAND_DETAILS("254 (all servos) only with force: then all have ID 1, and no "
                                    "servo can be addressed alone"),
         .example = COMMAND_DETAILS("factory 1"),

@@ -46,14 +46,15 @@ bool pose_sent_poll(struct console *console);
 /* In pose_by_servo.c and pose_moves.c: "pose ... in TIME", pose_in of struct command_set. */
 extern const CDS_FLASH struct command_action pose_by_servo, pose_moves;
 
-/* In motion.c: the poll of a command that starts a motion, with console->phase 0 at first. `start`
- * calls a function of motion_start.h, and returns its error. Returns true until the motion has
- * begun or was refused. Then console->error is stored. */
+/* In motion_command.c: the poll of a command that starts a motion, with console->phase 0 at first.
+ * `start` calls a function of motion_start.h, and returns its error. Returns true until the motion
+ * has begun or was refused. Then console->error is stored. */
 bool motion_command_poll(struct console *console, uint8_t (*start)(struct console *console));
 
-/* In motion.c: prints for which joint of the group the motion was refused or has ended, because of
- * console->error; nothing for MOTION_NO_JOINT. */
-void motion_failed(struct console *console, uint8_t joint);
+struct motion_outcome; // motion_start.h
+
+/* In motion_command.c: stores the result in console->error, and prints which servo is the cause. */
+void motion_failed(struct console *console, const struct motion_outcome *outcome);
 
 /* In teach.c: the error for an enum cds_reason. */
 uint8_t torque_on_error(uint8_t reason);
@@ -75,6 +76,13 @@ static inline struct set_job *set_job(struct console *console)
 uint8_t servo_read(struct console *console, uint8_t address, uint8_t length);
 uint8_t servo_write(struct console *console, uint8_t address, uint8_t length);
 
+/* In register.c: prints "GOAL_POSITION = 150.147deg (512)", at most 44 characters. */
+void register_print(struct printer *printer, uint8_t address, uint16_t raw);
+
+/* In register.c: the REG and number 0 of the line as a register that `set` may write, in *at, and
+ * its value, in `data` of the struct set_job. Returns an error or 0. */
+uint8_t register_take_value(struct console *console, struct cds_register *at);
+
 /* In servo.c: after console_waits() has returned false for a request to one of several servos.
  * Returns the error of this servo, or 0, and clears both errors of the console. */
 uint8_t servo_outcome(struct console *console);
@@ -89,6 +97,10 @@ uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *dat
 /* For the poll of a command with such a setup. Returns true while the setup goes on. When it
  * returns false, it has stored the outcome in console->error and console->servo_error. */
 bool setup_waits(struct console *console);
+
+/* In setup.c: true if the command has failed for want of a good reply, and has a try left; uses
+ * console->part. */
+bool setup_has_try(struct console *console, uint8_t result);
 
 /* In setup.c: begin of `baud`, which takes a list of servos as a whole. */
 uint8_t baud_begin(struct console *console);

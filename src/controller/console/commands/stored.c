@@ -118,6 +118,15 @@ bool stored_save(struct console *console, const struct motion_store_record *reco
     return console->error == 0;
 }
 
+uint8_t stored_autostart(void)
+{
+    char name[MOTION_STORE_NAME + 1];
+
+    return motion_store_read_autostart(stored(), name) == 0
+               ? MOTION_STORE_NONE
+               : motion_store_find(stored(), MOTION_STORE_SEQUENCE, name, (uint8_t)strlen(name));
+}
+
 uint8_t stored_delete(struct console *console, enum motion_store_kind kind)
 {
     struct motion_store_record *record = console_job(console);
@@ -131,7 +140,7 @@ uint8_t stored_delete(struct console *console, enum motion_store_kind kind)
     return error_of(motion_store_delete(stored(), record), record->kind);
 }
 
-bool stored_waits(struct console *console)
+bool stored_save_poll(struct console *console)
 {
     if (motion_store_poll(stored()))
         return true;
@@ -160,7 +169,7 @@ bool stored_list_poll(struct console *console, enum motion_store_kind kind)
     return true;
 }
 
-void stored_room(struct console *console)
+void stored_print_room(struct console *console)
 {
     const struct motion_store *store = stored();
     union printer_value *values = console->printer.values;
@@ -174,7 +183,7 @@ void stored_room(struct console *console)
     printer_line(&console->printer, message_room);
 }
 
-void stored_wear(struct console *console)
+void stored_print_wear(struct console *console)
 {
     const struct motion_store *store = stored();
     union printer_value *values = console->printer.values;

@@ -39,15 +39,18 @@ uint8_t stored_find(const struct console *console, enum motion_store_kind kind, 
 bool stored_name_poll(struct console *console);
 
 /* Begins to save `record`, which stays in place until the save has ended. Stores console->error.
- * True: begun, stored_waits() goes on. */
+ * True: begun, stored_save_poll() goes on. */
 bool stored_save(struct console *console, const struct motion_store_record *record);
+
+/* Returns the place of the sequence that plays after power-up, or MOTION_STORE_NONE. */
+uint8_t stored_autostart(void);
 
 /* Begins to delete the record of this kind with name 0 of the line. Returns an error or 0. */
 uint8_t stored_delete(struct console *console, enum motion_store_kind kind);
 
 /* Goes on with a save or delete, and returns true until it has ended. Then it has stored
  * console->error. */
-bool stored_waits(struct console *console);
+bool stored_save_poll(struct console *console);
 
 /* Polls of `pose list` and `sequence list`: prints a name in each call. */
 bool stored_list_poll(struct console *console, enum motion_store_kind kind);
@@ -58,7 +61,7 @@ bool stored_list_poll(struct console *console, enum motion_store_kind kind);
 bool stored_next(struct console *console, enum motion_store_kind kind);
 
 /* Print two lines of `status`: room, and wear. */
-void stored_room(struct console *console);
-void stored_wear(struct console *console);
+void stored_print_room(struct console *console);
+void stored_print_wear(struct console *console);
 
 #endif

@@ -6,7 +6,8 @@
 #include "robot/motion_start.h"
 #include "robot/moves.h"
 
-static const CDS_FLASH char message_because[] = "because of servo %u";
+static const CDS_FLASH char message_cause[] = "servo %u is the cause";
+static const CDS_FLASH char message_step_too_fast[] = "servo %u needs %l ms in step %u";
 
 enum phase {
     WAIT,  // until a cycle that is ending has ended
@@ -14,36 +15,34 @@ enum phase {
     END,   // it was refused: until the cycle that was started for it has ended
 } __attribute__((packed));
 
-void motion_failed(struct console *console, uint8_t joint)
+/* "servo 2 needs 92 ms in step 3", or "servo 2 is the cause". */
+void motion_failed(struct console *console, const struct motion_outcome *outcome)
 {
-    const struct robot *robot = console->robot;
-    const struct cds_motion *motion = &robot->moves->motion;
     union printer_value *values = console->printer.values;
-    bool is_too_fast = console->error == CDS_LIMIT && motion->shortest_ms;
+    const CDS_FLASH char *message = message_cause;
 
-    if (joint == MOTION_NO_JOINT)
+    console->error = outcome->result;
+    if (outcome->result == CDS_OK || outcome->joint == MOTION_NO_JOINT)
         return;
-    values[0].number = robot->group[joint];
-    if (is_too_fast) {
-        values[1].number = (uint16_t)motion->shortest_ms;
-        values[2].number = (uint16_t)(motion->shortest_ms >> 16);
-        console->error = ERROR_TOO_FAST;
+    values[0].number = console->robot->group[outcome->joint];
+    if (outcome->result == MOTION_TOO_FAST) {
+        values[1].number = (uint16_t)outcome->shortest_ms;
+        values[2].number = (uint16_t)(outcome->shortest_ms >> 16);
+        values[3].number = (uint16_t)(outcome->step + 1);
+        message = outcome->step == MOTION_NO_STEP ? message_too_fast : message_step_too_fast;
     }
-    printer_line(&console->printer, is_too_fast ? message_too_fast : message_because);
+    printer_line(&console->printer, message);
 }
 
 static bool poll_start(struct console *console)
 {
-    const struct motion_start *start = &console->robot->moves->start;
+    const struct motion_outcome *outcome = &console->robot->moves->start.outcome;
 
-    if (start->result == CDS_PENDING)
+    if (outcome->result == CDS_PENDING)
         return true;
-    console->error = start->result;
-    if (console->error == 0)
-        return false;
+    motion_failed(console, outcome);
     console->phase = END;
-    motion_failed(console, start->joint);
-    return true;
+    return console->error;
 }
 
 bool motion_command_poll(struct console *console, uint8_t (*start)(struct console *console))

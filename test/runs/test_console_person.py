@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: MIT
+"""The console of a new controller, on an empty EEPROM: banner, prompt and echo for a person. A program switches
+them off by `mode program`; its packets are answered in both modes."""
+# needs: $(CONSOLE_ELFS) $(PROFILE_ELFS)
+import pathlib
+import re
+import tempfile
+import unittest
+
+import boards
+from client import PING, packet
+from simulator import ROOT, Run
+
+VERSION = re.search(r'CDS_VERSION "(.*)"', (ROOT / "include/cds55xx/version.h").read_text())[1]
+PROMPT = "\r> "
+PING_1, REPLY_1 = packet(1, PING), packet(1, 0)
+# Each console: (board, profile).
+CONSOLES = [(board, profile) for profile in ("console", "full") for board in boards.with_profile(profile)
+            if board in boards.HOSTED]
+
+
+def banner(board, profile):
+    return (f"cds55xx {VERSION} {board}\r\nhelp lists the commands{', Tab completes them' if profile == 'full' else ''}"
+            "; Ctrl-X stops all servos\r\n")
+
+
+def text(line):
+    return f"text {line}\nwait 60000\nrest\n"
+
+
+def say(data, wait_us=60000):
+    return f"say {data.hex(' ')}\nwait {wait_us}\nrest\n"
+
+
+# Within the banner and behind it, in us after a reset. The slowest board listens from 7.5 ms on.
+MOMENTS = range(8000, 18000, 700)
+START = "wait 100000\nrest\n"
+
+
+class Person(unittest.TestCase):
+    def heard(self, board, profile, program):
+        """What the PC hears at each `rest`, from a controller with an empty EEPROM."""
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "pc")
+            file.write_text(program)
+            run = Run(f"build/{board}/{profile}.elf", "--host", file, "--eeprom", pathlib.Path(folder, "eeprom"),
+                      board=board, servos="1-3")
+        self.assertEqual(run.status, 0, run.output)
+        return [bytes.fromhex("".join(line.split()[4:])).decode("latin-1")
+                for line in run.output.splitlines() if line.startswith("heard")]
+
+    def each(self, program):
+        for board, profile in CONSOLES:
+            yield board, profile, self.heard(board, profile, program)
+
+    def test_new_controller_prints_banner_prompt_and_echo(self):
+        for board, profile, heard in self.each(START + text("ping 1") + text("") + text("bus")):
+            self.assertEqual(heard, [banner(board, profile) + PROMPT, "ping 1\r\nok\r\n" + PROMPT, "\r\n" + PROMPT,
+                                     "bus\r\nbus ok at 1000000bps\r\nok\r\n" + PROMPT])
+
+    def test_mode_program_gives_bare_replies(self):
+        for board, profile, heard in self.each(START + text("mode program") + text("ping 1") + text("bus")):
+            self.assertEqual(heard[1:], ["mode program\r\nok\r\n", "ok\r\n", "bus ok at 1000000bps\r\nok\r\n"],
+                             (board, profile))
+
+    def test_mode_echo_has_no_prompt(self):
+        for board, profile, heard in self.each(START + text("mode echo") + text("ping 1") + text("echo off") + text("ping 1")):
+            self.assertEqual(heard[1:], ["mode echo\r\nok\r\n", "ping 1\r\nok\r\n", "echo off\r\nok\r\n", "ok\r\n"],
+                             (board, profile))
+
+    def test_packet_is_answered_without_a_prompt_behind_it(self):
+        program = START + say(PING_1) + say(PING_1) + say(b"pin" + PING_1) + text("ping 1")
+        for board, profile, heard in self.each(program):
+            reply = REPLY_1.decode("latin-1")
+            self.assertEqual(heard[1:], [reply, reply, "pin" + reply, "ping 1\r\nok\r\n" + PROMPT], (board, profile))
+
+    def test_packet_right_after_reset_is_answered_whole(self):
+        """At any moment of the banner."""
+        program = START + "".join(f"reset external\nwait {moment}\n" + say(PING_1) for moment in MOMENTS)
+        for board, profile, heard in self.each(program):
+            self.assertEqual(len(heard), 1 + len(MOMENTS))
+            around = [said.split(REPLY_1.decode("latin-1")) for said in heard[1:]]
+            for parts in around:
+                self.assertEqual(len(parts), 2, (board, parts))
+                self.assertIn("".join(parts), banner(board, profile) + PROMPT)
+            self.assertTrue(any(before for before, _ in around), (board, profile))  # within the banner
+
+    def test_save_keeps_the_mode_over_a_reset(self):
+        reset = "reset power\n" + START
+        saved = "text save\nwait 500000\nrest\n"
+        program = START + text("mode program") + saved + reset + text("ping 1") + text("mode person") + saved + reset
+        for board, profile, heard in self.each(program):
+            self.assertEqual(heard[2], "ok\r\n", (board, profile))
+            self.assertEqual(heard[3:5], ["ok\r\n", "ok\r\n" + PROMPT], (board, profile))  # no banner before the first
+            self.assertEqual(heard[6], banner(board, profile) + PROMPT, (board, profile))
+
+    def test_program_that_sends_mode_program_first_finds_its_ok(self):
+        """As docs/console.md says, at any moment after the reset, also behind a line that is not ended."""
+        program = START + "".join(f"reset external\nwait {moment}\nsay 03\ntext mode program\n"
+                                  "wait 100000\nrest\n" + text("ping 1") for moment in MOMENTS)
+        for board, profile, heard in self.each(program):
+            for said, reply in zip(heard[1::2], heard[2::2]):
+                self.assertRegex(said, r"\r\nok\r\n\Z")
+                self.assertEqual(reply, "ok\r\n")
+
+
+if __name__ == "__main__":
+    unittest.main()
