@@ -25,8 +25,6 @@ bool CDS55xx::begin(unsigned long baud)
         request_.packet.capacity = sizeof packet_;
         request_.reply = reply_;
         request_.reply_capacity = sizeof reply_;
-        static_assert(BOARD_CLOCK_TIMER == 1, "begin() sets the mode of another timer");
-        TCCR1A = 0; // the core has set it to 8-bit PWM
         cds_avr_clock_open();
         // refers to the symbol and changes no byte
         __asm__ volatile(".reloc ., R_AVR_NONE, %0" ::"i"(&cds55xx_serial_notice));

@@ -46,7 +46,8 @@ int main(void)
             continue;
         if (motion.move_result != CDS_OK) // refused for motion.joint; motion.shortest_ms works
             cds_robot_stop(&robot);
-        move_to(mdeg, mdeg / 2);
+        else
+            move_to(mdeg, mdeg / 2);
         mdeg = -mdeg;
     }
 }

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # The main job in the simulator: the real firmware carries out the manual's worked examples and a wave
-# through 18 servos; it plays what a person has taught; examples/hexapod.c walks. Leaves transcript,
+# through 18 servos; it plays what a person has taught; examples/hexapod walks. Leaves transcript,
 # waveforms and motion in build/demo/. Fails if a reply was an error, a rule of the wire was broken or a
 # program crashed.
 set -eu
@@ -19,7 +19,7 @@ gnuplot -e "csv='$out/motion.csv'; svg='$out/motion.svg'; name='A wave through 1
 
 printf '\nA hand teaches three poses to three servos; the controller stores and plays them\n'
 build/host/cds55xx-sim firmware build/arduino-mega/controller.elf --board arduino-mega --servos 1-3 \
-    --script examples/teach.script --csv "$out/taught.csv" > "$out/taught.txt" || {
+    --script examples/console_teach.script --csv "$out/taught.csv" > "$out/taught.txt" || {
     cat "$out/taught.txt"
     exit 1
 }
@@ -27,14 +27,14 @@ grep -v ' bus0 ' "$out/taught.txt" # all but the packets
 gnuplot -e "csv='$out/taught.csv'; svg='$out/taught.svg'; name='Taught by hand, then played'" \
     scripts/motion.gp
 
-printf '\nA hexapod walks: 18 servos in a tripod gait, goals at 250 Hz (examples/hexapod.c)\n'
+printf '\nA hexapod walks: 18 servos in a tripod gait, goals at 250 Hz (examples/hexapod)\n'
 build/host/cds55xx-sim firmware build/atmega128/examples/hexapod.elf --board atmega128 --servos 1-18 \
     --seconds 8 --csv "$out/walk.csv"
 scripts/hexapod_picture.py "$out/walk.csv" "$out/hexapod.svg"
 
 printf '\nOther examples, which the tests run (%s):' 'make examples builds the programs'
 for file in examples/*; do
-    grep -q "$(basename "${file%.*}")\." "$0" || printf ' %s' "$file"
+    grep -q "/$(basename "${file%.*}")\." "$0" || printf ' %s' "$file"
 done
 echo
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Draws hexapod.svg: the robot of examples/hexapod.c from above, animated. Angles of its joints are the
+"""Draws hexapod.svg: the robot of examples/hexapod from above, animated. Angles of its joints are the
 present positions of 18 simulated servos in one step of the gait; forward kinematics gives the feet. SMIL
 animates the picture, so that it moves in a README, too.
 
@@ -227,7 +227,7 @@ def draw_joints(drawing, rows, left, top, width):
 def draw(path, rows, frame=12):
     step = Step(rows)
     drawing = Animation(860, 430, step.frames, frame)
-    drawing.text(10, 28, "examples/hexapod.c: 18 servos in a tripod gait, at half speed", weight="bold", size=14)
+    drawing.text(10, 28, "examples/hexapod: 18 servos in a tripod gait, at half speed", weight="bold", size=14)
     draw_ground(drawing, step)
     draw_robot(drawing, step)
     left, width = 630, 210

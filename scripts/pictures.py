@@ -215,7 +215,7 @@ def bus():
 # Above the library, and below it: what it is, and of what folder.
 CONTROLLER = ("controller", "src/controller: the firmware", ["main.c", "host/", "console/", "profiles/", "robot/", "avr/"])
 ROBOT_PROGRAM = ("your program", "examples/: linked with the library",
-                 ["two_servos.c", "two_joints.c", "robot.c", "hexapod.c"])
+                 ["two_servos", "two_joints", "robot", "hexapod", "teach"])
 PORT = ("AVR port", "include/cds55xx/avr: only this folder knows a register", ["usart", "handlers", "clock", "timer"])
 
 

@@ -84,6 +84,23 @@ class Builder:
         run(*setting("compiler.cpp.cmd"), *setting("compiler.cpp.flags"), *self.target, *self.includes,
             "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-MF", self.folder / "check.d", source)
 
+    def linked(self, source, prefix, board):
+        """Compiles `source`, a program in C or a sketch, beside the core, and links the library that is installed below
+        `prefix`; returns its ELF."""
+        folder = self.folder / "linked" / source.stem
+        folder.mkdir(parents=True)
+        chip = self.target[0].removeprefix("-mmcu=")
+        if source.suffix == ".ino":
+            (folder / f"{source.stem}.cpp").write_text("#include <Arduino.h>\n" + source.read_text())
+            source = folder / f"{source.stem}.cpp"
+        ours = [f"-I{prefix}/include/cds55xx", f"-I{prefix}/share/cds55xx/boards/{board}"]
+        objects = [self.compile(source, folder / f"{n}.o", includes, ["-Wall", "-Wextra", "-Werror"])
+                   for n, includes in enumerate([self.core_includes + ours, ours + self.core_includes])]
+        elf = folder / f"{source.stem}.elf"
+        run(*setting("compiler.c.elf.cmd"), *setting("compiler.c.elf.flags"), self.target[0], "-o", elf, objects[0],
+            f"{prefix}/lib/cds55xx/libcds55xx-{chip}.a", f"{prefix}/lib/cds55xx/constants.ld", self.core, "-lm")
+        return elf
+
     def sketch(self, name, text, *more):
         """Compiles and links the sketch `text` and the sources `more`; returns its ELF."""
         folder = self.folder / name

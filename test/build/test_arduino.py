@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The Arduino library: its ZIP, built with the core of Debian for Mega and Uno, and its sketches in the simulator."""
-# needs: $(ARDUINO_ZIP)
+# needs: $(ARDUINO_ZIP) build/lib/libcds55xx-atmega2560.a
+import os
 import pathlib
 import re
 import subprocess
@@ -14,7 +15,7 @@ sys.path += [str(ROOT / "test/runs"), str(ROOT / "scripts")]
 
 import arduino
 from arduino_core import Builder, Failed
-from simulator import Run
+from simulator import Run, call
 
 ARCHIVE = ROOT / f"build/arduino/CDS55xx-{arduino.version()}.zip"
 EXAMPLES = ROOT / "arduino/examples"
@@ -203,6 +204,37 @@ void loop()
         with_float = UNO.sketch("floats", sketch.replace("(int)millis()", "millis() * 0.1"))
         self.assertIsNotNone(FLOATING_POINT.search(
             subprocess.check_output(["avr-nm", with_float], text=True)))
+
+
+class Installed(unittest.TestCase):
+    """Examples and a sketch beside the core, with what make install has put into a prefix."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.prefix = pathlib.Path(FOLDER.name) / "prefix"
+        status, output = call("make", "-C", ROOT, "--no-print-directory", "install", f"PREFIX={cls.prefix}",
+                              "MCUS=atmega2560", env={**os.environ, "MAKEFLAGS": ""})
+        assert status == 0, output
+
+    def test_examples_of_the_mega_built_with_the_core_pass(self):
+        for name, servos in [("blink", "1"), ("wheels", "1,2"), ("hexapod", "1-18"), ("teach", "1-3")]:
+            with self.subTest(name):
+                folder = self.prefix / "share/cds55xx/examples" / name
+                run = Run(MEGA.linked(folder / f"{name}.c", self.prefix, "arduino-mega"), board="arduino-mega",
+                          servos=servos, script=(folder / f"{name}.script").read_text())
+                self.assertEqual(run.status, 0, run.output)
+                self.assertIn("rules:   none broken", run.output)
+
+    def test_sketch_links_the_library_and_serial_works_beside_it(self):
+        elf = MEGA.linked(SKETCHES / "linked.ino", self.prefix, "arduino-mega")
+        run = Run(elf, "--seconds", "1.6", "--host", "stdout", board="arduino-mega", servos="1")
+        self.assertEqual(run.status, 0, run.output)
+        leds = [packet[18:20] for _, way, packet in run.packets if way == "->in"]
+        self.assertEqual(leds, ["01", "00", "01"])
+        said = [int(ms) for ms in re.findall(r"(\d+) ms", run.output)]
+        self.assertEqual(len(said), 3, run.output)
+        for ms, wanted in zip(said, (500, 1000, 1500)):
+            self.assertAlmostEqual(ms, wanted, delta=10)
 
 
 class Headers(unittest.TestCase):

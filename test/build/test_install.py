@@ -158,11 +158,34 @@ class Examples(unittest.TestCase):
     def test_sweep(self):
         self.make_test("sweep")
 
+    def test_hexapod(self):
+        self.make_test("hexapod")
+
+    def test_teach(self):
+        self.make_test("teach")
+
     def test_wheels(self):
         self.make_test("wheels")
 
     def test_gripper_on_its_own_board(self):
         self.make_test("gripper", runs=2)
+
+    def test_ci_job_of_the_gripper_installs_and_tests(self):
+        """The lines `run:` of the job, in a copy of the example with a clone of the library in it, as a user with a home of
+        their own."""
+        folder = self.copy("gripper")
+        job = (folder / "ci.yml").read_text()
+        (folder / "cds55xx").symlink_to(ROOT)
+        home = self.folder / "home"
+        home.mkdir()
+        environment = {**os.environ, "MAKEFLAGS": "", "HOME": str(home)}
+        steps = re.findall(r"- run: (.*)\n(?: +env: { (\w+): (.*) }\n)?", job)
+        self.assertEqual(len(steps), 2)
+        for command, name, value in steps:
+            more = {name: value.replace("/home/runner", str(home))} if name else {}
+            status, output = call("sh", "-c", command, cwd=folder, env={**environment, **more})
+            self.assertEqual(status, 0, output)
+        self.assertEqual(output.count("rules:   none broken"), 2, output)
 
     def test_example_that_fails_its_script_fails_make(self):
         folder = self.copy("blink")
@@ -200,8 +223,9 @@ class Examples(unittest.TestCase):
 
     def test_examples_of_one_file_by_the_line_of_the_docs(self):
         text = (ROOT / "docs/linking.md").read_text()
-        line = re.search(r"```sh\n(avr-gcc .*(?:\\\n.*)*)\n```", text)[1]
-        for name, servos in [("robot", "1-12"), ("two_joints", "1,2"), ("hexapod", "1-18")]:
+        line = re.search(r"\n(avr-gcc .*(?:\\\n.*)*)\n```", text)[1]
+        for name, servos in [("robot", "1-12"), ("two_joints", "1,2"), ("timed_move", "1,2"),
+                             ("keyframes", "1-3")]:
             shutil.copy(PREFIX / f"share/cds55xx/examples/{name}.c", self.folder)
             self.assertEqual(shell(line.replace("robot", name), cwd=self.folder), (0, ""))
             status, output = shell(f"{PREFIX}/bin/cds55xx-sim firmware {name}.elf --board arduino-mega --servos "

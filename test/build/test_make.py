@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What make promises: boards and their mistakes, what is missing, flash, fuses and run."""
-# needs: build/lib/libcds55xx-atmega128.a
+# needs: build/lib/libcds55xx-atmega128.a build/host/cds55xx-sim
 import os
 import pathlib
 import pty
@@ -14,7 +14,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "test/runs"))
 
-from simulator import call
+from simulator import SIM, Process, call
 
 
 def copy_build_files(root):
@@ -193,9 +193,35 @@ class Make(unittest.TestCase):
     def test_run_host_baud_is_passed_to_the_simulator(self):
         for words, baud in [([], "board"), (["HOST_BAUD=client"], "client")]:
             status, output = self.make("run", "-n", "-o", "build/atmega128/controller.elf", "-o",
-                                       "build/host/cds55xx-sim", "-o", "build/atmega128/run.eeprom", *words)
+                                       "build/host/cds55xx-sim", *words)
             self.assertEqual(status, 0, output)
             self.assertIn(f" --host-baud {baud} ", output)
+
+    def test_run_follow_shows_the_live_table(self):
+        for words, follows in [([], False), (["FOLLOW=0"], False), (["FOLLOW=1"], True)]:
+            status, output = self.make("run", "-n", "-o", "build/atmega128/controller.elf", "-o",
+                                       "build/host/cds55xx-sim", "-o", "build/atmega128/run.eeprom", *words)
+            self.assertEqual(status, 0, output)
+            self.assertEqual(" --follow" in output, follows)
+            self.assertIn(" --poke build/atmega128/poke", output)
+
+    def test_poke_without_order_or_simulator_says_what_to_do(self):
+        for words, message in [([], 'say what to do, as in: make poke DO="load 1 300"'),
+                               (["DO=load 1 300"], "no simulator of atmega128 runs: start one with make run")]:
+            status, output = self.make("poke", *words)
+            self.assertNotEqual(status, 0)
+            self.assertIn(message, output)
+
+    def test_poke_passes_the_order_and_returns_its_result(self):
+        """The socket is where make run puts it."""
+        for name in ["build/host", "build/atmega128"]:
+            (self.root / name).mkdir(parents=True)
+        (self.root / "build/host/cds55xx-sim").symlink_to(SIM)
+        with Process("bus", "--servos", "1", "--pty", "--poke", self.root / "build/atmega128/poke"):
+            self.assertEqual(self.make("poke", "DO=print a 'b' \\ *"), (0, "a 'b' \\ *\nok\n"))
+            status, output = self.make("poke", "DO=load 7 300")
+            self.assertNotEqual(status, 0)
+            self.assertIn("error: there is no servo 7\n", output)
 
 
 class Build(unittest.TestCase):
@@ -353,7 +379,7 @@ class Build(unittest.TestCase):
         self.assertEqual([path for path in compiled if "controller" in path], [])
 
     def test_suites_of_several_words_run_together(self):
-        last = self.make("test", "-n", "T=test_ring test_link")[1].splitlines()[-1]
+        last = self.make("test", "-n", "T=test_ring test_link")[1].replace("\\\n", "").splitlines()[-1]
         for name in ["test_ring", "test_link"]:
             self.assertIn(f"build/host/test/{name}", last)
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """make release of one board: its files, and the same bytes from two clones in different folders."""
 import hashlib
+import io
 import os
 import pathlib
 import re
@@ -8,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "test/runs"))
@@ -63,6 +65,12 @@ class Release(unittest.TestCase):
         for name in [f"cds55xx-{VERSION}-arduino-uno-firmware.{kind}" for kind in ["elf", "hex"]]:
             self.assertIn(name, one)
         self.assertIn(f"cds55xx-{VERSION}.tar.gz", one)
+        with zipfile.ZipFile(io.BytesIO(one[f"cds55xx-{VERSION}-panel.zip"])) as panel:
+            texts = {name.split("/")[1]: panel.read(name).decode() for name in panel.namelist()}
+        self.assertLessEqual({"index.html", "app.js", "style.css", "LICENSE.txt"}, set(texts))
+        self.assertIn("BSD 3-Clause", texts["LICENSE-lit.txt"])
+        self.assertIn("Redistribution and use in source and binary forms", texts["LICENSE-lit.txt"])
+        self.assertIn("Permission is hereby granted", texts["LICENSE-uplot.txt"])
         self.assertEqual(sum(name.endswith(".a") for name in one), 1)
 
     def test_release_change_not_committed_is_refused(self):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""examples/hexapod.c: the tripods walk in turn, no goal jumps, and a servo that fails stops all."""
+"""examples/hexapod: the tripods walk in turn, no goal jumps, and a servo that fails stops all."""
 # needs: $(filter %/hexapod.elf,$(EXAMPLES))
 import csv
 import pathlib

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* A hexapod of 18 servos walks 6 s in a tripod gait, then stands. Three feet stand and push back
  * while the other three are lifted and swing forward. docs/img/hexapod.svg shows it from above.
- * Torque goes off if a servo fails or a leg is blocked.
+ * Torque goes off if a servo fails, a leg is blocked, or the gait is refused.
  *
  * Leg n has the servos 3n + 1 (coxa: turns about the vertical axis), 3n + 2 (femur) and 3n + 3
  * (tibia); legs 0, 1, 2 stand on the right side from front to rear, 3, 4, 5 on the left side. At
@@ -46,14 +46,17 @@ CDS_GAIT_TABLE(tripod) = {
 static struct cds_gait_state states[CDS_JOINT_COUNT(joints)];
 static struct cds_gait gait;
 
-static void begin_to_walk(void)
+/* False: the table or a time of the gait is out of range. */
+static bool begin_to_walk(void)
 {
-    cds_gait_begin(&gait, &(struct cds_gait_config){.cycle = &robot.cycle,
-                                                    .servos = &robot.servos,
-                                                    .joints = tripod,
-                                                    .states = states,
-                                                    .period_ms = 1000,
-                                                    .ramp_ms = 1500});
+    struct cds_gait_config config = {.cycle = &robot.cycle,
+                                     .servos = &robot.servos,
+                                     .joints = tripod,
+                                     .states = states,
+                                     .period_ms = 1000,
+                                     .ramp_ms = 1500};
+
+    return cds_gait_begin(&gait, &config) == CDS_OK;
 }
 
 /* Goes on with the gait. False: the gait or one of its goals was refused. */
@@ -76,11 +79,10 @@ int main(void)
         if (robot.state != CDS_ROBOT_RUNNING)
             continue;
         if (!walks)
-            begin_to_walk();
-        walks = true;
+            walks = begin_to_walk();
         if (robot.cycle.counters.periods == WALK_PERIODS)
             cds_gait_stop(&gait);
-        if (!walk())
+        if (!walks || !walk())
             cds_robot_stop(&robot);
     }
 }
