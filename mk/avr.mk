@@ -4,7 +4,7 @@
 #   bridge.elf, console.elf, full.elf   the controller's firmware, one for each profile
 #   firmware.elf        the board's own program, where board.mk names a FIRMWARE: such a board has no profile
 #   controller.elf      a copy of one of these: what `make flash` writes to the board
-#   examples/*.elf      the programs of examples/
+#   examples/*.elf      programs of examples/
 #   firmware/*.elf      small programs of the tests; benchmark/*.elf: those of make bench
 
 # -flto-partition=none: a debugger finds static variables and lines after link-time optimisation.
@@ -18,10 +18,14 @@ CONTROLLER_LDFLAGS := -mcall-prologues -fipa-pta
 # most use: 0.5 KB less flash.
 CONTROLLER_CFLAGS := -fno-inline-small-functions -fno-move-loop-invariants -fira-algorithm=priority
 
-EXAMPLE_SRC := $(wildcard examples/*.c)
+# The source of the example $(1): a file in examples/, or in a folder of its own.
+example_source = $(wildcard examples/$(1).c examples/$(1)/$(1).c)
+# The examples that run on any board. The programs of the other folders are for the board that their Makefile names.
+EXAMPLE_NAMES := $(sort $(basename $(notdir $(wildcard examples/*.c))) hexapod teach)
 # Examples that need more RAM or flash than a board has.
-TOO_LARGE_EXAMPLES := $(patsubst %,build/arduino-uno/examples/%.elf,hexapod timed_move)
-EXAMPLES := $(filter-out $(TOO_LARGE_EXAMPLES),$(foreach b,$(BOARDS),$(EXAMPLE_SRC:examples/%.c=build/$(b)/examples/%.elf)))
+TOO_LARGE_EXAMPLES := $(patsubst %,build/arduino-uno/examples/%.elf,hexapod keyframes teach timed_move)
+examples_of = $(filter-out $(TOO_LARGE_EXAMPLES),$(EXAMPLE_NAMES:%=build/$(1)/examples/%.elf))
+EXAMPLES := $(foreach b,$(BOARDS),$(call examples_of,$(b)))
 
 # Hardware that only the firmware uses: the serial port to the PC, EEPROM, watchdog, RAM.
 CONTROLLER_AVR_SRC := $(wildcard src/controller/avr/*.c)
@@ -39,16 +43,16 @@ endif
 ASKED_PROFILE := $(PROFILE)
 bridge_SRC := $(filter-out %/console.c %/parse.c %/reply.c %_editor.c,$(COMMON_SRC)) src/controller/profiles/bridge.c
 # Each profile with a console has its own editor.
-console_SRC := $(filter-out %/line_editor.c %/history.c %/names.c %/typing.c %/mode.c,$(COMMON_SRC) $(COMMANDS_SRC)) src/controller/profiles/console.c
+console_SRC := $(filter-out %/line_editor.c %/history.c %/names.c %/typing.c,$(COMMON_SRC) $(COMMANDS_SRC)) src/controller/profiles/console.c
 full_SRC := $(filter-out %/short_editor.c,$(COMMON_SRC)) $(COMMANDS_SRC) src/controller/profiles/full.c
-# In the profile `console` the commands are compiled without the details that docs/console.md has. So their
-# objects differ from those of `full`, and stand in build/<board>/console/.
+# The profile `console` is compiled without the details of the commands, which docs/console.md has. So its
+# objects differ from those of the other profiles, and stand in build/<board>/console/.
 console_CFLAGS := -DCOMMANDS_WITHOUT_DETAILS
 # Sources of the whole controller, for the tests.
 CONTROLLER_SRC := $(full_SRC)
 
 # $(1): board, $(2): profile, $(3): sources. Returns their objects.
-profile_objects = $(foreach s,$(3),$(if $(filter console/src/controller/console/commands/%,$(2)/$(s)),\
+profile_objects = $(foreach s,$(3),$(if $(filter console/src/controller/%,$(2)/$(s)),\
 	build/$(1)/console/$(s:.c=.o),build/$(1)/obj/$(s:.c=.o)))
 
 # The rules of board $(1), whose folder is $(2). Call read_board first: the rules use its variables.
@@ -88,7 +92,7 @@ build/$(1)/profile: force
 build/$(1)/controller.elf: build/$(1)/$$(or $$($(1)_PROFILE),firmware).elf build/$(1)/profile
 	$$(Q)cp $$< $$@
 
-build/$(1)/examples/%.elf: build/$(1)/obj/examples/%.o $(call library_of,$(MCU))
+build/$(1)/examples/%.elf: build/$(1)/obj/$$$$(basename $$$$(call example_source,$$$$*)).o $(call library_of,$(MCU))
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
@@ -106,7 +110,7 @@ build/$(1)/benchmark/%.elf: build/$(1)/obj/test/benchmark/%.o $(call library_of,
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
 # The firmware with a flood of host bytes; flood.c includes main.c.
-build/$(1)/firmware/flood.elf: build/$(1)/obj/test/firmware/library/flood.o \
+build/$(1)/firmware/flood.elf: build/$(1)/console/test/firmware/library/flood.o \
 		$(call profile_objects,$(1),console,$(filter-out %/main.c,$(console_SRC)) $(CONTROLLER_AVR_SRC)) $(call library_of,$(MCU))
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
@@ -178,9 +182,9 @@ lib: $(call library_of,$(MCU))
 firmware: build/$(BOARD)/controller.elf build/$(BOARD)/controller.hex
 	$(call built,$^)
 
-## examples: the programs of examples/, for BOARD
+## examples: the programs of examples/ that run on any board, for BOARD
 .PHONY: examples
-examples: $(filter-out $(TOO_LARGE_EXAMPLES),$(EXAMPLE_SRC:examples/%.c=build/$(BOARD)/examples/%.elf))
+examples: $(call examples_of,$(BOARD))
 	$(call built,$^)
 
 ## size: flash and RAM of each profile on every board, or of BOARD_DIR, beside its budget

@@ -18,6 +18,7 @@ check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
 	@echo '  CHECK    format'; clang-format --dry-run --Werror $(FORMATTED)
 	@echo '  CHECK    licences'; scripts/spdx.py
 	@echo '  CHECK    layering'; scripts/layering.py
+	@scripts/deps.sh docs
 	@echo '  CHECK    docs'; for d in $(GENERATED_DOCS); do scripts/$$d.py | diff -u docs/$$d.md - || \
 	  { echo "docs/$$d.md is out of date: run make docs"; exit 1; }; done
 	@echo '  CHECK    links'; scripts/links.py
@@ -42,8 +43,10 @@ eva:
 .PHONY: docs
 docs: tools build/atmega128/controller.elf build/host/cds55xx-sim
 	$(clear)
-	@for d in $(GENERATED_DOCS); do scripts/$$d.py > docs/$$d.md; done
+	@scripts/deps.sh docs
+	@for d in $(GENERATED_DOCS); do scripts/$$d.py > build/$$d.md && mv build/$$d.md docs/$$d.md || exit 1; done
 	@scripts/readme.py
+	@! command -v node > /dev/null || node panel/notices.mjs docs/panel.md
 
 ## pictures: draw docs/img/*.svg from runs of the simulator
 .PHONY: pictures

@@ -20,7 +20,7 @@ RELEASE_LIBRARIES := $(foreach m,$(MCUS),$(call library_of,$(m)):lib-$(m).a)
 RELEASE_ARDUINO = $(if $(wildcard mk/arduino.mk),build/arduino/CDS55xx-$(VERSION).zip:arduino.zip)
 # The firmware contains parts of avr-libc (docs/licence.md).
 RELEASE_LICENCES := LICENSE:LICENSE /usr/share/doc/avr-libc/copyright:LICENSE-avr-libc
-RELEASED = $(RELEASE_FIRMWARE) $(RELEASE_LIBRARIES) $(RELEASE_ARDUINO) $(RELEASE_LICENCES)
+RELEASED = $(RELEASE_FIRMWARE) $(RELEASE_LIBRARIES) $(RELEASE_ARDUINO) build/panel.zip:panel.zip $(RELEASE_LICENCES)
 RELEASE_NEEDS = $(foreach f,$(RELEASED),$(firstword $(subst :, ,$(f))))
 
 ## release: firmware, libraries, Arduino ZIP, sources of the last commit and SHA256SUMS, in build/release

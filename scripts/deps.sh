@@ -3,7 +3,7 @@
 # Looks for what the build, the simulator and the tests need, and installs what is missing: Debian
 # packages with apt-get (through sudo when not root), Unity out of the gem of its authors. With
 # everything there it takes a fraction of a second and touches nothing.
-#   usage: deps.sh packages|unity|eva|site|test-build
+#   usage: deps.sh packages|unity|docs|eva|site|test-build|panel|panel-test
 #   DEPS=no      install nothing; name what is missing and fail
 #   UNITY=DIR    where Unity is, or is to be put (default build/unity)
 set -eu
@@ -42,6 +42,19 @@ WANTED_BY_TEST_BUILD='
 /usr/bin/cmake                      cmake
 /usr/bin/pkg-config                 pkgconf
 '
+# Only make docs and make check need it: scripts/typed.py types the sessions of docs/console.md into it.
+WANTED_BY_DOCS='
+/usr/bin/tmux                       tmux
+'
+# The control panel, beside node and npm, if node is not there or older than 18.
+WANTED_BY_PANEL='
+/usr/bin/websockify                 websockify
+'
+# Only make test-panel needs it.
+WANTED_BY_PANEL_TEST='
+/usr/bin/chromium                   chromium
+'
+NODE_VERSION=18
 GEM=ceedling
 GEM_VERSION=1.2.1
 GEM_SHA256=928095286b7a25777a2d520b9da6b6ee8255e17689910ddf60b12ec996ec115e
@@ -52,6 +65,16 @@ missing_packages()
     echo "$WANTED" | while read -r proof package; do
         [ -z "$proof" ] || [ -e "$proof" ] || command -v "$(basename "$proof")" >/dev/null || echo "$package"
     done
+}
+
+# The packages of node and npm, unless both are there and node is new enough.
+missing_node()
+{
+    if ! command -v npm >/dev/null || ! command -v node >/dev/null ||
+        [ "$(node -p 'process.versions.node.split(".")[0]')" -lt "$NODE_VERSION" ]; then
+        echo nodejs
+        echo npm
+    fi
 }
 
 install_packages()
@@ -90,13 +113,19 @@ fetch_unity()
 }
 
 case "${1:-}" in
-packages | eva | site | test-build)
+packages | docs | eva | site | test-build | panel | panel-test)
     case $1 in
+    docs) WANTED=$WANTED_BY_DOCS ;;
     eva) WANTED=$WANTED_BY_EVA ;;
     site) WANTED=$WANTED_BY_SITE ;;
     test-build) WANTED=$WANTED_BY_TEST_BUILD ;;
+    panel) WANTED=$WANTED_BY_PANEL ;;
+    panel-test) WANTED=$WANTED_BY_PANEL_TEST ;;
     esac
-    packages=$(missing_packages | sort -u | tr '\n' ' ')
+    packages=$({
+        missing_packages
+        [ "$1" != panel ] || missing_node
+    } | sort -u | tr '\n' ' ')
     [ -n "$packages" ] || exit 0
     [ "${DEPS:-yes}" != no ] || {
         echo "missing Debian packages: $packages (make deps installs them)" >&2
@@ -113,7 +142,7 @@ unity)
     fetch_unity
     ;;
 *)
-    echo "usage: deps.sh packages|unity|eva|site|test-build" >&2
+    echo "usage: deps.sh packages|unity|docs|eva|site|test-build|panel|panel-test" >&2
     exit 2
     ;;
 esac

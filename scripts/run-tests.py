@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: MIT
 """Runs test programs, a line each, and adds up their tests; the last line is `N passed, N failed`.
 
-usage: run-tests.py [--avr-board BOARD] [--jobs N] [--times FILE] PROGRAM...
-An .elf is a Unity suite for the AVR and runs in the simulator ($SIM); a .py is a Python unittest;
-anything else is a Unity suite for this machine. A program that ends without Unity's or unittest's
-closing line, or with a bad exit status, counts as a failed test. Its output is shown if it failed.
+usage: run-tests.py [--avr-board BOARD] [--jobs N] [--times FILE] [--skipped TEXT] PROGRAM...
+An .elf is a Unity suite for the AVR and runs in the simulator ($SIM); a .py is a Python unittest; a
+.test.js is a suite of Node's test runner; anything else is a Unity suite for this machine. A program
+that ends without its closing line, or with a bad exit status, counts as a failed test. Its output is
+shown if it failed. TEXT tells which suites are not run, and how to run them.
 FILE keeps what each program took; the longest begin first, so that no core waits for one at the end.
 Ctrl-C and SIGTERM kill the programs that run, and end with status 130.
 """
@@ -24,9 +25,10 @@ import time
 UNITY = re.compile(r"^(\d+) Tests (\d+) Failures (\d+) Ignored", re.M)
 UNITTEST = re.compile(r"^Ran (\d+) tests? in", re.M)
 UNITTEST_BAD = re.compile(r"^(?:FAILED|OK) \((.*)\)", re.M)
+NODE = re.compile(r"^# tests (\d+)\n(?:# .*\n)*?# pass (\d+)$", re.M)
 BAD_COUNT = re.compile(r"(?:failures|errors|skipped)=(\d+)")
 TIMEOUT_S = 900  # only a suite that hangs takes so long, on a busy machine too
-UNKNOWN_S = {".py": 30, ".elf": 5, "": 1}  # taken for the time of a program that has not run yet
+UNKNOWN_S = {".py": 30, ".elf": 5, ".js": 20, "": 1}  # taken for the time of a program that has not run yet
 # The make that runs this is not the programs' concern.
 ENVIRONMENT = {name: value for name, value in os.environ.items()
                if name not in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL")}
@@ -38,12 +40,18 @@ def command_of(program, board):
                         "none", "--host", "stdout", "--seconds", "60"]]
     if program.endswith(".py"):
         return ["runs", [sys.executable, program]]
+    if program.endswith(".js"):
+        return ["panel", ["node", "--test", "--test-reporter=tap", program]]
     return ["host", [program]]
 
 
 def count(program, output, status):
     """(passed, failed) by the last summary that the program printed, and by how it ended."""
     of_python = program.endswith(".py")
+    if program.endswith(".js"):
+        summary = NODE.search(output)
+        passed, total = (int(summary[2]), int(summary[1])) if summary else (0, 1)
+        return passed, max(total - passed, int(status != 0 or total == 0))
     summary = list((UNITTEST if of_python else UNITY).finditer(output))
     if not summary:
         return 0, 1
@@ -59,7 +67,7 @@ def count(program, output, status):
 
 
 def name_of(program):
-    return os.path.basename(program).rsplit(".", 1)[0]
+    return os.path.basename(program).split(".")[0]
 
 
 def kill_group(process):
@@ -140,7 +148,7 @@ class Totals:
         self.passed += passed
         self.failed += failed
         width = len(str(self.program_count))
-        print(f"  {self.ended:>{width}}/{self.program_count} {where:<5}{name_of(program):<28}"
+        print(f"  {self.ended:>{width}}/{self.program_count} {where:<6}{name_of(program):<28}"
               f"{passed:>4} passed{failed:>4} failed {seconds:7.1f} s", flush=True)
         if failed:
             print(output, flush=True)
@@ -168,6 +176,7 @@ def main():
     parser.add_argument("--avr-board", default="arduino-mega")
     parser.add_argument("--jobs", type=int, default=2 * os.cpu_count())  # some wait for real time
     parser.add_argument("--times", type=pathlib.Path)
+    parser.add_argument("--skipped", default="")
     parser.add_argument("programs", nargs="+")
     arguments = parser.parse_args()
     programs = Programs(arguments.avr_board)
@@ -183,6 +192,8 @@ def main():
         arguments.times.write_text("".join(f"{name}\t{seconds:.1f}\n" for name, seconds in times.items()))
     if not whole:
         return 130
+    if arguments.skipped:
+        print(f"\nskipped: {arguments.skipped}")
     print(f"\n{totals.passed} passed, {totals.failed} failed")
     return 1 if totals.failed or not totals.passed else 0
 

@@ -157,18 +157,19 @@ RUN_TESTS := $(wildcard test/runs/test_*.py)
 # Boards with a host link. test/runs/boards.py has the same list for the runs.
 HOST_BOARDS := $(foreach b,$(BOARDS),$(if $($(b)_PROFILE),$(b)))
 CONSOLE_ELFS := $(HOST_BOARDS:%=build/%/controller.elf)
+PROFILE_ELFS := $(foreach b,$(HOST_BOARDS),$(call profile_elfs,$(b)))
 # Each run names in a line `# needs: FILE ...` the files that must be built for it.
 run_needs = $(if $(1),build/host/cds55xx-sim $(eval NEEDED := $(shell sed -n 's/^# needs: //p' $(1)))$(NEEDED))
 
 # T=word: only the suites whose name contains the word; with several words, any of them.
 T ?=
-ALL_TESTS := $(UNIT_TESTS) $(SIM_TESTS) $(RUN_TESTS)
+ALL_TESTS := $(UNIT_TESTS) $(SIM_TESTS) $(RUN_TESTS) $(if $(filter yes,$(PANEL)),$(PANEL_SUITES))
 # $(1): word. Returns the suites whose name contains the word.
 tests_with = $(foreach t,$(ALL_TESTS),$(if $(findstring $(1),$(basename $(notdir $(t)))),$(t)))
 TESTS := $(if $(T),$(sort $(foreach w,$(T),$(call tests_with,$(w)))),$(ALL_TESTS))
 # The words that no suite has in its name.
 UNKNOWN_WORDS := $(strip $(foreach w,$(T),$(if $(strip $(call tests_with,$(w))),,$(w))))
-test_programs = $(filter-out %.py,$(TESTS)) $(if $(filter $(SIM_TESTS),$(TESTS)),$(SIM_TEST_ELFS) build/host/cds55xx-sim) \
+test_programs = $(filter-out %.py %.js,$(TESTS)) $(if $(filter %.js,$(TESTS)),$(PANEL_NEEDS)) $(if $(filter $(SIM_TESTS),$(TESTS)),$(SIM_TEST_ELFS) build/host/cds55xx-sim) \
 	$(if $(filter %/test_rules,$(TESTS)),$(patsubst %,build/%/controller.elf,arduino-mega cm510)) \
 	$(if $(filter $(AVR_TEST)/%,$(TESTS)),build/host/cds55xx-sim) $(call run_needs,$(filter %.py,$(TESTS)))
 run_tests = SIM=build/host/cds55xx-sim FIRMWARE=build/firmware scripts/run-tests.py \
@@ -182,7 +183,8 @@ test:
 else
 test: $$(test_programs)
 	$(clear)
-	@$(run_tests) --times build/test-times.tsv $(TESTS)
+	@$(run_tests) --times build/test-times.tsv $(TESTS) \
+	  $(if $(T)$(filter yes,$(PANEL)),,--skipped "$(words $(PANEL_SUITES)) suites of the control panel; 'make test-panel' installs Chromium and runs them")
 endif
 
 ## list-tests: the names of the suites, for T=
@@ -191,7 +193,7 @@ list-tests:
 	@printf '%s\n' $(sort $(basename $(notdir $(ALL_TESTS))))
 
 # make test runs each of these suites too, with fewer random inputs.
-LONG_TESTS := $(wildcard $(patsubst %,test/runs/test_%.py,autostart bus_random example_hexapod example_robot failsafe faults_all fuzz identity inhibit permit_random diagnose flood bridge firmware))
+LONG_TESTS := $(wildcard $(patsubst %,test/runs/test_%.py,autostart bus_random example_hexapod example_robot example_teach failsafe faults_all fuzz identity inhibit permit_random diagnose flood bridge firmware))
 ## test-long: the random and exhaustive runs in full length; make test runs them with fewer inputs
 .PHONY: test-long
 test-long: $$(call run_needs,$$(LONG_TESTS))

@@ -68,6 +68,10 @@ class RunTests(unittest.TestCase):
         self.assertEqual(self.outcome("print('3 Tests 0 Failures 0 Ignored')", "suite.py"),
                          (1, "0 passed, 1 failed"))
 
+    def test_skipped_suites_are_named_before_the_last_line(self):
+        status, output = call(RUN_TESTS, "--skipped", "the page: make test-panel", self.suite("echo '3 Tests 0 Failures 0 Ignored'"))
+        self.assertEqual((status, output.splitlines()[-3:]), (0, ["skipped: the page: make test-panel", "", "3 passed, 0 failed"]))
+
     def test_each_line_says_how_many_suites_have_ended(self):
         suites = [self.suite("echo '2 Tests 0 Failures 0 Ignored'", f"suite{n}") for n in range(3)]
         output = call(RUN_TESTS, *suites)[1]

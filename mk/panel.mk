@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: MIT
+# The control panel: a web page (panel/), bundled into build/panel.
+
+PANEL_MODULES := panel/node_modules/.package-lock.json
+PANEL_SRC := $(wildcard panel/src/*.js panel/src/*/*.js panel/src/*.css panel/src/*/*.css panel/public/*) panel/index.html panel/build.mjs
+PANEL_TABLES := build/panel-tables.json
+PANEL_TABLE_SOURCES := $(wildcard scripts/panel-tables.py scripts/registers.py scripts/device.py scripts/settings.py \
+	scripts/errors.py scripts/console.py src/controller/console/commands/*.c src/controller/profiles/*.c) \
+	include/cds55xx/control_table.h include/cds55xx/result.h include/cds55xx/diagnose.h include/cds55xx/version.h \
+	src/controller/host/device.h src/controller/robot/settings.h src/controller/console/errors.h src/core/wire/units.c
+
+# npm ci installs exactly what panel/package-lock.json names.
+$(PANEL_MODULES): panel/package.json panel/package-lock.json
+	@scripts/deps.sh panel
+	$(call say,NPM,panel/node_modules)
+	$(Q)npm ci --prefix panel --no-audit --no-fund --loglevel=error
+	$(Q)touch $@
+
+$(PANEL_TABLES): $(PANEL_TABLE_SOURCES) | tools
+	$(call say,TABLES,$@)
+	@mkdir -p $(@D)
+	$(Q)scripts/panel-tables.py > $@
+
+build/panel/app.js: $(PANEL_SRC) $(PANEL_TABLES) $(PANEL_MODULES)
+	$(call say,BUNDLE,build/panel)
+	$(clear)
+	$(Q)node panel/build.mjs $(PANEL_TABLES) build/panel
+
+## deps-panel: install what the control panel needs (node and npm if missing, websockify, Chromium, npm packages)
+.PHONY: deps-panel
+deps-panel:
+	@scripts/deps.sh panel
+	@scripts/deps.sh panel-test
+	$(Q)$(MAKE) --no-print-directory $(PANEL_MODULES)
+
+## panel-build: the control panel as files for a web server, in build/panel
+.PHONY: panel-build
+panel-build: build/panel/app.js
+	$(call built,build/panel)
+
+build/panel.zip: build/panel/app.js
+	$(Q)scripts/pack.py $@ $(<D) cds55xx-panel-$(VERSION)
+
+PANEL_BOARD := arduino-mega
+PANEL_PORT ?= 8055
+
+# Settings of the simulated controller: 1 Mbps to the page. `make panel` keeps what is saved from run to run.
+build/panel.eeprom: sim/panel.script | build/$(PANEL_BOARD)/controller.elf build/host/cds55xx-sim
+	@rm -f $@; build/host/cds55xx-sim firmware build/$(PANEL_BOARD)/controller.elf --board $(PANEL_BOARD) --servos 1 \
+	  --eeprom $@ --script $< >/dev/null 2>&1
+
+## panel: the control panel with a simulated robot (SERVOS=1-18), at an address of this machine (PANEL_PORT=8055)
+.PHONY: panel
+panel: build/panel/app.js build/$(PANEL_BOARD)/controller.elf build/host/cds55xx-sim build/panel.eeprom
+	$(clear)
+	@scripts/panel.py build/$(PANEL_BOARD)/controller.elf --board $(PANEL_BOARD) --servos $(SERVOS) \
+	  --eeprom build/panel.eeprom --port $(PANEL_PORT)
+
+# Suites: `unit` without a simulator, `session` with the firmware in the simulator, `browser` with Chromium, too.
+PANEL_SUITES := $(sort $(wildcard panel/test/unit/*.test.js panel/test/session/*.test.js panel/test/browser/*.test.js))
+PANEL_NEEDS := $(PANEL_MODULES) build/panel/app.js build/panel.eeprom build/host/cds55xx-sim \
+	$(foreach b,atmega128 arduino-mega arbotix,build/$(b)/controller.elf) build/atmega128/bridge.elf
+
+## test-panel: the tests of the control panel, in Chromium with the firmware in the simulator (T=word)
+.PHONY: test-panel
+test-panel: $(PANEL_NEEDS)
+	@scripts/deps.sh panel-test
+	$(clear)
+	@scripts/run-tests.py --times build/test-panel-times.tsv \
+	  $(if $(T),$(foreach f,$(PANEL_SUITES),$(if $(strip $(foreach w,$(T),$(findstring $(w),$(f)))),$(f))),$(PANEL_SUITES))
+
+## panel-figures: updates a second and CPU time of the page with 1, 18 and 50 servos (2 min), in build/panel-figures.tsv
+.PHONY: panel-figures
+panel-figures: $(PANEL_NEEDS)
+	@scripts/deps.sh panel-test
+	$(clear)
+	@node panel/test/measure.js build/panel-figures.tsv
+
+# `make test` runs them, too, if Chromium is installed. PANEL=no leaves them out.
+PANEL ?= $(if $(wildcard /usr/bin/chromium),yes,no)

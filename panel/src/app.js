@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+/* The page: header with connection, state and Stop; notices; tabs; the view of the chosen tab.
+ *
+ * In the address: #ID chooses the tab; ?ws=URL is the address of the WebSocket, and ?connect connects to
+ * it at once. */
+
+import tables from "#tables";
+import { html, nothing } from "lit";
+import { ReplayPort } from "./port/replay.js";
+import { WebSerialPort } from "./port/web_serial.js";
+import { WebSocketPort } from "./port/web_socket.js";
+import { Session } from "./model/session.js";
+import { takesSpace } from "./keys.js";
+import { texts } from "./texts.js";
+import { View } from "./views/view.js";
+import { VIEWS } from "./views/views.js";
+
+const RATES = [115200, 57600, 1000000, 500000, 250000, 19200];
+
+class App extends View {
+    #elements = new Map(); // of each view that was shown
+    #parameters = new URLSearchParams(location.search);
+
+    constructor() {
+        super();
+        this.session = new Session({ tables });
+        this.tab = this.#tabOfAddress();
+        this.rate = RATES[0];
+        this.address = this.#parameters.get("ws") ?? WebSocketPort.urlBeside(location) ?? "ws://127.0.0.1:8055/websockify";
+        globalThis.addEventListener("hashchange", () => this.#show(this.#tabOfAddress()));
+        globalThis.addEventListener("keydown", (event) => this.#key(event), { capture: true });
+        if (this.#parameters.has("connect")) this.#connectSocket();
+    }
+
+    /* ---- keys ---- */
+
+    #key(event) {
+        if (event.repeat || event.isComposing || event.ctrlKey || event.altKey || event.metaKey) return;
+        const isSpace = event.key === " " && !takesSpace(event.target);
+
+        if (event.key !== "Escape" && !isSpace) return;
+        if (isSpace) event.preventDefault(); // the page would scroll
+        this.session.stop();
+    }
+
+    /* ---- connection ---- */
+
+    #connectSocket = () => this.session.connect(new WebSocketPort(this.address));
+    #connectSerial = () => this.session.connect(new WebSerialPort({ baudRate: this.rate }));
+
+    #replay = async ({ target }) => {
+        const [file] = target.files;
+
+        target.value = "";
+        if (!file) return;
+        const port = await this.session.attempt(async () => new ReplayPort(await file.text()));
+
+        if (port) await this.session.connect(port);
+    };
+
+    /* ---- tabs ---- */
+
+    #tabOfAddress() {
+        const id = location.hash.slice(1);
+
+        return VIEWS.find((view) => view.id === id) ?? VIEWS[0];
+    }
+
+    #show(view) {
+        this.tab = view;
+        this.requestUpdate();
+    }
+
+    /* Each view is made once; only the chosen one is in the document. */
+    #elementOf(view) {
+        if (!this.#elements.has(view)) {
+            const element = document.createElement(view.tag);
+
+            element.session = this.session;
+            this.#elements.set(view, element);
+        }
+        return this.#elements.get(view);
+    }
+
+    #tabKey(event) {
+        const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+
+        if (!step) return;
+        const next = VIEWS[(VIEWS.indexOf(this.tab) + step + VIEWS.length) % VIEWS.length];
+
+        location.hash = next.id;
+        this.updateComplete.then(() => this.querySelector(`#tab-${next.id}`)?.focus());
+    }
+
+    /* ---- parts of the page ---- */
+
+    #connection() {
+        const c = texts.connect;
+
+        if (this.session.state !== "disconnected")
+            return html`<span class="port">${this.session.portName}</span>
+                <button class="disconnect" @click=${() => this.session.disconnect()}>${c.disconnect}</button>`;
+        return html`
+            <button class="serial" title=${c.serialHint} ?disabled=${!WebSerialPort.isSupported()} @click=${this.#connectSerial}>
+                ${c.serial}
+            </button>
+            <label>
+                ${c.rate}
+                <select @change=${({ target }) => (this.rate = Number(target.value))}>
+                    ${RATES.map((rate) => html`<option value=${rate} ?selected=${rate === this.rate}>${rate} ${c.rateUnit}</option>`)}
+                </select>
+            </label>
+            <button class="socket" title=${c.socketHint} @click=${this.#connectSocket}>${c.socket}</button>
+            <details>
+                <summary>${c.more}</summary>
+                <div class="more">
+                    <label>
+                        ${c.address}
+                        <input type="url" .value=${this.address} @change=${({ target }) => (this.address = target.value.trim())} />
+                    </label>
+                    <label class="replay">${c.replay} <input type="file" accept=".txt" @change=${this.#replay} /></label>
+                </div>
+            </details>
+            ${WebSerialPort.isSupported() ? nothing : html`<p class="hint">${c.noSerial}</p>`}
+        `;
+    }
+
+    #stateLine() {
+        const { session } = this;
+        const parts = [texts.state[session.state]];
+
+        if (session.isConnected) {
+            parts.push(texts.status.firmware(session.controller));
+            parts.push(texts.status.servos(session.robot.servos.size));
+            parts.push(session.isBusy ? texts.status.old : texts.status.rate(session.robot.rate));
+        }
+        return html`<p class="state-line" role="status">${parts.join(" · ")}</p>`;
+    }
+
+    #stop() {
+        const { session } = this;
+        const isInhibited = session.isConnected && (session.robot.isInhibited || session.stopState !== "none");
+        const text = texts.stop[session.stopState] || (isInhibited ? texts.status.inhibited : "");
+
+        return html`<div class="stop-box">
+            <button class="stop" title=${texts.stop.hint} @click=${() => session.stop()}>${texts.stop.button}</button>
+            <p class="stop-state ${session.stopState}" role="status" aria-live="assertive">${text}</p>
+            ${isInhibited && session.stopState !== "stopping"
+                ? html`<button class="release" title=${texts.stop.releaseHint} @click=${() => session.release()}>
+                      ${texts.stop.release}
+                  </button>`
+                : nothing}
+        </div>`;
+    }
+
+    #notices() {
+        const { notices } = this.session;
+
+        return html`<section class="notices" aria-label=${texts.notices} aria-live="polite">
+            ${notices.map(
+                (notice) => html`<div class="notice ${notice.level}" data-code=${notice.code}>
+                    <p>
+                        ${notice.text}${notice.remedy ? html` <strong>${texts.remedy}</strong> ${notice.remedy}` : nothing}
+                    </p>
+                    <button aria-label=${texts.dismiss} title=${texts.dismiss} @click=${() => this.session.dismiss(notice)}>×</button>
+                </div>`,
+            )}
+        </section>`;
+    }
+
+    #tabs() {
+        return html`<nav role="tablist" @keydown=${(event) => this.#tabKey(event)}>
+            ${VIEWS.map(
+                (view) => html`<a
+                    id="tab-${view.id}"
+                    role="tab"
+                    href="#${view.id}"
+                    aria-controls="view"
+                    aria-selected=${view === this.tab}
+                    tabindex=${view === this.tab ? 0 : -1}
+                    >${texts.tabs[view.id]}</a
+                >`,
+            )}
+        </nav>`;
+    }
+
+    render() {
+        return html`
+            <header>
+                <h1>${texts.name}</h1>
+                <div class="connection">${this.#connection()}</div>
+                ${this.#stop()} ${this.#stateLine()}
+            </header>
+            ${this.#tabs()} ${this.#notices()}
+            <main id="view" role="tabpanel" aria-labelledby="tab-${this.tab.id}">${this.#elementOf(this.tab)}</main>
+        `;
+    }
+}
+
+customElements.define("panel-app", App);

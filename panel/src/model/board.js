@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+/* State and alarms of the controller: by the console, or, without one, by the registers of the device. */
+
+import { errorNames } from "../wire/packet.js";
+import { texts } from "../texts.js";
+
+const t = texts.board;
+const LINK_LOST = 0x13; // registers of the device
+const ALARMS = 0x14;
+const NOBODY = 255;
+const OF_MEMORY = /^(?:poses|EEPROM|stack)$/;
+
+/* The lines of `status` as {label, text, isMemory}; a line without colon begins with its label. */
+export function parseStatus(lines) {
+    return lines.map((line) => {
+        const [, label, text] = /^(reset)\s+by\s+(.*)$/.exec(line) ?? /^([^:]+): (.*)$/.exec(line) ?? ["", line, ""];
+
+        return { label: label === "reset" ? t.resetBy : label, text, isMemory: OF_MEMORY.test(label) };
+    });
+}
+
+/* What `status` tells, or as much of it as the device has. */
+export async function readStatus(session) {
+    if (session.wire.hasConsole) return parseStatus(await session.controller.run("status"));
+    const { device } = session.robot;
+
+    if (!device) return [];
+    return [
+        { label: t.resetBy, text: t.resets.filter((_, bit) => device.resetCause & (1 << bit)).join(", "), isMemory: false },
+        { label: t.busState, text: t.busStates[device.busState] ?? "", isMemory: false },
+    ];
+}
+
+/* The lines of `alarms`: [{who, condition}]. */
+export function parseAlarms(lines) {
+    return lines
+        .map((line) => /^alarm (\d+|of others): (.*)$/.exec(line))
+        .filter((match) => match)
+        .map(([, id, condition]) => ({ who: id === "of others" ? t.others : t.servoName(id), condition }));
+}
+
+export async function readAlarms(session) {
+    if (session.wire.hasConsole) return parseAlarms(await session.controller.run("alarms"));
+    const { alarms = 0, alarmId = NOBODY } = session.robot.device ?? {};
+
+    return errorNames(alarms).map((condition) => ({ who: alarmId === NOBODY ? t.someServo : t.servoName(alarmId), condition }));
+}
+
+/* Acknowledges alarms and a lost link; driving is allowed again. */
+export async function clearAlarms(session) {
+    if (session.wire.hasConsole) {
+        await session.controller.run("clear");
+    } else {
+        await session.controller.writeDevice(ALARMS, [0]);
+        await session.controller.writeDevice(LINK_LOST, [0]);
+    }
+    session.stopState = "none";
+}

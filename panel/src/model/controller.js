@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+/* The controller as the page uses it: what its firmware has, and commands of its console. */
+
+import { read, syncRead, write } from "../wire/packet.js";
+
+export const DEVICE = Object.freeze({
+    VERSION: 0x02,
+    SAVE: 0x10,
+    ALARMS: 0x14,
+    INHIBIT: 0x17,
+    MOTION_PLAY: 0x70,
+    MOTION_OVERRIDE: 0x71,
+    MOTION_PAUSE: 0x72,
+});
+
+const NOT_IN_FIRMWARE = ": not in this firmware"; // a line of `help`
+export const LISTED_MAX = 18; // servos that the console lists
+const SCAN_GROUP = 32; // IDs in a packet of a scan
+const SCAN_MS = 3000; // for the answer to it
+const RESCUE_MS = 600000; // `scan rescue` says nothing for nine minutes
+const SERVO_ID = 0x03; // register
+const FAILED = 0xff;
+
+/* The console has answered `error N: text; remedy`. `line`: the command. `lines`: the reply before it. */
+export class CommandError extends Error {
+    constructor(line, { number, text }, lines, remedies) {
+        const [what, ...remedy] = text.split("; ");
+
+        super(what);
+        this.name = "CommandError";
+        this.line = line;
+        this.number = number;
+        this.lines = lines;
+        this.remedy = remedy.join("; ") || remedies[number]?.remedy || "";
+    }
+}
+
+export class Controller {
+    #wire;
+
+    constructor(wire, tables) {
+        this.#wire = wire;
+        this.tables = tables;
+        this.profile = "bridge"; // bridge, console, full
+        this.version = "";
+        this.board = "";
+        this.modeBefore = null; // setting `echo` before the page changed it; null: not known
+        this.commands = new Set(); // usage of each command, as in the tables
+        this.hasMotion = false; // timed moves, stored poses and sequences
+    }
+
+    get wire() {
+        return this.#wire;
+    }
+
+    /* True if the tables of the page are of another version than the firmware. */
+    get isOtherVersion() {
+        return this.version !== this.shownVersion;
+    }
+
+    /* The version of the page, as exact as the firmware tells its own. */
+    get shownVersion() {
+        return this.profile === "bridge" ? this.tables.version.split(".").slice(0, 2).join(".") : this.tables.version;
+    }
+
+    hasCommand(name) {
+        return this.tables.commands.some((row) => row.name === name && this.commands.has(row.usage));
+    }
+
+    /* Puts the console into the mode for programs, and asks what the firmware has. */
+    async setUp() {
+        if (this.#wire.hasConsole) await this.#askConsole();
+        else await this.#askDevice();
+        this.hasMotion = this.#wire.hasDevice && (await this.readDevice(DEVICE.MOTION_OVERRIDE, 1))[0] > 0;
+    }
+
+    async #askConsole() {
+        await this.#askMode();
+        const { error } = await this.#wire.command("mode program");
+
+        if (error) await this.run("echo off"); // an older firmware has no command `mode`
+        const [first = ""] = await this.run("version");
+
+        [, this.version = "", this.board = ""] = /^cds55xx (\S+) ?(\S*)/.exec(first) ?? [];
+        this.#takeHelp(await this.run("help"));
+        if (!this.#wire.hasDevice) await this.#findDevice();
+    }
+
+    /* With echo, the line itself stands before its reply. */
+    async #askMode() {
+        const { lines } = await this.#wire.command("settings echo");
+        const mode = lines.map((line) => /^echo = (\d)/.exec(line)?.[1]).find((value) => value !== undefined);
+
+        this.modeBefore = mode === undefined ? null : Number(mode);
+    }
+
+    /* A line of `help`: "  id OLD NEW: give a servo another ID". The profile is full if there is a command
+     * that only this profile has. */
+    #takeHelp(lines) {
+        const has = ({ usage }) =>
+            lines.some((line) => line.trim().startsWith(`${usage}: `) && !line.endsWith(NOT_IN_FIRMWARE));
+        const rows = this.tables.commands.filter(has);
+
+        this.commands = new Set(rows.map((row) => row.usage));
+        this.profile = rows.some((row) => !row.profiles.includes("console")) ? "full" : "console";
+    }
+
+    async #findDevice() {
+        const [line = ""] = await this.run("settings device_id");
+        const id = Number(/= (\d+)/.exec(line)?.[1] ?? NaN);
+
+        if (!(id <= 253)) return; // 254: the device is off
+        this.#wire.deviceId = id;
+        this.#wire.hasDevice = true;
+    }
+
+    async #askDevice() {
+        const [version] = await this.readDevice(DEVICE.VERSION, 1);
+
+        this.profile = "bridge";
+        this.version = `${version >> 4}.${version & 15}`;
+    }
+
+    /* Runs a command. Returns the lines of its reply; throws CommandError or WireError. */
+    async run(line, options) {
+        const { lines, error } = await this.#wire.command(line, options);
+
+        if (error) throw new CommandError(line, error, lines, this.tables.errors);
+        return lines;
+    }
+
+    /* Reads registers of the device. Throws WireError. */
+    async readDevice(address, count, options) {
+        const { parameters } = await this.#wire.request(read(this.#wire.deviceId, address, count), options);
+
+        return parameters;
+    }
+
+    /* Writes registers of the device. Returns the error bits of its reply. */
+    async writeDevice(address, bytes) {
+        return (await this.#wire.request(write(this.#wire.deviceId, address, bytes))).error;
+    }
+
+    /* Finds servos: at the rate of the bus; `how` = "all": at the listed rates; "rescue": at all rates.
+     * onFound({id, ...}) is called for each servo, onProgress(text) for each line. Returns the lines, or,
+     * without a console, nothing. */
+    async scan({ how = "", onFound = () => {}, onProgress = () => {}, signal } = {}) {
+        if (!this.#wire.hasConsole) return this.scanByPackets({ onFound, onProgress, signal });
+        let listed = 0;
+        const onLine = (line) => {
+            const found = /^id (\d+) model (\d+)(?:.*? at (\d+)bps)?/.exec(line);
+
+            onProgress(line);
+            if (found) onFound({ id: Number(found[1]), model: Number(found[2]), rate: Number(found[3]) || null });
+            if (found) listed = Number(found[1]) + 1;
+        };
+        const lines = await this.run(`scan ${how}`.trim(), { onLine, signal, timeout: how === "rescue" ? RESCUE_MS : undefined });
+        const count = Number(/^(\d+) found/m.exec(lines.join("\n"))?.[1] ?? 0);
+
+        if (!how && count > LISTED_MAX && this.#wire.hasDevice) await this.scanByPackets({ first: listed, onFound, onProgress, signal });
+        return lines;
+    }
+
+    /* Finds servos at the rate of the bus by packets, those that the console does not list, too. */
+    async scanByPackets({ first = 0, onFound = () => {}, onProgress = () => {}, signal } = {}) {
+        const ids = Array.from({ length: 253 - first }, (_, index) => first + index);
+
+        while (ids.length && !signal?.aborted) {
+            const group = ids.splice(0, SCAN_GROUP);
+            const { parameters } = await this.#wire.request(syncRead(SERVO_ID, 1, group), { timeout: SCAN_MS });
+
+            group.forEach((id, index) => parameters[index] !== FAILED && onFound({ id, model: null, rate: null }));
+            onProgress(`${group.at(-1) + 1} of 253 IDs asked`);
+        }
+        return [];
+    }
+
+    /* Ends the inhibit after a stop. Nothing moves. */
+    async release() {
+        if (this.#wire.hasConsole) return this.run("release");
+        await this.writeDevice(DEVICE.INHIBIT, [0]);
+        return [];
+    }
+}

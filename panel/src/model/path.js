@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+/* Positions over time: the way that the board makes of the steps of a sequence, and a recording.
+ *
+ * A path is {ids, duration, at(time)}; `at` returns a raw position (a real number) for each of `ids`. The
+ * formulas are those of docs/internals/motion.md: minimum jerk from pose to pose; a joint passes a pose with
+ * the harmonic mean of its mean speeds before and behind it. */
+
+const minimumJerk = (x) => x * x * x * (10 - 15 * x + 6 * x * x);
+const brake = (x) => x - x * x * x + (x * x * x * x) / 2; // the way of a joint that comes to rest
+
+const SPEED_MAX = 1023 / 300 * 62 * 6 / 1000; // raw a ms: 62 rpm
+const JERK_PEAK = 15 / 8; // highest speed of minimum jerk, of the mean speed
+
+/* Raw positions a ms at which a joint passes the pose between two ways. */
+function passingSpeed(before, behind) {
+    return before * behind > 0 ? (2 * before * behind) / (before + behind) : 0;
+}
+
+/* One joint on its way from `from` to `to` in `time` ms, with these speeds (raw a ms) at its ends. */
+function positionOf({ from, to, speedBefore, speedBehind, time }, at) {
+    const x = time ? at / time : 1;
+    const braking = speedBefore * time;
+    const passing = speedBehind * time;
+    const rest = to - from - braking / 2 - passing / 2;
+
+    return from + braking * brake(x) + passing * (0.5 - brake(1 - x)) + rest * minimumJerk(x);
+}
+
+/* The path of `steps`, from `start` (Map of ID to raw) on. `start` is the last pose of a loop, or where the
+ * servos are; a joint that it does not have begins at its first pose. */
+export function pathOfSequence(steps, poses, start = new Map()) {
+    const ids = [...new Set(steps.flatMap(({ pose }) => [...poses.get(pose).keys()]))].sort((one, other) => one - other);
+    const goals = stepGoals(ids, steps, poses, start);
+    const begins = [];
+    let duration = 0;
+
+    for (const { time, dwell } of steps) {
+        begins.push(duration);
+        duration += time + dwell;
+    }
+    const ways = waysOf(steps, goals, ids);
+    const at = (time) => {
+        let index = steps.length - 1;
+
+        while (index > 0 && begins[index] > time) index--;
+        const within = Math.min(Math.max(time - begins[index], 0), steps[index].time);
+
+        return ways[index].map((way) => positionOf(way, within));
+    };
+
+    return { ids, duration: steps.length ? duration : 0, begins, at: steps.length ? at : () => [] };
+}
+
+/* Positions of all joints before the first step, and at the end of each step. A joint that has no place in
+ * a pose stays. */
+function stepGoals(ids, steps, poses, start) {
+    const firstOf = (id) => steps.map(({ pose }) => poses.get(pose).get(id)).find((raw) => raw !== undefined);
+    const goals = [ids.map((id) => start.get(id) ?? firstOf(id))];
+
+    for (const { pose } of steps) goals.push(ids.map((id, joint) => poses.get(pose).get(id) ?? goals.at(-1)[joint]));
+    return goals;
+}
+
+function waysOf(steps, goals, ids) {
+    const meanSpeed = (index, joint) => (goals[index + 1][joint] - goals[index][joint]) / steps[index].time;
+    const speedAt = (index, joint) => // at the end of step `index`
+        steps[index]?.passes && index + 1 < steps.length ? passingSpeed(meanSpeed(index, joint), meanSpeed(index + 1, joint)) : 0;
+
+    return steps.map(({ time }, index) =>
+        ids.map((_, joint) => ({
+            from: goals[index][joint],
+            to: goals[index + 1][joint],
+            speedBefore: speedAt(index - 1, joint),
+            speedBehind: speedAt(index, joint),
+            time,
+        })),
+    );
+}
+
+/* The steps that are too fast for a servo: [{index, id, needed}], `needed` in ms. As the board does it for a
+ * way from rest to rest; the board itself has the last word. */
+export function tooFast(steps, poses, start = new Map()) {
+    const path = pathOfSequence(steps, poses, start);
+    const goals = stepGoals(path.ids, steps, poses, start);
+
+    return steps.flatMap(({ time }, index) => {
+        const ways = path.ids.map((id, joint) => ({ id, way: Math.abs(goals[index + 1][joint] - goals[index][joint]) }));
+        const { id, way } = ways.reduce((one, other) => (other.way > one.way ? other : one), { id: 0, way: 0 });
+        const needed = Math.ceil((way * JERK_PEAK) / SPEED_MAX);
+
+        return needed > time ? [{ index, id, needed }] : [];
+    });
+}
+
+/* The path through points [{t, raw: []}], straight between them. */
+export function pathOfPoints(ids, points) {
+    const begin = points[0]?.t ?? 0;
+
+    return {
+        ids,
+        duration: (points.at(-1)?.t ?? 0) - begin,
+        begins: points.map(({ t }) => t - begin),
+        at: (time) => positionsAt(points, begin + time),
+    };
+}
+
+/* Positions at time `t` by straight lines between the points, which are in the order of their times. */
+export function positionsAt(points, t) {
+    let low = 0;
+    let high = points.length - 1;
+
+    if (t <= points[0].t) return points[0].raw;
+    if (t >= points[high].t) return points[high].raw;
+    while (high - low > 1) {
+        const middle = (low + high) >> 1;
+
+        if (points[middle].t <= t) low = middle;
+        else high = middle;
+    }
+    const [one, other] = [points[low], points[high]];
+    const share = (t - one.t) / (other.t - one.t);
+
+    return one.raw.map((raw, joint) => raw + (other.raw[joint] - raw) * share);
+}

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+/* The registers of a servo: their rows out of the tables, values in units, and reading and writing them. */
+
+import { ERRORS_OF_PACKET, errorNames, read, word, wordAt, write } from "../wire/packet.js";
+import { rawOf, valueOf } from "./units.js";
+
+export const TABLE_SIZE = 50; // bytes
+const BITS = new Set(["ALARM_LED", "ALARM_SHUTDOWN"]); // conditions, as the error bits of a packet
+const SPEED = "MOVING_SPEED";
+const SPEED_MAX = 1023; // raw; above, the speed has a direction: endless turn
+
+/* What went wrong, for session.attempt(): `code` names a text of texts.notice. */
+export class Failure extends Error {
+    constructor(code, details = {}) {
+        super(code);
+        this.name = "Failure";
+        this.code = code;
+        Object.assign(this, details);
+    }
+}
+
+/* The rows of the table, each with its unit. */
+export function registersOf(tables) {
+    return tables.registers.map((row) => ({ ...row, scale: tables.units[row.unit] ?? tables.units.NUMBER, isBits: BITS.has(row.name) }));
+}
+
+export function rawAt(bytes, row) {
+    return row.bytes === 2 ? wordAt(bytes, row.address) : bytes[row.address];
+}
+
+/* The unit of a value: a speed of endless turn has a sign. */
+function scaleOf(row, raw) {
+    return row.name === SPEED && raw > SPEED_MAX ? { ...row.scale, signed: true } : row.scale;
+}
+
+/* {number: "6.5", unit: "V", bits: names of the set bits or null} */
+export function shownValue(row, raw) {
+    const scale = scaleOf(row, raw);
+
+    return { number: valueOf(scale, raw).toFixed(scale.digits), unit: scale.name, bits: row.isBits ? errorNames(raw) : null };
+}
+
+/* Lowest and highest value in the unit of the register. */
+export function rangeOf(row) {
+    const ends = [row.lowest, row.name === SPEED ? SPEED_MAX : row.highest].map((raw) => Number(valueOf(row.scale, raw).toFixed(row.scale.digits)));
+
+    return ends.sort((one, other) => one - other);
+}
+
+/* What a user typed, in the unit of the register or raw. Returns {raw}, or {problem}: a code of texts.setup. */
+export function typedValue(row, text, isRaw) {
+    const number = Number(text.trim().replace(",", "."));
+
+    if (!text.trim() || !Number.isFinite(number)) return { problem: "notNumber" };
+    if (isRaw && !Number.isInteger(number)) return { problem: "notWhole" };
+    const raw = isRaw ? number : rawInUnit(row, number);
+
+    return raw >= row.lowest && raw <= row.highest ? { raw } : { problem: "outOfRange" };
+}
+
+/* A value outside of the range in units must not become one inside by rounding, as 300.1 degrees. */
+function rawInUnit(row, number) {
+    const [lowest, highest] = rangeOf(row);
+    const isSigned = row.name === SPEED && number < 0;
+
+    if (isSigned) return -number > highest ? Infinity : rawOf({ ...row.scale, signed: true }, number);
+    return number < lowest || number > highest ? Infinity : rawOf(row.scale, number);
+}
+
+/* ---- on the wire ---- */
+
+/* Reads registers of a servo. Throws Failure or WireError. */
+export async function readRegisters(wire, id, address = 0, count = TABLE_SIZE) {
+    try {
+        const { error, parameters } = await wire.request(read(id, address, count));
+
+        if (error & ERRORS_OF_PACKET) throw new Failure("refused", { id, why: errorNames(error & ERRORS_OF_PACKET).join(", ") });
+        return parameters;
+    } catch (error) {
+        throw error.code === "timeout" ? new Failure("servo-silent", { id }) : error;
+    }
+}
+
+/* Writes a register, by the console if there is one: it says why it refuses. Returns the value that the
+ * register has then. Throws Failure, CommandError or WireError. */
+export async function writeRegister(controller, id, row, raw) {
+    if (controller.wire.hasConsole) await controller.run(`set ${id} ${row.name} ${raw}raw`);
+    else await writeByPacket(controller.wire, id, row, raw);
+    const now = rawAt(await readAround(controller.wire, id, row), row);
+
+    if (now !== raw) throw new Failure("register-not-taken", { id, register: row.name, wanted: raw, now });
+    return now;
+}
+
+/* The bytes of a register, at their addresses. */
+async function readAround(wire, id, row) {
+    const bytes = new Uint8Array(TABLE_SIZE);
+
+    bytes.set(await readRegisters(wire, id, row.address, row.bytes), row.address);
+    return bytes;
+}
+
+/* A reply that is lost is no failure: the register is read back. */
+async function writeByPacket(wire, id, row, raw) {
+    try {
+        const { error } = await wire.request(write(id, row.address, row.bytes === 2 ? word(raw) : [raw]));
+
+        if (error & ERRORS_OF_PACKET) throw new Failure("refused", { id, why: errorNames(error & ERRORS_OF_PACKET).join(", ") });
+    } catch (error) {
+        if (error.code !== "timeout") throw error;
+    }
+}

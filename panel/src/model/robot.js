@@ -1,0 +1,415 @@
+// SPDX-License-Identifier: MIT
+/* The servos as the page shows them. A loop reads feedback of all servos as fast as the wire allows, and
+ * torque, goals, limits and the device in turn with it. Goals go out between two reads.
+ *
+ * A goal is ignored while the torque of its servo is not known to be on. A servo gets at most 20 goals a
+ * second, each at most once; a goal that could not leave within 150 ms is dropped.
+ *
+ * Events: `feedback` after each round, `change` when anything else has changed, `notice`. */
+
+import { ERRORS_OF_PACKET, errorNames, read, syncRead, word, wordAt, write } from "../wire/packet.js";
+import { groupsOf } from "../wire/stop.js";
+import { pause } from "../wire/clock.js";
+import { WireError } from "../wire/wire_error.js";
+import { FEEDBACK, LIMITS, REGISTER, STATE } from "./blocks.js";
+import { DEVICE, LISTED_MAX } from "./controller.js";
+import { Servo } from "./servo.js";
+import { POSITION_MAX, rawOfDegrees, rawOfRpm, rawOfTurn } from "./units.js";
+
+export const GOAL_RPM = 20; // speed of a goal, if none is given
+export const GOAL_PERIOD_MS = 50; // between two goals of a servo
+export const GOAL_AGE_MS = 150; // an older goal is dropped
+
+const ROUND_MS = 10; // a faster round would only cost CPU time
+const PAUSE_MS = 100; // after an error of the wire
+const SLOW_MS = 250; // torque and goals, the device, the motion
+const LIMITS_MS = 1000;
+const TEXT_MS = 5000; // the command `servos`
+const TEXT_ALARM_MS = 1000; // while something is wrong
+const FAILED = 0xff;
+const RATE_MS = 1000; // over which updates are counted
+const DEVICE_FIRST = DEVICE.SAVE;
+const MOTION_COUNT = 6;
+
+export class Robot extends EventTarget {
+    #wire;
+    #controller;
+    #clock;
+    #isRunning = false;
+    #goals = new Map(); // of each servo: the goal that waits, {raw, speed, at}
+    #goalSentAt = new Map();
+    #due = new Map(); // of each slow read: when it is due
+    #rounds = []; // times of the last feedback
+
+    constructor(controller) {
+        super();
+        this.#controller = controller;
+        this.#wire = controller.wire;
+        this.#clock = controller.wire.clock;
+        this.servos = new Map(); // of ID, in the order of IDs
+        this.device = null; // {saving, busState, linkLost, alarms, alarmId, failed, inhibit}; null: not known
+        this.motion = null; // {play, override, paused, state, step, error}; null: the firmware has none
+    }
+
+    get ids() {
+        return [...this.servos.keys()];
+    }
+
+    /* Feedback of all servos a second. */
+    get rate() {
+        const since = this.#clock.now() - RATE_MS;
+
+        return this.#rounds.filter((time) => time > since).length;
+    }
+
+    get isInhibited() {
+        return this.device?.inhibit === 1;
+    }
+
+    /* Shows these servos; what is known of a servo that stays is kept. */
+    setServos(ids) {
+        const sorted = [...new Set(ids)].sort((one, other) => one - other);
+
+        this.servos = new Map(sorted.map((id) => [id, this.servos.get(id) ?? new Servo(id)]));
+        this.#due.clear();
+        this.#change();
+    }
+
+    /* Finds servos: those that the controller knows, else by a scan. */
+    async findServos(options = {}) {
+        const known = options.how === undefined ? await this.#knownServos() : [];
+
+        if (known.length) {
+            if (known.length >= LISTED_MAX && this.#wire.hasDevice)
+                await this.#controller.scanByPackets({ onFound: ({ id }) => known.push(id) });
+            this.setServos(known);
+            return;
+        }
+        const found = [];
+
+        await this.#controller.scan({ ...options, onFound: (servo) => {
+            found.push(servo.id);
+            options.onFound?.(servo);
+        } });
+        this.setServos(found);
+    }
+
+    async #knownServos() {
+        if (!this.#wire.hasConsole) return [];
+        const lines = await this.#controller.run("servos");
+
+        return lines.map((line) => /^servo (\d+):/.exec(line)).filter((match) => match).map((match) => Number(match[1]));
+    }
+
+    start() {
+        if (this.#isRunning) return;
+        this.#isRunning = true;
+        this.#run();
+    }
+
+    end() {
+        this.#isRunning = false;
+    }
+
+    /* A stop has begun: no goal may leave any more, and the torque of no servo is known. */
+    forgetGoals() {
+        for (const id of this.#goals.keys()) this.servos.get(id).goalState = "dropped";
+        this.#goals.clear();
+        for (const servo of this.servos.values()) servo.torque = null;
+        this.#change();
+    }
+
+    /* The outcome of a stop. */
+    takeStop({ off, on }) {
+        for (const id of off) if (this.servos.has(id)) this.servos.get(id).torque = false;
+        for (const id of on) if (this.servos.has(id)) this.servos.get(id).torque = true;
+        this.#due.clear();
+        this.#change();
+    }
+
+    /* ---- what a user does ---- */
+
+    /* Sends the servo to `degrees` soon. False: ignored, since torque is off, not known, or driving is
+     * inhibited. */
+    setGoal(id, degrees, rpm = GOAL_RPM) {
+        return this.#offerGoal(id, { raw: rawOfDegrees(degrees), speed: rawOfRpm(rpm) });
+    }
+
+    /* Turns a servo in endless turn: more than 0 is counterclockwise. False: ignored, as by setGoal(). hold()
+     * ends the turn. */
+    setTurn(id, rpm) {
+        return this.#offerGoal(id, { raw: null, speed: rawOfTurn(rpm) });
+    }
+
+    #offerGoal(id, goal) {
+        const servo = this.servos.get(id);
+
+        if (!servo || servo.torque !== true || this.isInhibited || this.#wire.state !== "ready") return false;
+        this.#goals.set(id, { ...goal, at: this.#clock.now() });
+        servo.goalState = "waiting";
+        return true;
+    }
+
+    /* Ends a movement: the goal becomes the present position; in endless turn the speed becomes 0. Unlike
+     * another goal it is never dropped. Does nothing while torque is off, or if a stop comes first. */
+    async hold(id) {
+        const servo = this.servos.get(id);
+
+        this.#goals.delete(id);
+        if (!servo || servo.torque === false) return;
+        try {
+            if (servo.isEndless) await this.#write(id, REGISTER.MOVING_SPEED, word(0));
+            else await this.#holdWithin(servo);
+            if (!this.#goals.has(id)) servo.goalState = "confirmed";
+        } catch (error) {
+            if (error.code !== "stopped") throw error;
+        }
+    }
+
+    async #holdWithin(servo) {
+        const position = wordAt(await this.#read(servo.id, FEEDBACK.address, 2), 0);
+        const raw = Math.min(Math.max(position, servo.raw.low ?? 0), servo.raw.high ?? POSITION_MAX);
+
+        await this.#write(servo.id, REGISTER.GOAL_POSITION, [...word(raw), ...word(servo.raw.goalSpeed || rawOfRpm(GOAL_RPM))]);
+        servo.raw.goal = raw;
+    }
+
+    /* Switches torque. On: the goal becomes the present position first, and is read back, so nothing
+     * moves. Throws WireError, or Error with `code` (texts.robot). */
+    async setTorque(id, isOn) {
+        this.#goals.delete(id);
+        if (isOn && this.isInhibited) throw robotError("inhibited", id);
+        if (isOn) await this.#holdPosition(id);
+        await this.#write(id, REGISTER.TORQUE_ENABLE, [isOn ? 1 : 0]);
+        const servo = this.servos.get(id);
+
+        if (servo) servo.torque = isOn;
+        this.#change();
+    }
+
+    /* Switches torque of all servos that are online, one after the other. A servo that fails is told by
+     * onError(error), and the others go on; a stop or a lost port ends it. */
+    async setTorqueAll(isOn, onError) {
+        for (const id of this.ids) {
+            if (this.servos.get(id)?.presence !== "online") continue;
+            try {
+                await this.setTorque(id, isOn);
+            } catch (error) {
+                if (["stopped", "closed", "silent", "inhibited"].includes(error.code)) throw error;
+                onError(error);
+            }
+        }
+    }
+
+    /* Clears the alarms that the controller has kept. */
+    async clearAlarms() {
+        if (this.#wire.hasDevice) await this.#controller.writeDevice(DEVICE.ALARMS, [0]);
+        else await this.#controller.run("clear");
+        this.#due.delete("device");
+        this.#due.delete("text");
+    }
+
+    async setLed(id, isOn) {
+        await this.#write(id, REGISTER.LED, [isOn ? 1 : 0]);
+    }
+
+    /* Limits and goal are read first: the controller checks a servo with limits by them. */
+    async #holdPosition(id) {
+        const limits = await this.#read(id, LIMITS.address, LIMITS.count);
+        const isEndless = limits.every((byte) => byte === 0);
+        const position = Math.min(wordAt(await this.#read(id, FEEDBACK.address, 2), 0), POSITION_MAX);
+        const wanted = [...word(position), ...word(isEndless ? 0 : rawOfRpm(GOAL_RPM))];
+
+        await this.#write(id, REGISTER.GOAL_POSITION, wanted);
+        const kept = await this.#read(id, REGISTER.GOAL_POSITION, wanted.length);
+
+        if (kept.some((byte, index) => byte !== wanted[index])) throw robotError("goal-not-kept", id);
+    }
+
+    async #read(id, address, count) {
+        const { error, parameters } = await this.#wire.request(read(id, address, count));
+
+        if (error & ERRORS_OF_PACKET) throw robotError("refused", id, error);
+        return parameters;
+    }
+
+    async #write(id, address, bytes) {
+        const { error } = await this.#wire.request(write(id, address, bytes));
+
+        if (error & ERRORS_OF_PACKET) throw robotError("refused", id, error);
+    }
+
+    /* ---- the loop ---- */
+
+    async #run() {
+        while (this.#isRunning) {
+            const begun = this.#clock.now();
+
+            try {
+                await this.#round();
+                await this.#wait(begun);
+            } catch (error) {
+                if (!(error instanceof WireError) && error.name !== "CommandError") throw error;
+                if (error.code === "closed") this.end();
+                else await pause(this.#clock, PAUSE_MS);
+            }
+        }
+    }
+
+    #wait(begun) {
+        const left = begun + ROUND_MS - this.#clock.now();
+
+        return left > 0 ? pause(this.#clock, left) : null;
+    }
+
+    async #round() {
+        await this.#sendGoals();
+        await this.#readAll(FEEDBACK, (servo, bytes) => servo.takeFeedback(bytes, this.#clock.now()));
+        this.#countRound();
+        this.dispatchEvent(new Event("feedback"));
+        await this.#sendGoals();
+        await this.#readSlowly();
+    }
+
+    #countRound() {
+        const now = this.#clock.now();
+
+        if (this.servos.size) this.#rounds.push(now);
+        while (this.#rounds[0] <= now - RATE_MS) this.#rounds.shift();
+    }
+
+    /* Reads a block of all servos. A servo that failed has bytes FF. */
+    async #readAll({ address, count }, take) {
+        for (const group of groupsOf(this.ids, count)) {
+            const { parameters } = await this.#wire.request(syncRead(address, count, group));
+
+            group.forEach((id, index) => {
+                const bytes = parameters.slice(index * count, (index + 1) * count);
+                const servo = this.servos.get(id);
+
+                if (!servo) return; // the list has changed
+                if (bytes.every((byte) => byte === FAILED)) this.#failed(servo);
+                else take(servo, bytes);
+            });
+        }
+    }
+
+    #failed(servo) {
+        if (servo.presence !== "offline") this.#due.delete("text");
+        servo.presence = "offline";
+        servo.torque = null;
+    }
+
+    /* One slow read a round, so that feedback stays even. */
+    async #readSlowly() {
+        const reads = {
+            state: [SLOW_MS, () => this.#readAll(STATE, (servo, bytes) => servo.takeState(bytes))],
+            device: [SLOW_MS, () => this.#readDevice()],
+            motion: [SLOW_MS, () => this.#readMotion()],
+            limits: [LIMITS_MS, () => this.#readAll(LIMITS, (servo, bytes) => servo.takeLimits(bytes))],
+            text: [this.#isWell() ? TEXT_MS : TEXT_ALARM_MS, () => this.#readText()],
+        };
+        const now = this.#clock.now();
+
+        for (const [name, [period, call]] of Object.entries(reads)) {
+            if (now < (this.#due.get(name) ?? -Infinity)) continue;
+            this.#due.set(name, now + period);
+            await call();
+            this.#change();
+            return;
+        }
+    }
+
+    #isWell() {
+        const { device } = this;
+
+        return !device?.alarms && !device?.inhibit && [...this.servos.values()].every((servo) => servo.presence === "online");
+    }
+
+    async #readDevice() {
+        if (!this.#wire.hasDevice) return;
+        const [saving, busState, resetCause, linkLost, alarms, alarmId, failed, inhibit] =
+            await this.#controller.readDevice(DEVICE_FIRST, DEVICE.INHIBIT - DEVICE_FIRST + 1);
+        const before = this.device;
+
+        this.device = { saving, busState, resetCause, linkLost, alarms, alarmId, failed, inhibit };
+        if (before?.alarms !== alarms || before?.inhibit !== inhibit) this.#due.delete("text");
+    }
+
+    async #readMotion() {
+        if (!this.#controller.hasMotion) return;
+        const [play, override, paused, state, step, error] =
+            await this.#controller.readDevice(DEVICE.MOTION_PLAY, MOTION_COUNT);
+
+        this.motion = { play, override, paused, state, step, error };
+    }
+
+    /* The command `servos` tells inhibits and alarms of each servo. */
+    async #readText() {
+        if (!this.#wire.hasConsole || !this.servos.size) return;
+        for (const line of await this.#controller.run("servos")) {
+            const match = /^servo (\d+): (.*)$/.exec(line);
+
+            this.servos.get(Number(match?.[1]))?.takeLine(match[2]);
+        }
+    }
+
+    /* ---- goals ---- */
+
+    async #sendGoals() {
+        for (const [id, goal] of [...this.#goals]) {
+            const now = this.#clock.now();
+            const servo = this.servos.get(id);
+
+            if (this.#goals.get(id) !== goal) continue; // a stop has dropped it, or a newer one waits
+            if (now - goal.at <= GOAL_AGE_MS && now - (this.#goalSentAt.get(id) ?? -Infinity) < GOAL_PERIOD_MS) continue;
+            this.#goals.delete(id);
+            if (!servo || servo.torque !== true || now - goal.at > GOAL_AGE_MS) {
+                if (servo) servo.goalState = "dropped";
+                continue;
+            }
+            this.#goalSentAt.set(id, now);
+            await this.#sendGoal(servo, goal);
+        }
+    }
+
+    /* Sends the goal once. Without an answer it is shown as not confirmed. */
+    async #sendGoal(servo, { raw, speed, at }) {
+        const bytes =
+            raw === null
+                ? write(servo.id, REGISTER.MOVING_SPEED, word(speed))
+                : write(servo.id, REGISTER.GOAL_POSITION, [...word(raw), ...word(speed)]);
+
+        try {
+            const { error } = await this.#wire.request(bytes, { notAfter: at + GOAL_AGE_MS });
+
+            if (error & ERRORS_OF_PACKET) this.#goalFailed(servo, "refused", errorNames(error & ERRORS_OF_PACKET).join(", "));
+            else this.#goalTaken(servo, raw, speed);
+        } catch (error) {
+            if (error.code === "timeout") this.#goalFailed(servo, "unconfirmed");
+            else servo.goalState = "dropped";
+            if (error.code !== "timeout" && error.code !== "late") throw error;
+        }
+    }
+
+    #goalTaken(servo, raw, speed) {
+        if (raw !== null) servo.raw.goal = raw;
+        servo.raw.goalSpeed = speed;
+        if (!this.#goals.has(servo.id)) servo.goalState = "confirmed";
+    }
+
+    #goalFailed(servo, state, why = "") {
+        servo.goalState = state;
+        this.dispatchEvent(new CustomEvent("notice", { detail: { code: `goal-${state}`, id: servo.id, why } }));
+    }
+
+    #change() {
+        this.dispatchEvent(new Event("change"));
+    }
+}
+
+function robotError(code, id, bits = 0) {
+    const error = new Error(`${code}: servo ${id}`);
+
+    return Object.assign(error, { code, id, why: errorNames(bits).join(", ") });
+}

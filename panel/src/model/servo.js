@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+/* What the page knows of one servo. Register values are raw; the getters give units. null: not known. */
+
+import { AT_POSITION, AT_STATE, AT_LIMITS } from "./blocks.js";
+import { degreesOf, percentOf, rpmOf, voltsOf } from "./units.js";
+import { wordAt } from "../wire/packet.js";
+
+export const OLD_MS = 500; // values that are older are shown as old
+
+export class Servo {
+    constructor(id) {
+        this.id = id;
+        this.presence = "unknown"; // unknown, online, offline
+        this.torque = null;
+        this.led = null;
+        this.inhibit = ""; // "", stopped, lost
+        this.alarms = []; // names of conditions
+        this.raw = {}; // position, speed, load, voltage, temperature, goal, goalSpeed, low, high
+        this.goalState = "none"; // none, waiting, confirmed, unconfirmed, dropped, refused
+        this.updatedAt = -Infinity; // ms of the clock, of the last feedback
+    }
+
+    get position() {
+        return this.#value("position", degreesOf);
+    }
+
+    get speed() {
+        return this.#value("speed", rpmOf);
+    }
+
+    get load() {
+        return this.#value("load", percentOf);
+    }
+
+    get voltage() {
+        return this.#value("voltage", voltsOf);
+    }
+
+    get temperature() {
+        return this.#value("temperature", (raw) => raw);
+    }
+
+    get goal() {
+        return this.#value("goal", degreesOf);
+    }
+
+    get goalSpeed() {
+        return this.#value("goalSpeed", rpmOf);
+    }
+
+    get low() {
+        return this.#value("low", degreesOf);
+    }
+
+    get high() {
+        return this.#value("high", degreesOf);
+    }
+
+    /* Endless turn: both angle limits are 0. */
+    get isEndless() {
+        return this.raw.low === 0 && this.raw.high === 0;
+    }
+
+    isOld(now) {
+        return now - this.updatedAt > OLD_MS;
+    }
+
+    #value(name, convert) {
+        return this.raw[name] === undefined ? null : convert(this.raw[name]);
+    }
+
+    /* Takes the 8 bytes from PRESENT_POSITION on. */
+    takeFeedback(bytes, now) {
+        this.raw.position = wordAt(bytes, AT_POSITION.position);
+        this.raw.speed = wordAt(bytes, AT_POSITION.speed);
+        this.raw.load = wordAt(bytes, AT_POSITION.load);
+        this.raw.voltage = bytes[AT_POSITION.voltage];
+        this.raw.temperature = bytes[AT_POSITION.temperature];
+        this.presence = "online";
+        this.updatedAt = now;
+    }
+
+    /* Takes the 10 bytes from TORQUE_ENABLE on. */
+    takeState(bytes) {
+        this.torque = bytes[AT_STATE.torque] === 1;
+        this.led = bytes[AT_STATE.led] === 1;
+        this.raw.goal = wordAt(bytes, AT_STATE.goal);
+        this.raw.goalSpeed = wordAt(bytes, AT_STATE.speed);
+    }
+
+    /* Takes the 4 bytes from CW_ANGLE_LIMIT on. */
+    takeLimits(bytes) {
+        this.raw.low = wordAt(bytes, AT_LIMITS.low);
+        this.raw.high = wordAt(bytes, AT_LIMITS.high);
+    }
+
+    /* Takes a line of the command `servos`: "servo 1: online, torque on, inhibited: stopped, alarms: range". */
+    takeLine(text) {
+        this.inhibit = text.includes("inhibited: lost") ? "lost" : text.includes("inhibited: stopped") ? "stopped" : "";
+        this.alarms = /alarms: (.*)$/.exec(text)?.[1].split(" + ") ?? [];
+    }
+}

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+/* All that the page has: the port and its wire, the controller, the robot, notices, traffic. Views show
+ * a session and call it; they touch neither port nor wire.
+ *
+ * Events: `change` (state, notices, servos: show the page again), `feedback` (new values of the servos),
+ * `traffic` (detail: a row of the traffic). */
+
+import { Wire } from "../wire/wire.js";
+import { realClock } from "../wire/clock.js";
+import { noticeText } from "../texts.js";
+import { RecordingPort } from "../port/replay.js";
+import { Controller } from "./controller.js";
+import { Decoder } from "./decode.js";
+import { History } from "./history.js";
+import { Robot } from "./robot.js";
+import { Traffic } from "./traffic.js";
+
+const NOTICES_MAX = 20;
+const PORT_TAKEN = /another client is connected/; // the simulator says so, then hangs up
+
+export class Session extends EventTarget {
+    #stopping = null; // promise of the last stop
+
+    constructor({ tables, clock = realClock }) {
+        super();
+        this.tables = tables;
+        this.clock = clock;
+        this.state = "disconnected"; // disconnected, connecting, connected, silent
+        this.stopState = "none"; // none, stopping, verified, unverified, failed
+        this.stopOutcome = null;
+        this.notices = []; // {key, code, text, remedy, level, time}
+        this.traffic = new Traffic(new Decoder(tables, () => this.wire?.deviceId));
+        this.recording = null; // the port of the last connection; `text` is the recording
+        this.texts = []; // lines that no command asked for
+        this.portName = "";
+        this.wire = null;
+        this.controller = null;
+        this.robot = null;
+        this.history = null; // of the servos, since the connection began
+    }
+
+    get isConnected() {
+        return this.state === "connected" || this.state === "silent";
+    }
+
+    /* True while a command of the console runs: values of the servos are old. */
+    get isBusy() {
+        return Boolean(this.wire?.isBusyWithText);
+    }
+
+    /* ---- connection ---- */
+
+    /* Opens the port and asks what the controller has. Never throws: a failure is a notice. */
+    async connect(port) {
+        if (this.state !== "disconnected") await this.disconnect();
+        this.#clear(port);
+        const { wire } = this;
+
+        try {
+            await wire.open();
+            await this.#setUp();
+            this.#setState("connected");
+            this.#tellFirmware();
+            await this.robot.findServos();
+            this.robot.start();
+        } catch (error) {
+            if (this.wire !== wire) return; // another connection has begun
+            if (!this.isPortTaken) this.notify(error);
+            if (wire.state === "closed") this.#setState("disconnected");
+            else if (this.state === "connecting") await this.disconnect();
+            else this.robot.start();
+        }
+    }
+
+    /* Asks what the firmware has, again after a stop that came between. */
+    async #setUp() {
+        for (;;) {
+            try {
+                await this.controller.setUp();
+                return;
+            } catch (error) {
+                if (error.code !== "stopped") throw error;
+                await this.#stopping;
+            }
+        }
+    }
+
+    #clear(port) {
+        this.portName = port.name ?? "";
+        this.notices = [];
+        this.stopState = "none";
+        this.isPortTaken = false;
+        this.recording = new RecordingPort(port);
+        this.wire = new Wire(this.recording, { clock: this.clock });
+        this.controller = new Controller(this.wire, this.tables);
+        this.robot = new Robot(this.controller);
+        this.history = new History(this.clock.now());
+        this.#listen(this.wire, this.robot);
+        this.#setState("connecting");
+    }
+
+    async disconnect() {
+        this.robot?.end();
+        await this.wire?.close();
+        this.#setState("disconnected");
+    }
+
+    #listen(wire, robot) {
+        const on = (target, name, call) =>
+            target.addEventListener(name, (event) => this.wire === wire && call(event.detail));
+
+        on(wire, "traffic", (entry) => this.#record(entry));
+        on(wire, "text", (text) => this.#takeText(text));
+        on(wire, "notice", (detail) => this.isPortTaken || this.notify(detail));
+        on(wire, "state", (state) => this.#follow(state));
+        on(wire, "close", () => {
+            robot.end();
+            this.#setState("disconnected");
+        });
+        on(robot, "feedback", () => {
+            this.history.take(robot.servos.values(), this.clock.now());
+            this.dispatchEvent(new Event("feedback"));
+        });
+        on(robot, "change", () => this.#change());
+        on(robot, "notice", (detail) => this.notify(detail));
+    }
+
+    #takeText(text) {
+        this.texts.push(text);
+        if (!PORT_TAKEN.test(text)) return;
+        this.isPortTaken = true;
+        this.notify({ code: "port-taken" });
+    }
+
+    #follow(state) {
+        if (this.isConnected && (state === "silent" || state === "ready"))
+            this.#setState(state === "silent" ? "silent" : "connected");
+        else this.#change();
+    }
+
+    #tellFirmware() {
+        const { controller, wire } = this;
+
+        if (controller.profile !== "full") this.notify({ code: controller.profile });
+        if (controller.isOtherVersion)
+            this.notify({ code: "other-version", version: controller.version, shown: controller.shownVersion });
+        if (!wire.hasDevice) this.notify({ code: "no-device" });
+    }
+
+    /* ---- what a user does ---- */
+
+    /* Stops the robot. Never throws; `stopState` is "verified" only when device and servos were asked. */
+    stop() {
+        if (!this.wire || this.wire.state === "closed") return Promise.resolve();
+        this.#stopping = this.#stop();
+        return this.#stopping;
+    }
+
+    async #stop() {
+        this.stopState = "stopping";
+        this.robot.forgetGoals();
+        const stop = this.wire.stop({ servos: this.robot.ids }); // Ctrl-X leaves here
+
+        this.#change();
+        try {
+            this.stopOutcome = await stop;
+            this.stopState = this.stopOutcome.verified ? "verified" : "unverified";
+            this.robot.takeStop(this.stopOutcome);
+            if (!this.stopOutcome.verified) this.notify({ code: "stop-unverified", ...this.stopOutcome });
+        } catch {
+            this.stopState = "failed";
+            this.notify({ code: "stop-failed" });
+        }
+        this.#change();
+    }
+
+    /* Allows driving again. */
+    async release() {
+        await this.attempt(async () => {
+            await this.controller.release();
+            this.stopState = "none";
+        });
+    }
+
+    /* Runs `call`; a failure is a notice. Returns what `call` returns, or undefined. */
+    async attempt(call) {
+        try {
+            return await call();
+        } catch (error) {
+            this.notify(error);
+            return undefined;
+        } finally {
+            this.#change();
+        }
+    }
+
+    /* ---- notices and traffic ---- */
+
+    /* Shows a notice: {code, ...}, or an error of wire, port, console or robot. The same notice again only
+     * renews the one that is shown. */
+    notify(what) {
+        const detail = what.name === "CommandError" ? this.#ofCommand(what) : { ...what, message: what.message };
+        const code = detail.code ?? "unexpected";
+        const key = `${code} ${detail.id ?? ""} ${detail.line ?? ""}`;
+        const notice = { key, code, time: this.clock.now(), ...noticeText({ ...detail, code }) };
+
+        if (code === "unexpected") console.error(what);
+        this.notices = [...this.notices.filter((shown) => shown.key !== key), notice].slice(-NOTICES_MAX);
+        this.#change();
+    }
+
+    #ofCommand({ line, message, number, remedy }) {
+        return { code: "command", line, message, number, remedy };
+    }
+
+    dismiss(notice) {
+        this.notices = this.notices.filter((shown) => shown !== notice);
+        this.#change();
+    }
+
+    #record(entry) {
+        this.dispatchEvent(new CustomEvent("traffic", { detail: this.traffic.take(entry) }));
+    }
+
+    #setState(state) {
+        this.state = state;
+        this.#change();
+    }
+
+    #change() {
+        this.dispatchEvent(new Event("change"));
+    }
+}

@@ -1,0 +1,396 @@
+// SPDX-License-Identifier: MIT
+/* The operations of the view Set-up: search, new servo, diagnosis, registers, backup and restore. One at a time
+ * runs; a failure is a notice of the session. What was found stays until another connection.
+ *
+ * Event: `change`. */
+
+import { CommandError } from "./controller.js";
+import { differences, entriesFor, entryOf, readBackup, textOfBackup } from "./backup.js";
+import { Failure, rawAt, readRegisters, registersOf, writeRegister } from "./registers.js";
+
+/* The rates at which a search looks, bit/s. */
+export const RATES = [1000000, 500000, 250000, 115200, 57600, 19200];
+
+const SEARCH_MS = 15000; // `new` and `diagnose` say nothing while they search, 4 s each time
+const CHANGE_MS = 10000; // a change of the rate of a servo
+const ID_LIMIT = 253;
+const ERROR_KEY = 49; // the user has ended a command
+const ENDINGS = new Set(["stopped", "closed", "silent", "cancelled"]); // of the wire: what follows would fail, too
+
+export class Setup extends EventTarget {
+    #wire = null; // of the connection that the results belong to
+
+    constructor(session) {
+        super();
+        this.session = session;
+        this.rows = registersOf(session.tables);
+        this.#wire = session.wire;
+        session.addEventListener("change", () => this.#follow());
+        this.#clear();
+    }
+
+    #clear() {
+        this.operation = null; // {kind, lines, done, total, isEnding, end()}
+        this.found = null; // of the last search: [{id, model, rate}]; null: there was none
+        this.remarks = []; // lines of the last search behind the servos
+        this.hasEnded = false; // the user has ended the last search
+        this.steps = []; // of the last set-up of a new servo: lines
+        this.outcome = null; // of the last change: {kind, lines}
+        this.findings = []; // of the last diagnosis: [{id, number, text, remedy, place, isGood}]
+        this.chosen = null; // ID of the servo whose registers are shown
+        this.registers = null; // {id, bytes, at}
+        this.plan = null; // of a restore: {scope, servos: [{id, entry, changes}]}
+        this.restored = null; // outcome of a restore: [{id, row, file, now, why}]; why "": written
+    }
+
+    #follow() {
+        if (this.session.wire !== this.#wire) {
+            this.#wire = this.session.wire;
+            this.#clear();
+        }
+        this.#change();
+    }
+
+    #change() {
+        this.dispatchEvent(new Event("change"));
+    }
+
+    /* ---- what the firmware has ---- */
+
+    has(command) {
+        return Boolean(this.session.controller?.hasCommand(command));
+    }
+
+    /* A list of servos may stand in a command. */
+    get hasLists() {
+        return this.session.controller?.profile === "full";
+    }
+
+    /* ---- servos ---- */
+
+    get ids() {
+        return this.session.robot?.ids ?? [];
+    }
+
+    get isRunning() {
+        return this.operation !== null;
+    }
+
+    /* The servo of the registers: the chosen one if the robot has it. */
+    get id() {
+        return this.ids.includes(this.chosen) ? this.chosen : (this.ids[0] ?? null);
+    }
+
+    /* The lowest ID from 1 on that no known servo has, or null. */
+    get freeId() {
+        const taken = new Set([...this.ids, ...(this.found ?? []).map(({ id }) => id)]);
+
+        for (let id = 1; id <= ID_LIMIT; id++) if (!taken.has(id)) return id;
+        return taken.has(0) ? null : 0;
+    }
+
+    choose(id) {
+        this.chosen = id;
+        this.#change();
+    }
+
+    /* ---- one operation at a time ---- */
+
+    /* Returns what `call` returns, or undefined if it failed. */
+    async #run(kind, call) {
+        if (this.operation) return undefined;
+        const ending = new AbortController();
+        const operation = { kind, lines: [], done: 0, total: 0, signal: ending.signal, end: () => ending.abort(), isEnding: () => ending.signal.aborted };
+
+        this.operation = operation;
+        this.#change();
+        const value = await this.session.attempt(() => call(operation));
+
+        if (this.operation === operation) this.operation = null;
+        this.#change();
+        return value;
+    }
+
+    end() {
+        this.operation?.end();
+        this.#change();
+    }
+
+    /* Runs a command that a key ends. Returns true if it was not ended. */
+    async #endable(operation, call) {
+        try {
+            await call();
+            return true;
+        } catch (error) {
+            const isEnded = operation.isEnding() && (error.number === ERROR_KEY || error.code === "cancelled");
+
+            if (!isEnded) throw error;
+            return false;
+        }
+    }
+
+    #take(operation, line) {
+        const progress = /^(\d+) of (\d+)\b/.exec(line);
+
+        operation.lines.push(line);
+        if (progress) [operation.done, operation.total] = progress.slice(1).map(Number);
+        this.#change();
+    }
+
+    /* The controller may have other servos now. */
+    async #findServos() {
+        await this.session.robot.findServos();
+    }
+
+    /* ---- search ---- */
+
+    /* `how`: "" at the rate of the bus, "all" at the listed rates, "rescue" at all rates. */
+    search(how) {
+        return this.#run("search", async (operation) => {
+            this.found = [];
+            this.remarks = [];
+            const { controller, robot, wire } = this.session;
+            const scan = () =>
+                controller.scan({
+                    how,
+                    signal: operation.signal,
+                    onFound: (servo) => this.found.push(servo),
+                    onProgress: (line) => this.#takeSearch(operation, line),
+                });
+
+            this.hasEnded = !(await this.#endable(operation, scan)) || operation.isEnding();
+            if (wire.hasConsole) await this.#findServos();
+            else if (!this.hasEnded) robot.setServos(this.found.map(({ id }) => id));
+        });
+    }
+
+    #takeSearch(operation, line) {
+        if (!/^id \d+|^\d+ of |^\d+ found/.test(line)) this.remarks.push(line);
+        this.#take(operation, line);
+    }
+
+    /* ---- new servo ---- */
+
+    setUpNew(id) {
+        return this.#run("new", async (operation) => {
+            this.steps = [];
+            this.outcome = null;
+            const onLine = (line) => {
+                const step = /^step (\d) of (\d)|step (\d) of (\d)/.exec(line);
+
+                this.steps.push(line);
+                if (step) [operation.done, operation.total] = [Number(step[1] ?? step[3]), 4];
+                this.#take(operation, line);
+            };
+            const run = () => this.session.controller.run(`new ${id}`, { onLine, signal: operation.signal, timeout: SEARCH_MS });
+
+            if (!(await this.#endable(operation, run))) {
+                this.outcome = { kind: "newEnded", lines: [] };
+                return;
+            }
+            this.outcome = { kind: "new", lines: [], id };
+            this.chosen = id;
+            this.registers = null;
+            await this.#findServos();
+        });
+    }
+
+    /* ---- diagnosis ---- */
+
+    /* `who`: an ID, "all" (profile full), or "": any servo. */
+    diagnose(who) {
+        return this.#run("diagnose", async (operation) => {
+            this.findings = [];
+            const onLine = (line) => this.#takeFinding(line, typeof who === "number" ? who : null);
+
+            await this.#endable(operation, () =>
+                this.session.controller.run(`diagnose ${who}`.trim(), { onLine, signal: operation.signal, timeout: SEARCH_MS }),
+            );
+        });
+    }
+
+    #takeFinding(line, id) {
+        const [, own, number] = /^(?:servo (\d+): )?finding (\d+): /.exec(line) ?? [];
+        const failed = /^servo (\d+): (.*)$/.exec(line);
+
+        if (number !== undefined) {
+            const { text, remedy } = this.session.tables.findings[number] ?? { text: line, remedy: "" };
+
+            this.findings.push({ id: own === undefined ? id : Number(own), number: Number(number), text, remedy, place: "", isGood: number === "1" });
+        } else if (failed) {
+            this.findings.push({ id: Number(failed[1]), number: null, text: failed[2], remedy: "", place: "", isGood: false });
+        } else if (/^ID \d+ at /.test(line) && this.findings.length) {
+            this.findings.at(-1).place = line;
+        }
+        this.#change();
+    }
+
+    /* ---- changes of where a servo answers ---- */
+
+    changeId(id, to) {
+        return this.#changePlace("id", `id ${id} ${to}`, to);
+    }
+
+    changeRate(id, rate) {
+        return this.#changePlace("rate", `baud ${id} ${rate}bps`, id);
+    }
+
+    changeRateOfAll(rate) {
+        return this.#changePlace("rateOfAll", `baud all ${rate}bps`, this.id);
+    }
+
+    factory(id) {
+        return this.#changePlace("factory", `factory ${id}`, 1);
+    }
+
+    changeRateOfBus(rate) {
+        return this.#changePlace("bus", `bus ${rate}bps`, this.id);
+    }
+
+    #changePlace(kind, command, id) {
+        return this.#run(kind, async () => {
+            this.outcome = null;
+            this.registers = null;
+            try {
+                this.outcome = { kind, lines: await this.session.controller.run(command, { timeout: CHANGE_MS }) };
+                this.chosen = id;
+            } catch (error) {
+                if (error instanceof CommandError && error.lines.length) this.outcome = { kind: "partly", lines: error.lines };
+                throw error;
+            } finally {
+                if (this.session.isConnected) await this.#findServos().catch(() => {}); // the first failure is told
+            }
+        });
+    }
+
+    /* ---- registers ---- */
+
+    readAll(id = this.id) {
+        return this.#run("read", () => this.#read(id));
+    }
+
+    async #read(id) {
+        this.chosen = id;
+        this.registers = { id, bytes: await readRegisters(this.session.wire, id), at: this.session.clock.now() };
+    }
+
+    /* Returns true if the register has the value now. */
+    write(id, row, raw) {
+        return this.#run("write", async () => {
+            try {
+                await writeRegister(this.session.controller, id, row, raw);
+            } finally {
+                if (this.session.isConnected) await this.#read(id).catch(() => (this.registers = null)); // the first failure is told
+            }
+            return true;
+        });
+    }
+
+    /* ---- backup ---- */
+
+    /* The text of a file with the servo `id`, or with all if it is null. */
+    backup(id) {
+        return this.#run("backup", async (operation) => {
+            const ids = id === null ? this.ids : [id];
+            const servos = [];
+
+            operation.total = ids.length;
+            for (const one of ids) {
+                if (operation.isEnding()) return undefined;
+                servos.push(entryOf(this.rows, one, await readRegisters(this.session.wire, one)));
+                operation.done++;
+                this.#change();
+            }
+            return textOfBackup(servos, { page: this.session.tables.version, saved: new Date().toISOString() });
+        });
+    }
+
+    /* Compares a file with the servo `id`, or with the whole robot. Writes nothing. */
+    compare(text, id) {
+        this.plan = null;
+        this.restored = null;
+        return this.#run("compare", async (operation) => {
+            const entries = entriesFor(readBackup(text, this.rows), id);
+
+            operation.total = entries.length;
+            const servos = [];
+
+            for (const entry of entries) {
+                if (operation.isEnding()) return;
+                servos.push({ id: entry.id, entry, changes: await this.#differences(entry) });
+                operation.done++;
+                this.#change();
+            }
+            this.plan = { scope: id, servos };
+        });
+    }
+
+    async #differences(entry) {
+        return differences(entry, await readRegisters(this.session.wire, entry.id), this.rows);
+    }
+
+    forgetPlan() {
+        this.plan = null;
+        this.restored = null;
+        this.#change();
+    }
+
+    /* Writes what differs. The servos must still be as they were when the file was compared. */
+    restore() {
+        return this.#run("restore", async (operation) => {
+            const { servos } = this.plan;
+
+            for (const { id, entry, changes } of servos)
+                if (!isSame(changes, await this.#differences(entry))) throw new Failure("backup-changed", { id });
+            this.plan = null;
+            this.restored = [];
+            this.registers = null;
+            operation.total = servos.reduce((sum, { changes }) => sum + changes.length, 0);
+            for (const { id, changes } of servos) await this.#restoreServo(operation, id, changes);
+        });
+    }
+
+    async #restoreServo(operation, id, changes) {
+        for (const { row, file } of changes) {
+            if (operation.isEnding()) this.#skip(id, row, file);
+            else await this.#restoreRegister(id, row, file);
+            operation.done++;
+            this.#change();
+        }
+        await this.#readBack(id);
+    }
+
+    #skip(id, row, file) {
+        this.restored.push({ id, row, file, why: "ended" });
+    }
+
+    async #restoreRegister(id, row, file) {
+        const outcome = { id, row, file, why: "unconfirmed" };
+
+        this.restored.push(outcome);
+        try {
+            await writeRegister(this.session.controller, id, row, file);
+            outcome.why = "";
+        } catch (error) {
+            if (ENDINGS.has(error.code)) throw error;
+            outcome.why = error instanceof CommandError ? [error.message, error.remedy].filter((part) => part).join("; ") : (error.why ?? error.code);
+        }
+    }
+
+    /* Reads all written registers of the servo once more: a later write may have changed an earlier one. */
+    async #readBack(id) {
+        const own = this.restored.filter((outcome) => outcome.id === id && !outcome.why);
+
+        if (!own.length) return;
+        const bytes = await readRegisters(this.session.wire, id).catch((error) => {
+            if (ENDINGS.has(error.code)) throw error;
+            return null;
+        });
+
+        for (const outcome of own) if (!bytes || rawAt(bytes, outcome.row) !== outcome.file) outcome.why = "unconfirmed";
+    }
+}
+
+function isSame(one, other) {
+    return one.length === other.length && one.every(({ row, now }, index) => row.name === other[index].row.name && now === other[index].now);
+}

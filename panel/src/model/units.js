@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+/* Register values and what they mean. The rows are `units` of the generated tables; `raw` is the value
+ * of the register. */
+
+export const POSITION_MAX = 1023; // raw, 300 degrees
+export const DEGREES_MAX = 300;
+export const RPM_MAX = 62;
+const CW = 0x400; // bit of a signed register: clockwise
+const BAUD_CLOCK = 2000000; // bit/s at raw 0
+
+export const degreesOf = (raw) => (raw * DEGREES_MAX) / POSITION_MAX;
+export const rawOfDegrees = (degrees) =>
+    Math.min(POSITION_MAX, Math.max(0, Math.round((degrees * POSITION_MAX) / DEGREES_MAX)));
+
+/* At least 1: the register value 0 means "as fast as it can". */
+export const rawOfRpm = (rpm) => Math.min(POSITION_MAX, Math.max(1, Math.round((rpm * POSITION_MAX) / RPM_MAX)));
+
+/* A speed of endless turn: more than 0 is counterclockwise, 0 stands. */
+export const rawOfTurn = (rpm) => (rpm === 0 ? 0 : rawOfRpm(Math.abs(rpm)) | (rpm < 0 ? CW : 0));
+export const rpmOf = (raw) => (signed(raw) * RPM_MAX) / POSITION_MAX;
+export const percentOf = (raw) => (signed(raw) * 100) / POSITION_MAX;
+export const voltsOf = (raw) => raw / 10;
+
+function signed(raw) {
+    return raw & CW ? -(raw & (CW - 1)) : raw;
+}
+
+/* The number that `raw` means in the unit `row`. */
+export function valueOf(row, raw) {
+    if (row.name === "bps") return Math.round(BAUD_CLOCK / (raw + 1));
+    return ((row.signed ? signed(raw) : raw) * row.per) / row.of;
+}
+
+/* The raw value nearest to `value` in the unit `row`. */
+export function rawOf(row, value) {
+    if (row.name === "bps") return Math.round(BAUD_CLOCK / value) - 1;
+    const magnitude = Math.round((Math.abs(value) * row.of) / row.per);
+
+    return value < 0 && row.signed ? magnitude | CW : magnitude;
+}
+
+/* "150.1 deg" */
+export function textOf(row, raw) {
+    const number = valueOf(row, raw).toFixed(row.digits);
+
+    return row.name ? `${number} ${row.name}` : number;
+}

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+/* Plays a recorded session: what was written then is looked up, and answered as then. Interface:
+ * web_serial.js.
+ *
+ * A recording is lines of text. `out HEX` is what the page wrote, `in HEX` what came, in order; a line
+ * that begins with # is a comment. The search begins behind the last answer and goes on from the
+ * begin, so a page that asks at other times than the recorded one is answered, too. */
+
+import { fromHex, toHex } from "../wire/packet.js";
+import { PortError } from "./web_serial.js";
+
+/* Returns [{bytes, answers}], each write with what came before the next one. Throws PortError. */
+export function parseRecording(text) {
+    const steps = [];
+
+    text.split(/\r?\n/).forEach((line, index) => {
+        if (!line.trim() || line.startsWith("#")) return;
+        const match = /^(out|in) ([0-9A-F ]+)$/i.exec(line.trim());
+
+        if (!match) throw new PortError("bad-recording", `line ${index + 1}`);
+        const bytes = fromHex(match[2]);
+
+        if (match[1] === "out") steps.push({ bytes, answers: [] });
+        else steps.at(-1)?.answers.push(bytes);
+    });
+    if (!steps.length) throw new PortError("bad-recording", "it is empty");
+    return steps;
+}
+
+const FIRST_MAX = 400; // pieces that are kept from the begin: there the page asks what the firmware has
+const LAST_MAX = 20000; // pieces that are kept from the end: some minutes of feedback
+
+/* Does what `port` does, and keeps a recording: `text`. A long one has a gap behind its begin. */
+export class RecordingPort {
+    #first = []; // {direction, bytes}
+    #last = [];
+    #isCut = false;
+
+    constructor(port) {
+        this.port = port;
+        this.name = port.name;
+        this.onBytes = () => {};
+        this.onClose = () => {};
+    }
+
+    open() {
+        this.port.onClose = (reason) => this.onClose(reason);
+        this.port.onBytes = (bytes) => {
+            this.#keep("in", bytes);
+            this.onBytes(bytes);
+        };
+        return this.port.open();
+    }
+
+    write(bytes) {
+        this.#keep("out", bytes);
+        this.port.write(bytes);
+    }
+
+    close() {
+        return this.port.close();
+    }
+
+    #keep(direction, bytes) {
+        const isFirst = this.#first.length < FIRST_MAX;
+
+        (isFirst ? this.#first : this.#last).push({ direction, bytes });
+        if (this.#last.length <= 2 * LAST_MAX) return;
+        this.#last.splice(0, LAST_MAX);
+        this.#last.splice(0, this.#last.findIndex((piece) => piece.direction === "out")); // no answer without its question
+        this.#isCut = true;
+    }
+
+    get text() {
+        const lines = (pieces) => pieces.map(({ direction, bytes }) => `${direction} ${toHex(bytes)}\n`).join("");
+
+        return lines(this.#first) + (this.#isCut ? "# a part is left out here\n" : "") + lines(this.#last);
+    }
+}
+
+export class ReplayPort {
+    constructor(recording, { later = (call) => setTimeout(call, 0) } = {}) {
+        this.steps = parseRecording(recording);
+        this.name = "recording";
+        this.later = later;
+        this.at = 0; // step that is expected next
+        this.unknown = []; // writes that the recording does not have
+        this.isOpen = false;
+        this.onBytes = () => {};
+        this.onClose = () => {};
+    }
+
+    async open() {
+        this.isOpen = true;
+    }
+
+    write(bytes) {
+        if (!this.isOpen) throw new PortError("not-open");
+        const step = this.#find(toHex(bytes));
+
+        if (!step) this.unknown.push(bytes);
+        else this.later(() => this.#answer(step));
+    }
+
+    #find(hex) {
+        for (let count = 0; count < this.steps.length; count++) {
+            const index = (this.at + count) % this.steps.length;
+
+            if (toHex(this.steps[index].bytes) !== hex) continue;
+            this.at = index + 1;
+            return this.steps[index];
+        }
+        return null;
+    }
+
+    #answer(step) {
+        for (const bytes of step.answers) if (this.isOpen) this.onBytes(bytes);
+    }
+
+    async close() {
+        this.isOpen = false;
+    }
+}

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+/* A serial port of this machine (Web Serial: Chrome and Edge, https or localhost).
+ *
+ * All ports have one interface: open(), write(bytes), close(), the fields onBytes(bytes) and
+ * onClose(reason), and `name`. write() returns at once and keeps the order. onClose() is called once,
+ * when the port is lost; close() does not call it. */
+
+export class PortError extends Error {
+    /* `code` names an entry of texts.port. */
+    constructor(code, detail = "") {
+        super(detail ? `${code}: ${detail}` : code);
+        this.name = "PortError";
+        this.code = code;
+        this.detail = detail;
+    }
+}
+
+export class WebSerialPort {
+    #serial;
+    #port = null;
+    #reader = null;
+    #writer = null;
+    #reading = null; // ends when the last read has ended
+    #isLost = false;
+
+    /* `serial`: navigator.serial or a fake of it. */
+    constructor({ baudRate = 115200, serial = globalThis.navigator?.serial } = {}) {
+        this.#serial = serial;
+        this.baudRate = baudRate;
+        this.name = `serial port, ${baudRate} bit/s`;
+        this.onBytes = () => {};
+        this.onClose = () => {};
+    }
+
+    static isSupported(serial = globalThis.navigator?.serial) {
+        return Boolean(serial);
+    }
+
+    /* Lets the user choose a port; must be called from a click. Throws PortError. */
+    async open() {
+        if (!this.#serial) throw new PortError("unsupported");
+        try {
+            this.#port = await this.#serial.requestPort();
+        } catch (error) {
+            throw new PortError(error.name === "NotFoundError" ? "not-chosen" : "denied", error.message);
+        }
+        try {
+            await this.#port.open({ baudRate: this.baudRate, bufferSize: 4096 });
+        } catch (error) {
+            this.#port = null;
+            throw new PortError("in-use", error.message);
+        }
+        this.#isLost = false;
+        this.#writer = this.#port.writable.getWriter();
+        this.#reading = this.#read();
+    }
+
+    write(bytes) {
+        if (!this.#writer) throw new PortError("not-open");
+        this.#writer.write(bytes).catch((error) => this.#lose(error.message));
+    }
+
+    /* A framing error ends a stream but not the port: the next stream goes on. */
+    async #read() {
+        const port = this.#port;
+
+        while (this.#port === port && port.readable) {
+            this.#reader = port.readable.getReader();
+            try {
+                await this.#readStream(this.#reader);
+            } catch (error) {
+                if (!port.readable) this.#lose(error.message);
+            } finally {
+                this.#reader.releaseLock();
+                this.#reader = null;
+            }
+        }
+        if (this.#port === port) this.#lose("the port ended");
+    }
+
+    async #readStream(reader) {
+        for (;;) {
+            const { value, done } = await reader.read();
+
+            if (done) return;
+            if (value?.length) this.onBytes(value);
+        }
+    }
+
+    #lose(reason) {
+        if (!this.#port || this.#isLost) return;
+        this.#isLost = true;
+        this.close();
+        this.onClose(reason);
+    }
+
+    async close() {
+        const port = this.#port;
+
+        this.#port = null;
+        if (!port) return;
+        const writer = this.#writer;
+
+        this.#writer = null;
+        await this.#reader?.cancel().catch(() => {});
+        await this.#finishWriting(writer);
+        if (!this.#isLost) await this.#reading;
+        await port.close().catch(() => {});
+    }
+
+    async #finishWriting(writer) {
+        if (this.#isLost) await writer.abort().catch(() => {});
+        try {
+            writer.releaseLock();
+        } catch {
+            /* the stream has failed; the port is closed all the same */
+        }
+    }
+}

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+/* The settings: what is changed here is sent by “Apply” or “Save”, never by typing. */
+
+import { html, nothing } from "lit";
+import { Settings } from "../model/settings.js";
+import { texts } from "../texts.js";
+import { confirmed } from "./confirm.js";
+import { Part } from "./part.js";
+
+const t = texts.board;
+const BAUD_CLOCK = 2000000; // bit/s at register 0
+const OWN_RATE = 255;
+const DELAY_US = 2;
+
+/* The value in words, or "". */
+function meaningOf(name, value) {
+    if (name === "host_baud" && value === OWN_RATE) return t.ownRate;
+    if (name.endsWith("_baud")) return t.rate(Math.round(BAUD_CLOCK / (value + 1)));
+    return name === "return_delay" ? t.microseconds(DELAY_US * value) : "";
+}
+
+class SettingsPart extends Part {
+    #settings = null;
+    #changes = new Map(); // of the name: what is typed
+    #isBusy = false;
+    #wire = null; // of the settings that are shown
+
+    updated() {
+        if (this.session.isConnected && this.session.wire !== this.#wire) this.#readNew();
+    }
+
+    /* Another connection: another controller, perhaps. */
+    #readNew() {
+        this.#wire = this.session.wire;
+        this.#settings = new Settings(this.session);
+        this.#changes.clear();
+        this.#do(() => this.#settings.read());
+    }
+
+    async #do(call) {
+        this.#isBusy = true;
+        this.requestUpdate();
+        const isDone = await this.session.attempt(async () => {
+            await call();
+            return true;
+        });
+
+        this.#isBusy = false;
+        this.requestUpdate();
+        return isDone;
+    }
+
+    /* ---- what is typed ---- */
+
+    #type(name, text) {
+        if (text === String(this.#settings.values.get(name))) this.#changes.delete(name);
+        else this.#changes.set(name, text);
+        this.requestUpdate();
+    }
+
+    #isWrong({ name, lowest, highest }) {
+        const text = this.#changes.get(name);
+
+        return text !== undefined && !(/^\d+$/.test(text) && Number(text) >= lowest && Number(text) <= highest);
+    }
+
+    get #wrong() {
+        return this.#settings.rows.filter((row) => this.#isWrong(row));
+    }
+
+    /* ---- what is sent ---- */
+
+    async #applyChanges() {
+        for (const [name, text] of [...this.#changes]) {
+            await this.#settings.apply({ [name]: Number(text) });
+            this.#changes.delete(name);
+        }
+    }
+
+    #apply = () => this.#do(() => this.#applyChanges());
+
+    #save = () =>
+        this.#do(async () => {
+            await this.#applyChanges();
+            await this.#settings.save();
+        });
+
+    #undo = () => {
+        this.#changes.clear();
+        this.#do(() => this.#settings.read());
+    };
+
+    #defaults = async () => {
+        if (!(await confirmed({ text: t.confirmDefaults, yes: t.confirmYes, no: t.cancel }))) return;
+        this.#changes.clear();
+        await this.#do(() => this.#settings.defaults());
+    };
+
+    /* ---- rendering ---- */
+
+    #field({ name, lowest, highest }) {
+        const text = this.#changes.get(name) ?? String(this.#settings.values.get(name) ?? "");
+        const choices = t.choices[name];
+        const common = { id: `setting-${name}` };
+
+        if (choices)
+            return html`<select id=${common.id} aria-describedby="help-${name}" @change=${({ target }) => this.#type(name, target.value)}>
+                ${choices.map((choice, value) => html`<option value=${value} .selected=${String(value) === text}>${t.choice(value, choice)}</option>`)}
+            </select>`;
+        return html`<input
+            id=${common.id}
+            type="number"
+            min=${lowest}
+            max=${highest}
+            .value=${text}
+            aria-invalid=${this.#isWrong({ name, lowest, highest })}
+            aria-describedby="help-${name}"
+            @input=${({ target }) => this.#type(name, target.value)}
+        />`;
+    }
+
+    #row(row) {
+        const { name, lowest, highest, initial, unit, what } = row;
+        const isWrong = this.#isWrong(row);
+        const value = Number(this.#changes.get(name) ?? this.#settings.values.get(name));
+        const meaning = isWrong ? "" : meaningOf(name, value);
+
+        return html`<div class="setting ${this.#changes.has(name) ? "changed" : ""}" data-name=${name}>
+            <label for="setting-${name}">${name}</label>
+            <div class="value">${this.#field(row)} <span class="unit">${meaning || (/^[a-z]+$/.test(unit) && unit !== "register" ? unit : "")}</span></div>
+            <p class="help" id="help-${name}">
+                ${what}. <span class="soft">${t.range(lowest, highest, initial)}</span>
+                ${isWrong ? html`<strong class="bad">${t.notInRange(row)}</strong>` : nothing}
+            </p>
+        </div>`;
+    }
+
+    #state() {
+        if (this.#changes.size) return t.changed(this.#changes.size);
+        return { true: t.saved, false: t.notSaved, null: t.unknownSaved }[this.#settings.isSaved];
+    }
+
+    #buttons() {
+        const isBlocked = this.#isBusy || this.#wrong.length > 0;
+        const hasChanges = this.#changes.size > 0;
+
+        return html`<p class="controls">
+            <button class="apply" title=${t.applyHint} ?disabled=${isBlocked || !hasChanges} @click=${this.#apply}>${t.apply}</button>
+            <button class="save-settings" title=${t.saveHint} ?disabled=${isBlocked} @click=${this.#save}>${t.save}</button>
+            <button class="undo" ?disabled=${this.#isBusy} @click=${this.#undo}>${hasChanges ? t.undo : t.readAgain}</button>
+            <button class="defaults" ?disabled=${this.#isBusy} @click=${this.#defaults}>${t.defaults}</button>
+            <span class="settings-state" role="status">${this.#state()}</span>
+        </p>`;
+    }
+
+    render() {
+        if (!this.#settings?.values.size) return html`<section><h2>${t.settings}</h2><p>${t.reading}</p></section>`;
+        return html`<section aria-labelledby="settings-title">
+            <h2 id="settings-title">${t.settings}</h2>
+            ${this.#settings.origin ? html`<p class="soft">${t.atStart(this.#settings.origin)}</p>` : nothing} ${this.#buttons()}
+            <div class="settings">${this.#settings.rows.map((row) => this.#row(row))}</div>
+            <p class="hint">${t.modeNote}</p>
+        </section>`;
+    }
+}
+
+customElements.define("panel-settings", SettingsPart);

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+/* Alarms with their remedies, and the status of the controller. Read when the view opens, when the user
+ * asks, and when the device tells of other alarms. */
+
+import { html, nothing } from "lit";
+import { clearAlarms, readAlarms, readStatus } from "../model/board.js";
+import { texts } from "../texts.js";
+import { Part } from "./part.js";
+
+const t = texts.board;
+
+class BoardStatePart extends Part {
+    static properties = { alarms: { attribute: false } };
+
+    #isReading = false;
+
+    constructor() {
+        super();
+        this.list = null; // of alarms
+        this.status = null;
+    }
+
+    connectedCallback() {
+        super.connectedCallback();
+        this.#read();
+    }
+
+    /* The bits of the device have changed, or a stop, a release or another connection came. */
+    updated(changed) {
+        if (this.list && (changed.has("alarms") || changed.has("mode"))) this.#read();
+    }
+
+    #read = async () => {
+        const { session } = this;
+
+        if (this.#isReading || !session.isConnected) return;
+        this.#isReading = true;
+        this.requestUpdate();
+        await session.attempt(async () => {
+            this.list = await readAlarms(session);
+            this.status = await readStatus(session);
+        });
+        this.#isReading = false;
+        this.requestUpdate();
+    };
+
+    #clear = async () => {
+        await this.session.attempt(() => clearAlarms(this.session));
+        await this.#read();
+    };
+
+    #alarms() {
+        return html`<section aria-labelledby="alarms-title">
+            <h2 id="alarms-title">${t.alarms}</h2>
+            ${this.list?.length
+                ? html`<ul class="alarms" role="status">
+                      ${this.list.map(
+                          ({ who, condition }) => html`<li>
+                              <b>${t.alarmOf(who, condition)}</b>
+                              <span>${t.conditions[condition] ?? ""}</span>
+                          </li>`,
+                      )}
+                  </ul>`
+                : html`<p role="status">${this.list ? t.noAlarms : t.statusNone}</p>`}
+            <button class="clear-alarms" title=${t.clearHint} @click=${this.#clear}>${t.clear}</button>
+            <p class="hint">${t.clearHint}</p>
+        </section>`;
+    }
+
+    #facts(isMemory) {
+        const rows = (this.status ?? []).filter((row) => row.isMemory === isMemory);
+
+        return html`<dl class="facts">${rows.map(({ label, text }) => html`<div><dt>${label}</dt><dd>${text}</dd></div>`)}</dl>`;
+    }
+
+    #status() {
+        return html`<section aria-labelledby="status-title">
+            <h2 id="status-title">${t.status}</h2>
+            ${this.status ? this.#facts(false) : html`<p>${t.statusNone}</p>`}
+            ${this.status?.some((row) => row.isMemory) ? html`<h3>${t.memory}</h3>${this.#facts(true)}` : nothing}
+            <button class="read-status" ?disabled=${this.#isReading} @click=${this.#read}>${this.#isReading ? t.reading : t.readAgain}</button>
+        </section>`;
+    }
+
+    render() {
+        return html`<div class="board-middle">${this.#status()} ${this.#alarms()}</div>`;
+    }
+}
+
+customElements.define("panel-board-state", BoardStatePart);

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+/* The controller: firmware, inhibit, alarms, status, settings. */
+
+import { html, nothing } from "lit";
+import { texts } from "../texts.js";
+import { modeOf } from "./part.js";
+import { View } from "./view.js";
+import "./board_settings.js";
+import "./board_state.js";
+
+const t = texts.board;
+
+export class BoardView extends View {
+    #controller() {
+        const { controller, wire } = this.session;
+        const facts = [
+            [t.firmware, controller.version],
+            [t.page, controller.shownVersion],
+            [t.boardName, controller.board || t.unknownBoard],
+            [t.profile, controller.profile],
+            [t.deviceId, wire.hasDevice ? wire.deviceId : t.noDevice],
+        ];
+
+        return html`<section aria-labelledby="controller-title">
+            <h2 id="controller-title">${t.controller}</h2>
+            <dl class="facts firmware">${facts.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
+            ${controller.isOtherVersion
+                ? html`<p class="other-version">${t.otherVersion({ version: controller.version, shown: controller.shownVersion })}</p>`
+                : nothing}
+            <p class="offers"><b>${t.offered}:</b> ${t.offers[controller.profile]}</p>
+        </section>`;
+    }
+
+    #driving() {
+        const { session } = this;
+        const { device } = session.robot;
+
+        return html`<section aria-labelledby="driving-title">
+            <h2 id="driving-title">${t.driving}</h2>
+            <p class="driving ${device?.inhibit ? "bad" : "good"}" role="status">
+                ${device ? (device.inhibit ? t.inhibited : t.allowed) : t.unknownState} ${device?.linkLost ? t.linkLost : nothing}
+            </p>
+            <button class="board-release" title=${t.releaseHint} ?disabled=${device?.inhibit === 0} @click=${() => session.release()}>
+                ${t.release}
+            </button>
+            <p class="hint">${t.releaseHint}</p>
+        </section>`;
+    }
+
+    render() {
+        const { session } = this;
+
+        if (!session.isConnected) return html`<p>${t.notConnected}</p>`;
+        const mode = modeOf(session);
+
+        return html`
+            <div class="board-top">${this.#controller()} ${this.#driving()}</div>
+            <panel-board-state .session=${session} .mode=${mode} .alarms=${session.robot.device?.alarms}></panel-board-state>
+            <panel-settings .session=${session} .mode=${mode}></panel-settings>
+        `;
+    }
+}
+
+customElements.define("panel-board", BoardView);

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+/* Asks in a dialog. The rest of the view is inert meanwhile, but not the header: Stop stays at hand, so
+ * the dialog is not modal. Esc closes the dialog, and stops the robot as everywhere. */
+
+/* Resolves with true only if the user presses the button `yes`. `field`: an element that stands between
+ * question and buttons, as an input with its label. `isReady()`: false disables `yes`. */
+export function confirmed({ text, yes, no, field = null, isReady = () => true }) {
+    const dialog = document.createElement("dialog");
+    const question = document.createElement("p");
+    const buttons = document.createElement("p");
+    const view = document.querySelector("main");
+    const before = document.activeElement;
+    const button = (label, value, name) => {
+        const element = document.createElement("button");
+
+        element.textContent = label;
+        element.className = name;
+        element.addEventListener("click", () => dialog.close(value));
+        buttons.append(element, " ");
+        return element;
+    };
+
+    question.textContent = text;
+    question.id = "dialog-question";
+    dialog.setAttribute("aria-labelledby", question.id);
+    const first = button(no, "no", "no");
+    const last = button(yes, "yes", "yes");
+    const update = () => (last.disabled = !isReady());
+
+    dialog.append(question, ...(field ? [field] : []), buttons);
+    dialog.addEventListener("input", update);
+    dialog.addEventListener("keydown", ({ key, target }) => {
+        if (key === "Escape") dialog.close("no");
+        if (key === "Enter" && target.matches("input") && isReady()) dialog.close("yes");
+    });
+    update();
+    document.body.append(dialog);
+    view.inert = true;
+    dialog.show();
+    const input = field?.querySelector("input, select") ?? first;
+
+    input.focus();
+    input.select?.(); // what is typed replaces the proposed value
+    return new Promise((resolve) => {
+        dialog.addEventListener("close", () => {
+            dialog.remove();
+            view.inert = false;
+            before?.focus();
+            resolve(dialog.returnValue === "yes");
+        });
+    });
+}

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: MIT
+/* Graphs of the chosen servos and quantities, over the last seconds or a part of the last minutes. */
+
+import { html, nothing } from "lit";
+import { GraphWindow } from "../model/graph_window.js";
+import { texts } from "../texts.js";
+import { Plot, isLoaded, load, valueText } from "./plot.js";
+import { saveFile } from "./save_file.js";
+import { View } from "./view.js";
+
+const t = texts.graphs;
+const GRAPHS = ["position", "speed", "load", "voltage", "temperature"];
+const SPANS = [5, 10, 30, 60, 300]; // seconds
+const DRAW_MS = 45; // between two drawings, so that they do not slow the feedback
+const COLORS = 8; // in graphs.css
+const SERVOS_AT_FIRST = 3;
+const HEIGHT_MIN = 150;
+const HEIGHT_MAX = 340;
+const CAPTION_HEIGHT = 40;
+
+export class GraphsView extends View {
+    #window = new GraphWindow(SPANS[1]);
+    #plots = new Map(); // of quantity
+    #drawing = ""; // what the plots show
+    #made = ""; // what the plots were made for
+    #drawnAt = -Infinity;
+    #isAsked = true;
+    #cursorTime = null; // seconds; null: the cursor is elsewhere
+    #cursorFrame = null;
+    #resizer = new ResizeObserver(() => this.#ask());
+    #scheme = matchMedia("(prefers-color-scheme: dark)");
+    #ask = () => {
+        this.#isAsked = true;
+        this.requestUpdate();
+    };
+
+    constructor() {
+        super();
+        this.ids = null; // chosen servos; null: the first few
+        this.quantities = new Set(["position", "load"]);
+    }
+
+    connectedCallback() {
+        super.connectedCallback();
+        this.session.addEventListener("change", this.#ask);
+        this.#scheme.addEventListener("change", this.#ask);
+        this.#resizer.observe(this);
+        this.session.attempt(load).then(this.#ask);
+        this.#ask();
+    }
+
+    disconnectedCallback() {
+        super.disconnectedCallback();
+        this.session.removeEventListener("change", this.#ask);
+        this.#scheme.removeEventListener("change", this.#ask);
+        this.#resizer.disconnect();
+    }
+
+    /* Not with each feedback, and not for feedback while paused. */
+    shouldUpdate() {
+        const isDue = performance.now() - this.#drawnAt >= DRAW_MS && !this.#window.isPaused;
+
+        return this.#isAsked || isDue;
+    }
+
+    /* ---- what is shown ---- */
+
+    #idsOf(history) {
+        const known = [...new Set([...this.session.robot.ids, ...history.ids])].sort((one, other) => one - other);
+
+        return { known, chosen: this.ids ? known.filter((id) => this.ids.has(id)) : known.slice(0, SERVOS_AT_FIRST) };
+    }
+
+    /* The lines of a graph. Position has a dashed line of the goal. */
+    #linesOf(quantity, chosen, known) {
+        const lineOf = (id, name) => ({ id, quantity: name, color: 1 + (known.indexOf(id) % COLORS), isDashed: name === "goal" });
+
+        return chosen.flatMap((id) => [lineOf(id, quantity), ...(quantity === "position" ? [lineOf(id, "goal")] : [])]);
+    }
+
+    get #graphs() {
+        return GRAPHS.filter((quantity) => this.quantities.has(quantity));
+    }
+
+    #choose(set, item, isChosen) {
+        if (isChosen) set.add(item);
+        else set.delete(item);
+        this.#ask();
+    }
+
+    /* ---- time ---- */
+
+    #setSpan({ target }) {
+        this.#window.span = Number(target.value);
+        this.#window.goOn();
+        this.#ask();
+    }
+
+    #do(call) {
+        call(this.#window);
+        this.#ask();
+    }
+
+    #save = () => {
+        const { history, range } = this.#window;
+        const { known, chosen } = this.#idsOf(history);
+        const lines = this.#graphs.flatMap((quantity) => this.#linesOf(quantity, chosen, known));
+
+        saveFile(t.fileName, history.csv(lines, ...range), "text/csv");
+    };
+
+    /* ---- plots ---- */
+
+    updated() {
+        this.#drawnAt = performance.now();
+        this.#isAsked = false;
+        if (!this.session.history || !isLoaded()) return;
+        const { history, range } = this.#window;
+        const size = this.#size();
+        const made = [this.#idsOf(history).chosen, ...this.#graphs, this.#scheme.matches].join(" ");
+
+        if (made !== this.#made) this.#makePlots(size);
+        this.#made = made;
+        const drawing = [made, history.start, history.end, ...range, size.width, size.height].join(" ");
+
+        if (drawing === this.#drawing || [...this.#plots.values()].some(({ isDragged }) => isDragged)) return;
+        this.#drawing = drawing;
+        for (const plot of this.#plots.values()) plot.draw(history, range, size);
+    }
+
+    /* All graphs fit the screen if they can. */
+    #size() {
+        const width = this.querySelector(".graphs")?.clientWidth ?? 0;
+        const top = this.querySelector(".graphs")?.offsetTop ?? 0;
+        const height = (innerHeight - top) / Math.max(this.#graphs.length, 1) - CAPTION_HEIGHT;
+
+        return { width, height: Math.round(Math.min(Math.max(height, HEIGHT_MIN), HEIGHT_MAX)) };
+    }
+
+    #makePlots(size) {
+        const { known, chosen } = this.#idsOf(this.#window.history);
+        const colorOf = (name) => getComputedStyle(this.querySelector(`.colors .${name}`)).color;
+
+        this.#plots.forEach((plot) => plot.end());
+        this.#plots = new Map(
+            this.#graphs.map((quantity) => {
+                const lines = this.#linesOf(quantity, chosen, known).map((line) => ({ ...line, color: colorOf(`color-${line.color}`) }));
+
+                return [quantity, new Plot(this.querySelector(`[data-quantity="${quantity}"] .plot`), {
+                    quantity,
+                    lines,
+                    colors: { ink: colorOf("ink"), line: colorOf("line") },
+                    ...size,
+                    onZoom: (from, to) => this.#do((shown) => shown.show(from, to)),
+                    onReset: () => this.#do((shown) => shown.goOn()),
+                    onCursor: () => this.#follow(quantity),
+                })];
+            }),
+        );
+    }
+
+    #follow(quantity) {
+        const time = this.#plots.get(quantity)?.cursorTime ?? null;
+
+        if (time === this.#cursorTime) return;
+        this.#cursorTime = time;
+        this.#cursorFrame ??= requestAnimationFrame(() => {
+            this.#cursorFrame = null;
+            this.#ask();
+        });
+    }
+
+    /* ---- parts of the view ---- */
+
+    #servoChoice(known, chosen) {
+        const set = new Set(chosen);
+
+        return html`<fieldset class="choice servos">
+            <legend>${t.servos}</legend>
+            ${known.map(
+                (id, index) => html`<label class="chip">
+                    <input type="checkbox" value=${id} .checked=${set.has(id)}
+                        @change=${({ target }) => this.#choose((this.ids = set), id, target.checked)} />
+                    <i class="swatch color-${1 + (index % COLORS)}"></i><span class="unseen">${t.servo}</span> ${id}
+                </label>`,
+            )}
+        </fieldset>`;
+    }
+
+    #quantityChoice() {
+        return html`<fieldset class="choice quantities">
+            <legend>${t.quantities}</legend>
+            ${GRAPHS.map(
+                (quantity) => html`<label class="chip">
+                    <input type="checkbox" value=${quantity} .checked=${this.quantities.has(quantity)}
+                        @change=${({ target }) => this.#choose(this.quantities, quantity, target.checked)} />
+                    ${t.names[quantity]}
+                </label>`,
+            )}
+        </fieldset>`;
+    }
+
+    #toolbar() {
+        const shown = this.#window;
+        const button = (name, text, call) =>
+            html`<button class=${name} aria-label=${text.label ?? text} title=${text.label ?? text} @click=${() => this.#do(call)}>
+                ${text.sign ?? text}
+            </button>`;
+
+        return html`<div class="toolbar">
+            ${shown.isPaused ? button("go-on", t.goOn, () => shown.goOn()) : button("pause", t.pause, () => shown.pause())}
+            <label>
+                ${t.span}
+                <select class="span" @change=${(event) => this.#setSpan(event)}>
+                    ${SPANS.map((span) => html`<option value=${span} ?selected=${span === shown.span}>${t.spanOf(span)}</option>`)}
+                </select>
+            </label>
+            <span class="group">
+                ${button("zoom-in", t.zoomIn, () => shown.zoomIn())} ${button("zoom-out", t.zoomOut, () => shown.zoomOut())}
+                ${button("earlier", t.earlier, () => shown.move(-1))} ${button("later", t.later, () => shown.move(1))}
+            </span>
+            <button class="save" @click=${this.#save}>${t.save}</button>
+            <p class="hint">${shown.isPaused ? t.paused : t.hint}</p>
+        </div>`;
+    }
+
+    /* The value at the cursor, else the newest one. */
+    #value(id, quantity, known) {
+        const textOf = (name) => valueText(this.#window.history, { id, quantity: name }, this.#cursorTime) || texts.robot.noValue;
+        const [color] = this.#linesOf(quantity, [id], known).map((line) => line.color);
+
+        return html`<span class="value ${quantity}"
+            ><i class="swatch color-${color}"></i><span class="unseen">${t.servo}</span>${id}: ${textOf(quantity)}
+            ${quantity === "position" ? html`<span class="unit">→<span class="unseen">${t.goal}</span> ${textOf("goal")}</span>` : nothing}</span
+        >`;
+    }
+
+    #graph(quantity, chosen, known) {
+        return html`<figure data-quantity=${quantity} aria-label=${t.names[quantity]}>
+            <figcaption>
+                <strong>${t.names[quantity]}</strong> <span class="unit">${t.units[quantity]}</span>
+                ${quantity === "position" ? html`<span class="unit">${t.dashed}</span>` : nothing}
+                ${chosen.map((id) => this.#value(id, quantity, known))}
+            </figcaption>
+            <div class="plot"></div>
+        </figure>`;
+    }
+
+    render() {
+        const { session } = this;
+
+        if (!session.history) return html`<p>${t.notConnected}</p>`;
+        this.#window.follow(session.history);
+        const { known, chosen } = this.#idsOf(this.#window.history);
+
+        return html`
+            ${this.#toolbar()}
+            <div class="choices">${this.#servoChoice(known, chosen)} ${this.#quantityChoice()}</div>
+            <div class="graphs">
+                ${chosen.length ? nothing : html`<p>${t.noServo}</p>`}
+                ${GRAPHS.map((quantity) => (this.quantities.has(quantity) ? this.#graph(quantity, chosen, known) : nothing))}
+            </div>
+            <div class="colors" aria-hidden="true">
+                ${Array.from({ length: COLORS }, (_, index) => html`<i class="color-${index + 1}"></i>`)}<i class="ink"></i><i class="line"></i>
+            </div>
+        `;
+    }
+}
+
+customElements.define("panel-graphs", GraphsView);

@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: MIT
+/* Teach, record, edit, play, store: the view of model/motion_desk.js. */
+
+import { html, nothing } from "lit";
+import { guard } from "lit/directives/guard.js";
+import { live } from "lit/directives/live.js";
+import { MotionDesk } from "../model/motion_desk.js";
+import { pathOfPoints } from "../model/path.js";
+import { degreesOf } from "../model/units.js";
+import { texts } from "../texts.js";
+import { chart, legend } from "./motion_chart.js";
+import { saveFile } from "./save_file.js";
+import { View } from "./view.js";
+
+const t = texts.motion;
+const CHART_WIDTH = 600; // until the page is laid out
+
+const degrees = (raw, digits = 1) => degreesOf(raw).toFixed(digits);
+const seconds = (ms, digits = 1) => (ms / 1000).toFixed(digits);
+const milliseconds = ({ target }) => Math.round(Number(target.value) * 1000);
+
+export class MotionView extends View {
+    #width = CHART_WIDTH;
+    #resize = new ResizeObserver(([entry]) => {
+        this.#width = Math.floor(entry.contentRect.width);
+        this.requestUpdate();
+    });
+
+    connectedCallback() {
+        this.desk ??= new MotionDesk(this.session);
+        super.connectedCallback();
+    }
+
+    firstUpdated() {
+        this.#resize.observe(this.querySelector(".sequence .chart"));
+    }
+
+    updated() {
+        const dialog = this.querySelector("dialog");
+
+        if (this.desk.question && !dialog.open) dialog.showModal();
+        if (!this.desk.question && dialog.open) dialog.close();
+        if (this.session.isConnected) this.desk.show();
+    }
+
+    /* ---- teach ---- */
+
+    #chip(id) {
+        const { desk } = this;
+        const { torque, position } = this.session.robot.servos.get(id);
+        const hint = torque === null ? t.isUnknown(id) : torque ? t.isHeld(id) : t.isLimp(id);
+
+        return html`<label class="chip ${torque ? "held" : "limp"}" title=${hint}>
+            <input type="checkbox" .checked=${live(!desk.left.has(id))} aria-label=${hint} @change=${({ target }) => desk.choose(id, target.checked)} />
+            ${id} <span class="at">${position === null ? t.noValue : `${position.toFixed(0)}°`}</span>
+        </label>`;
+    }
+
+    #capture = async (event) => {
+        event.preventDefault();
+        const input = this.querySelector(".pose-name");
+
+        if (await this.desk.capture(input.value.trim())) input.value = this.desk.motions.freeName("pose");
+    };
+
+    #teach() {
+        const { desk, session } = this;
+        const isOff = !session.isConnected || desk.isRecording;
+
+        return html`<section class="panel teach" aria-labelledby="motion-teach">
+            <h2 id="motion-teach">${t.teach}</h2>
+            ${desk.ids.length ? nothing : html`<p class="soft">${session.isConnected ? t.noServos : t.notConnected}</p>`}
+            <fieldset class="chips" ?disabled=${isOff}>
+                <legend>${t.servos}</legend>
+                <button @click=${() => desk.chooseAll(true)}>${t.all}</button>
+                <button @click=${() => desk.chooseAll(false)}>${t.none}</button>
+                ${desk.ids.map((id) => this.#chip(id))}
+            </fieldset>
+            <p class="row">
+                <button class="torque-off" title=${t.torqueOffHint} ?disabled=${isOff} @click=${() => desk.setTorque(false)}>${t.torqueOff}</button>
+                <button class="hold" title=${t.holdHint} ?disabled=${isOff} @click=${() => desk.setTorque(true)}>${t.hold}</button>
+            </p>
+            <form class="row" @submit=${this.#capture}>
+                <label>${t.poseName} <input class="pose-name" size="9" maxlength="8" title=${t.nameHint} autocomplete="off" spellcheck="false" value="pose1" /></label>
+                <button class="capture" title=${t.captureHint} ?disabled=${isOff}>${t.capture}</button>
+            </form>
+            <p class="row">
+                ${desk.isRecording
+                    ? html`<button class="record" @click=${() => desk.endRecording()}>${t.endRecording}</button>
+                          <span class="recording-length" role="timer">${seconds(desk.recorder.recording.length)} s</span>`
+                    : html`<button class="record" title=${t.recordHint} ?disabled=${isOff || desk.isPlaying} @click=${() => desk.record()}>${t.record}</button>
+                          <span class="soft">${t.recordHint}</span>`}
+            </p>
+        </section>`;
+    }
+
+    /* ---- poses ---- */
+
+    #poseRow([name, pose]) {
+        const { desk } = this;
+        const isShown = desk.pose === name;
+
+        return html`<li class=${isShown ? "pose shown" : "pose"} data-pose=${name}>
+            <button class="open" aria-expanded=${isShown} aria-label=${t.editOf(name)} @click=${() => desk.showPose(name)}>
+                <span aria-hidden="true">${isShown ? "▾" : "▸"}</span> <strong>${name}</strong> <span class="soft">${t.servosOf(pose)}</span>
+            </button>
+            <button class="go" aria-label=${t.goToOf(name)} ?disabled=${!this.session.isConnected || desk.isPlaying} @click=${() => desk.goTo(name)}>
+                ${t.goTo}
+            </button>
+            <button class="delete" aria-label=${t.deletePoseOf(name)} title=${t.deletePoseOf(name)} @click=${() => desk.deletePose(name)}>×</button>
+            ${isShown ? this.#poseEditor(name, pose) : nothing}
+        </li>`;
+    }
+
+    #poseEditor(name, pose) {
+        const { desk } = this;
+
+        return html`<div class="editor">
+            <p class="row">
+                <label>${t.name} <input size="9" maxlength="8" title=${t.nameHint} .value=${live(name)} @change=${({ target }) => desk.renamePose(target.value.trim())} /></label>
+                <button ?disabled=${!this.session.isConnected} @click=${() => desk.recapture()}>${t.fromServos}</button>
+            </p>
+            <div class="angles">
+                ${[...pose].map(
+                    ([id, raw]) => html`<label>
+                        ${t.angle(id)}
+                        <span class="unit">
+                            <input type="number" min="0" max="300" step="0.1" data-id=${id} .value=${live(degrees(raw))}
+                                @change=${({ target }) => desk.setAngle(id, target.value === "" ? NaN : Number(target.value))} />°
+                        </span>
+                        <button class="delete" aria-label=${t.angleOut(id)} title=${t.angleOut(id)} ?disabled=${pose.size === 1}
+                            @click=${() => desk.edit((motions) => motions.removeJoint(name, id))}>×</button>
+                    </label>`,
+                )}
+            </div>
+        </div>`;
+    }
+
+    #poses() {
+        const poses = [...this.desk.motions.poses];
+
+        return html`<section class="panel poses" aria-labelledby="motion-poses">
+            <h2 id="motion-poses">${t.poses}</h2>
+            ${poses.length ? html`<ul class="list">${poses.map((entry) => this.#poseRow(entry))}</ul>` : html`<p class="soft">${t.noPoses}</p>`}
+        </section>`;
+    }
+
+    /* ---- sequence ---- */
+
+    #stepRow(step, index) {
+        const { desk } = this;
+        const number = index + 1;
+        const time = (name, value) => html`<label>
+            <span class="cap">${t[name]}</span>
+            <input type="number" class=${name} min="0" max="600" step="0.01" aria-label=${t.ofStep(t[name], number)} .value=${live(seconds(value, 2))}
+                ?disabled=${name === "dwell" && step.passes} @change=${(event) => desk.changeStep(index, { [name]: milliseconds(event) })} />
+        </label>`;
+        const button = (name, sign, isOff, call) => html`<button class=${name} title=${t.ofStep(t[name], number)}
+            aria-label=${t.ofStep(t[name], number)} ?disabled=${isOff} @click=${call}>${sign}</button>`;
+
+        return html`<li class=${index === desk.step ? "step selected" : "step"} data-step=${number} aria-current=${index === desk.step}>
+            <label class="number"><span class="cap">${t.step}</span>
+                <span><input type="radio" name="motion-step" .checked=${live(index === desk.step)} aria-label=${`${t.step} ${number}`} @change=${() => desk.showStep(index)} />${number}</span>
+            </label>
+            <label><span class="cap">${t.pose}</span>
+                <select aria-label=${t.ofStep(t.pose, number)} @change=${({ target }) => desk.changeStep(index, { pose: target.value })}>
+                    ${[...desk.motions.poses.keys()].map((name) => html`<option .selected=${live(name === step.pose)}>${name}</option>`)}
+                </select>
+            </label>
+            ${time("time", step.time)} ${time("dwell", step.dwell)}
+            <label class="pass" title=${t.passHint}><span class="cap">${t.pass}</span>
+                <input type="checkbox" .checked=${live(step.passes)} aria-label=${t.ofStep(t.pass, number)} @change=${({ target }) => desk.changeStep(index, { passes: target.checked })} />
+            </label>
+            <span class="buttons">
+                ${button("up", "↑", index === 0, () => desk.moveStep(index, -1))}
+                ${button("down", "↓", index === desk.steps.length - 1, () => desk.moveStep(index, 1))}
+                ${button("remove", "×", false, () => desk.removeStep(index))}
+            </span>
+        </li>`;
+    }
+
+    #sequenceChart() {
+        const { desk } = this;
+        const { path, steps } = desk;
+
+        if (!steps.length) return html`<p class="soft">${t.noSequences}</p>`;
+        const label = `${t.chart}: ${t.chartText({ steps: steps.length, seconds: seconds(path.duration, 2), servos: path.ids.length })}`;
+
+        return html`${chart({ path, width: this.#width, label, sequence: { steps, selected: desk.step, onSelect: (index) => desk.showStep(index) } })}
+            ${legend(path.ids, t.angle)}
+            ${desk.tooFast.map(({ index, id, needed }) => html`<p class="warn">${t.tooFast({ step: index + 1, id, needed: (Math.ceil(needed / 10) / 100).toFixed(2) })}</p>`)}`;
+    }
+
+    #sequence() {
+        const { desk } = this;
+        const names = [...desk.motions.sequences.keys()];
+
+        return html`<section class="panel sequence" aria-labelledby="motion-sequence">
+            <h2 id="motion-sequence">${t.sequence}</h2>
+            <p class="row">
+                <label>${t.choose}
+                    <select class="choose" ?disabled=${!names.length} @change=${({ target }) => desk.showSequence(target.value)}>
+                        ${names.map((name) => html`<option .selected=${live(name === desk.sequence)}>${name}</option>`)}
+                    </select>
+                </label>
+                ${desk.sequence
+                    ? html`<label>${t.name} <input class="sequence-name" size="9" maxlength="8" title=${t.nameHint} .value=${live(desk.sequence)} @change=${({ target }) => desk.renameSequence(target.value.trim())} /></label>
+                          <button @click=${() => desk.deleteSequence()}>${t.deleteSequence}</button>`
+                    : nothing}
+                <button class="new" @click=${() => desk.newSequence()}>${t.newSequence}</button>
+            </p>
+            <div class="chart">${guard([desk.version, this.#width, desk.isLoop], () => this.#sequenceChart())}</div>
+            <ol class="steps">${desk.steps.map((step, index) => this.#stepRow(step, index))}</ol>
+            <p class="row"><button class="add-step" @click=${() => desk.addStep()}>${t.addStep}</button></p>
+        </section>`;
+    }
+
+    /* ---- recording ---- */
+
+    #recording() {
+        const { desk } = this;
+        const { recording, thinned, replay } = desk;
+
+        if (!recording) return nothing;
+        const isOff = !this.session.isConnected || desk.isPlaying || desk.isRecording;
+        const path = pathOfPoints(recording.ids, recording.samples);
+
+        return html`<section class="panel recording" aria-labelledby="motion-recording">
+            <h2 id="motion-recording">${t.recording}</h2>
+            <p class="recorded">
+                ${t.recordingIs({ seconds: seconds(recording.length, 2), samples: recording.samples.length, rate: recording.rate.toFixed(0), servos: recording.ids.length })}
+                ${recording.missing ? html`<span class="warn">${t.missing(recording.missing)}</span>` : nothing}
+            </p>
+            <div class="chart">${guard([desk.version, this.#width], () => html`${chart({ path, width: this.#width, label: t.chartOfRecording, other: replay?.samples ?? [], points: thinned.points })}${legend(recording.ids, t.angle)}`)}</div>
+            <p class="row">
+                <label>${t.tolerance}
+                    <span class="unit"><input class="tolerance" type="number" min="0.1" max="60" step="0.1" .value=${live(desk.tolerance.toFixed(1))} @change=${({ target }) => desk.setTolerance(target.value)} />°</span>
+                </label>
+                <button class="fit" @click=${() => desk.fit()}>${t.fit}</button>
+                <output class="thinned">${t.thinned({ steps: thinned.points.length, error: degrees(thinned.error), board: degrees(thinned.boardError) })}</output>
+            </p>
+            <p class="row">
+                <button class="replay" title=${t.replayHint} ?disabled=${isOff} @click=${() => desk.playRecording()}>${t.replay}</button>
+                <button class="replay-steps" ?disabled=${isOff} @click=${() => desk.playRecording({ isThinned: true })}>${t.replayThinned}</button>
+                <button class="to-sequence" @click=${() => desk.toSequence()}>${t.toSequence}</button>
+                <button @click=${() => saveFile("recording.csv", desk.csv, "text/csv")}>${t.saveRecording}</button>
+            </p>
+            ${replay ? html`<p class="replayed" role="status">${t.replayed({ largest: degrees(replay.largest), id: replay.id, mean: degrees(replay.mean) })}</p>` : nothing}
+        </section>`;
+    }
+
+    /* ---- play ---- */
+
+    #stateOfMotion() {
+        const { desk, session } = this;
+        const motion = session.robot?.motion;
+
+        if (desk.player.state === "begin") return t.pageBegins;
+        if (desk.player.isPlaying) return t.pagePlays({ seconds: seconds(desk.player.time), paused: desk.player.isPaused });
+        if (!session.isConnected || !motion?.state) return t.idle;
+        if (motion.state === 1) return t.begins;
+        const name = desk.store.playing;
+
+        return t.boardPlays({ name, step: motion.step, steps: desk.store.stored.sequences.get(name)?.length, paused: motion.paused });
+    }
+
+    #player() {
+        const { desk, session } = this;
+        const { isPlaying, isPaused } = desk;
+
+        return html`<section class="panel player" aria-labelledby="motion-player">
+            <h2 id="motion-player">${t.player}</h2>
+            <p class="row">
+                <label>${t.where}
+                    <select class="by" ?disabled=${!desk.store.canPlay} @change=${({ target }) => (desk.by = target.value)}>
+                        <option value="board" .selected=${live(desk.playedBy === "board")}>${t.byBoard}</option>
+                        <option value="page" .selected=${live(desk.playedBy === "page")}>${t.byPage}</option>
+                    </select>
+                </label>
+                <label>${t.times} <input class="times" type="number" min="1" max="65535" ?disabled=${desk.isLoop} .value=${live(String(desk.times))}
+                    @change=${({ target }) => (desk.times = Math.min(65535, Math.max(1, Math.round(Number(target.value)) || 1)))} /></label>
+                <label><input class="loop" type="checkbox" .checked=${live(desk.isLoop)} @change=${({ target }) => desk.edit(() => (desk.isLoop = target.checked))} /> ${t.loop}</label>
+                <label class="speed">${t.override}
+                    <input class="override" type="range" min="10" max="200" step="5" .value=${live(String(desk.percent))} @change=${({ target }) => desk.setPercent(Number(target.value))} />
+                    <output>${desk.percent} %</output>
+                </label>
+            </p>
+            <p class="row">
+                <button class="play" ?disabled=${!session.isConnected || isPlaying || !desk.steps.length} @click=${() => desk.play()}>${t.play} ${desk.sequence}</button>
+                ${isPaused
+                    ? html`<button class="resume" @click=${() => desk.resume()}>${t.resume}</button>`
+                    : html`<button class="pause" ?disabled=${!isPlaying} @click=${() => desk.pause()}>${t.pause}</button>`}
+                <button class="end" ?disabled=${!isPlaying} @click=${() => desk.end()}>${t.end}</button>
+                <span class="motion-state" role="status">${this.#stateOfMotion()}</span>
+            </p>
+        </section>`;
+    }
+
+    /* ---- board and files ---- */
+
+    #open = async ({ target }) => {
+        const [file] = target.files;
+
+        target.value = "";
+        if (file) await this.desk.open(await file.text(), t.askReplacePage);
+    };
+
+    #board() {
+        const { desk, session } = this;
+        const { canStore, canPlay, room } = desk.store;
+        const isOff = !canStore || Boolean(desk.task) || desk.isPlaying;
+
+        return html`<section class="panel board" aria-labelledby="motion-board">
+            <h2 id="motion-board">${t.board}</h2>
+            <p class="row">
+                <button class="store" ?disabled=${isOff} @click=${() => desk.storeAll(t.askReplaceBoard)}>${desk.task === "storing" ? t.storing : t.store}</button>
+                <button class="load" ?disabled=${isOff} @click=${() => desk.load(t.askReplacePage)}>${desk.task === "loading" ? t.loading : t.load}</button>
+            </p>
+            <p class="row">
+                <button class="export" ?disabled=${desk.motions.isEmpty} @click=${() => saveFile("motions.txt", desk.text)}>${t.exportFile}</button>
+                <label>${t.importFile} <input class="import" type="file" accept=".txt,text/plain" @change=${this.#open} /></label>
+            </p>
+            ${session.isConnected && !canStore ? html`<p class="warn missing">${t.noStore}</p>` : nothing}
+            ${canStore && !canPlay ? html`<p class="warn missing">${t.noPlay}</p>` : nothing}
+            ${canStore && room ? html`<p class="soft">${t.room(room)}</p>` : nothing}
+        </section>`;
+    }
+
+    #question() {
+        const { question } = this.desk;
+
+        return html`<dialog aria-labelledby="motion-question" @cancel=${(event) => {
+            event.preventDefault();
+            question?.answer(false);
+        }}>
+            <p id="motion-question">${question?.text}</p>
+            <p class="row">
+                <button class="replace" @click=${() => question.answer(true)}>${t.replace}</button>
+                <button class="cancel" @click=${() => question.answer(false)}>${t.cancel}</button>
+            </p>
+        </dialog>`;
+    }
+
+    render() {
+        return html`<div class="motion">
+                <div class="column">${this.#teach()} ${this.#poses()} ${this.#board()}</div>
+                <div class="column wide">${this.#player()} ${this.#sequence()} ${this.#recording()}</div>
+            </div>
+            ${this.#question()}`;
+    }
+}
+
+customElements.define("panel-motion", MotionView);

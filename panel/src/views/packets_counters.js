@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+/* Counters with their meaning, and what they say about the bus. Read only when the user asks. */
+
+import { html, nothing } from "lit";
+import { healthOf, readCounters } from "../model/counters.js";
+import { texts } from "../texts.js";
+import { Part } from "./part.js";
+
+const t = texts.packets;
+
+class CountersPart extends Part {
+    constructor() {
+        super();
+        this.servo = null; // of a servo; null: the bus
+        this.counters = null; // {since, rows}
+        this.before = new Map(); // of the key: the count of the read before
+        this.isReading = false;
+    }
+
+    #choose(value) {
+        this.servo = value === "" ? null : Number(value);
+        this.counters = null;
+        this.before = new Map();
+        this.#read();
+    }
+
+    #read = async () => {
+        const { session } = this;
+
+        this.isReading = true;
+        this.requestUpdate();
+        this.before = new Map(this.counters?.rows.map(({ key, count }) => [key, count]));
+        this.counters = (await session.attempt(() => readCounters(session.controller, this.servo))) ?? this.counters;
+        this.isReading = false;
+        this.requestUpdate();
+    };
+
+    #health() {
+        const findings = healthOf(this.counters.rows);
+
+        if (!findings.length) return html`<p class="health good" role="status">${t.healthy}</p>`;
+        const isMixed = findings.some(({ key }) => key === "timeouts") && !this.counters.since;
+
+        return html`<ul class="health" role="status">
+                ${findings.map(({ key, count }) => html`<li>${t.findings[key](count)}</li>`)}
+            </ul>
+            ${isMixed ? html`<p class="soft">${t.scanCounts}</p>` : nothing}`;
+    }
+
+    #row({ key, count, ofScan, unit, meaning }, hasScan) {
+        const change = this.before.has(key) ? count - this.before.get(key) : null;
+
+        return html`<tr class=${count ? "" : "soft"} data-key=${key}>
+            <th scope="row">${key.replace(/_/g, " ")}</th>
+            <td class="number">${count}</td>
+            <td class="number">${change ? `+${(change + 65536) % 65536}` : nothing}</td>
+            ${hasScan ? html`<td class="number">${ofScan || nothing}</td>` : nothing}
+            <td class="meaning">${t.means(unit, meaning)}</td>
+        </tr>`;
+    }
+
+    #table() {
+        const { rows, since } = this.counters;
+        const hasScan = rows.some(({ ofScan }) => ofScan > 0);
+
+        return html`
+            ${since ? html`<p class="soft">${t.since(since)}</p>` : nothing}
+            <div class="table">
+                <table class="counters">
+                    <thead>
+                        <tr>
+                            <th scope="col">${t.counter}</th>
+                            <th scope="col" class="number">${t.counted}</th>
+                            <th scope="col" class="number">${t.change}</th>
+                            ${hasScan ? html`<th scope="col" class="number">${t.ofScan}</th>` : nothing}
+                            <th scope="col">${t.meaning}</th>
+                        </tr>
+                    </thead>
+                    <tbody>
+                        ${rows.map((row) => this.#row(row, hasScan))}
+                    </tbody>
+                </table>
+            </div>
+        `;
+    }
+
+    render() {
+        const { session } = this;
+        const ids = session.wire?.hasConsole ? (session.robot?.ids ?? []) : [];
+
+        return html`<section aria-labelledby="counters-title">
+            <h2 id="counters-title">${t.health}</h2>
+            <p class="controls">
+                <label>
+                    ${t.countersOf}
+                    <select class="counters-of" ?disabled=${!session.isConnected} @change=${({ target }) => this.#choose(target.value)}>
+                        <option value="" .selected=${this.servo === null}>${t.bus}</option>
+                        ${ids.map((id) => html`<option value=${id} .selected=${this.servo === id}>${texts.board.servoName(id)}</option>`)}
+                    </select>
+                </label>
+                <button class="read-counters" ?disabled=${!session.isConnected || this.isReading} @click=${this.#read}>
+                    ${this.isReading ? texts.board.reading : t.readCounters}
+                </button>
+            </p>
+            ${this.counters ? html`${this.#health()}${this.#table()}` : html`<p class="soft">${t.noCounters}</p>`}
+        </section>`;
+    }
+}
+
+customElements.define("panel-counters", CountersPart);

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: MIT
+/* A form for a packet by hand: its bytes are shown as they are typed, and its reply in words. */
+
+import { html, nothing } from "lit";
+import { INSTRUCTION, packet, toHex } from "../wire/packet.js";
+import { sendPacket } from "../model/by_hand.js";
+import { ComposeError, compose } from "../model/compose.js";
+import { hexByte } from "../model/decode.js";
+import { noticeText, texts } from "../texts.js";
+import { confirmed } from "./confirm.js";
+import { Part } from "./part.js";
+
+const t = texts.packets;
+const READS = ["READ", "SYNC_READ", "BULK_READ"];
+const WRITES = ["WRITE", "REG_WRITE", "SYNC_WRITE"];
+const COUNT_MAX = 250;
+
+class SendPart extends Part {
+    constructor() {
+        super();
+        this.form = { instruction: "PING", ids: "1", address: 0x24, count: 2, values: "", hex: "" };
+        this.outcome = null; // {level, text}
+        this.isSending = false;
+    }
+
+    #set(name, value) {
+        this.form = { ...this.form, [name]: value };
+        this.outcome = null;
+        this.requestUpdate();
+    }
+
+    get #decoder() {
+        return this.session.traffic.decoder;
+    }
+
+    /* Registers to choose from: those of the device if its ID stands alone. */
+    get #registers() {
+        return [...this.#decoder.registersOf(Number(this.form.ids)).values()];
+    }
+
+    #chooseRegister(address) {
+        const row = this.#registers.find((one) => one.address === address);
+
+        this.form = { ...this.form, address, count: row?.bytes ?? this.form.count };
+        this.#set("address", address);
+    }
+
+    /* The packet, or an error of what is typed: {bytes} or {error}. */
+    #packet() {
+        try {
+            return { bytes: compose(this.form, this.#decoder, this.session.tables.units) };
+        } catch (error) {
+            if (!(error instanceof ComposeError)) throw error;
+            return { error: t.malformed[error.code](error.detail) };
+        }
+    }
+
+    /* ---- sending ---- */
+
+    #submit = async (event) => {
+        event.preventDefault();
+        const { bytes } = this.#packet();
+
+        if (!bytes || this.isSending || !this.session.isConnected) return;
+        if (bytes[4] === INSTRUCTION.RESET && !(await this.#mayReset(bytes))) return;
+        this.isSending = true;
+        this.outcome = null;
+        this.requestUpdate();
+        this.outcome = await this.#send(bytes);
+        this.isSending = false;
+        this.requestUpdate();
+    };
+
+    #mayReset(bytes) {
+        const who = bytes[2] === 254 ? t.resetAll : t.resetOne(bytes[2]);
+
+        return confirmed({ text: t.confirmReset(who), yes: t.resetYes, no: texts.board.cancel });
+    }
+
+    async #send(bytes) {
+        try {
+            const replies = await sendPacket(this.session, bytes);
+
+            if (!replies.length) return { level: "info", text: this.session.robot.isInhibited ? `${t.sent} ${t.inhibited}` : t.sent };
+            return { level: replies.some(({ error }) => error) ? "error" : "info", text: this.#replies(bytes, replies) };
+        } catch (error) {
+            return { level: "error", text: this.#failure(error) };
+        }
+    }
+
+    #replies(bytes, replies) {
+        return replies
+            .map(({ id, error, parameters }, index) => {
+                const { name, text } = this.#decoder.status(packet(id, error, [...parameters]), bytes, index);
+
+                return t.reply(this.#decoder.nameOf(id), name, text);
+            })
+            .join("\n");
+    }
+
+    #failure(error) {
+        const { text, remedy } = noticeText({ ...error, code: error.code ?? "unexpected", detail: "", message: error.message });
+
+        if (error.code === "timeout" && this.session.robot.isInhibited) return `${text} ${t.inhibited}`;
+        return `${text} ${remedy}`;
+    }
+
+    /* ---- rendering ---- */
+
+    #field(name, label, hint, attributes = {}) {
+        return html`<label class=${attributes.wide ? "wide" : ""}>
+            ${label}
+            <input class="send-${name}" size=${attributes.size ?? 8} .value=${String(this.form[name])} aria-describedby="hint-${name}"
+                autocomplete="off" spellcheck="false" @input=${({ target }) => this.#set(name, target.value)} />
+            <span class="hint" id="hint-${name}">${hint}</span>
+        </label>`;
+    }
+
+    #register() {
+        return html`<label>
+            ${t.register}
+            <select class="send-register" @change=${({ target }) => this.#chooseRegister(Number(target.value))}>
+                ${this.#registers.map(
+                    ({ name, address }) =>
+                        html`<option value=${address} .selected=${address === this.form.address}>${hexByte(address)} ${name}</option>`,
+                )}
+            </select>
+        </label>`;
+    }
+
+    #count() {
+        return html`<label>
+            ${t.bytes}
+            <input class="send-count" type="number" min="1" max=${COUNT_MAX} .value=${String(this.form.count)}
+                @input=${({ target }) => this.#set("count", Math.min(COUNT_MAX, Math.max(1, Number(target.value) || 1)))} />
+        </label>`;
+    }
+
+    #fields() {
+        const { instruction } = this.form;
+        const isMany = INSTRUCTION[instruction] >= INSTRUCTION.SYNC_WRITE;
+
+        if (instruction === "hex") return this.#field("hex", t.hex, t.hexHint, { wide: true, size: 24 });
+        return html`
+            ${this.#field("ids", isMany ? t.ids : t.id, isMany ? t.idsHint : "", { size: isMany ? 10 : 4 })}
+            ${READS.includes(instruction) || WRITES.includes(instruction) ? this.#register() : nothing}
+            ${READS.includes(instruction) ? this.#count() : nothing}
+            ${WRITES.includes(instruction)
+                ? this.#field("values", t.values, instruction === "SYNC_WRITE" ? t.valuesOfMany : t.valuesHint, { wide: true, size: 16 })
+                : nothing}
+        `;
+    }
+
+    #preview({ bytes, error }) {
+        if (error) return html`<p class="preview malformed" role="status">${error}</p>`;
+        const { name, text } = this.#decoder.instruction(bytes);
+
+        return html`<p class="preview" role="status">
+            ${t.preview}: <code>${toHex(bytes)}</code><br />
+            <span class="soft">${this.#decoder.nameOf(bytes[2])} ${name} ${text}</span>
+        </p>`;
+    }
+
+    render() {
+        const made = this.#packet();
+        const { instruction } = this.form;
+
+        return html`<section aria-labelledby="send-title">
+            <h2 id="send-title">${t.send}</h2>
+            <form class="send" @submit=${this.#submit}>
+                <div class="fields">
+                    <label>
+                        ${t.instruction}
+                        <select class="send-instruction" @change=${({ target }) => this.#set("instruction", target.value)}>
+                            ${Object.entries(t.instructions).map(
+                                ([name, text]) => html`<option value=${name} ?selected=${name === instruction}>${text}</option>`,
+                            )}
+                        </select>
+                    </label>
+                    ${this.#fields()}
+                </div>
+                <p class="hint">${t.explain[instruction]}</p>
+                ${this.#preview(made)}
+                <button class="send-button" ?disabled=${Boolean(made.error) || this.isSending || !this.session.isConnected}>
+                    ${this.isSending ? t.sending : t.sendButton}
+                </button>
+                <p class="outcome ${this.outcome?.level ?? ""}" role="status" aria-live="polite">${this.outcome?.text ?? ""}</p>
+            </form>
+        </section>`;
+    }
+}
+
+customElements.define("panel-send", SendPart);

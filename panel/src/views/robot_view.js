@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: MIT
+/* A card for each servo: dial, values, torque. A drag at the dial sets the goal. Left and Right jog the
+ * servo whose dial has the focus, while the key is held; Up, Down and Page keys step its goal. Digits
+ * choose a servo. */
+
+import { html, nothing } from "lit";
+import { live } from "lit/directives/live.js";
+import { repeat } from "lit/directives/repeat.js";
+import { takesText } from "../keys.js";
+import { degreesAt, degreesOfDrag } from "../model/dial.js";
+import { Jog } from "../model/jog.js";
+import { GOAL_RPM } from "../model/robot.js";
+import { DEGREES_MAX, RPM_MAX } from "../model/units.js";
+import { texts } from "../texts.js";
+import { dialDrawing, pointIn, VIEW_BOX } from "./dial.js";
+import { View } from "./view.js";
+
+const t = texts.robot;
+const SPEEDS = [5, 10, 20, 40, 60]; // rpm
+const TICK_MS = 500; // values get old without an event
+const DIGITS_MS = 1500; // two digits that come later are two numbers
+const SMALL_STEP = 1; // degrees
+const GREAT_STEP = 10;
+const BOX = `${VIEW_BOX.left} ${VIEW_BOX.top} ${VIEW_BOX.width} ${VIEW_BOX.height}`;
+const STEPS = { ArrowUp: SMALL_STEP, ArrowDown: -SMALL_STEP, PageUp: GREAT_STEP, PageDown: -GREAT_STEP };
+const JOGS = { ArrowLeft: 1, ArrowRight: -1 }; // as the hand turns at the top of the dial
+
+const shown = (value, digits, unit) => (value === null ? t.noValue : `${value.toFixed(digits)}${unit}`);
+const within = (servo, degrees) => Math.min(Math.max(degrees, servo.low ?? 0), servo.high ?? DEGREES_MAX);
+
+export class RobotView extends View {
+    #jog = null;
+    #jogKey = "";
+    #drag = null; // {id, degrees}
+    #wishes = new Map(); // of each servo: the goal that a user asked for last
+    #ignored = new Set(); // IDs of servos whose drag was ignored, since torque is off
+    #isHeld = false; // a key or a pointer at the slider of an endless turn
+    #digits = { text: "", at: 0 };
+    #ticker = null;
+    #onKey = (event) => this.#chooseByDigit(event);
+    #onBlur = () => this.#endJog();
+
+    constructor() {
+        super();
+        this.rpm = GOAL_RPM;
+    }
+
+    connectedCallback() {
+        super.connectedCallback();
+        this.#jog ??= new Jog(this.session);
+        this.#ticker = setInterval(() => this.requestUpdate(), TICK_MS);
+        document.addEventListener("keydown", this.#onKey);
+        document.addEventListener("visibilitychange", this.#onBlur);
+        globalThis.addEventListener("blur", this.#onBlur);
+    }
+
+    disconnectedCallback() {
+        super.disconnectedCallback();
+        this.#endJog();
+        clearInterval(this.#ticker);
+        document.removeEventListener("keydown", this.#onKey);
+        document.removeEventListener("visibilitychange", this.#onBlur);
+        globalThis.removeEventListener("blur", this.#onBlur);
+    }
+
+    /* ---- goals ---- */
+
+    #setGoal(servo, degrees) {
+        const isTaken = this.session.robot.setGoal(servo.id, degrees, this.rpm);
+
+        if (isTaken) this.#wishes.set(servo.id, degrees);
+        this.#tellIgnored(servo, isTaken);
+        return isTaken;
+    }
+
+    #tellIgnored({ id }, isTaken) {
+        if (isTaken) this.#ignored.delete(id);
+        else this.#ignored.add(id);
+        this.requestUpdate();
+    }
+
+    /* The goal that is asked for and not confirmed yet, or null. */
+    #wishOf({ id, goalState }) {
+        return this.#drag?.id === id || goalState === "waiting" ? (this.#wishes.get(id) ?? null) : null;
+    }
+
+    /* ---- pointer ---- */
+
+    #grab(servo, event) {
+        const dial = event.currentTarget.ownerSVGElement;
+        const { x, y } = pointIn(dial, event);
+        const degrees = within(servo, degreesAt(x, y));
+
+        event.preventDefault(); // selects no text
+        dial.focus({ focusVisible: false });
+        if (!this.#setGoal(servo, degrees)) return;
+        event.currentTarget.setPointerCapture(event.pointerId);
+        this.#drag = { id: servo.id, degrees };
+    }
+
+    #pull(servo, event) {
+        if (this.#drag?.id !== servo.id) return;
+        const { x, y } = pointIn(event.currentTarget.ownerSVGElement, event);
+
+        this.#drag.degrees = within(servo, degreesOfDrag(this.#drag.degrees, x, y));
+        this.#setGoal(servo, this.#drag.degrees);
+    }
+
+    #letGo() {
+        this.#drag = null;
+        this.requestUpdate();
+    }
+
+    /* ---- keys ---- */
+
+    #key(servo, event) {
+        if (event.ctrlKey || event.altKey || event.metaKey) return;
+        const step = STEPS[event.key];
+        const end = { Home: servo.low ?? 0, End: servo.high ?? DEGREES_MAX }[event.key];
+
+        if (step) this.#setGoal(servo, within(servo, (this.#wishOf(servo) ?? servo.goal ?? servo.position ?? 0) + step));
+        else if (end !== undefined) this.#setGoal(servo, end);
+        else if (JOGS[event.key]) this.#beginJog(servo, event);
+        else return;
+        event.preventDefault(); // the page would scroll
+    }
+
+    #beginJog(servo, event) {
+        if (event.repeat) return;
+        this.#jogKey = event.key;
+        this.#tellIgnored(servo, this.#jog.start(servo.id, JOGS[event.key], this.rpm));
+    }
+
+    #keyUp(event) {
+        if (event.key === this.#jogKey) this.#endJog();
+    }
+
+    #endJog() {
+        this.#jogKey = "";
+        this.#jog?.stop();
+    }
+
+    /* Digits choose the servo with this ID. */
+    #chooseByDigit(event) {
+        if (!/^\d$/.test(event.key) || event.ctrlKey || event.altKey || event.metaKey || takesText(event.target)) return;
+        const isMore = event.timeStamp - this.#digits.at < DIGITS_MS;
+        const find = (text) => this.querySelector(`[data-id="${Number(text)}"] .chosen-by-number`);
+
+        this.#digits = { text: isMore ? this.#digits.text + event.key : event.key, at: event.timeStamp };
+        (find(this.#digits.text) ?? find(event.key))?.focus();
+    }
+
+    /* ---- endless turn ---- */
+
+    #turn(servo, { target }) {
+        const isTaken = this.session.robot.setTurn(servo.id, -Number(target.value)); // left is counterclockwise
+
+        if (!isTaken) target.value = 0;
+        this.#tellIgnored(servo, isTaken);
+    }
+
+    /* Without a key or a pointer that is held, as by a screen reader, the turn ends at once. */
+    #endTurn(servo, { target }) {
+        this.#isHeld = false;
+        if (target.value === "0") return;
+        target.value = 0;
+        this.session.attempt(() => this.session.robot.hold(servo.id));
+    }
+
+    #turnKeyUp(servo, event) {
+        if (event.key !== "Tab") this.#endTurn(servo, event);
+    }
+
+    /* ---- torque, search, alarms ---- */
+
+    #setTorque(servo, { target }) {
+        const isOn = target.checked;
+
+        target.checked = servo.torque === true; // shown as on only when the servo has confirmed it
+        this.#ignored.delete(servo.id);
+        this.session.attempt(() => this.session.robot.setTorque(servo.id, isOn));
+    }
+
+    #setTorqueAll(isOn) {
+        const { session } = this;
+
+        this.#ignored.clear();
+        session.attempt(() => session.robot.setTorqueAll(isOn, (error) => session.notify(error)));
+    }
+
+    #find = async () => {
+        this.isFinding = true;
+        this.requestUpdate();
+        await this.session.attempt(() => this.session.robot.findServos({ how: "" }));
+        this.isFinding = false;
+        this.requestUpdate();
+    };
+
+    #releaseServo({ id }) {
+        this.session.attempt(async () => {
+            await this.session.controller.run(`release ${id}`);
+            this.session.robot.servos.get(id).inhibit = "";
+        });
+    }
+
+    /* ---- parts of the view ---- */
+
+    #toolbar(servos) {
+        const { robot } = this.session;
+        const hasAlarms = Boolean(robot.device?.alarms) || servos.some(({ alarms }) => alarms.length);
+
+        return html`<div class="toolbar">
+            <button class="torque-on" ?disabled=${!servos.length} @click=${() => this.#setTorqueAll(true)}>${t.allOn}</button>
+            <button class="torque-off" ?disabled=${!servos.length} @click=${() => this.#setTorqueAll(false)}>${t.allOff}</button>
+            <label title=${t.paceHint}>
+                ${t.pace}
+                <select class="pace" @change=${({ target }) => (this.rpm = Number(target.value))}>
+                    ${SPEEDS.map((rpm) => html`<option value=${rpm} ?selected=${rpm === this.rpm}>${rpm} rpm</option>`)}
+                </select>
+            </label>
+            <button class="find" ?disabled=${this.isFinding} @click=${this.#find}>${this.isFinding ? t.finding : t.find}</button>
+            ${hasAlarms
+                ? html`<button class="clear-alarms" @click=${() => this.session.attempt(() => robot.clearAlarms())}>
+                      ${t.clearAlarms}
+                  </button>`
+                : nothing}
+            <p class="keys" id="robot-keys">${t.keys}</p>
+        </div>`;
+    }
+
+    #dial(servo) {
+        const isOff = servo.torque !== true;
+
+        return html`<svg
+            class="dial chosen-by-number"
+            viewBox=${BOX}
+            role="slider"
+            tabindex="0"
+            aria-label=${t.dialOf(servo.id)}
+            aria-describedby="robot-keys"
+            aria-valuemin=${(servo.low ?? 0).toFixed(0)}
+            aria-valuemax=${(servo.high ?? DEGREES_MAX).toFixed(0)}
+            aria-valuenow=${(servo.goal ?? 0).toFixed(1)}
+            aria-valuetext=${t.dialValue(shown(servo.goal, 1, "°"), shown(servo.position, 1, "°"), isOff)}
+            aria-disabled=${isOff}
+            @keydown=${(event) => this.#key(servo, event)}
+            @keyup=${(event) => this.#keyUp(event)}
+            @blur=${() => this.#endJog()}
+        >
+            <g
+                @pointerdown=${(event) => this.#grab(servo, event)}
+                @pointermove=${(event) => this.#pull(servo, event)}
+                @lostpointercapture=${() => this.#letGo()}
+            >
+                ${dialDrawing(servo, this.#wishOf(servo))}
+            </g>
+            <text class="position" y="1">${shown(servo.position, 1, "°")}</text>
+            <text class="goal" y="15">${servo.goal === null ? "" : `→ ${servo.goal.toFixed(1)}°`}</text>
+        </svg>`;
+    }
+
+    #turnSlider(servo) {
+        return html`<div class="turn">
+            <p>${t.endless}</p>
+            <output class="position">${shown(servo.position, 1, "°")}</output>
+            <input
+                class="chosen-by-number"
+                type="range"
+                aria-label=${t.turnOf(servo.id)}
+                min=${-Math.floor(RPM_MAX)}
+                max=${Math.floor(RPM_MAX)}
+                value="0"
+                ?disabled=${servo.torque !== true}
+                @input=${(event) => this.#turn(servo, event)}
+                @keydown=${() => (this.#isHeld = true)}
+                @pointerdown=${() => (this.#isHeld = true)}
+                @change=${(event) => this.#isHeld || this.#endTurn(servo, event)}
+                @pointerup=${(event) => this.#endTurn(servo, event)}
+                @pointercancel=${(event) => this.#endTurn(servo, event)}
+                @keyup=${(event) => this.#turnKeyUp(servo, event)}
+                @blur=${(event) => this.#endTurn(servo, event)}
+            />
+            <p class="hint">${t.turnHint}</p>
+        </div>`;
+    }
+
+    /* What a user should know of this servo, with what to do. */
+    #notes(servo) {
+        const notes = servo.alarms.map((name) => ({ level: "bad", text: t.alarms[name] ?? name }));
+
+        if (servo.presence === "offline") notes.push({ level: "bad", text: t.offlineRemedy });
+        if (servo.inhibit) notes.push({ level: "warn", text: t[servo.inhibit], isInhibit: servo.inhibit === "lost" });
+        if (this.#ignored.has(servo.id) && servo.torque !== true) notes.push({ level: "warn ignored", text: t.ignored });
+        else if (t.goalStates[servo.goalState]) notes.push({ level: "warn", text: t.goalStates[servo.goalState] });
+        return notes.map(
+            ({ level, text, isInhibit }) => html`<p class="note ${level}">
+                ${text}
+                ${isInhibit
+                    ? html`<button aria-label=${t.releaseOf(servo.id)} @click=${() => this.#releaseServo(servo)}>${texts.stop.release}</button>`
+                    : nothing}
+            </p>`,
+        );
+    }
+
+    #card(servo) {
+        const isOld = servo.presence === "online" && servo.isOld(this.session.clock.now());
+        const state = isOld ? "old" : servo.presence;
+        const id = `servo-${servo.id}`;
+        const row = (name, value) => html`<dt>${name}</dt><dd>${value}</dd>`;
+
+        return html`<article class="card ${state}" data-id=${servo.id} aria-labelledby=${id}>
+            <div class="head">
+                <h3 id=${id}>${t.servo} ${servo.id}</h3>
+                <span class="state">${t[state]}</span>
+                <label class="torque">
+                    <input
+                        type="checkbox"
+                        role="switch"
+                        aria-label=${t.torqueOf(servo.id)}
+                        .checked=${live(servo.torque === true)}
+                        ?disabled=${servo.presence !== "online"}
+                        @change=${(event) => this.#setTorque(servo, event)}
+                    />
+                    ${t.torque}
+                </label>
+            </div>
+            <div class="body">
+                ${servo.isEndless ? this.#turnSlider(servo) : this.#dial(servo)}
+                <dl>
+                    ${row(t.speed, shown(servo.speed, 1, " rpm"))} ${row(t.load, shown(servo.load, 0, " %"))}
+                    ${row(t.voltage, shown(servo.voltage, 1, " V"))} ${row(t.temperature, shown(servo.temperature, 0, " °C"))}
+                </dl>
+            </div>
+            <div aria-live="polite">${this.#notes(servo)}</div>
+        </article>`;
+    }
+
+    render() {
+        const { session } = this;
+
+        if (!session.isConnected) return html`<p>${t.notConnected}</p>`;
+        const servos = [...session.robot.servos.values()];
+
+        return html`
+            ${this.#toolbar(servos)} ${servos.length ? nothing : html`<p>${t.none}</p>`}
+            <div class="cards">${repeat(servos, ({ id }) => id, (servo) => this.#card(servo))}</div>
+        `;
+    }
+}
+
+customElements.define("panel-robot", RobotView);

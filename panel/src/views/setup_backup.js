@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+/* Backup of a servo or the robot as a file; restore, which shows first what differs. */
+
+import { html, nothing } from "lit";
+import { Failure } from "../model/registers.js";
+import { texts } from "../texts.js";
+import { saveFile } from "./save_file.js";
+import { SetupPart, nameOf } from "./setup_part.js";
+import { valueText } from "./setup_registers.js";
+
+const t = texts.setup;
+const FILE_MAX = 1000000; // bytes: a larger file is no backup
+
+class BackupPart extends SetupPart {
+    #isAll = false; // what a restore takes from a file
+
+    async #save(id) {
+        const text = await this.setup.backup(id);
+
+        if (text) saveFile(t.fileName(id, new Date().toISOString().slice(0, 10)), text, "application/json");
+    }
+
+    #open = async ({ target }) => {
+        const [file] = target.files;
+
+        target.value = ""; // the same file can be chosen again
+        if (!file) return;
+        const scope = this.#isAll ? null : this.setup.id;
+        const text = await this.session.attempt(() => this.#textOf(file));
+
+        if (text !== undefined) await this.setup.compare(text, scope);
+    };
+
+    async #textOf(file) {
+        if (file.size > FILE_MAX) throw new Failure("backup-foreign");
+        try {
+            return await file.text();
+        } catch (error) {
+            throw new Failure("file-unread", { detail: error.message });
+        }
+    }
+
+    /* ---- what differs, and what became of it ---- */
+
+    #head(columns) {
+        return html`<thead><tr>${columns.map((text) => html`<th scope="col">${text}</th>`)}</tr></thead>`;
+    }
+
+    #value(row, raw) {
+        return html`${valueText(row, raw)} <span class="soft">(${raw})</span>`;
+    }
+
+    #plan({ servos }) {
+        const rows = servos.flatMap(({ id, changes }) => changes.map((change) => ({ id, ...change })));
+        const count = new Set(rows.map(({ id }) => id)).size;
+
+        if (!rows.length) return html`<p class="plan" role="status">${t.same} <button class="close" @click=${() => this.setup.forgetPlan()}>${t.close}</button></p>`;
+        return html`<div class="plan">
+            <p role="status"><b>${t.differs(rows.length, count)}</b></p>
+            <table class="differences">
+                ${this.#head([t.columnServo, t.columnRegister, t.columnNow, t.columnFile])}
+                <tbody>${rows.map(
+                    ({ id, row, now, file }) => html`<tr><td>${id}</td><td>${nameOf(row)}</td><td>${this.#value(row, now)}</td><td>${this.#value(row, file)}</td></tr>`,
+                )}</tbody>
+            </table>
+            <div class="controls">
+                <button class="restore" ?disabled=${this.setup.isRunning} @click=${() => this.setup.restore()}>${t.writeAll(rows.length)}</button>
+                <button class="close" ?disabled=${this.setup.isRunning} @click=${() => this.setup.forgetPlan()}>${t.cancel}</button>
+            </div>
+        </div>`;
+    }
+
+    #restored(outcomes) {
+        const failed = outcomes.filter(({ why }) => why);
+        const taken = outcomes.length - failed.length;
+
+        if (this.runs("restore")) return nothing;
+        return html`<div class="restored">
+            <p role="status">
+                ${taken ? html`<b class="good">${t.restored(taken)}</b>` : nothing} ${failed.length ? html`<b class="bad">${t.notTaken(failed.length)}</b>` : nothing}
+                <button class="close" @click=${() => this.setup.forgetPlan()}>${t.close}</button>
+            </p>
+            ${failed.length
+                ? html`<table class="differences">
+                      ${this.#head([t.columnServo, t.columnRegister, t.columnFile, t.columnOutcome])}
+                      <tbody>${failed.map(
+                          ({ id, row, file, why }) => html`<tr><td>${id}</td><td>${nameOf(row)}</td><td>${this.#value(row, file)}</td><td>${t.why[why] ?? why}</td></tr>`,
+                      )}</tbody>
+                  </table>`
+                : nothing}
+        </div>`;
+    }
+
+    /* ---- rendering ---- */
+
+    #forms(id) {
+        const { setup } = this;
+        const isRunning = setup.isRunning;
+
+        return html`<div class="controls">
+                <button class="save-one" ?disabled=${isRunning} @click=${() => this.#save(id)}>${t.saveOne(id)}</button>
+                <button class="save-all" ?disabled=${isRunning} @click=${() => this.#save(null)}>${t.saveAll}</button>
+            </div>
+            <div class="controls">
+                <label>${t.scope}
+                    <select class="scope" ?disabled=${isRunning} @change=${({ target }) => (this.#isAll = target.value === "all")}>
+                        <option value="one" .selected=${!this.#isAll}>${t.scopeOne(id)}</option>
+                        <option value="all" .selected=${this.#isAll}>${t.scopeAll}</option>
+                    </select>
+                </label>
+                <label>${t.file} <input class="backup-file" type="file" accept=".json,application/json" ?disabled=${isRunning} @change=${this.#open} /></label>
+            </div>`;
+    }
+
+    render() {
+        const { setup } = this;
+        const { id, plan, restored } = setup;
+
+        return html`<section aria-labelledby="backup-title">
+            <h2 id="backup-title">${t.backup}</h2>
+            <p class="hint">${t.backupHint}</p>
+            ${id === null ? html`<p>${t.noServo}</p>` : this.#forms(id)} ${this.progressOf("backup", t.saving)}
+            ${this.progressOf("compare", t.comparing)} ${this.progressOf("restore", t.restoring)} ${plan ? this.#plan(plan) : nothing}
+            ${restored ? this.#restored(restored) : nothing}
+        </section>`;
+    }
+}
+
+customElements.define("panel-setup-backup", BackupPart);

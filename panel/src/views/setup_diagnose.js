@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+/* Why a servo does not answer, in words. */
+
+import { html, nothing } from "lit";
+import { texts } from "../texts.js";
+import { SetupPart } from "./setup_part.js";
+
+const t = texts.setup;
+const OTHER = "other";
+const ID_MAX = 253;
+
+class DiagnosePart extends SetupPart {
+    #who = "";
+    #other = "1";
+
+    get #isWrong() {
+        return this.#who === OTHER && (!/^\d+$/.test(this.#other) || Number(this.#other) > ID_MAX);
+    }
+
+    #start = () => {
+        const who = this.#who === OTHER ? this.#other : this.#who;
+
+        this.setup.diagnose(/^\d+$/.test(who) ? Number(who) : who);
+    };
+
+    #set(name, value) {
+        if (name === "who") this.#who = value;
+        else this.#other = value.trim();
+        this.requestUpdate();
+    }
+
+    #choices() {
+        const { ids, hasLists } = this.setup;
+        const choices = [["", t.anyServo], ...(hasLists && ids.length ? [["all", t.allServos]] : []), ...ids.map((id) => [String(id), t.servo(id)]), [OTHER, t.otherId]];
+
+        return choices.map(([value, text]) => html`<option value=${value} .selected=${value === this.#who}>${text}</option>`);
+    }
+
+    #finding({ id, text, remedy, place, isGood }) {
+        return html`<li class=${isGood ? "finding good" : "finding"}>
+            <p><b>${id === null ? t.someServo : t.servo(id)}:</b> ${text}. ${place ? html`<span class="soft">${place}</span>` : nothing}</p>
+            ${remedy && !isGood ? html`<p><b>${texts.remedy}</b> ${remedy}.</p>` : nothing}
+        </li>`;
+    }
+
+    #form() {
+        const { setup } = this;
+
+        return html`<p class="hint">${t.diagnoseHint}</p>
+            <div class="controls">
+                <label>${t.whom}
+                    <select class="whom" ?disabled=${setup.isRunning} @change=${({ target }) => this.#set("who", target.value)}>${this.#choices()}</select>
+                </label>
+                ${this.#who === OTHER
+                    ? html`<label>${t.otherIdLabel}
+                          <input type="number" min="0" max=${ID_MAX} .value=${this.#other} aria-invalid=${this.#isWrong}
+                              @input=${({ target }) => this.#set("other", target.value)} />
+                      </label>`
+                    : nothing}
+                <button class="diagnose" ?disabled=${setup.isRunning || this.#isWrong} @click=${this.#start}>${t.diagnose}</button>
+            </div>
+            ${this.progressOf("diagnose", t.diagnosing)}
+            <ul class="findings" role="status">${setup.findings.map((finding) => this.#finding(finding))}</ul>`;
+    }
+
+    render() {
+        return html`<section aria-labelledby="diagnosis-title">
+            <h2 id="diagnosis-title">${t.diagnosis}</h2>
+            ${this.setup.has("diagnose") ? this.#form() : this.missing()}
+        </section>`;
+    }
+}
+
+customElements.define("panel-setup-diagnose", DiagnosePart);

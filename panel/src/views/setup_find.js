@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+/* Search for servos, and the rate of the bus. */
+
+import { html, nothing } from "lit";
+import { texts } from "../texts.js";
+import { RATES } from "../model/setup.js";
+import { SetupPart } from "./setup_part.js";
+
+const t = texts.setup;
+
+class FindPart extends SetupPart {
+    #how = "";
+    #rate = RATES[0];
+
+    #list() {
+        const { found } = this.setup;
+
+        if (!found?.length) return nothing;
+        return html`<div class="found" tabindex="0" role="region" aria-label=${t.find}><table>
+            <thead><tr><th scope="col">${t.columnId}</th><th scope="col">${t.columnModel}</th><th scope="col">${t.columnRate}</th></tr></thead>
+            <tbody>${found.map(({ id, model, rate }) => html`<tr><td>${id}</td><td>${model ?? t.noModel}</td><td>${rate ? t.rate(rate) : t.sameRate}</td></tr>`)}</tbody>
+        </table></div>`;
+    }
+
+    #state() {
+        const { found, hasEnded, operation } = this.setup;
+
+        if (this.runs("search")) return operation.total ? t.progress(operation.done, operation.total) : t.searching;
+        if (!found) return texts.status.servos(this.setup.ids.length);
+        return `${hasEnded && !found.length ? "" : t.foundCount(found.length)} ${hasEnded ? t.searchEnded : ""}`.trim();
+    }
+
+    #ways() {
+        const ways = this.session.wire.hasConsole ? Object.entries(t.hows) : Object.entries(t.hows).slice(0, 1);
+
+        return ways.map(([how, text]) => html`<option value=${how} .selected=${how === this.#how}>${text}</option>`);
+    }
+
+    #busRate() {
+        if (!this.setup.has("bus")) return nothing;
+        return html`<div class="controls">
+                <label>${t.busRate}
+                    <select class="bus-rate" @change=${({ target }) => (this.#rate = Number(target.value))}>
+                        ${RATES.map((rate) => html`<option value=${rate} .selected=${rate === this.#rate}>${t.rate(rate)}</option>`)}
+                    </select>
+                </label>
+                <button class="set-bus-rate" ?disabled=${this.setup.isRunning} @click=${() => this.setup.changeRateOfBus(this.#rate)}>${t.setBusRate}</button>
+            </div>
+            <p class="hint">${t.busRateHint}</p>`;
+    }
+
+    render() {
+        const { setup } = this;
+
+        return html`<section aria-labelledby="find-title">
+            <h2 id="find-title">${t.find}</h2>
+            <div class="controls">
+                <label>${t.how}
+                    <select class="how" ?disabled=${setup.isRunning} @change=${({ target }) => (this.#how = target.value)}>${this.#ways()}</select>
+                </label>
+                <button class="search" ?disabled=${setup.isRunning} @click=${() => setup.search(this.#how)}>${t.search}</button>
+            </div>
+            ${this.progressOf("search", t.searching)}
+            <p class="search-state" role="status">${this.#state()}</p>
+            ${this.#list()} ${this.linesOf(setup.remarks)} ${this.#busRate()}
+        </section>`;
+    }
+}
+
+customElements.define("panel-setup-find", FindPart);

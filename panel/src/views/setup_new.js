@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+/* Guided set-up of a new servo: the controller tells its steps. */
+
+import { html, nothing } from "lit";
+import { texts } from "../texts.js";
+import { SetupPart } from "./setup_part.js";
+
+const t = texts.setup;
+const ID_MAX = 253;
+
+class NewPart extends SetupPart {
+    #typed = null; // what the user typed; null: the next free ID is proposed
+
+    get #text() {
+        return this.#typed ?? String(this.setup.freeId ?? "");
+    }
+
+    get #isWrong() {
+        return !/^\d+$/.test(this.#text) || Number(this.#text) > ID_MAX;
+    }
+
+    #start = async () => {
+        await this.setup.setUpNew(Number(this.#text));
+        this.#typed = null;
+        this.requestUpdate();
+    };
+
+    #type({ target }) {
+        this.#typed = target.value.trim();
+        this.requestUpdate();
+    }
+
+    #note() {
+        if (this.#isWrong) return html`<strong class="bad">${t.newIdWrong}</strong>`;
+        const id = Number(this.#text);
+
+        return this.setup.ids.includes(id) ? html`<strong class="warn">${t.newIdTaken(id)}</strong>` : t.newIdHint(this.setup.freeId);
+    }
+
+    #outcome() {
+        const { outcome } = this.setup;
+
+        if (outcome?.kind === "new") return html`<p class="new-outcome good" role="status">${t.newDone(outcome.id)}</p>`;
+        return outcome?.kind === "newEnded" ? html`<p class="new-outcome" role="status">${t.newEnded}</p>` : nothing;
+    }
+
+    render() {
+        const { setup } = this;
+
+        return html`<section aria-labelledby="new-title">
+            <h2 id="new-title">${t.newServo}</h2>
+            ${setup.has("new") ? this.#form() : this.missing()}
+        </section>`;
+    }
+
+    #form() {
+        const { setup } = this;
+
+        return html`<p class="hint">${t.newHint}</p>
+            <div class="controls">
+                <label>${t.newId}
+                    <input class="new-id" type="number" min="0" max=${ID_MAX} .value=${this.#text} ?disabled=${setup.isRunning}
+                        aria-invalid=${this.#isWrong} aria-describedby="new-id-note" @input=${(event) => this.#type(event)} />
+                </label>
+                <button class="set-up-new" ?disabled=${setup.isRunning || this.#isWrong} @click=${this.#start}>${t.newStart}</button>
+            </div>
+            <p class="hint" id="new-id-note">${this.#note()}</p>
+            ${this.progressOf("new", t.newServo)}
+            <div class="steps" role="log">${this.linesOf(setup.steps)}</div>
+            ${this.#outcome()}`;
+    }
+}
+
+customElements.define("panel-setup-new", NewPart);

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+/* The registers of a servo: all of them with value, unit, range, area and help; one at a time can be edited. */
+
+import { html, nothing } from "lit";
+import { rangeOf, rawAt, shownValue, typedValue } from "../model/registers.js";
+import { texts } from "../texts.js";
+import { confirmed } from "./confirm.js";
+import { SetupPart } from "./setup_part.js";
+
+const t = texts.setup;
+const PLACES = new Set(["ID", "BAUD_RATE"]); // have buttons of their own
+const FOCUSED = "panel-setup-registers .edit-form input";
+
+const unitText = (name) => t.units[name] ?? name;
+const spaced = (number, unit) => (unit === "°" ? number + unit : `${number} ${unit}`.trim());
+
+export function valueText(row, raw) {
+    const { number, unit, bits } = shownValue(row, raw);
+
+    if (bits) return bits.join(", ") || t.noBits;
+    if (row.highest === 1 && !row.scale.name) return t.onOff[raw] ?? number;
+    return spaced(number, unitText(unit));
+}
+
+function rangeText(row) {
+    const [low, high] = rangeOf(row);
+
+    return t.to(low, spaced(high, unitText(row.scale.name)));
+}
+
+class RegistersPart extends SetupPart {
+    #edited = null; // {name, unit, raw: texts of the fields, isRaw: which of them was typed}
+    #note = ""; // of the last write
+
+    /* ---- editing ---- */
+
+    #edit(row) {
+        const raw = rawAt(this.setup.registers.bytes, row);
+
+        this.#edited = { name: row.name, unit: shownValue(row, raw).number, raw: String(raw), isRaw: false };
+        this.#note = "";
+        this.requestUpdate();
+        this.updateComplete.then(() => this.querySelector(FOCUSED)?.focus());
+    }
+
+    #cancel(name) {
+        this.#edited = null;
+        this.requestUpdate();
+        this.updateComplete.then(() => this.querySelector(`[data-register="${name}"] .edit`)?.focus());
+    }
+
+    /* One field follows the other. */
+    #type(row, text, isRaw) {
+        const edited = this.#edited;
+        const { raw } = typedValue(row, text, isRaw);
+
+        edited.isRaw = isRaw;
+        edited[isRaw ? "raw" : "unit"] = text;
+        if (raw !== undefined) edited[isRaw ? "unit" : "raw"] = isRaw ? shownValue(row, raw).number : String(raw);
+        this.requestUpdate();
+    }
+
+    get #typed() {
+        const { name, isRaw, unit, raw } = this.#edited;
+
+        return typedValue(this.setup.rows.find((row) => row.name === name), isRaw ? raw : unit, isRaw);
+    }
+
+    #write = async (row) => {
+        const { raw } = this.#typed;
+        const { id } = this.setup;
+        const question = t.confirmations[row.name];
+
+        if (raw === undefined || this.setup.isRunning) return;
+        if (question && !(await confirmed({ text: question, yes: t.write, no: t.cancel }))) return;
+        const isWritten = await this.setup.write(id, row, raw);
+
+        if (!isWritten) return;
+        this.#note = t.written(id, row.name);
+        this.#cancel(row.name);
+    };
+
+    #key(event, row) {
+        if (event.key === "Enter") this.#write(row);
+        if (event.key === "Escape") this.#cancel(row.name);
+    }
+
+    #field(row, isRaw, text, problem) {
+        const unit = isRaw ? t.rawValue : unitText(row.scale.name);
+
+        return html`<label>
+            <input inputmode="decimal" size="7" .value=${text} aria-label=${t.newValue(row.name, unit)}
+                aria-invalid=${Boolean(problem) && this.#edited.isRaw === isRaw}
+                aria-describedby="edit-note" @input=${({ target }) => this.#type(row, target.value, isRaw)} />
+            ${unit}
+        </label>`;
+    }
+
+    #form(row) {
+        const { unit, raw } = this.#edited;
+        const { problem } = this.#typed;
+        const range = rangeText(row);
+
+        return html`<div class="edit-form" @keydown=${(event) => this.#key(event, row)}>
+            ${row.scale.name ? this.#field(row, false, unit, problem) : nothing} ${this.#field(row, true, raw, problem)}
+            <button class="write" ?disabled=${Boolean(problem) || this.setup.isRunning} @click=${() => this.#write(row)}>${t.write}</button>
+            <button class="cancel" @click=${() => this.#cancel(row.name)}>${t.cancel}</button>
+            <span id="edit-note" role="status" class=${problem ? "bad" : "soft"}>${problem ? `${t.problems[problem]} ` : nothing}${range}${row.scale.name ? `; ${t.to(row.lowest, spaced(row.highest, t.rawValue))}` : nothing}</span>
+        </div>`;
+    }
+
+    /* ---- the table ---- */
+
+    #action(row) {
+        if (!row.writable) return html`<span class="soft">${t.readOnly}</span>`;
+        if (PLACES.has(row.name)) return nothing;
+        return html`<button class="edit" aria-label=${t.editOf(row.name)} ?disabled=${this.setup.isRunning} @click=${() => this.#edit(row)}>${t.edit}</button>`;
+    }
+
+    #row(row, bytes) {
+        const raw = rawAt(bytes, row);
+        const isEdited = this.#edited?.name === row.name;
+
+        return html`<tr data-register=${row.name} class=${isEdited ? "edited" : ""}>
+            <th scope="row"><code>${row.name}</code><span class="help">${texts.registers[row.name]}</span></th>
+            ${isEdited
+                ? html`<td class="form" colspan="5">${this.#form(row)}</td>`
+                : html`<td class="value">${valueText(row, raw)}</td>
+                      <td class="raw"><span class="unit">${t.rawValue}</span> ${raw}</td>
+                      <td class="range">${row.writable ? rangeText(row) : nothing}</td>
+                      <td class="area">${t.areas[row.area]}</td>
+                      <td class="action">${this.#action(row)}</td>`}
+        </tr>`;
+    }
+
+    #table({ bytes, at }) {
+        const seconds = Math.max(0, Math.round((this.session.clock.now() - at) / 1000));
+        const isOld = this.session.isBusy || this.setup.isRunning;
+
+        return html`<p class="hint" role="status">${isOld ? t.oldNow : this.#note || t.readAt(seconds)} ${t.areaHint}</p>
+            <table class=${isOld ? "registers old" : "registers"}>
+                <thead>
+                    <tr>
+                        <th scope="col">${t.columnRegister}</th>
+                        <th scope="col">${t.columnValue}</th>
+                        <th scope="col">${t.columnRaw}</th>
+                        <th scope="col">${t.columnRange}</th>
+                        <th scope="col">${t.columnArea}</th>
+                        <td></td>
+                    </tr>
+                </thead>
+                <tbody>${this.setup.rows.map((row) => this.#row(row, bytes))}</tbody>
+            </table>`;
+    }
+
+    render() {
+        const { setup } = this;
+        const { registers, id } = setup;
+        const isShown = registers?.id === id;
+
+        if (!isShown) this.#edited = null;
+        return html`<section aria-labelledby="registers-title">
+            <h2 id="registers-title">${id === null ? t.registers : t.registersOf(id)}</h2>
+            ${id === null
+                ? html`<p>${t.noServo}</p>`
+                : html`<div class="controls">
+                          <button class="read-all" ?disabled=${setup.isRunning} @click=${() => setup.readAll(id)}>${this.runs("read") ? t.reading : t.readAll}</button>
+                      </div>
+                      ${isShown ? this.#table(registers) : html`<p class="soft">${t.notRead}</p>`}`}
+        </section>`;
+    }
+}
+
+customElements.define("panel-setup-registers", RegistersPart);

@@ -1,0 +1,440 @@
+// SPDX-License-Identifier: MIT
+/* The one owner of the port. One packet or one line of text is outstanding at a time; the next one leaves
+ * when the reply has come or its time is over. Nothing is ever sent twice, except Ctrl-X.
+ *
+ * After a reply that did not come, the wire first makes sure that no stale reply is on its way: it
+ * sends a fence (a READ of the device) and, after text, a marker (`help NAME`), and drops all that
+ * comes before their replies. If nothing answers, the state is `silent`: jobs fail at once, and the wire
+ * asks again each second.
+ *
+ * Events: `state`; `traffic` (detail: {direction, kind, time, bytes, text, status, source}); `text` (a line
+ * that belongs to no reply); `notice` (detail: {code, ...}, texts.wire has the text); `close`.
+ *
+ * States: closed, synchronising, ready, stopping, silent. */
+
+import { Demux } from "./demux.js";
+import { FenceJob, LineJob, MarkerJob, PacketJob } from "./jobs.js";
+import { realClock } from "./clock.js";
+import { isPacket, read, toHex } from "./packet.js";
+import { WireError } from "./wire_error.js";
+import { verifyStop } from "./stop.js";
+
+export const REPLY_MS = 400; // a packet: the slowest reply of 31 servos at 57600 bit/s, and USB
+export const LINE_MS = 3000; // a command: the longest time without a line of its reply
+export const CTRL_X = 0x18;
+
+const DEVICE_ID = 253;
+const SILENCE_MS = 50; // an unfinished packet is none
+const STOP_FENCE_MS = 100; // the controller drops a packet that waits for 15 ms behind a SYNC READ
+const OPEN_MS = 6000; // a board that the opening of its port resets, with its boot loader
+const MARKER_MS = 500;
+const RETRY_MS = 1000; // between two attempts while the controller is silent
+const FENCE_ATTEMPTS = 3;
+const MARKER_ATTEMPTS = 6;
+const MARKERS = ["id", "ping", "stop", "release", "scan"];
+const FENCE_SIZES = [2, 3, 4, 5, 6, 7, 8]; // bytes; the device has 16 at its begin
+
+export class Wire extends EventTarget {
+    #port;
+    #clock;
+    #demux;
+    #queue = [];
+    #current = null;
+    #timer = null; // of the current job
+    #silenceTimer = null;
+    #fences = 0;
+    #markers = 0;
+    #epoch = 0; // counts up with each stop and close: what began before is void
+    #stopping = null; // promise of the stop under way
+    #isOpening = false;
+
+    constructor(port, { clock = realClock, deviceId = DEVICE_ID } = {}) {
+        super();
+        this.#port = port;
+        this.#clock = clock;
+        this.deviceId = deviceId;
+        this.state = "closed";
+        this.hasConsole = true; // false: the firmware takes no text (profile bridge)
+        this.hasDevice = true; // false: the device does not answer under deviceId
+        this.isLost = false; // the controller does not answer; the wire asks again and again
+        this.#demux = new Demux({
+            onPacket: (status, bytes) => this.#takePacket(status, bytes),
+            onLine: (text) => this.#takeLine(text),
+            onNoise: (bytes) => this.#tell("in", "noise", { bytes, text: toHex(bytes) }),
+        });
+    }
+
+    get clock() {
+        return this.#clock;
+    }
+
+    /* True if nothing is outstanding and nothing waits. */
+    get isIdle() {
+        return !this.#current && !this.#queue.length;
+    }
+
+    /* True while a line of text is outstanding or waits: the page sends no packets then. */
+    get isBusyWithText() {
+        return [this.#current, ...this.#queue].some((job) => job?.kind === "line");
+    }
+
+    /* Opens the port and waits until the controller answers. Throws WireError or what the port throws. */
+    async open() {
+        this.#port.onBytes = (bytes) => this.#receive(bytes);
+        this.#port.onClose = (reason) => this.#closed(reason);
+        await this.#port.open();
+        this.#demux.clear();
+        this.isLost = false;
+        this.#setState("synchronising");
+        this.#isOpening = true;
+        try {
+            while (!(await this.#makesContact())) await this.#stopping.catch(() => {});
+        } catch (error) {
+            await this.close();
+            throw error;
+        } finally {
+            this.#isOpening = false;
+        }
+    }
+
+    /* False: a stop came between. */
+    async #makesContact() {
+        try {
+            await this.#firstContact(this.#epoch);
+            return true;
+        } catch (error) {
+            if (error.code !== "stopped") throw error;
+            return false;
+        }
+    }
+
+    /* Sends a packet. Resolves with its status packet {id, error, parameters}, an array of them (BULK READ),
+     * or null if none is due. `notAfter`: time of the clock after which it must not be sent. `source`:
+     * jobs.js. */
+    request(bytes, { timeout = REPLY_MS, notAfter, signal, source } = {}) {
+        if (!isPacket(bytes)) throw new RangeError(`not a packet: ${toHex(bytes)}`);
+        return this.#submit(new PacketJob(bytes, { timeout, notAfter, signal, source, deviceId: this.deviceId }));
+    }
+
+    /* Sends a line of text. Resolves with {lines, error}; error is null or {number, text}. `timeout`: the
+     * longest time without a line of the reply. `signal`: ends the command by a key, as scan. */
+    command(line, { timeout = LINE_MS, notAfter, onLine, signal, source } = {}) {
+        if (/[^\x20-\x7e]/.test(line)) throw new RangeError(`not a line of text: ${line}`);
+        if (!line.trim()) return Promise.resolve({ lines: [], error: null }); // the console does not answer
+        return this.#submit(new LineJob(line, { timeout, notAfter, onLine, signal, source }));
+    }
+
+    /* Stops the robot: Ctrl-X leaves before all that waits. Resolves, once the device and the servos
+     * have been asked, with {inhibited, off, on, silent, verified}; off, on and silent are IDs out of
+     * `servos`. Another call while a stop is under way sends another Ctrl-X. */
+    stop({ servos = [] } = {}) {
+        if (this.state === "closed") return Promise.reject(new WireError("closed"));
+        this.#epoch++;
+        this.#setState("stopping");
+        this.sendStop();
+        this.#failAll("stopped");
+        this.#stopping ??= this.#stop(servos);
+        return this.#stopping;
+    }
+
+    sendStop() {
+        this.#write(Uint8Array.of(CTRL_X));
+        this.#tell("out", "stop", { bytes: Uint8Array.of(CTRL_X), text: "Ctrl-X" });
+    }
+
+    async close() {
+        if (this.state === "closed") return;
+        this.#closed(null);
+        await this.#port.close();
+    }
+
+    /* ---- jobs ---- */
+
+    #submit(job) {
+        if (this.state === "closed" || this.state === "silent") {
+            job.fail(this.state);
+        } else if (this.state === "stopping") {
+            job.fail("stopped");
+        } else {
+            this.#queue.push(job);
+            this.#listenToSignal(job);
+            this.#pump();
+        }
+        return job.promise;
+    }
+
+    #listenToSignal(job) {
+        const { signal } = job;
+
+        if (!signal) return;
+        const abort = () => this.#abort(job);
+
+        if (signal.aborted) abort();
+        else signal.addEventListener("abort", abort, { once: true });
+        job.promise.finally(() => signal.removeEventListener("abort", abort)).catch(() => {});
+    }
+
+    /* A job that waits is taken back; a line under way gets a key, and its reply still comes. */
+    #abort(job) {
+        const index = this.#queue.indexOf(job);
+
+        if (index >= 0) {
+            this.#queue.splice(index, 1);
+            job.fail("cancelled");
+        } else if (this.#current === job && job.kind === "line") {
+            this.#write(Uint8Array.of(0x0d));
+        }
+    }
+
+    #pump() {
+        while (this.state === "ready" && !this.#current && this.#queue.length) {
+            const job = this.#queue.shift();
+
+            if (this.#clock.now() > job.notAfter) job.fail("late");
+            else this.#begin(job);
+        }
+    }
+
+    #begin(job) {
+        this.#current = job;
+        this.#write(job.bytes);
+        this.#tell("out", job.kind === "line" || job.kind === "marker" ? "line" : "packet", {
+            bytes: job.bytes,
+            text: job.line,
+            source: job.source,
+        });
+        if (this.#current !== job) return; // the port was lost at the write
+        if (job.due === 0) this.#finish(job, () => job.end(null));
+        else this.#armTimer(job);
+    }
+
+    #armTimer(job) {
+        this.#clock.cancel(this.#timer);
+        this.#timer = this.#clock.after(job.timeout, () => this.#timeOut(job));
+    }
+
+    /* The job has ended, or `end` ends it. */
+    #finish(job, end = () => {}) {
+        this.#clock.cancel(this.#timer);
+        this.#timer = null;
+        this.#current = null;
+        end();
+        this.#pump();
+    }
+
+    #timeOut(job) {
+        this.#current = null;
+        this.#timer = null;
+        const isText = job.kind === "line";
+
+        job.fail("timeout", job.line ?? toHex(job.bytes));
+        if (this.state === "ready") this.#resynchronise(this.#epoch, isText);
+    }
+
+    #failAll(code) {
+        const jobs = [this.#current, ...this.#queue].filter((job) => job);
+
+        this.#clock.cancel(this.#timer);
+        this.#timer = null;
+        this.#current = null;
+        this.#queue = [];
+        for (const job of jobs) job.fail(code, job.line);
+    }
+
+    /* ---- what arrives ---- */
+
+    #receive(bytes) {
+        if (this.state === "closed") return;
+        this.#clock.cancel(this.#silenceTimer);
+        this.#demux.take(bytes);
+        if (this.#demux.isWithinPacket)
+            this.#silenceTimer = this.#clock.after(SILENCE_MS, () => this.#demux.silence());
+    }
+
+    #takePacket(status, bytes) {
+        const job = this.#current;
+        const isExpected = Boolean(job && !job.isOver && job.accepts(status));
+
+        this.#tell("in", "packet", { bytes, status, isExpected });
+        if (!isExpected) return;
+        job.take(status);
+        if (job.isOver) this.#finish(job);
+        else this.#armTimer(job);
+    }
+
+    /* A prompt of the mode `person` stands before a line, or is a line. */
+    #takeLine(line) {
+        const text = line.replace(/^(?:> )+/, "");
+        const job = this.#current;
+
+        this.#tell("in", "line", { text });
+        if (!text || text === ">") return;
+        if (!job || job.isOver || !job.takeLine(text)) {
+            this.dispatchEvent(new CustomEvent("text", { detail: text }));
+        } else if (job.isOver) {
+            this.#finish(job);
+        } else {
+            this.#armTimer(job);
+        }
+    }
+
+    /* ---- to be in step with the controller ---- */
+
+    #nextFence(timeout = REPLY_MS) {
+        const size = FENCE_SIZES[this.#fences++ % FENCE_SIZES.length];
+
+        return new FenceJob(read(this.deviceId, 0, size), { timeout, deviceId: this.deviceId });
+    }
+
+    #nextMarker() {
+        return new MarkerJob(MARKERS[this.#markers++ % MARKERS.length], { timeout: MARKER_MS });
+    }
+
+    /* Sends a job of the wire itself. False: no reply. Throws WireError if the epoch has passed. */
+    async #probe(epoch, job) {
+        this.#check(epoch);
+        this.#begin(job);
+        const isAnswered = await job.promise.then(
+            () => true,
+            () => false,
+        );
+
+        this.#check(epoch);
+        return isAnswered;
+    }
+
+    #check(epoch) {
+        if (epoch !== this.#epoch) throw new WireError(this.state === "closed" ? "closed" : "stopped");
+    }
+
+    async #attempt(epoch, count, next) {
+        for (let left = count; left; left--) if (await this.#probe(epoch, next())) return true;
+        return false;
+    }
+
+    /* The first answer of the controller tells what it has: a device, a console. */
+    async #firstContact(epoch) {
+        const end = this.#clock.now() + OPEN_MS;
+        let device = false;
+        let console = false;
+
+        while (!device && !console && this.#clock.now() < end) {
+            device = await this.#attempt(epoch, 1, () => this.#nextFence());
+            console = await this.#attempt(epoch, 1, () => this.#nextMarker());
+        }
+        if (device && !console) console = await this.#attempt(epoch, 2, () => this.#nextMarker());
+        if (console && !device) device = await this.#attempt(epoch, 2, () => this.#nextFence());
+        if (!device && !console) throw new WireError("silent");
+        this.hasDevice = device;
+        this.hasConsole = console;
+        this.#isReady();
+    }
+
+    async #answers(epoch, isText) {
+        if (this.hasDevice && !(await this.#attempt(epoch, FENCE_ATTEMPTS, () => this.#nextFence()))) return false;
+        if (!this.hasConsole || (!isText && this.hasDevice)) return true;
+        return this.#attempt(epoch, MARKER_ATTEMPTS, () => this.#nextMarker());
+    }
+
+    /* A reply is missing, or text may come that no command asked for. */
+    async #resynchronise(epoch, isText) {
+        if (!this.isLost) this.#setState("synchronising");
+        try {
+            if (await this.#answers(epoch, isText)) this.#isReady();
+            else this.#isSilent(epoch);
+        } catch (error) {
+            if (!(error instanceof WireError)) throw error; // a stop or a close goes on from here
+        }
+    }
+
+    #isReady() {
+        const wasSilent = this.isLost;
+
+        this.isLost = false;
+        this.#setState("ready");
+        if (wasSilent) this.#notice("back");
+        this.#pump();
+    }
+
+    #isSilent(epoch) {
+        if (!this.isLost) this.#notice("silent");
+        this.isLost = true;
+        this.#setState("silent");
+        this.#failAll("silent");
+        this.#clock.after(RETRY_MS, () => {
+            if (epoch === this.#epoch && this.state === "silent") this.#resynchronise(epoch, true);
+        });
+    }
+
+    /* ---- stop ---- */
+
+    async #stop(servos) {
+        try {
+            return await verifyStop({
+                clock: this.#clock,
+                deviceId: this.deviceId,
+                servos,
+                sendStop: () => this.sendStop(),
+                fence: () => this.#ask(this.#nextFence(STOP_FENCE_MS)),
+                ask: (bytes) => this.#ask(new PacketJob(bytes, { timeout: REPLY_MS, deviceId: this.deviceId })),
+            });
+        } finally {
+            this.#stopping = null;
+            if (this.state === "stopping") this.#goOn();
+        }
+    }
+
+    #goOn() {
+        if (this.#isOpening) this.#setState("synchronising");
+        else this.#resynchronise(this.#epoch, true);
+    }
+
+    /* Sends a packet of the stop itself. Resolves with the status packet, or null: no reply. */
+    async #ask(job) {
+        if (this.state !== "stopping") throw new WireError("closed");
+        this.#begin(job);
+        try {
+            return await job.promise;
+        } catch (error) {
+            if (error.code === "timeout" || error.code === "stopped") return null; // stopped: by a second stop
+            throw error;
+        }
+    }
+
+    /* ---- the port ---- */
+
+    #write(bytes) {
+        try {
+            this.#port.write(bytes);
+        } catch (error) {
+            this.#closed(String(error.message ?? error));
+        }
+    }
+
+    #closed(reason) {
+        if (this.state === "closed") return;
+        const wasStopping = this.state === "stopping";
+
+        this.#epoch++;
+        this.#clock.cancel(this.#silenceTimer);
+        this.#setState("closed");
+        this.#failAll("closed");
+        this.#demux.clear();
+        if (reason !== null) this.#notice(wasStopping ? "lost-stopping" : "lost", { detail: reason });
+        this.dispatchEvent(new CustomEvent("close", { detail: { reason, wasStopping } }));
+    }
+
+    #setState(state) {
+        if (state === this.state) return;
+        this.state = state;
+        this.dispatchEvent(new CustomEvent("state", { detail: state }));
+    }
+
+    #notice(code, more = {}) {
+        this.dispatchEvent(new CustomEvent("notice", { detail: { code, ...more } }));
+    }
+
+    #tell(direction, kind, more) {
+        this.dispatchEvent(new CustomEvent("traffic", { detail: { direction, kind, time: this.#clock.now(), ...more } }));
+    }
+}

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+/* The view Graphs: it shows and saves what simulated servos do. */
+
+import assert from "node:assert/strict";
+import { existsSync, readFileSync } from "node:fs";
+import { join } from "node:path";
+import test from "node:test";
+import { shows, startRobot } from "../support/browser.js";
+
+const FILE = "servos.csv";
+
+/* Moves servo 1 to its lower end while the page shows the view Robot, then shows the graphs. */
+async function moveThenShow(page) {
+    await page.click('[data-id="1"] .torque input');
+    await page.waitForSelector('[data-id="1"] .torque input:checked');
+    await page.$eval('[data-id="1"] .dial', (dial) => dial.focus());
+    await page.keyboard.press("Home");
+    await page.waitForFunction(() => parseFloat(document.querySelector('[data-id="1"] .position').textContent) < 2);
+    await page.click("#tab-graphs");
+    await page.waitForSelector('[data-quantity="position"] canvas');
+}
+
+/* Clicks “Save as CSV”, and returns the rows of the file as objects. */
+async function save(page, folder) {
+    const client = await page.createCDPSession();
+    const saved = new Promise((resolve) => {
+        client.on("Browser.downloadProgress", ({ state }) => state === "completed" && resolve());
+    });
+
+    await client.send("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: folder, eventsEnabled: true });
+    await page.click("button.save");
+    await saved;
+    assert.ok(existsSync(join(folder, FILE)));
+    const [head, ...lines] = readFileSync(join(folder, FILE), "utf8").trim().split("\r\n").map((line) => line.split(","));
+
+    return lines.map((line) => Object.fromEntries(head.map((name, index) => [name, line[index] === "" ? null : Number(line[index])])));
+}
+
+/* Pixels of a graph that are drawn in the colour of servo 1. */
+const countPixels = (page, quantity) =>
+    page.evaluate((name) => {
+        const canvas = document.querySelector(`[data-quantity="${name}"] canvas`);
+        const color = getComputedStyle(document.querySelector(".colors .color-1")).color.match(/\d+/g).map(Number);
+        const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+        let count = 0;
+
+        for (let at = 0; at < data.length; at += 4)
+            if (data[at + 3] > 200 && color.every((value, index) => Math.abs(data[at + index] - value) < 12)) count++;
+        return count;
+    }, quantity);
+
+test("graphs: values of a move are drawn, and saved as CSV", async (t) => {
+    const { panel, page } = await startRobot(t, { count: 2 });
+
+    await moveThenShow(page);
+    await page.click("button.pause");
+    await shows(page, "Paused", ".toolbar .hint");
+    assert.ok((await countPixels(page, "position")) > 300, "a line is drawn");
+    await shows(page, /1: 0\.\d/, '[data-quantity="position"] figcaption');
+    const rows = await save(page, panel.folder);
+    const positions = rows.map((row) => row.servo_1_position_deg).filter((value) => value !== null);
+
+    assert.ok(rows.length > 50, `${rows.length} rows`);
+    assert.ok(Math.max(...positions) > 149 && Math.min(...positions) < 2, "the whole move");
+    assert.ok(positions.some((value) => value > 40 && value < 110), "the way, too");
+    assert.equal(rows.at(-1).servo_1_goal_deg, 0);
+    assert.equal(Math.round(rows.at(-1).servo_2_position_deg), 150);
+    assert.ok(rows.some((row) => Math.abs(row.servo_1_load_percent) > 1), "the load of the move");
+    assert.ok(rows.every((row, index) => index === 0 || row.time_s > rows[index - 1].time_s));
+});
+
+test("graphs: servos and quantities can be chosen", async (t) => {
+    const { panel, page } = await startRobot(t, { count: 2 });
+
+    await page.click("#tab-graphs");
+    await page.waitForSelector('[data-quantity="position"] canvas');
+    await page.click('.servos input[value="1"]');
+    await page.click('.quantities input[value="voltage"]');
+    await page.waitForSelector('[data-quantity="voltage"] canvas');
+    await shows(page, "2: 12.0", '[data-quantity="voltage"] figcaption');
+    await page.click('.quantities input[value="load"]');
+    await page.waitForFunction(() => !document.querySelector('[data-quantity="load"]'));
+    const [row] = await save(page, panel.folder);
+
+    assert.deepEqual(Object.keys(row), ["time_s", "servo_2_position_deg", "servo_2_goal_deg", "servo_2_voltage_V"]);
+});
+
+test("graphs: a drag zooms and pauses, go on shows the present", async (t) => {
+    const { panel, page } = await startRobot(t, { count: 1 });
+
+    await moveThenShow(page);
+    const box = await (await page.$('[data-quantity="position"] .u-over')).boundingBox();
+
+    await page.mouse.move(box.x + box.width * 0.9, box.y + 20);
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width * 0.95, box.y + 30, { steps: 5 });
+    await page.mouse.up();
+    await shows(page, "Paused", ".toolbar .hint");
+    const rows = await save(page, panel.folder);
+    const width = rows.at(-1).time_s - rows[0].time_s;
+
+    assert.ok(width > 0.3 && width < 0.52, `${width} s of 10`);
+    await page.click("button.go-on");
+    await shows(page, "Drag in a graph", ".toolbar .hint");
+});

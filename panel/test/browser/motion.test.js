@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+/* The view Motion: teach and play; record and replay; firmware that has no motions. Loads of the simulator
+ * turn the outputs as a hand would. */
+
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import test from "node:test";
+import { PHONE, shows, startRobot } from "../support/browser.js";
+import { ROOT } from "../support/simulator.js";
+
+/* A robot, its page at the view Motion, and a hand. */
+async function start(t, options = {}) {
+    const folder = mkdtempSync(join(tmpdir(), "poke-"));
+    const socket = join(folder, "poke");
+    const robot = await startRobot(t, { ...options, more: ["--poke", socket] });
+
+    t.after(() => rmSync(folder, { recursive: true }));
+    await robot.page.click("#tab-motion");
+    await shows(robot.page, /room for \d+ more poses/, ".board");
+    return { ...robot, hand: (order) => execFileSync(join(ROOT, "build/host/cds55xx-sim"), ["poke", socket, order]) };
+}
+
+/* Waits until servo `id` is shown between `low` and `high` degrees. */
+function reaches(page, id, low, high) {
+    return page.waitForFunction(
+        (index, from, to) => {
+            const degrees = parseFloat(document.querySelectorAll(".chip .at")[index]?.innerText);
+
+            return degrees >= from && degrees <= to;
+        },
+        {},
+        id - 1,
+        low,
+        high,
+    );
+}
+
+const torque = (page, state, count) => page.waitForFunction((css, due) => document.querySelectorAll(css).length === due, {}, `.chip.${state}`, count);
+
+async function fill(page, selector, text) {
+    await page.waitForSelector(selector);
+    await page.$eval(selector, (input, value) => {
+        input.value = value;
+        input.dispatchEvent(new Event("change"));
+    }, text);
+}
+
+test("teach two poses by hand, store them, and let the board play them", async (t) => {
+    const { page, hand } = await start(t);
+
+    await page.click("button.torque-off");
+    await torque(page, "limp", 3);
+    hand("load 1 200");
+    await reaches(page, 1, 0, 130);
+    hand("load 1 0");
+    await page.click("button.hold");
+    await torque(page, "held", 3);
+    await fill(page, ".pose-name", "left");
+    await page.click("button.capture");
+    await shows(page, "left", ".pose");
+    await page.click("button.add-step");
+    await page.click("button.torque-off");
+    await torque(page, "limp", 3);
+    hand("load 1 -200");
+    await reaches(page, 1, 170, 300);
+    hand("load 1 0");
+    await page.click("button.hold");
+    await torque(page, "held", 3);
+    await fill(page, ".pose-name", "right");
+    await page.click("button.capture");
+    await shows(page, "right", ".pose");
+    await page.click("button.add-step");
+    await fill(page, '[data-step="2"] select', "right");
+    await fill(page, '[data-step="2"] .time', "0.8");
+
+    await page.click("button.play");
+    await shows(page, "The board has no sequence", ".notice");
+    await page.click("button.store");
+    await shows(page, /confirmed 2 poses and 1 sequence/, ".notice");
+    await page.click("input.loop");
+    await page.click("button.play");
+    await shows(page, /seq1 plays: step 2 of 2/, ".motion-state");
+    await reaches(page, 1, 0, 132);
+    await reaches(page, 1, 168, 300);
+    await page.click("button.pause");
+    await shows(page, /paused/, ".motion-state");
+    await page.click("button.resume");
+    await page.click("button.end");
+    await shows(page, "Nothing plays", ".motion-state");
+
+    await page.click("button.play");
+    await shows(page, /seq1 plays/, ".motion-state");
+    await page.keyboard.press("Escape");
+    await shows(page, "Torque is off", ".stop-state");
+    await shows(page, "Nothing plays", ".motion-state");
+});
+
+test("record a movement led by hand, replay it, and measure the error", async (t) => {
+    const { page, hand } = await start(t);
+
+    await page.click("button.torque-off");
+    await torque(page, "limp", 3);
+    await page.click("button.record");
+    await shows(page, /\d\.\d s/, ".recording-length");
+    hand("load 1 200");
+    await reaches(page, 1, 0, 110);
+    hand("load 1 -200");
+    await reaches(page, 1, 170, 300);
+    hand("load 1 0");
+    await page.click("button.record");
+    await shows(page, /samples/, ".recorded");
+    const rate = Number(/(\d+) a second/.exec(await page.$eval(".recorded", (it) => it.innerText))[1]);
+
+    assert.ok(rate >= 20, `${rate} samples a second`);
+    await page.click("button.replay");
+    await shows(page, "Torque is not on", ".notice");
+    await page.click("button.hold");
+    await torque(page, "held", 3);
+    await page.click("button.replay");
+    await shows(page, /largest error/, ".replayed");
+    const text = await page.$eval(".replayed", (it) => it.innerText);
+    const [, largest, mean] = /error ([\d.]+)°.*mean ([\d.]+)°/.exec(text).map(Number);
+
+    t.diagnostic(`${rate} samples a second; ${text}`);
+    assert.ok(largest > 0 && largest < 20 && mean < 5, text);
+
+    await page.click("button.fit");
+    await page.click("button.to-sequence");
+    await shows(page, "rec1", ".sequence");
+    const steps = (await page.$$(".step")).length;
+
+    assert.ok(steps >= 3 && steps <= 16, `${steps} steps`);
+    await page.click("button.replay-steps");
+    await shows(page, /page plays/, ".motion-state");
+    await page.click("button.end");
+    await shows(page, "Nothing plays", ".motion-state");
+});
+
+test("a damaged file changes nothing, a good one is shown", async (t) => {
+    const { page } = await start(t, { count: 1, viewport: PHONE });
+    const open = (text) => page.$eval("input.import", (input, content) => {
+        const files = new DataTransfer();
+
+        files.items.add(new File([content], "motions.txt"));
+        input.files = files.files;
+        input.dispatchEvent(new Event("change"));
+    }, text);
+
+    await open("group 1\npose set up 90\npose set down 9x\n");
+    await shows(page, "Line 3 of the file is damaged", ".notice");
+    assert.equal((await page.$$(".pose")).length, 0);
+    await open("group 1\npose set up 90\nsequence nod new up 1s\n");
+    await shows(page, /up/, ".list .pose");
+    assert.equal((await page.$$(".step")).length, 1);
+    assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "scrolls sideways");
+});
+
+for (const [name, options] of [
+    ["console", { board: "arbotix" }],
+    ["bridge", { board: "atmega128", elf: "build/atmega128/bridge.elf" }],
+])
+    test(`firmware of profile ${name}: says what is missing, the page plays`, async (t) => {
+        const { page } = await startRobot(t, { count: 1, ...options });
+
+        await page.click("#tab-motion");
+        await shows(page, "stores no poses and sequences", ".missing");
+        assert.ok(await page.$eval("button.store", (it) => it.disabled));
+        await page.click("button.hold");
+        await torque(page, "held", 1);
+        await page.click("button.capture");
+        await shows(page, "pose1", ".pose");
+        await page.click("button.add-step");
+        await fill(page, ".editor input[type=number]", "100");
+        await page.click("button.play");
+        await reaches(page, 1, 99, 101);
+        await shows(page, "Nothing plays", ".motion-state");
+    });

@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: MIT
+/* The views Packets and Board in the browser, at the firmware in the simulator. */
+
+import assert from "node:assert/strict";
+import { mkdtempSync, readFileSync, readdirSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import test from "node:test";
+import { parseRecording } from "../../src/port/replay.js";
+import { PHONE, openPage, shows, startBrowser, startPanel, startRobot } from "../support/browser.js";
+
+async function openTab(page, name) {
+    await page.click(`#tab-${name}`);
+    await page.waitForSelector(`panel-${name}`);
+}
+
+/* Puts text into a field in place of what stands there. */
+async function fill(page, selector, text) {
+    await page.focus(selector);
+    await page.$eval(selector, (field) => field.select());
+    if (text) await page.keyboard.type(text);
+    else await page.keyboard.press("Backspace");
+}
+
+async function command(page, line) {
+    await fill(page, ".console-line", line);
+    await page.keyboard.press("Enter");
+}
+
+/* Waits until the element has the value. */
+const holds = (page, selector, value) =>
+    page.waitForFunction((css, wanted) => document.querySelector(css)?.value === wanted, {}, selector, value);
+
+test("packets: sent by hand, shown decoded, and answered", async (t) => {
+    const { page } = await startRobot(t);
+
+    await openTab(page, "packets");
+    await page.select(".send-instruction", "WRITE");
+    await fill(page, ".send-ids", "2");
+    await page.select(".send-register", String(0x1e));
+    await fill(page, ".send-values", "100, 20");
+    await shows(page, "FF FF 02 07 03 1E 55 01 4A 01 34", ".preview");
+    await page.click(".send-button");
+    await shows(page, "Reply of 2: ok", ".outcome");
+    await shows(page, /2\s+WRITE GOAL_POSITION 100\.0 deg, MOVING_SPEED 20\.0 rpm/, ".traffic .out");
+    await page.select(".send-instruction", "READ");
+    await page.click(".send-button");
+    await shows(page, "GOAL_POSITION 100.0 deg", ".outcome");
+});
+
+test("packets: raw bytes get a checksum, malformed ones are not sent", async (t) => {
+    const { page } = await startRobot(t);
+
+    await openTab(page, "packets");
+    await page.select(".send-instruction", "hex");
+    await fill(page, ".send-hex", "01 02 01 FC");
+    await shows(page, "The checksum is 0xFC, it must be 0xFB", ".preview.malformed");
+    assert.ok(await page.$eval(".send-button", (button) => button.disabled));
+    await fill(page, ".send-hex", "01 02 01");
+    await page.click(".send-button");
+    await shows(page, "Reply of 1: ok", ".outcome");
+});
+
+test("packets: a driving packet is refused while driving is inhibited", async (t) => {
+    const { page } = await startRobot(t);
+
+    await openTab(page, "packets");
+    await page.click("button.stop");
+    await shows(page, "Torque is off", ".stop-state");
+    await page.select(".send-instruction", "WRITE");
+    await page.select(".send-register", String(0x18));
+    await fill(page, ".send-values", "1");
+    await page.click(".send-button");
+    await shows(page, "Driving is inhibited", ".outcome.error");
+});
+
+test("packets: RESET is sent only after the dialog", async (t) => {
+    const { page } = await startRobot(t);
+
+    await openTab(page, "packets");
+    await page.select(".send-instruction", "RESET");
+    await page.click(".send-button");
+    await page.waitForSelector("dialog .no");
+    await page.click("dialog .no");
+    await page.waitForFunction(() => !document.querySelector("dialog"));
+    assert.equal(await page.$$eval(".traffic .out", (rows) => rows.filter((row) => row.innerText.includes("RESET")).length), 0);
+    await page.click(".send-button");
+    await page.waitForSelector("dialog .yes");
+    await page.click("dialog .yes");
+    await shows(page, "RESET", ".traffic .out");
+});
+
+test("packets: filter, pause and clear", async (t) => {
+    const { page } = await startRobot(t);
+
+    await openTab(page, "packets");
+    await command(page, "ping 2");
+    await shows(page, "ping 2", ".traffic");
+    await page.select(".filter-group", "SYNC READ");
+    await shows(page, "Nothing to show", ".traffic");
+    await page.click(".withPolling");
+    await shows(page, "PRESENT_POSITION to PRESENT_TEMPERATURE", ".traffic");
+    await page.waitForFunction(() => document.querySelectorAll(".traffic .row").length === 200);
+    await page.click(".show-bytes");
+    await shows(page, /checksum 0x[0-9A-F]{2} is right/, ".traffic");
+    await page.click(".pause");
+    await shows(page, "Go on", ".pause");
+    await page.click(".clear");
+    await shows(page, "Nothing to show", ".traffic");
+    await page.click(".pause");
+    await shows(page, "PRESENT_POSITION", ".traffic");
+});
+
+test("packets: the recording is saved and can be read", async (t) => {
+    const { browser, page } = await startRobot(t);
+    const folder = mkdtempSync(join(tmpdir(), "panel-"));
+    const client = await browser.target().createCDPSession();
+
+    t.after(() => rmSync(folder, { recursive: true }));
+    await client.send("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: folder, eventsEnabled: true });
+    const done = new Promise((resolve) => client.on("Browser.downloadProgress", ({ state }) => state === "completed" && resolve()));
+
+    await openTab(page, "packets");
+    await page.click(".save");
+    await done;
+    assert.ok(parseRecording(readFileSync(join(folder, readdirSync(folder)[0]), "utf8")).length > 5);
+});
+
+test("console: a line and its reply, Up, and Tab", async (t) => {
+    const { page } = await startRobot(t);
+
+    await openTab(page, "packets");
+    await command(page, "get 1 GOAL_POSITION");
+    await shows(page, /GOAL_POSITION = 150.*\nok/, ".console-output");
+    await command(page, "ping 9");
+    await shows(page, "error 2: servo 9", ".console-output");
+    await page.keyboard.press("ArrowUp");
+    await page.keyboard.press("ArrowUp");
+    await holds(page, ".console-line", "get 1 GOAL_POSITION");
+    await fill(page, ".console-line", "torque 1 of");
+    await page.keyboard.press("Tab");
+    await holds(page, ".console-line", "torque 1 off ");
+    await fill(page, ".console-line", "");
+    await page.keyboard.press("Tab");
+    await page.waitForFunction(() => document.activeElement?.className !== "console-line");
+    await command(page, "mode person");
+    await shows(page, "does not change the mode", ".console-output");
+});
+
+test("console: a command that goes on is ended", async (t) => {
+    const { page } = await startRobot(t);
+
+    await openTab(page, "packets");
+    await command(page, "monitor 1 as plot");
+    await page.waitForSelector(".console-end");
+    await shows(page, "Values are old", ".state-line");
+    await page.click(".console-end");
+    await shows(page, /\nok\s*$/, ".console-output");
+    await page.waitForSelector(".console-run");
+});
+
+test("counters: with their meaning, and health in words", async (t) => {
+    const { page } = await startRobot(t);
+
+    await openTab(page, "packets");
+    await page.click(".read-counters");
+    await shows(page, "The bus is well", ".health");
+    await shows(page, "two servos have its ID", ".counters");
+    await command(page, "ping 9");
+    await shows(page, "error 2", ".console-output");
+    await page.waitForSelector(".read-counters:not(:disabled)");
+    await page.click(".read-counters");
+    await shows(page, "No reply came to 1 transaction.", ".health");
+});
+
+test("board: a setting is checked, applied, and saved over power-off", async (t) => {
+    const { panel, browser, page } = await startRobot(t);
+
+    await openTab(page, "board");
+    await page.waitForSelector("#setting-cycle_us");
+    await fill(page, "#setting-cycle_us", "100");
+    await shows(page, "cycle_us: write a whole number from 2000 to 65535", ".help");
+    assert.ok(await page.$eval(".apply", (button) => button.disabled));
+    await fill(page, "#setting-cycle_us", "5000");
+    await page.click(".apply");
+    await shows(page, "not saved", ".settings-state");
+    await page.click(".save-settings");
+    await shows(page, "As saved", ".settings-state");
+    await page.click(".disconnect");
+    await shows(page, "Not connected", ".state-line");
+    await page.close();
+    const again = await openPage(t, browser, `http://127.0.0.1:${panel.port}/?connect#board`);
+
+    await again.waitForSelector("#setting-cycle_us");
+    await holds(again, "#setting-cycle_us", "5000");
+});
+
+test("board: defaults only after the dialog", async (t) => {
+    const { page } = await startRobot(t);
+
+    await openTab(page, "board");
+    await page.waitForSelector("#setting-host_baud");
+    await holds(page, "#setting-host_baud", "1");
+    await page.click(".defaults");
+    await page.waitForSelector("dialog .no");
+    await page.click("dialog .no");
+    await page.waitForFunction(() => !document.querySelector("dialog"));
+    await holds(page, "#setting-host_baud", "1");
+    await page.click(".defaults");
+    await page.waitForSelector("dialog .yes");
+    await page.click("dialog .yes");
+    await holds(page, "#setting-host_baud", "255");
+    await shows(page, "not saved", ".settings-state");
+});
+
+test("board: firmware, inhibit and release, alarm and its remedy", async (t) => {
+    const { page } = await startRobot(t);
+
+    await openTab(page, "board");
+    await shows(page, /Profile\s+full/, ".firmware");
+    await shows(page, "Driving is allowed", ".driving");
+    await page.keyboard.press("Escape");
+    await shows(page, "Driving is inhibited", ".driving");
+    await page.click(".board-release");
+    await shows(page, "Driving is allowed", ".driving");
+    await openTab(page, "packets");
+    await page.select(".send-instruction", "hex");
+    await fill(page, ".send-hex", "01 05 03 06 FF FF"); // an angle limit out of range
+    await page.click(".send-button");
+    await shows(page, "out of range; not carried out", ".outcome.error");
+    await openTab(page, "board");
+    await shows(page, /Servo 1: range/, ".alarms");
+    await page.click(".clear-alarms");
+    await shows(page, "No alarm");
+});
+
+test("bridge: the page says what is missing, and offers the rest", async (t) => {
+    const { page } = await startRobot(t, { board: "atmega128", elf: "build/atmega128/bridge.elf" });
+
+    await shows(page, "profile bridge: it has no console", ".notice");
+    await openTab(page, "packets");
+    await shows(page, "This firmware has no console", "panel-console");
+    await page.click(".send-button");
+    await shows(page, "Reply of 1: ok", ".outcome");
+    await openTab(page, "board");
+    await shows(page, "needs the profile full", ".offers");
+    await page.waitForSelector("#setting-cycle_us");
+    await fill(page, "#setting-cycle_us", "5000");
+    await page.click(".save-settings");
+    await shows(page, "As saved", ".settings-state");
+});
+
+test("views Packets and Board fit the width of a phone", async (t) => {
+    const panel = await startPanel(t);
+    const browser = await startBrowser(t);
+    const page = await openPage(t, browser, panel.url, { viewport: PHONE });
+
+    await shows(page, "3 servos", ".state-line");
+    for (const name of ["packets", "board"]) {
+        await openTab(page, name);
+        assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), name);
+    }
+});

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+/* The view Robot: torque, drag, jog and Stop move and stop simulated servos. */
+
+import assert from "node:assert/strict";
+import test from "node:test";
+import { shows, startRobot } from "../support/browser.js";
+
+const card = (id) => `[data-id="${id}"]`;
+
+/* Switches torque on, and waits until the servo has confirmed it. On a busy machine the simulator may answer
+ * too late: the page then asks the user to try again. */
+async function torqueOn(page, id) {
+    const box = `${card(id)} .torque input`;
+    const tooLate = '.notice:is([data-code="timeout"], [data-code="late"]) button';
+
+    for (;;) {
+        await page.click(box);
+        await page.waitForSelector(`${box}:checked, ${tooLate}`);
+        if (await page.$(`${box}:checked`)) return;
+        await page.click(tooLate);
+    }
+}
+
+/* Point of the screen at which the dial of a servo has `degrees`. */
+function pointOf(page, id, degrees) {
+    return page.$eval(
+        `${card(id)} .dial`,
+        (dial, angle) => {
+            const ring = dial.querySelector(".grip");
+            const point = ring.getPointAtLength((ring.getTotalLength() * angle) / 300).matrixTransform(dial.getScreenCTM());
+
+            return { x: point.x, y: point.y };
+        },
+        degrees,
+    );
+}
+
+async function drag(page, id, from, to) {
+    const [begin, end] = [await pointOf(page, id, from), await pointOf(page, id, to)];
+
+    await page.mouse.move(begin.x, begin.y);
+    await page.mouse.down();
+    await page.mouse.move(end.x, end.y, { steps: 10 });
+    await page.mouse.up();
+}
+
+const focusDial = (page, id) => page.$eval(`${card(id)} .dial`, (dial) => dial.focus());
+const positionOf = (page, id) => page.$eval(`${card(id)} .position`, (text) => parseFloat(text.textContent));
+const goalOf = (page, id) => page.$eval(`${card(id)} .dial`, (dial) => Number(dial.getAttribute("aria-valuenow")));
+
+/* Waits until the position is `test`, a function of two numbers, together with `limit`. */
+const waitForPosition = (page, id, compare, limit) =>
+    page.waitForFunction(
+        (css, name, bound) => {
+            const position = parseFloat(document.querySelector(css).textContent);
+
+            return { above: position > bound, below: position < bound, near: Math.abs(position - bound) < 1.5 }[name];
+        },
+        {},
+        `${card(id)} .position`,
+        compare,
+        limit,
+    );
+
+/* Waits until the servo stands: its present speed reads 0. */
+const waitForStand = (page, id) => shows(page, /Speed\s+0\.0/, `${card(id)} dl`);
+
+test("drag: the goal is sent, and the servo arrives", async (t) => {
+    const { page } = await startRobot(t, { count: 1 });
+
+    await torqueOn(page, 1);
+    await drag(page, 1, 150, 120);
+    await waitForPosition(page, 1, "near", 120);
+    assert.ok(Math.abs((await goalOf(page, 1)) - 120) < 1.5);
+    assert.equal(await page.$(`${card(1)} .note`), null);
+});
+
+test("drag: ignored while torque is off, and the card says so", async (t) => {
+    const { page } = await startRobot(t, { count: 1 });
+
+    await drag(page, 1, 150, 60);
+    await shows(page, "Ignored: torque is off", `${card(1)} .note`);
+    await torqueOn(page, 1);
+    assert.equal((await goalOf(page, 1)).toFixed(1), "150.1");
+    assert.equal((await positionOf(page, 1)).toFixed(1), "150.1");
+    assert.equal(await page.$(`${card(1)} .note`), null);
+});
+
+test("keys: a jog moves while the key is held, then the servo stands", async (t) => {
+    const { page } = await startRobot(t, { count: 2 });
+
+    await torqueOn(page, 2);
+    await page.keyboard.press("2"); // chooses the servo
+    assert.equal(await page.evaluate(() => document.activeElement.closest("[data-id]").dataset.id), "2");
+    await page.keyboard.down("ArrowLeft");
+    await waitForPosition(page, 2, "above", 165);
+    await page.keyboard.up("ArrowLeft");
+    await waitForStand(page, 2);
+    const position = await positionOf(page, 2);
+
+    assert.ok(position < 290, "it has not run to its end");
+    assert.ok(Math.abs((await goalOf(page, 2)) - position) < 3, `goal ${await goalOf(page, 2)}, position ${position}`);
+    assert.equal((await positionOf(page, 1)).toFixed(1), "150.1");
+});
+
+test("keys: a jog ends when the dial loses the focus", async (t) => {
+    const { page } = await startRobot(t, { count: 1 });
+
+    await torqueOn(page, 1);
+    await focusDial(page, 1);
+    await page.keyboard.down("ArrowRight");
+    await waitForPosition(page, 1, "below", 140);
+    await page.focus("button.find");
+    await waitForStand(page, 1);
+    assert.ok((await positionOf(page, 1)) > 20, "it has not run to its end");
+});
+
+test("keys: arrows up and down step the goal, Home sends it to the limit", async (t) => {
+    const { page } = await startRobot(t, { count: 1 });
+
+    await torqueOn(page, 1);
+    await focusDial(page, 1);
+    await page.keyboard.press("PageUp");
+    await waitForPosition(page, 1, "near", 160);
+    await page.keyboard.press("ArrowDown");
+    await page.keyboard.press("ArrowDown");
+    await waitForPosition(page, 1, "near", 158);
+    await page.keyboard.press("Home");
+    await waitForPosition(page, 1, "below", 150);
+});
+
+test("Stop: Esc in mid-motion, torque is off and the servo stands", async (t) => {
+    const { page } = await startRobot(t, { count: 3 });
+
+    await page.click("button.torque-on");
+    await page.waitForFunction(() => document.querySelectorAll(".torque input:checked").length === 3);
+    assert.equal(await page.$eval(".stop-state", (text) => text.textContent), "");
+    await focusDial(page, 1);
+    await page.keyboard.press("Home"); // 150 degrees at 20 rpm: 1.25 s
+    await waitForPosition(page, 1, "below", 145);
+    await page.keyboard.press("Escape");
+    await shows(page, "Torque is off", ".stop-state.verified");
+    await page.waitForFunction(() => !document.querySelector(".torque input:checked"));
+    await waitForStand(page, 1);
+    assert.ok((await positionOf(page, 1)) > 1, "the servo was stopped on its way");
+
+    await drag(page, 1, 100, 50);
+    await shows(page, "Ignored: torque is off", `${card(1)} .note`);
+    await page.click(`${card(1)} .torque input`);
+    await shows(page, "driving is inhibited", ".notice");
+    await page.click("button.release");
+    await page.waitForFunction(() => !document.querySelector("button.release"));
+    await torqueOn(page, 1);
+});
+
+test("Stop: Space stops at a dial; a switch takes it for itself", async (t) => {
+    const { page } = await startRobot(t, { count: 1 });
+
+    await page.focus(`${card(1)} .torque input`);
+    await page.keyboard.press("Space");
+    await page.waitForSelector(`${card(1)} .torque input:checked`);
+    assert.equal(await page.$eval(".stop-state", (text) => text.textContent), "");
+    await focusDial(page, 1);
+    await page.keyboard.press("Space");
+    await shows(page, "Torque is off", ".stop-state.verified");
+    await page.waitForSelector(`${card(1)} .torque input:not(:checked)`);
+});
+
+test("endless turn: the slider turns the servo while it is held", async (t) => {
+    const { page } = await startRobot(t, { count: 1 });
+
+    await page.evaluate(() => document.querySelector("panel-app").session.controller.run("turn 1 0"));
+    await page.waitForSelector(`${card(1)} .turn input`);
+    await torqueOn(page, 1);
+    const box = await (await page.$(`${card(1)} .turn input`)).boundingBox();
+    const y = box.y + box.height / 2;
+
+    await page.mouse.move(box.x + box.width / 2, y);
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width * 0.2, y, { steps: 5 });
+    await shows(page, /Speed\s+[1-9]\d/, `${card(1)} dl`);
+    await page.mouse.up();
+    await waitForStand(page, 1);
+    assert.equal(await page.$eval(`${card(1)} .turn input`, (slider) => slider.value), "0");
+    await page.focus(`${card(1)} .turn input`);
+    await page.keyboard.down("PageUp");
+    await shows(page, /Speed\s+-\d/, `${card(1)} dl`);
+    await page.keyboard.up("PageUp");
+    await waitForStand(page, 1);
+});

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+/* The table of notices for docs/panel.md, from the texts of the page. */
+
+import { texts } from "../../src/texts.js";
+
+/* Reads as text, as a list, and as an object with any field. */
+const ANY = new Proxy(["X"], { get: (list, key) => (key in list || typeof key === "symbol" ? list[key] : "X") });
+
+/* What a notice may tell, as it stands in the table; X for all else. */
+const KNOWN = {
+    id: "N", ids: ["N"], why: "CAUSE", detail: "CAUSE", inhibited: true, on: ["N"], silent: [], version: "A", shown: "B",
+    line: "COMMAND", message: "TEXT", number: "N", remedy: "as the console says", setting: "NAME", name: "NAME",
+};
+const SAMPLE = new Proxy(KNOWN, { get: (known, key) => (key in known ? known[key] : ANY) });
+
+const cell = (text) => String(text).replace(/\|/g, "\\|").replace(/\s+/g, " ").trim();
+
+export function noticesTable() {
+    const makers = [...Object.values(texts.port), ...Object.values(texts.wire), ...Object.values(texts.notice)];
+    const rows = makers.map((make) => make(SAMPLE)).map(({ text, remedy }) => `| ${cell(text)} | ${cell(remedy)} |`);
+
+    return ["| notice | what to do |", "|---|---|", ...new Set(rows)].join("\n");
+}
+
+export function withNotices(document) {
+    return document.replace(/(<!-- notices -->\n).*?(\n<!-- end -->)/s, (_, begin, end) => begin + noticesTable() + end);
+}

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+/* Counters, status, alarms and settings, from the lines and registers of a controller. */
+
+import assert from "node:assert/strict";
+import test from "node:test";
+import { parseAlarms, parseStatus } from "../../src/model/board.js";
+import { counterRows, healthOf, parseCounters, readCounters } from "../../src/model/counters.js";
+import { Session } from "../../src/model/session.js";
+import { Settings } from "../../src/model/settings.js";
+import { INSTRUCTION } from "../../src/wire/packet.js";
+import { texts } from "../../src/texts.js";
+import { FakeClock } from "../support/fake_clock.js";
+import { FakePort } from "../support/fake_port.js";
+import { tables } from "../support/tables.js";
+
+const all = tables();
+
+/* ---- counters ---- */
+
+test("parseCounters: count, part of scan, and since when", () => {
+    const { since, counts } = parseCounters(["since the reset, 0 s ago", "sent 266, of these 257 by scan and diagnose", "stale replies 3"]);
+
+    assert.equal(since, "since the reset, 0 s ago");
+    assert.deepEqual(counts.get("sent"), { count: 266, ofScan: 257 });
+    assert.deepEqual(counts.get("stale_replies"), { count: 3, ofScan: 0 });
+});
+
+test("counterRows: all counters of the device and nothing else", () => {
+    const names = counterRows(all).map(({ name }) => name);
+
+    assert.equal(names.length, 27);
+    assert.equal(names[0], "BUS_SENT");
+    for (const name of ["BUS_BAUD", "HOST_BAUD", "BUS_STATE", "FAILED"]) assert.ok(!names.includes(name), name);
+});
+
+test("healthOf: what a scan has caused is no trouble, and each trouble has a text", () => {
+    const rows = [{ key: "timeouts", count: 251, ofScan: 251 }, { key: "corrupt", count: 2, ofScan: 0 }];
+
+    assert.deepEqual(healthOf(rows), [{ key: "corrupt", count: 2 }]);
+    for (const row of counterRows(all)) {
+        const key = row.name.replace(/^BUS_/, "").toLowerCase();
+
+        for (const finding of healthOf([{ key, count: 1, ofScan: 0 }])) assert.match(texts.packets.findings[finding.key](1), /1/);
+    }
+});
+
+/* ---- status and alarms ---- */
+
+test("parseStatus: labels and texts", () => {
+    assert.deepEqual(parseStatus(["reset by power", "bus: ok", "stack: 1 of 2 bytes never used", "odd"]), [
+        { label: "Reset by", text: "power", isMemory: false },
+        { label: "bus", text: "ok", isMemory: false },
+        { label: "stack", text: "1 of 2 bytes never used", isMemory: true },
+        { label: "odd", text: "", isMemory: false },
+    ]);
+});
+
+test("parseAlarms: each condition has a remedy", () => {
+    assert.deepEqual(parseAlarms(["alarm 3: overheating", "alarm of others: overload", "other"]), [
+        { who: "Servo 3", condition: "overheating" },
+        { who: "Other servos", condition: "overload" },
+    ]);
+});
+
+/* ---- settings ---- */
+
+const LINES = { device_id: 253, host_baud: 1, bus_baud: 1, return_delay: 254, repeats: 0, echo: 0, link_loss_ms: 0,
+    link_loss_action: 1, alarm_report: 0, cycle_us: 4000 };
+
+/* A session at a fake controller whose mode was `mode` before the page came. */
+async function rig({ mode = 2, hasConsole = true } = {}) {
+    const clock = new FakeClock();
+    const port = new FakePort();
+    const session = new Session({ tables: all, clock });
+
+    port.hasConsole = hasConsole;
+    port.addServo(1);
+    port.onText = (line) => {
+        if (line === "settings echo") port.say(`echo = ${mode}`, "ok");
+        else if (line === "settings") port.say(...Object.entries(LINES).map(([name, value]) => `${name} = ${value}`), "settings at start: as saved", "ok");
+        else return false;
+        return true;
+    };
+    const connect = session.connect(port);
+
+    await clock.advance(10000);
+    await connect;
+    session.robot.end();
+    await clock.advance(100);
+    port.written = [];
+    return { clock, port, session, settings: new Settings(session) };
+}
+
+test("read: values, what the start found, and the mode before the page came", async () => {
+    const { settings } = await rig();
+
+    await settings.read();
+    assert.equal(settings.values.get("cycle_us"), 4000);
+    assert.equal(settings.values.get("echo"), 2);
+    assert.equal(settings.origin, "as saved");
+    assert.equal(settings.isSaved, null);
+});
+
+test("apply: a value is in force at once and not saved", async () => {
+    const { port, settings } = await rig();
+
+    await settings.read();
+    await settings.apply({ cycle_us: 5000 });
+    assert.ok(port.lines.includes("settings cycle_us 5000"));
+    assert.equal(settings.isSaved, false);
+});
+
+test("save: the mode of before is saved, not that of the page", async () => {
+    const { port, settings } = await rig();
+
+    await settings.read();
+    port.written = [];
+    await settings.save();
+    assert.deepEqual(port.lines, ["settings echo 2", "save", "settings echo 0"]);
+    assert.equal(settings.isSaved, true);
+});
+
+test("save: a mode that is chosen here is saved", async () => {
+    const { port, settings } = await rig();
+
+    await settings.read();
+    await settings.apply({ echo: 1 });
+    port.written = [];
+    await settings.save();
+    assert.deepEqual(port.lines, ["settings echo 1", "save", "settings echo 0"]);
+});
+
+test("save: the page has its mode back if saving fails", async () => {
+    const { port, settings } = await rig();
+
+    await settings.read();
+    port.onText = (line) => line === "save" && (port.say("error 58: busy"), true);
+    await assert.rejects(settings.save(), { name: "CommandError", number: 58 });
+    assert.equal(port.lines.at(-1), "settings echo 0");
+    assert.notEqual(settings.isSaved, true);
+});
+
+test("apply: the wire follows another ID of the device", async () => {
+    const { session, settings } = await rig();
+
+    await settings.read();
+    await settings.apply({ device_id: 200 });
+    assert.equal(session.wire.deviceId, 200);
+    await settings.apply({ device_id: 254 });
+    assert.equal(session.wire.hasDevice, false);
+});
+
+test("defaults: in force, not saved, and the page keeps its mode", async () => {
+    const { port, settings } = await rig();
+
+    await settings.read();
+    port.written = [];
+    await settings.defaults();
+    assert.deepEqual(port.lines, ["defaults", "settings echo 0"]);
+    assert.equal(settings.values.get("echo"), 2);
+    assert.equal(settings.isSaved, false);
+});
+
+test("bridge: settings by the registers of the device", async () => {
+    const { port, settings, clock } = await rig({ hasConsole: false });
+
+    port.device.set([253, 1, 1, 254, 0, 2, 1, 0xf4, 1, 0xa0, 0x0f, 0], 3);
+    await settings.read();
+    assert.equal(settings.values.get("link_loss_ms"), 500);
+    assert.equal(settings.values.get("cycle_us"), 4000);
+    assert.equal(settings.values.get("echo"), 2);
+    await settings.apply({ cycle_us: 5000 });
+    assert.deepEqual([...port.device.slice(0x0c, 0x0e)], [0x88, 0x13]);
+    const save = settings.save();
+
+    await clock.advance(100);
+    port.device[0x10] = 0; // the EEPROM is written
+    await clock.advance(100);
+    await save;
+    assert.equal(settings.isSaved, true);
+});
+
+test("bridge: an EEPROM that has failed and a refused value are errors", async () => {
+    const { port, settings, clock } = await rig({ hasConsole: false });
+
+    await settings.read();
+    port.refusals.set(253, 0x08);
+    await assert.rejects(settings.apply({ cycle_us: 5000 }), { code: "setting-refused", setting: "cycle_us" });
+    port.refusals.clear();
+    const save = settings.save();
+    const failed = assert.rejects(save, { code: "not-saved" });
+
+    port.device[0x10] = 2;
+    await clock.advance(100); // long before the page gives up
+    await failed;
+});
+
+test("readCounters: the device's and the console's together", async () => {
+    const { port, session } = await rig();
+
+    port.device.set([5, 0], 0x34);
+    port.onText = (line) => line === "counters" && (port.say("since the reset, 1 s ago", "timeouts 4, of these 3 by scan and diagnose", "ok"), true);
+    const { since, rows } = await readCounters(session.controller);
+    const row = (key) => rows.find((one) => one.key === key);
+
+    assert.match(since, /reset/);
+    assert.deepEqual([row("timeouts").count, row("timeouts").ofScan], [4, 3]);
+    assert.equal(row("host_packets").count, 5);
+    assert.ok(port.packets.some((bytes) => bytes[4] === INSTRUCTION.READ && bytes[5] === 0x18));
+});
+
+test("readCounters: of one servo only what the console tells", async () => {
+    const { port, session } = await rig();
+
+    port.onText = (line) => line === "counters 1" && (port.say("since servo 1 joined the robot", "ok 2", "timeouts 0", "ok"), true);
+    const { rows } = await readCounters(session.controller, 1);
+
+    assert.deepEqual(rows.map(({ key, count }) => [key, count]), [["ok", 2], ["timeouts", 0]]);
+});

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+/* What the documents and the bundle promise: the table of notices, the views, the texts of licences. */
+
+import assert from "node:assert/strict";
+import { existsSync, readFileSync } from "node:fs";
+import { join } from "node:path";
+import test from "node:test";
+import { build } from "esbuild";
+import { texts } from "../../src/texts.js";
+import { withNotices } from "../support/notices.js";
+import { ROOT } from "../support/simulator.js";
+
+const read = (path) => readFileSync(join(ROOT, path), "utf8");
+const LICENSES = { lit: "LICENSE-lit.txt", uplot: "LICENSE-uplot.txt" };
+
+test("docs/panel.md: its table has all notices (make docs)", () => {
+    const page = read("docs/panel.md");
+
+    assert.match(page, /<!-- notices -->/);
+    assert.equal(page, withNotices(page));
+});
+
+test("docs/panel.md: a section for each view", () => {
+    const page = read("docs/panel.md");
+
+    for (const name of Object.values(texts.tabs)) assert.ok(page.includes(`\n### ${name}\n`), name);
+});
+
+/* Packages of npm whose code is in the bundle. */
+async function packagesOfBundle() {
+    const { metafile } = await build({
+        absWorkingDir: join(ROOT, "panel"),
+        entryPoints: { app: "src/app.js", style: "src/style.css" },
+        outdir: "unused",
+        alias: { "#tables": join(ROOT, "build/panel-tables.json") },
+        bundle: true,
+        format: "esm",
+        write: false,
+        metafile: true,
+    });
+
+    return new Set(Object.keys(metafile.inputs).map((path) => /.*node_modules\/((?:@[^/]+\/)?[^/]+)\//.exec(path)?.[1]).filter((name) => name));
+}
+
+/* The packages of Lit have one licence, by one text. */
+const licenceOf = (name) => (/^(?:@lit\/|lit(?:-|$))/.test(name) ? "lit" : name);
+
+test("bundle: the full licence text of each package in it stands beside it", async () => {
+    const packages = await packagesOfBundle();
+
+    assert.ok(packages.has("lit-html") && packages.has("uplot") === texts.tabs.graphs.length > 0, [...packages].join());
+    for (const name of packages) {
+        const file = LICENSES[licenceOf(name)];
+
+        assert.ok(file, `no licence text for ${name}`);
+        assert.equal(read(`build/panel/${file}`), read(`panel/node_modules/${licenceOf(name)}/LICENSE`));
+        const own = `panel/node_modules/${name}/LICENSE`;
+
+        if (existsSync(join(ROOT, own))) assert.equal(read(own).trim(), read(`build/panel/${file}`).trim(), name);
+    }
+    assert.match(read("build/panel/LICENSE-lit.txt"), /Redistribution and use in source and binary forms/);
+    assert.match(read("build/panel/LICENSE-uplot.txt"), /Permission is hereby granted/);
+    assert.equal(read("build/panel/LICENSE.txt"), read("LICENSE"));
+});

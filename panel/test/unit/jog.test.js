@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+/* Jog: a servo moves while a key is held, at a fake port and a fake clock. */
+
+import assert from "node:assert/strict";
+import test from "node:test";
+import { Jog } from "../../src/model/jog.js";
+import { Session } from "../../src/model/session.js";
+import { INSTRUCTION, word, wordAt } from "../../src/wire/packet.js";
+import { FakeClock } from "../support/fake_clock.js";
+import { FakePort } from "../support/fake_port.js";
+import { tables } from "../support/tables.js";
+
+const GOAL = 0x1e;
+const SPEED = 0x20;
+
+async function rig({ torque = 1, isEndless = false } = {}) {
+    const clock = new FakeClock();
+    const port = new FakePort();
+    const session = new Session({ tables: tables(), clock });
+
+    const registers = port.addServo(1, torque);
+
+    if (isEndless) registers.set([0, 0, 0, 0], 0x06);
+    port.onText = (line) => line === "servos" && (port.say(`servo 1: online, torque ${torque ? "on" : "off"}`, "ok"), true);
+    session.connect(port);
+    await clock.advance(1000);
+    const written = (address) =>
+        port.packets
+            .filter((bytes) => bytes[4] === INSTRUCTION.WRITE && bytes[5] === address)
+            .map((bytes) => wordAt(bytes, 6));
+
+    return { clock, port, session, registers, jog: new Jog(session), goals: () => written(GOAL), speeds: () => written(SPEED) };
+}
+
+test("jog: the goal runs ahead of the position, and hold ends it", async () => {
+    const { clock, registers, jog, goals } = await rig();
+
+    assert.equal(jog.start(1, 1, 20), true);
+    await clock.advance(60);
+    registers.set(word(530), 0x24);
+    await clock.advance(60);
+    jog.stop();
+    await clock.advance(1000);
+    const sent = goals();
+
+    assert.equal(sent[0], 512 + 102); // 30 degrees
+    assert.equal(sent.at(-2), 530 + 102);
+    assert.equal(sent.at(-1), 530);
+    assert.equal(jog.id, null);
+});
+
+test("jog: stays within the angle limits", async () => {
+    const { clock, registers, jog, goals } = await rig();
+
+    registers.set([...word(500), ...word(520)], 0x06);
+    await clock.advance(1500);
+    jog.start(1, -1, 60);
+    await clock.advance(100);
+    assert.equal(goals()[0], 500);
+});
+
+test("jog: sends no goal while no feedback comes", async () => {
+    const { clock, port, jog, goals } = await rig();
+
+    jog.start(1, 1, 20);
+    await clock.advance(200);
+    port.isMute = true;
+    await clock.advance(20);
+    const before = goals().length;
+
+    await clock.advance(3000);
+    assert.equal(goals().length, before);
+});
+
+test("jog: ignored while torque is off", async () => {
+    const { clock, jog, goals } = await rig({ torque: 0 });
+
+    assert.equal(jog.start(1, 1, 20), false);
+    assert.equal(jog.id, null);
+    await clock.advance(500);
+    assert.deepEqual(goals(), []);
+});
+
+test("jog: a stop ends it, no goal leaves after it", async () => {
+    const { clock, session, jog, goals } = await rig();
+
+    jog.start(1, 1, 20);
+    await clock.advance(200);
+    session.stop();
+    const before = goals().length;
+
+    await clock.advance(2000);
+    assert.equal(jog.id, null);
+    jog.stop();
+    await clock.advance(1000);
+    assert.equal(session.stopState, "verified");
+    assert.equal(goals().length, before);
+});
+
+test("jog: a servo in endless turn gets its speed once, then 0", async () => {
+    const { clock, jog, goals, speeds } = await rig({ isEndless: true });
+
+    jog.start(1, -1, 20);
+    await clock.advance(500);
+    jog.stop();
+    await clock.advance(100);
+    assert.deepEqual(speeds(), [330 | 0x400, 0]);
+    assert.deepEqual(goals(), []);
+});
+
+test("jog: a hold that fails is a notice", async () => {
+    const { clock, port, session, jog } = await rig();
+
+    jog.start(1, 1, 20);
+    await clock.advance(100);
+    port.refusals.set(1, 0x08);
+    jog.stop();
+    await clock.advance(500);
+    assert.ok(session.notices.some(({ code }) => code === "refused"), JSON.stringify(session.notices));
+});

@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: MIT
+/* The operations of the view Set-up, at a fake port and a fake clock. */
+
+import assert from "node:assert/strict";
+import test from "node:test";
+import { Session } from "../../src/model/session.js";
+import { Setup } from "../../src/model/setup.js";
+import { INSTRUCTION } from "../../src/wire/packet.js";
+import { FakeClock } from "../support/fake_clock.js";
+import { FakePort } from "../support/fake_port.js";
+import { tables } from "../support/tables.js";
+
+const MIN_VOLTAGE = 0x0c;
+const MAX_VOLTAGE = 0x0d;
+
+/* A session with servos. Without a console the page knows only what packets tell. */
+async function rig({ ids = [1, 2, 3], hasConsole = true, onText = () => false } = {}) {
+    const clock = new FakeClock();
+    const port = new FakePort();
+    const session = new Session({ tables: tables(), clock });
+    const setup = new Setup(session);
+    const help = tables().commands.map(({ usage, what }) => `  ${usage}: ${what}`);
+
+    port.hasConsole = hasConsole;
+    ids.forEach((id) => port.addServo(id));
+    port.onText = (line) => {
+        if (onText(line, port)) return true;
+        if (line === "version") port.say("cds55xx 0.1.0 test", "ok");
+        else if (line === "help") port.say(...help, "ok");
+        else if (line === "servos") port.say(...[...port.servos.keys()].map((id) => `servo ${id}: online, torque off`), "ok");
+        else if (/^set \d+/.test(line)) setRegister(port, line);
+        else return false;
+        return true;
+    };
+    const connected = session.connect(port);
+
+    await clock.advance(hasConsole ? 1000 : 8000);
+    await connected;
+    return { clock, port, session, setup, row: (name) => setup.rows.find((one) => one.name === name) };
+}
+
+/* "set 1 MIN_VOLTAGE 65raw" */
+function setRegister(port, line) {
+    const [, id, name, raw] = /^set (\d+) (\w+) (\d+)raw$/.exec(line);
+    const { address, bytes } = tables().registers.find((row) => row.name === name);
+
+    port.servos.get(Number(id)).set(bytes === 2 ? [raw & 0xff, raw >> 8] : [raw], address);
+    port.say("written", "ok");
+}
+
+/* Waits for what `call` starts, while the clock goes on. */
+async function finish(clock, promise, ms = 1000) {
+    await clock.advance(ms);
+    return promise;
+}
+
+const writesOf = (port) => port.packets.filter((bytes) => bytes[4] === INSTRUCTION.WRITE);
+const setLines = (port) => port.lines.filter((line) => line.startsWith("set "));
+const codes = (session) => session.notices.map(({ code }) => code);
+
+test("freeId: the lowest from 1 on that no servo has", async () => {
+    const { setup } = await rig({ ids: [1, 2, 4] });
+
+    assert.equal(setup.freeId, 3);
+    setup.found = [{ id: 3 }];
+    assert.equal(setup.freeId, 5);
+});
+
+test("search: progress, servos and remarks; a key ends it", async () => {
+    const { setup, port, clock } = await rig({ onText: (line, { say }) => line === "scan all" });
+    const search = setup.search("all");
+
+    await clock.advance(10);
+    port.say("254 of 1524 asked, now at 500000bps", "id 9 model 1 at 57143bps, set to another rate");
+    await clock.advance(10);
+    assert.deepEqual([setup.operation.kind, setup.operation.done, setup.operation.total], ["search", 254, 1524]);
+    setup.end();
+    await clock.advance(10);
+    assert.equal(port.written.at(-1)[0], 0x0d);
+    port.say("servo 9: finding 8: two servos seem to have this ID", "error 49: ended by a key or a packet");
+    await finish(clock, search);
+    assert.deepEqual(setup.found, [{ id: 9, model: 1, rate: 57143 }]);
+    assert.deepEqual(setup.remarks, ["servo 9: finding 8: two servos seem to have this ID"]);
+    assert.equal(setup.hasEnded, true);
+    assert.deepEqual(codes(setup.session), []);
+});
+
+test("search: no packet leaves while the command runs", async () => {
+    const { setup, port, clock } = await rig({ onText: (line) => line === "scan" });
+    const search = setup.search("");
+
+    await clock.advance(50);
+    const before = port.packets.length;
+
+    await clock.advance(500);
+    assert.equal(port.packets.length, before);
+    assert.equal(setup.session.isBusy, true);
+    port.say("0 found, 254 asked", "ok");
+    await finish(clock, search);
+    assert.ok(port.packets.length > before);
+});
+
+test("one operation at a time", async () => {
+    const { setup, clock, port } = await rig();
+    const first = setup.readAll(1);
+
+    assert.equal(await setup.readAll(2), undefined);
+    await finish(clock, first);
+    assert.equal(setup.registers.id, 1);
+    assert.equal(port.packets.some((bytes) => bytes[2] === 2 && bytes[4] === INSTRUCTION.READ && bytes[6] === 50), false);
+});
+
+test("new servo: its steps, then it is the chosen one", async () => {
+    const { setup, port, clock } = await rig({
+        onText: (line, at) => {
+            if (line !== "new 4") return false;
+            at.servos.set(4, at.servos.get(1).slice());
+            at.say("step 1 of 4: search for the servo at the six listed rates, 4 s; a key ends it", "found: ID 1 at 1000000bps, alone on the bus; step 2 of 4: return delay us 2", "ok");
+            return true;
+        },
+    });
+
+    await finish(clock, setup.setUpNew(4));
+    assert.equal(setup.steps.length, 2);
+    assert.equal(setup.outcome.kind, "new");
+    assert.equal(setup.id, 4);
+    assert.deepEqual(codes(setup.session), []);
+    assert.ok(port.lines.includes("new 4"));
+});
+
+test("new servo: waits through a silent search of 4 s", async () => {
+    const { setup, port, clock } = await rig({ onText: (line) => line === "new 4" });
+    const setUp = setup.setUpNew(4);
+
+    await clock.advance(4500);
+    port.say("error 88: no servo answers at any rate; check power, plug and wiring; 'diagnose' looks at the line");
+    await finish(clock, setUp);
+    assert.deepEqual(codes(setup.session), ["command"]);
+    assert.equal(setup.outcome, null);
+});
+
+test("diagnosis: findings with text and remedy of the tables", async () => {
+    const { setup, clock } = await rig({
+        onText: (line, port) => {
+            if (line !== "diagnose 9") return false;
+            port.say("finding 11: no servo has this ID", "asked 4, answered 0, damaged 0, silent 4", "ID 1 at 1000000bps", "ok");
+            return true;
+        },
+    });
+
+    await finish(clock, setup.diagnose(9));
+    assert.equal(setup.findings.length, 1);
+    const [{ id, text, remedy, place, isGood }] = setup.findings;
+
+    assert.deepEqual([id, place, isGood], [9, "ID 1 at 1000000bps", false]);
+    assert.equal(text, tables().findings[11].text);
+    assert.equal(remedy, tables().findings[11].remedy);
+});
+
+test("rate of all: a servo that stays is named", async () => {
+    const { setup, clock } = await rig({
+        onText: (line, port) => {
+            if (line !== "baud all 500000bps") return false;
+            port.say("servo 1: stays at 1000000bps: refused by a servo", "bus at 500000bps", "error 87: not all servos of the list did it; the lines above name them");
+            return true;
+        },
+    });
+
+    await finish(clock, setup.changeRateOfAll(500000));
+    assert.equal(setup.outcome.kind, "partly");
+    assert.equal(setup.outcome.lines[0], "servo 1: stays at 1000000bps: refused by a servo");
+    assert.deepEqual(codes(setup.session), ["command"]);
+});
+
+test("write: by the console, and read back", async () => {
+    const { setup, port, clock, row } = await rig();
+
+    assert.equal(await finish(clock, setup.write(1, row("MIN_VOLTAGE"), 65)), true);
+    assert.deepEqual(setLines(port), ["set 1 MIN_VOLTAGE 65raw"]);
+    assert.equal(setup.registers.bytes[MIN_VOLTAGE], 65);
+});
+
+test("write: a refusal of the console is told", async () => {
+    const { setup, clock, row, session } = await rig({
+        onText: (line, port) => {
+            if (!line.startsWith("set 1")) return false;
+            port.say("error 21: servo 1: range error; a value or address is out of its range, read-only, or locked until power-off");
+            return true;
+        },
+    });
+
+    assert.equal(await finish(clock, setup.write(1, row("MIN_VOLTAGE"), 65)), undefined);
+    assert.deepEqual(codes(session), ["command"]);
+    assert.match(session.notices[0].remedy, /locked until power-off/);
+});
+
+test("write: a value that the servo does not keep is told", async () => {
+    const { setup, clock, row, session } = await rig({ onText: (line, port) => line.startsWith("set 1") && (port.say("ok"), true) });
+
+    assert.equal(await finish(clock, setup.write(1, row("MIN_VOLTAGE"), 65)), undefined);
+    assert.deepEqual(codes(session), ["register-not-taken"]);
+});
+
+test("write: by a packet without console; refusal is told", async () => {
+    const { setup, port, clock, row, session } = await rig({ hasConsole: false });
+
+    assert.equal(setup.has("new"), false);
+    session.robot.setServos([1, 2, 3]);
+    assert.equal(await finish(clock, setup.write(2, row("MIN_VOLTAGE"), 65)), true);
+    assert.equal(writesOf(port).length, 1);
+    port.refusals.set(2, 0x08);
+    assert.equal(await finish(clock, setup.write(2, row("MIN_VOLTAGE"), 66)), undefined);
+    assert.ok(codes(session).includes("refused"));
+});
+
+test("readAll: a servo that does not answer is told", async () => {
+    const { setup, port, clock, session } = await rig();
+
+    port.offline.add(2);
+    await finish(clock, setup.readAll(2), 3000);
+    assert.deepEqual(codes(session), ["servo-silent"]);
+});
+
+test("restore: writes what differs, nothing else", async () => {
+    const { setup, port, clock } = await rig();
+    const file = await finish(clock, setup.backup(null));
+
+    assert.deepEqual(JSON.parse(file).servos.map(({ id }) => id), [1, 2, 3]);
+    port.servos.get(1)[MIN_VOLTAGE] = 65;
+    port.servos.get(3)[MAX_VOLTAGE] = 140;
+    await finish(clock, setup.compare(file, null));
+    assert.deepEqual(setup.plan.servos.map(({ changes }) => changes.length), [1, 0, 1]);
+    assert.deepEqual(setLines(port), []);
+    await finish(clock, setup.restore());
+    assert.deepEqual(setLines(port), ["set 1 MIN_VOLTAGE 0raw", "set 3 MAX_VOLTAGE 0raw"]);
+    assert.deepEqual(setup.restored.map(({ id, why }) => [id, why]), [[1, ""], [3, ""]]);
+    assert.equal(setup.plan, null);
+});
+
+test("restore: shows what a servo did not take", async () => {
+    const isLocked = { value: false };
+    const { setup, port, clock } = await rig({
+        onText: (line, at) => {
+            if (!isLocked.value || !/^set 1 MIN/.test(line)) return false;
+            at.say("error 21: servo 1: range error; locked until power-off");
+            return true;
+        },
+    });
+    const file = await finish(clock, setup.backup(1));
+
+    port.servos.get(1).set([65, 140], MIN_VOLTAGE);
+    isLocked.value = true;
+    await finish(clock, setup.compare(file, 1));
+    await finish(clock, setup.restore());
+    assert.deepEqual(setup.restored.map(({ row, why }) => [row.name, why]), [
+        ["MIN_VOLTAGE", "servo 1: range error; locked until power-off"],
+        ["MAX_VOLTAGE", ""],
+    ]);
+});
+
+test("restore: a servo that has changed meanwhile gets nothing", async () => {
+    const { setup, port, clock, session } = await rig();
+    const file = await finish(clock, setup.backup(1));
+
+    port.servos.get(1)[MIN_VOLTAGE] = 65;
+    await finish(clock, setup.compare(file, 1));
+    port.servos.get(1)[MIN_VOLTAGE] = 70;
+    await finish(clock, setup.restore());
+    assert.deepEqual(setLines(port), []);
+    assert.deepEqual(codes(session), ["backup-changed"]);
+});
+
+test("restore: a stop ends it, the rest is not written", async () => {
+    const { setup, port, clock, session } = await rig({ onText: (line) => /^set /.test(line) });
+    const file = await finish(clock, setup.backup(1));
+
+    port.servos.get(1).set([65, 140], MIN_VOLTAGE);
+    await finish(clock, setup.compare(file, 1));
+    const restored = setup.restore();
+
+    await clock.advance(100);
+    assert.equal(setLines(port).length, 1);
+    session.stop();
+    await finish(clock, restored);
+    assert.equal(setLines(port).length, 1);
+    assert.deepEqual(setup.restored.map(({ why }) => why), ["unconfirmed"]);
+    assert.ok(codes(session).includes("stopped"));
+});
+
+test("compare: file of another servo, model, or a silent servo", async () => {
+    const { setup, port, clock, session } = await rig();
+    const file = await finish(clock, setup.backup(1));
+
+    await finish(clock, setup.compare(file, 2));
+    port.servos.get(1)[1] = 9;
+    await finish(clock, setup.compare(file, 1));
+    port.offline.add(1);
+    await finish(clock, setup.compare(file, null), 3000);
+    await finish(clock, setup.compare("{", 1));
+    assert.deepEqual(codes(session), ["backup-other-id", "backup-other-model", "servo-silent", "backup-foreign"]);
+    assert.equal(setup.plan, null);
+    assert.deepEqual(setLines(port), []);
+});
+
+test("a set-up that begins on a connection keeps what it reads", async () => {
+    const { clock, session } = await rig();
+    const setup = new Setup(session);
+
+    await finish(clock, setup.readAll(1));
+    assert.equal(setup.registers.id, 1);
+});
+
+test("another connection: nothing of the last one is shown", async () => {
+    const { setup, port, clock, session } = await rig();
+
+    await finish(clock, setup.readAll(1));
+    await session.disconnect();
+    const connected = session.connect(port);
+
+    await clock.advance(1000);
+    await connected;
+    assert.equal(setup.registers, null);
+});

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+/* Packets in words, the rows of the traffic, and their filter. */
+
+import assert from "node:assert/strict";
+import test from "node:test";
+import { Decoder, idsOf } from "../../src/model/decode.js";
+import { POLLS_MAX, ROWS_MAX, Traffic } from "../../src/model/traffic.js";
+import { action, bulkRead, packet, ping, read, regWrite, reset, syncRead, syncWrite, write } from "../../src/wire/packet.js";
+import { statusOf } from "../../src/wire/packet.js";
+import { status } from "../support/fake_port.js";
+import { tables } from "../support/tables.js";
+
+const decoder = new Decoder(tables());
+const POLL = syncRead(0x24, 8, [1, 2]);
+
+/* Instruction packets, what the decoder makes of them, and of a reply to them. */
+const PACKETS = [
+    [ping(1), "PING", "", status(1), "ok", ""],
+    [read(1, 0x1e, 2), "READ", "GOAL_POSITION", status(1, 0, [0, 2]), "ok", "GOAL_POSITION 150.1 deg"],
+    [
+        read(1, 0x24, 8),
+        "READ",
+        "PRESENT_POSITION to PRESENT_TEMPERATURE (8 bytes)",
+        status(1, 0, [0xff, 3, 10, 4, 0, 0, 120, 32]),
+        "ok",
+        "PRESENT_POSITION 300.0 deg, PRESENT_SPEED -0.6 rpm, PRESENT_LOAD 0.0 %, PRESENT_VOLTAGE 12.0 V, PRESENT_TEMPERATURE 32 C",
+    ],
+    [read(1, 0x04, 1), "READ", "BAUD_RATE", status(1, 0, [1]), "ok", "BAUD_RATE 1000000 bps"],
+    [read(1, 0x13, 1), "READ", "1 byte from 0x13", status(1, 0, [7]), "ok", "0x13 = 0x07"],
+    [read(1, 0x1f, 1), "READ", "1 byte from 0x1F", status(1, 0, [2]), "ok", "0x1F = 0x02"],
+    [write(1, 0x1e, [0, 2, 0x4a, 1]), "WRITE", "GOAL_POSITION 150.1 deg, MOVING_SPEED 20.0 rpm", status(1, 0x22), /^error: goal beyond the angle limits; overload; not carried out$/, ""],
+    [regWrite(1, 0x18, [1]), "REG WRITE", "TORQUE_ENABLE 1", status(1, 0x20), "error: overload", ""],
+    [action(), "ACTION", "", null],
+    [reset(4), "RESET", "", status(4, 0x40), "error: unknown instruction; not carried out", ""],
+    [syncWrite(0x1e, 2, [[1, [0, 2]], [2, [0, 0]]]), "SYNC WRITE", "1: GOAL_POSITION 150.1 deg; 2: GOAL_POSITION 0.0 deg", null],
+    [
+        syncRead(0x18, 1, [1, 2]),
+        "SYNC READ",
+        "TORQUE_ENABLE of 2 servos: 1, 2",
+        status(253, 0x80, [1, 0xff]),
+        "error: some servos did not answer",
+        "1: TORQUE_ENABLE 1; 2: no reply",
+    ],
+    [bulkRead([[1, 1, 0x18], [2, 253, 0]]), "BULK READ", "1: TORQUE_ENABLE; device: MODEL", status(1, 0, [1]), "ok", "TORQUE_ENABLE 1"],
+    [read(253, 0x17, 1), "READ", "INHIBIT", status(253, 0, [1]), "ok", "INHIBIT 1"],
+    [write(253, 6, [1, 0]), "WRITE", "RETURN_DELAY 1 × 2 us, REPEATS 0", status(253), "ok", ""],
+    [read(253, 0x50, 32), "READ", "FAILED_IDS", status(253, 0, new Array(32).fill(0)), "ok", /^FAILED_IDS 00 00 /],
+    [packet(1, 0x55, [1, 2]), "instruction 0x55", "01 02", status(1, 0x40), /unknown instruction/, ""],
+];
+
+const fits = (text, wanted) => (wanted instanceof RegExp ? assert.match(text, wanted) : assert.equal(text, wanted));
+
+test("decoder: every kind of packet, and a reply to it", () => {
+    for (const [request, name, text, reply, replyName, replyText] of PACKETS) {
+        assert.deepEqual(decoder.instruction(request), { name, text });
+        if (!reply) continue;
+        const described = decoder.status(reply, request);
+
+        fits(described.name, replyName);
+        fits(described.text, replyText);
+    }
+});
+
+test("decoder: each reply to a BULK READ has the registers of its servo", () => {
+    const request = bulkRead([[1, 1, 0x18], [2, 2, 0x1e]]);
+
+    assert.equal(decoder.status(status(2, 0, [0, 2]), request, 1).text, "GOAL_POSITION 150.1 deg");
+});
+
+test("decoder: a status packet that no request asked for shows its bytes", () => {
+    assert.match(decoder.status(status(1, 0, [1, 2]), null).text, /No request.*01 02/);
+});
+
+test("idsOf: all servos that a packet names", () => {
+    assert.deepEqual(idsOf(syncWrite(0x18, 1, [[3, [0]], [5, [0]]])), [3, 5]);
+    assert.deepEqual(idsOf(POLL), [1, 2]);
+    assert.deepEqual(idsOf(action()), [254]);
+});
+
+/* ---- rows ---- */
+
+const NO_FILTER = { withPolling: true };
+
+function rig() {
+    const traffic = new Traffic(decoder);
+    let time = 0;
+    const tell = (direction, kind, more) => traffic.take({ direction, kind, time: time++, ...more });
+
+    return {
+        traffic,
+        out: (bytes, source = "page") => tell("out", "packet", { bytes, source }),
+        in: (bytes, isExpected = true) => tell("in", "packet", { bytes, isExpected, status: statusOf(bytes) }),
+        say: (text, source = "page") => tell("out", "line", { text, source }),
+        hear: (text) => tell("in", "line", { text }),
+        stop: () => tell("out", "stop", { bytes: Uint8Array.of(0x18), text: "Ctrl-X" }),
+        noise: () => tell("in", "noise", { bytes: Uint8Array.of(1, 2), text: "01 02" }),
+        shown: (filter = NO_FILTER, count = 200) =>
+            traffic.select(filter, count).map((row) => {
+                const { who, name, text } = traffic.describe(row);
+
+                return `${who} ${name} ${text}`.trim();
+            }),
+    };
+}
+
+test("rows: a reply is described by its request", () => {
+    const r = rig();
+
+    r.out(read(1, 0x18, 1));
+    r.in(status(1, 0, [1]));
+    assert.deepEqual(r.shown(), ["1 READ TORQUE_ENABLE", "1 ok TORQUE_ENABLE 1"]);
+});
+
+test("rows: replies to BULK READ are counted", () => {
+    const r = rig();
+
+    r.out(bulkRead([[1, 1, 0x18], [1, 2, 0x19]]));
+    r.in(status(1, 0, [1]));
+    r.in(status(2, 0, [0]));
+    assert.deepEqual(r.shown().slice(1), ["1 ok TORQUE_ENABLE 1", "2 ok LED 0"]);
+});
+
+test("rows: a request whose reply is missing is an error", () => {
+    const r = rig();
+
+    r.out(ping(9));
+    r.out(ping(1));
+    r.in(status(1));
+    const [lost, good, reply] = r.traffic.select(NO_FILTER, 3);
+
+    assert.ok(lost.isUnanswered && lost.isError);
+    assert.ok(!good.isUnanswered && !reply.isError);
+});
+
+test("rows: a stop does not make the packet before it an error", () => {
+    const r = rig();
+
+    r.out(ping(9));
+    r.stop();
+    r.out(ping(1));
+    assert.ok(r.traffic.select(NO_FILTER, 3).every((row) => !row.isError));
+    assert.equal(r.shown()[1], "Ctrl-X");
+});
+
+test("filter: feedback polling is hidden, its requests by hand are not", () => {
+    const r = rig();
+
+    r.out(POLL);
+    r.in(status(253, 0, new Array(16).fill(0)));
+    r.out(read(253, 0x10, 8));
+    r.in(status(253, 0, new Array(8).fill(0)));
+    r.say("servos");
+    r.hear("servo 1: online");
+    r.hear("ok");
+    assert.deepEqual(r.shown({}), []);
+    assert.equal(r.shown().length, 7);
+    r.out(POLL, "hand");
+    r.in(status(253, 0, new Array(16).fill(0)));
+    r.say("servos", "hand");
+    r.hear("ok");
+    assert.equal(r.shown({}).length, 4);
+});
+
+test("filter: by servo, instruction, errors, text", () => {
+    const r = rig();
+
+    r.out(syncWrite(0x18, 1, [[3, [0]], [5, [0]]]));
+    r.out(write(3, 0x18, [1]));
+    r.in(status(3, 0x08));
+    r.say("torque 5 on");
+    r.hear("error 2: no reply");
+    r.noise();
+    assert.deepEqual(r.shown({ id: 5 }), ["SYNC WRITE 3: TORQUE_ENABLE 0; 5: TORQUE_ENABLE 0", "line torque 5 on", "line error 2: no reply"].map((text, i) => (i ? text : "all " + text)));
+    assert.equal(r.shown({ id: 3 }).length, 3);
+    assert.equal(r.shown({ group: "WRITE" }).length, 2);
+    assert.equal(r.shown({ group: "line" }).length, 2);
+    assert.equal(r.shown({ group: "noise" }).length, 1);
+    assert.deepEqual(r.shown({ errorsOnly: true }).map((text) => text.slice(0, 7)), ["3 error", "line er", "noise 2"]);
+    assert.equal(r.shown({ text: "torque_enable 1" }).length, 1);
+    assert.equal(r.shown({ text: "ff ff 03" }).length, 2);
+    assert.equal(r.shown({ id: 3, group: "SYNC WRITE" }).length, 1);
+});
+
+test("select: at most the newest rows, oldest of them first", () => {
+    const r = rig();
+
+    for (let id = 1; id <= 9; id++) r.out(ping(id));
+    assert.deepEqual(r.shown(NO_FILTER, 2), ["8 PING", "9 PING"]);
+});
+
+test("rows: polling does not push out other rows, and both lists have an end", () => {
+    const r = rig();
+
+    r.out(ping(7));
+    for (let i = 0; i < 10 * POLLS_MAX; i++) r.out(POLL);
+    assert.equal(r.shown({}).length, 1);
+    assert.ok(r.shown(NO_FILTER, Infinity).length <= 2 * POLLS_MAX + 1);
+    for (let i = 0; i < 3 * ROWS_MAX; i++) r.out(ping(1));
+    assert.ok(r.shown({}, Infinity).length <= 2 * ROWS_MAX);
+});
+
+test("clear: nothing is left to show", () => {
+    const r = rig();
+
+    r.out(ping(1));
+    r.traffic.clear();
+    assert.deepEqual(r.shown(), []);
+});

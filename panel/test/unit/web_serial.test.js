@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+/* Web Serial with a fake of navigator.serial that is made of real streams. */
+
+import assert from "node:assert/strict";
+import test from "node:test";
+import { WebSerialPort } from "../../src/port/web_serial.js";
+
+const named = (name, message = name) => Object.assign(new Error(message), { name });
+
+/* A serial port as of the Web Serial API. */
+class FakeSerial {
+    constructor() {
+        this.written = [];
+        this.isOpen = false;
+        this.readable = null;
+        this.writable = null;
+    }
+
+    async open(options) {
+        if (this.openError) throw this.openError;
+        this.options = options;
+        this.isOpen = true;
+        this.newStream();
+        this.writable = new WritableStream({ write: (bytes) => this.take(bytes) });
+    }
+
+    take(bytes) {
+        if (this.writeError) throw this.writeError;
+        this.written.push(...bytes);
+    }
+
+    newStream() {
+        this.readable = new ReadableStream({ start: (controller) => (this.input = controller) });
+    }
+
+    /* As a framing error: the stream ends, the port goes on. */
+    framingError() {
+        const { input } = this;
+
+        this.newStream();
+        input.error(named("FramingError"));
+    }
+
+    unplug() {
+        const { input } = this;
+
+        this.readable = null;
+        input.error(named("NetworkError", "The device has been lost."));
+    }
+
+    async close() {
+        if (this.readable?.locked || this.writable?.locked) throw new TypeError("locked");
+        this.isOpen = false;
+    }
+}
+
+function rig(chosen = new FakeSerial()) {
+    const serial = { requestPort: async () => (chosen instanceof Error ? Promise.reject(chosen) : chosen) };
+    const port = new WebSerialPort({ serial, baudRate: 57600 });
+    const bytes = [];
+    const reasons = [];
+
+    port.onBytes = (some) => bytes.push(...some);
+    port.onClose = (reason) => reasons.push(reason);
+    return { port, fake: chosen, bytes, reasons };
+}
+
+const tick = () => new Promise((resolve) => setImmediate(resolve));
+const codeOf = (promise) => promise.then(() => "ok", (error) => error.code);
+
+test("web serial: opens at the rate, writes, reads", async () => {
+    const { port, fake, bytes } = rig();
+
+    await port.open();
+    assert.equal(fake.options.baudRate, 57600);
+    port.write(Uint8Array.of(1, 2));
+    port.write(Uint8Array.of(3));
+    fake.input.enqueue(Uint8Array.of(9, 8));
+    await tick();
+    assert.deepEqual(fake.written, [1, 2, 3]);
+    assert.deepEqual(bytes, [9, 8]);
+});
+
+test("web serial: the browser has none", async () => {
+    const port = new WebSerialPort({ serial: undefined });
+
+    assert.equal(WebSerialPort.isSupported(undefined), false);
+    assert.equal(await codeOf(port.open()), "unsupported");
+});
+
+test("web serial: no port is chosen, or none is allowed", async () => {
+    assert.equal(await codeOf(rig(named("NotFoundError")).port.open()), "not-chosen");
+    assert.equal(await codeOf(rig(named("SecurityError")).port.open()), "denied");
+});
+
+test("web serial: another program or tab has the port", async () => {
+    const fake = new FakeSerial();
+
+    fake.openError = named("InvalidStateError");
+    assert.equal(await codeOf(rig(fake).port.open()), "in-use");
+    fake.openError = named("NetworkError");
+    assert.equal(await codeOf(rig(fake).port.open()), "in-use");
+});
+
+test("web serial: a framing error does not end the port", async () => {
+    const { port, fake, bytes, reasons } = rig();
+
+    await port.open();
+    fake.framingError();
+    await tick();
+    fake.input.enqueue(Uint8Array.of(5));
+    await tick();
+    assert.deepEqual(bytes, [5]);
+    assert.deepEqual(reasons, []);
+});
+
+test("web serial: unplugged, said once", async () => {
+    const { port, fake, reasons } = rig();
+
+    await port.open();
+    fake.unplug();
+    await tick();
+    await tick();
+    assert.deepEqual(reasons, ["The device has been lost."]);
+    assert.throws(() => port.write(Uint8Array.of(1)));
+});
+
+test("web serial: a write fails", async () => {
+    const { port, fake, reasons } = rig();
+
+    await port.open();
+    fake.writeError = named("NetworkError", "gone");
+    port.write(Uint8Array.of(1));
+    await tick();
+    await tick();
+    assert.deepEqual(reasons, ["gone"]);
+});
+
+test("web serial: close releases the streams and is no loss", async () => {
+    const { port, fake, reasons } = rig();
+
+    await port.open();
+    port.write(Uint8Array.of(0x18));
+    await port.close();
+    assert.equal(fake.isOpen, false);
+    assert.deepEqual(fake.written, [0x18]);
+    assert.deepEqual(reasons, []);
+    await port.close();
+});
+
+test("web serial: opens again after a loss", async () => {
+    const { port, fake, bytes } = rig();
+
+    await port.open();
+    fake.unplug();
+    await tick();
+    await tick();
+    await port.open();
+    fake.input.enqueue(Uint8Array.of(7));
+    await tick();
+    assert.deepEqual(bytes, [7]);
+});

@@ -1,0 +1,87 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The tables of the control panel as JSON: registers, units, errors, findings, commands, registers of the device,
+settings, version. They come from the same tables as docs/*.md, and hold only what the page shows: each browser loads
+them. Prints the JSON."""
+import json
+import pathlib
+import re
+
+import console
+import device
+import errors
+import registers
+import settings
+
+# value = raw * per / of, in the unit of the page.
+UNITS = {
+    "NUMBER": {"name": "", "per": 1, "of": 1, "digits": 0},
+    "MDEG": {"name": "deg", "per": 300, "of": 1023, "digits": 1},
+    "MARGIN_MDEG": {"name": "deg", "per": 300, "of": 1023, "digits": 1},
+    "MRPM": {"name": "rpm", "per": 62, "of": 1023, "digits": 1},
+    "SIGNED_MRPM": {"name": "rpm", "per": 62, "of": 1023, "digits": 1, "signed": True},
+    "CPCT": {"name": "%", "per": 100, "of": 1023, "digits": 1},
+    "SIGNED_CPCT": {"name": "%", "per": 100, "of": 1023, "digits": 1, "signed": True},
+    "MV": {"name": "V", "per": 1, "of": 10, "digits": 1},
+    "CELSIUS": {"name": "C", "per": 1, "of": 1, "digits": 0},
+    "US": {"name": "us", "per": 2, "of": 1, "digits": 0},
+    "BPS": {"name": "bps", "digits": 0},  # 2 000 000 / (raw + 1)
+}
+
+
+def table_of_registers():
+    for name, address, width, access, area, initial, lowest, highest, unit in registers.rows():
+        if name.startswith("RESERVED"):
+            continue
+        yield {"name": name, "address": int(address, 0), "bytes": width, "writable": access == "RW",
+               "area": area, "initial": initial, "lowest": lowest, "highest": highest, "unit": unit}
+
+
+def table_of_device():
+    for name, address, count, access, lowest, highest, unit, what in device.rows():
+        yield {"name": name, "address": int(address, 0), "bytes": int(count), "writable": access == "RW",
+               "unit": "" if unit == "-" else unit, "what": what}
+
+
+def table_of_settings():
+    for name, size, initial, lowest, highest, unit, what in settings.rows():
+        yield {"name": name, "bytes": int(size), "initial": int(initial), "lowest": int(lowest),
+               "highest": int(highest), "unit": "" if unit == "-" else unit, "what": what}
+
+
+def table_of_commands():
+    """Each command, with the profiles that have it. `name`: its first word."""
+    found = {}
+    for profile in ("full", "console"):
+        for heading, usage, what, _, _ in console.commands(profile):
+            row = found.setdefault(usage, {"name": usage.split()[0], "usage": usage, "heading": heading,
+                                           "what": what, "profiles": []})
+            row["profiles"].append(profile)
+    return found.values()
+
+
+def table_of_errors():
+    """The console sends the texts itself."""
+    return {number: {"remedy": remedy} for source in errors.SOURCES for _, number, _, remedy in errors.rows(source)}
+
+
+def table_of_findings():
+    return {number: {"text": text, "remedy": remedy} for _, number, text, remedy in errors.rows(errors.FINDINGS)}
+
+
+def main():
+    version = re.search(r'CDS_VERSION "([^"]+)"', pathlib.Path("include/cds55xx/version.h").read_text())[1]
+    print(json.dumps({
+        "version": version,
+        "units": UNITS,
+        "registers": list(table_of_registers()),
+        "device": list(table_of_device()),
+        "settings": list(table_of_settings()),
+        "commands": list(table_of_commands()),
+        "errors": table_of_errors(),
+        "findings": table_of_findings(),
+    }, indent=1))
+
+
+if __name__ == "__main__":
+    main()
