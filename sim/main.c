@@ -16,6 +16,7 @@
 
 #define SECONDS_MIN 1e-6
 #define SECONDS_MAX 1e6
+#define SLOW_MAX    100
 #define TCP_PREFIX  "tcp:"
 
 enum { EXIT_GOOD = 0, EXIT_FAILED = 1, EXIT_USAGE = 2 };
@@ -66,6 +67,9 @@ static const char help[] =
     "  --poke SOCKET      take orders from `cds55xx-sim poke SOCKET ORDER` (with --host pty, tcp "
     "or "
     "--pty)\n"
+    "  --slow N           simulated time runs N times slower than real time, 1 to 100 (with --host "
+    "pty, tcp\n"
+    "                     or --pty)\n"
     "  --fault ORDER      inject a fault, as in --fault \"flip out 1 4 3\": docs/faults.md; any "
     "number\n"
     "  --seed N           of all that happens at random; 0 (default) to 4294967295\n"
@@ -211,6 +215,12 @@ static bool parse_seed(struct testbench_options *options, const char *value)
     return good || usage("--seed wants 0 to 4294967295, not", value);
 }
 
+static bool parse_slow(struct testbench_options *options, const char *value)
+{
+    bool good = parse_whole(value, SLOW_MAX, &options->slow) && options->slow > 0;
+    return good || usage("--slow wants 1 to 100, not", value);
+}
+
 static bool parse_rules(struct testbench_options *options, const char *value)
 {
     options->rules_warn = strcmp(value, "warn") == 0;
@@ -262,6 +272,7 @@ static bool parse_option(struct testbench_options *options, const char *name, co
         {"--seconds", 0, parse_seconds},
         {"--fault", 0, parse_fault},
         {"--seed", 0, parse_seed},
+        {"--slow", 0, parse_slow},
         {"--usart", 0, parse_usart},
         {"--steps", &options->cycles.steps, 0},
     };
@@ -290,12 +301,14 @@ static bool *find_switch(struct testbench_options *options, const char *name)
                                                      : 0;
 }
 
-static bool check_poke(const struct testbench_options *options)
+static bool check_realtime(const struct testbench_options *options)
 {
     bool realtime =
         options->pty || options->host == TESTBENCH_HOST_PTY || options->host == TESTBENCH_HOST_TCP;
-    return !options->poke || (realtime && !options->script) ||
-           usage("--poke is for a run in real time without --script", 0);
+    if (options->poke && (!realtime || options->script)) {
+        return usage("--poke is for a run in real time without --script", 0);
+    }
+    return !options->slow || realtime || usage("--slow is for a run in real time", 0);
 }
 
 static bool check_firmware(const struct testbench_options *options)
@@ -368,7 +381,7 @@ static bool parse(struct testbench_options *options, int argc, char **argv)
     if ((options->panes.speed || options->panes.load) && !options->plot) {
         return usage("--panes is for --plot", 0);
     }
-    return check_ids(options) && check_poke(options) &&
+    return check_ids(options) && check_realtime(options) &&
            (options->bus ? check_bus(options) : check_firmware(options));
 }
 

@@ -87,6 +87,7 @@ struct testbench_options {
     double seconds;    // 0: no limit
     const char *faults[TESTBENCH_FAULTS_MAX];
     unsigned fault_count;
+    unsigned long slow; // simulated time runs so many times slower than real time; 0: as 1
     uint32_t seed;
     bool allow_duplicates;
     bool exact;

@@ -156,6 +156,12 @@ static void step(void *context, uint64_t now)
     schedule_at(&bench->schedule, &bench->next_step, next < end ? next : end);
 }
 
+static void start_realtime(struct testbench *bench)
+{
+    unsigned long slow = bench->options->slow;
+    realtime_start(&bench->realtime, bench->clock_Hz / (uint32_t)(slow ? slow : 1));
+}
+
 bool testbench_open_client(struct testbench *bench)
 {
     if (!open_port(bench)) {
@@ -164,7 +170,7 @@ bool testbench_open_client(struct testbench *bench)
     if (bench->options->bus) {
         return true; // testbench_run_adapter_in_realtime()
     }
-    realtime_start(&bench->realtime, bench->clock_Hz);
+    start_realtime(bench);
     event_init(&bench->next_step, step, bench);
     schedule_at(&bench->schedule, &bench->next_step, 0);
     return true;
@@ -183,7 +189,7 @@ static uint64_t adapter_step_us(const struct testbench *bench, uint64_t now, int
 void testbench_run_adapter_in_realtime(struct testbench *bench)
 {
     uint64_t us = bench->clock_Hz / 1000000;
-    realtime_start(&bench->realtime, bench->clock_Hz);
+    start_realtime(bench);
     while (!bench->stop) {
         uint64_t now = realtime_cycle(&bench->realtime);
         schedule_run_until(&bench->schedule, now);

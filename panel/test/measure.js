@@ -67,10 +67,10 @@ async function measureAll({ count, rate }) {
     const rows = [];
 
     try {
-        const panel = await startPanel(ending, { servos: `1-${count}`, isNew: rate === 115200 });
+        const panel = await startPanel(ending, { servos: `1-${count}`, isFast: rate === 1000000, slow: 1 });
         const browser = await startBrowser(ending);
         const browserSession = await browser.target().createCDPSession();
-        const page = await openPage(ending, browser, panel.url);
+        const page = await openPage(ending, browser, panel.url, { slow: 1 });
 
         page.client = await page.createCDPSession();
         await page.client.send("Performance.enable");

@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 struct realtime {
-    uint32_t clock_Hz;
+    uint32_t clock_Hz;  // cycles in a second of real time
     uint64_t origin_ns; // monotonic time of cycle 0
     uint64_t lost_ns;   // time that the run has lost for good
 };

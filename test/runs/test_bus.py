@@ -80,6 +80,16 @@ class Clients(unittest.TestCase):
             self.assertGreater(min(took), 0.4)
             self.assertLess(min(took), 1.5)
 
+    def test_slow_simulated_time_never_runs_ahead(self):
+        start = time.monotonic()
+        with bus("--slow", "20", servos="1") as sim, Port(sim.path) as port:
+            self.assertTrue(port.ping(1))
+            wait_until(lambda: time.monotonic() - start > 1)
+            sim.end()
+        simulated = float(re.search(r"([0-9.]+) s simulated", sim.output)[1])
+        self.assertGreater(simulated, 0)
+        self.assertLessEqual(simulated * 20, time.monotonic() - start)
+
     def test_reply_comes_within_3_ms_and_an_idle_bus_costs_little(self):
         with bus() as sim, Port(sim.path) as port:
             medians = []  # the machine may be busy: the best of several counts

@@ -158,6 +158,9 @@ void test_bad_usage_is_refused(void)
     assert_refused("bus --servos 1 --seconds 1 --mark B0", "a bus has no firmware");
     assert_refused("firmware a.elf --board x --seed 4294967296", "--seed wants");
     assert_refused("firmware a.elf --board x --seed -1", "--seed wants");
+    assert_refused("firmware a.elf --board x --slow 0", "--slow wants 1 to 100");
+    assert_refused("firmware a.elf --board x --slow 101", "--slow wants 1 to 100");
+    assert_refused("firmware a.elf --board x --seconds 1 --slow 2", "--slow is for a run in real");
     assert_refused("firmware a.elf --board x --seconds -1", "positive number");
     assert_refused("firmware a.elf --board x", "--seconds is wanted");
 }

@@ -120,7 +120,8 @@ export class Robot extends EventTarget {
     }
 
     /* The outcome of a stop. */
-    takeStop({ off, on }) {
+    takeStop({ inhibited, off, on }) {
+        if (inhibited) this.device = { ...this.device, inhibit: 1 };
         for (const id of off) if (this.servos.has(id)) this.servos.get(id).torque = false;
         for (const id of on) if (this.servos.has(id)) this.servos.get(id).torque = true;
         this.#due.clear();

@@ -7,6 +7,25 @@ export const realClock = {
     cancel: (timer) => clearTimeout(timer),
 };
 
+const GRACE_MS = 20;
+
+/* Calls `call` after `ms`, unless it is cancelled. While the page is held up, bytes wait, and a timer may
+ * run before them. So the last GRACE_MS begin with a timer of their own: bytes that have come before it are
+ * taken before `call`. */
+export class Timeout {
+    #clock;
+    #timer;
+
+    constructor(clock, ms, call) {
+        this.#clock = clock;
+        this.#timer = clock.after(ms - GRACE_MS, () => (this.#timer = clock.after(GRACE_MS, call)));
+    }
+
+    cancel() {
+        this.#clock.cancel(this.#timer);
+    }
+}
+
 /* Resolves after `ms`. */
 export function pause(clock, ms) {
     return new Promise((resolve) => clock.after(ms, resolve));

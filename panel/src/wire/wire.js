@@ -14,7 +14,7 @@
 
 import { Demux } from "./demux.js";
 import { FenceJob, LineJob, MarkerJob, PacketJob } from "./jobs.js";
-import { realClock } from "./clock.js";
+import { Timeout, realClock } from "./clock.js";
 import { isPacket, read, toHex } from "./packet.js";
 import { WireError } from "./wire_error.js";
 import { verifyStop } from "./stop.js";
@@ -40,8 +40,8 @@ export class Wire extends EventTarget {
     #demux;
     #queue = [];
     #current = null;
-    #timer = null; // of the current job
-    #silenceTimer = null;
+    #timeout = null; // of the current job
+    #silence = null; // timeout of an unfinished packet
     #fences = 0;
     #markers = 0;
     #epoch = 0; // counts up with each stop and close: what began before is void
@@ -209,14 +209,14 @@ export class Wire extends EventTarget {
     }
 
     #armTimer(job) {
-        this.#clock.cancel(this.#timer);
-        this.#timer = this.#clock.after(job.timeout, () => this.#timeOut(job));
+        this.#timeout?.cancel();
+        this.#timeout = new Timeout(this.#clock, job.timeout, () => this.#timeOut(job));
     }
 
     /* The job has ended, or `end` ends it. */
     #finish(job, end = () => {}) {
-        this.#clock.cancel(this.#timer);
-        this.#timer = null;
+        this.#timeout?.cancel();
+        this.#timeout = null;
         this.#current = null;
         end();
         this.#pump();
@@ -224,7 +224,7 @@ export class Wire extends EventTarget {
 
     #timeOut(job) {
         this.#current = null;
-        this.#timer = null;
+        this.#timeout = null;
         const isText = job.kind === "line";
 
         job.fail("timeout", job.line ?? toHex(job.bytes));
@@ -234,8 +234,8 @@ export class Wire extends EventTarget {
     #failAll(code) {
         const jobs = [this.#current, ...this.#queue].filter((job) => job);
 
-        this.#clock.cancel(this.#timer);
-        this.#timer = null;
+        this.#timeout?.cancel();
+        this.#timeout = null;
         this.#current = null;
         this.#queue = [];
         for (const job of jobs) job.fail(code, job.line);
@@ -245,10 +245,10 @@ export class Wire extends EventTarget {
 
     #receive(bytes) {
         if (this.state === "closed") return;
-        this.#clock.cancel(this.#silenceTimer);
+        this.#silence?.cancel();
         this.#demux.take(bytes);
         if (this.#demux.isWithinPacket)
-            this.#silenceTimer = this.#clock.after(SILENCE_MS, () => this.#demux.silence());
+            this.#silence = new Timeout(this.#clock, SILENCE_MS, () => this.#demux.silence());
     }
 
     #takePacket(status, bytes) {
@@ -416,7 +416,7 @@ export class Wire extends EventTarget {
         const wasStopping = this.state === "stopping";
 
         this.#epoch++;
-        this.#clock.cancel(this.#silenceTimer);
+        this.#silence?.cancel();
         this.#setState("closed");
         this.#failAll("closed");
         this.#demux.clear();

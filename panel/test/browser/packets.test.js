@@ -196,7 +196,7 @@ test("board: a setting is checked, applied, and saved over power-off", async (t)
 });
 
 test("board: defaults only after the dialog", async (t) => {
-    const { page } = await startRobot(t);
+    const { page } = await startRobot(t, { isFast: true });
 
     await openTab(page, "board");
     await page.waitForSelector("#setting-host_baud");

@@ -3,7 +3,7 @@
  * for what the page shows, never for a time. */
 
 import { spawn } from "node:child_process";
-import { copyFileSync, mkdtempSync, rmSync } from "node:fs";
+import { copyFileSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
 import { createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -11,8 +11,26 @@ import puppeteer from "puppeteer-core";
 
 const ROOT = new URL("../../../", import.meta.url).pathname;
 export const PATIENCE_MS = 120000; // only a page that hangs needs it, on a busy machine too
+/* In a test time runs so many times slower for the page and for the simulator: a busy machine still keeps
+ * the times that the page allows for a reply or a goal. */
+const SLOW = 4;
+const FAILURE_ROWS = 300;
 const DESKTOP = { width: 1366, height: 768 };
 export const PHONE = { width: 375, height: 812, deviceScaleFactor: 2, isMobile: true, hasTouch: true };
+
+const endings = new WeakMap(); // of each test
+
+/* Calls `end` at the end of the test, the newest first: the page ends before the browser, the browser
+ * before the simulator. */
+function atEnd(t, end) {
+    if (!endings.has(t)) {
+        endings.set(t, []);
+        t.after(async () => {
+            for (const each of endings.get(t).reverse()) await each();
+        });
+    }
+    endings.get(t).push(end);
+}
 
 function freePort() {
     return new Promise((resolve) => {
@@ -24,32 +42,32 @@ function freePort() {
     });
 }
 
-/* A robot: simulator, WebSocket and page. `isNew`: without saved settings, so at the rate of the board.
- * `more`: options of the simulator. Ends with the test. */
+/* A robot: simulator, WebSocket and page. `isFast`: at 1 Mbps, with the settings of `make
+ * panel`; else at the rate of the board. `slow`: of simulator and page. `more`: options of the simulator. Ends with the test. */
 export async function startPanel(
     t,
-    { servos = "1-3", board = "arduino-mega", elf = `build/${board}/controller.elf`, port, isNew = false, more = [] } = {},
+    { servos = "1-3", board = "arduino-mega", elf = `build/${board}/controller.elf`, port, isFast = false, slow = SLOW, more = [] } = {},
 ) {
     const folder = mkdtempSync(join(tmpdir(), "panel-"));
     const eeprom = join(folder, "eeprom");
     const ownPort = port ?? (await freePort());
 
-    if (!isNew && board !== "arbotix") copyFileSync(join(ROOT, "build/panel.eeprom"), eeprom); // its chip has a smaller EEPROM
-    const process = spawn(
+    if (isFast) copyFileSync(join(ROOT, "build/panel.eeprom"), eeprom);
+    const simulation = spawn(
         join(ROOT, "scripts/panel.py"),
-        [elf, "--board", board, "--servos", servos, "--eeprom", eeprom, "--port", String(ownPort), ...(more.length ? ["--", ...more] : [])],
+        [elf, "--board", board, "--servos", servos, "--eeprom", eeprom, "--port", String(ownPort), "--", "--slow", String(slow), ...more],
         { cwd: ROOT, stdio: ["ignore", "pipe", "pipe"] },
     );
-    const ended = new Promise((resolve) => process.on("close", resolve));
-    const panel = { url: "", port: ownPort, folder, output: "", end: () => (process.kill("SIGINT"), ended) };
+    const ended = new Promise((resolve) => simulation.on("close", resolve));
+    const panel = { url: "", port: ownPort, folder, output: "", end: () => (simulation.kill("SIGINT"), ended) };
 
-    t.after(async () => {
+    atEnd(t, async () => {
         await panel.end();
         rmSync(folder, { recursive: true });
     });
-    process.stderr.on("data", (data) => (panel.output += data));
+    simulation.stderr.on("data", (data) => (panel.output += data));
     await new Promise((resolve, reject) => {
-        process.stdout.on("data", (data) => {
+        simulation.stdout.on("data", (data) => {
             panel.output += data;
             panel.url ||= /control panel: (\S+)/.exec(panel.output)?.[1] ?? "";
             if (panel.url) resolve();
@@ -67,23 +85,51 @@ export async function startBrowser(t) {
         protocolTimeout: PATIENCE_MS,
     });
 
-    t.after(() => browser.close());
+    atEnd(t, () => browser.close());
     return browser;
 }
 
+/* In the page, before its scripts run: its clock and its timers run `slow` times slower. */
+function slowTime(slow) {
+    const now = performance.now.bind(performance);
+    const set = setTimeout;
+
+    performance.now = () => now() / slow;
+    globalThis.setTimeout = (call, ms, ...values) => set(call, ms * slow, ...values);
+}
+
+/* What a page showed when its test failed: the text on stderr, a picture in build/panel-failures. */
+async function saveFailure(t, page) {
+    const folder = join(ROOT, "build/panel-failures");
+    const path = join(folder, `${t.name.replace(/\W+/g, "-")}.png`);
+
+    mkdirSync(folder, { recursive: true });
+    await page.screenshot({ path, fullPage: true });
+    const [text, traffic] = await page.evaluate((count) => {
+        const rows = document.querySelector("panel-app").session.traffic?.select({ withPolling: false }, count) ?? [];
+        const lineOf = ({ time, direction, kind, bytes, line }) => `${time.toFixed(0)} ${direction} ${kind} ${line || bytes}`;
+
+        return [document.body.innerText, rows.map(lineOf).join("\n")];
+    }, FAILURE_ROWS);
+
+    process.stderr.write(`${path}: the page showed:\n${text}\nThe last packets and lines, times of the page in ms:\n${traffic}\n`);
+}
+
 /* A page at `url`. Errors of the page fail the test at its end. */
-export async function openPage(t, browser, url, { viewport = DESKTOP, scheme = "light" } = {}) {
+export async function openPage(t, browser, url, { viewport = DESKTOP, scheme = "light", slow = SLOW } = {}) {
     const page = await browser.newPage();
     const errors = [];
 
     page.setDefaultTimeout(PATIENCE_MS);
+    await page.evaluateOnNewDocument(slowTime, slow);
     await page.setViewport(viewport);
     await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
     page.on("pageerror", (error) => errors.push(error.message));
     page.on("console", (message) => {
         if (message.type() === "error" && !message.text().includes("WebSocket")) errors.push(message.text());
     });
-    t.after(() => {
+    atEnd(t, async () => {
+        if (t.passed === false) await saveFailure(t, page);
         if (errors.length) throw new Error(`errors of the page:\n${errors.join("\n")}`);
     });
     await page.goto(url);

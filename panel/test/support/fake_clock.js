@@ -25,6 +25,11 @@ export class FakeClock {
         this.#timers.delete(timer);
     }
 
+    /* The page is held up for `ms`: time passes, and neither a timer runs nor bytes are taken. */
+    stall(ms) {
+        this.#now += ms;
+    }
+
     /* Moves on by `ms`; each timer on the way runs at its time. */
     async advance(ms) {
         const end = this.#now + ms;
@@ -32,7 +37,7 @@ export class FakeClock {
         await settle();
         for (let timer = this.#next(end); timer; timer = this.#next(end)) {
             this.#timers.delete(timer);
-            this.#now = timer.at;
+            this.#now = Math.max(this.#now, timer.at);
             timer.call();
             await settle();
         }

@@ -255,6 +255,15 @@ test("hold: does nothing after a stop", async () => {
     assert.deepEqual(goals(port), []);
 });
 
+test("stop: driving is known to be inhibited as soon as the stop is confirmed", async () => {
+    const { robot } = await rig({ start: false });
+
+    robot.takeStop({ inhibited: true, off: [1, 2], on: [] });
+    assert.ok(robot.isInhibited);
+    robot.takeStop({ inhibited: false, off: [1, 2], on: [] });
+    assert.ok(robot.isInhibited, "a stop that is not confirmed says nothing of the inhibit");
+});
+
 test("torque of all: a servo that fails is told, the others go on", async () => {
     const { robot, port, clock } = await rig({ ids: [1, 2, 3], torque: 0 });
     const failed = [];

@@ -188,6 +188,27 @@ test("request: a timeout, then a fence, then the next packet", async () => {
     assert.equal(port.packets.filter((bytes) => bytes[2] === 200).length, 1, "sent once");
 });
 
+test("request: a reply that waits while the page is held up is no timeout", async () => {
+    const { wire, port, clock } = await rig();
+    const request = wire.request(ping(200));
+
+    clock.stall(10 * REPLY_MS);
+    await clock.advance(0); // the timers run before the bytes
+    port.onBytes(status(200));
+    assert.equal((await request).id, 200);
+});
+
+test("request: a reply in two parts is whole though the page is held up between", async () => {
+    const { wire, port, clock } = await rig();
+    const request = wire.request(ping(200));
+
+    port.onBytes(status(200).slice(0, 4));
+    clock.stall(1000);
+    await clock.advance(0);
+    port.onBytes(status(200).slice(4));
+    assert.equal((await request).id, 200);
+});
+
 test("request: a stale reply is not taken for the next one", async () => {
     const { wire, port, clock } = await rig();
 
