@@ -37,8 +37,8 @@ struct cds_sequence_config {
     struct cds_motion *motion; // begun
     uint16_t *poses;           // room for two poses: twice as many positions as there are joints
     void *context;             // handed to the functions
-    /* Reads step `index` and its pose, CDS_POSE_NONE for each joint that takes no part. False:
-     * there is no such step. Called for each step of a run and for the index behind its last
+    /* Reads step `index`, 0 to 255, and its pose, CDS_POSE_NONE for each joint that takes no part.
+     * False: there is no such step. Called for each step of a run and for the index behind its last
      * step; perhaps twice for the index behind a step that passes. */
     bool (*read)(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose);
     /* Asked again with each poll until it is true: may step `index` begin? Not asked for a step
@@ -84,7 +84,8 @@ enum cds_result cds_sequence_begin(struct cds_sequence *sequence,
  *   CDS_PENDING    it runs
  *   CDS_OK         all steps are over
  *   CDS_CANCELLED  it was aborted
- *   else           why the move of sequence.step was refused or has ended: motion.h */
+ *   else           why the move of sequence.step was refused or has ended: motion.h. A move behind
+ *                  a passed pose is refused while the joints move: they come to rest */
 enum cds_result cds_sequence_poll(struct cds_sequence *sequence);
 
 /* Ends the sequence: the joints come to rest as by cds_motion_abort(). */

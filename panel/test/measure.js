@@ -6,6 +6,7 @@
  * worse. `make panel-figures` */
 
 import { writeFileSync } from "node:fs";
+import { Ending } from "./support/ending.js";
 import { openPage, shows, startBrowser, startPanel } from "./support/browser.js";
 
 const CASES = [
@@ -20,19 +21,6 @@ const MEASURE_MS = 10000;
 const COLUMNS = ["servos", "bit/s", "view", "updates a second", "drawn frames a second", "CPU of the main thread %", "CPU of the page's process %", "heap MB"];
 
 const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
-
-/* Stands for the context of a test: what is to be ended. */
-class Ending {
-    #calls = [];
-
-    after(call) {
-        this.#calls.unshift(call);
-    }
-
-    async end() {
-        for (const call of this.#calls) await call();
-    }
-}
 
 /* Counters of the page: updates, frames, seconds of CPU. */
 async function countersOf(page, browserSession) {

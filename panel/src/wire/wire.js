@@ -24,7 +24,7 @@ export const LINE_MS = 3000; // a command: the longest time without a line of it
 export const CTRL_X = 0x18;
 
 const DEVICE_ID = 253;
-const SILENCE_MS = 50; // an unfinished packet is none
+const SILENCE_MS = 200; // an unfinished packet is none; a busy machine passes bytes on with gaps
 const STOP_FENCE_MS = 100; // the controller drops a packet that waits for 15 ms behind a SYNC READ
 const OPEN_MS = 6000; // a board that the opening of its port resets, with its boot loader
 const MARKER_MS = 500;
@@ -132,6 +132,7 @@ export class Wire extends EventTarget {
         this.#epoch++;
         this.#setState("stopping");
         this.sendStop();
+        this.#demux.silence(); // the reply to a packet from before does not hold up what confirms the stop
         this.#failAll("stopped");
         this.#stopping ??= this.#stop(servos);
         return this.#stopping;

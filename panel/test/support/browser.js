@@ -15,7 +15,7 @@ export const PATIENCE_MS = 120000; // only a page that hangs needs it, on a busy
  * the times that the page allows for a reply or a goal. */
 const SLOW = 4;
 const FAILURE_ROWS = 300;
-const DESKTOP = { width: 1366, height: 768 };
+export const DESKTOP = { width: 1366, height: 768 };
 export const PHONE = { width: 375, height: 812, deviceScaleFactor: 2, isMobile: true, hasTouch: true };
 
 const endings = new WeakMap(); // of each test

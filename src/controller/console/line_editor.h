@@ -13,8 +13,8 @@
 
 #include "console/editor.h"
 
-/* Inserts a character at the cursor. False: a line of EDITOR_SIZE - 1 characters takes one only at
- * its end, and then it is full (EDITOR_FULL). */
+/* Inserts a character at the cursor of a line of less than EDITOR_SIZE characters. False: a line of
+ * EDITOR_SIZE - 1 characters takes one only at its end, and then it is full (EDITOR_FULL). */
 bool line_editor_insert(struct editor *editor, char c);
 
 /* The terminal shows nothing of the line: it is drawn again, behind the prompt if there is one. */

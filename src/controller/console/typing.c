@@ -109,6 +109,10 @@ static bool decide(struct console *console)
     if (!job->is_found)
         return ring_bell(console);
     if (job->common.length > length || job->is_unique) {
+        uint8_t added = (uint8_t)(job->common.length - length + job->is_unique);
+
+        if (console->editor.length + added >= EDITOR_SIZE)
+            return ring_bell(console);
         for (uint8_t i = length; i < job->common.length; i++)
             line_editor_insert(&console->editor, job->common.text[i]);
         if (job->is_unique)

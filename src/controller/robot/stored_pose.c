@@ -29,7 +29,7 @@ void stored_group_keep(struct robot *robot)
 
 void stored_group_drop(struct robot *robot)
 {
-    if (!robot->moves->group_is_tried)
+    if (!robot->moves || !robot->moves->group_is_tried)
         return;
     robot->moves->group_is_tried = false;
     robot_forget_group(robot, robot->moves->tried_from);

@@ -471,10 +471,12 @@ enum cds_result cds_motion_move(struct cds_motion *motion, const struct cds_move
 /* A move was checked, perhaps one that a motion under way goes over to. */
 static void note_check(struct cds_motion *motion, enum cds_result result)
 {
-    if (result == CDS_OK)
+    if (result == CDS_OK) {
         motion->is_ready = true;
-    else if (result != CDS_PENDING)
+    } else if (result != CDS_PENDING) {
         motion->move_result = result;
+        motion->is_paused &= motion->is_under_way; // a pause of a refused move is over
+    }
     if (motion->is_ready)
         motion->result = CDS_PENDING;
 }

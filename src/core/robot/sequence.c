@@ -33,7 +33,7 @@ static bool read_behind(struct cds_sequence *sequence, uint8_t slot)
     const struct cds_sequence_slot *from = &sequence->slots[slot];
     uint16_t repeats = sequence->config.repeats, run = (uint16_t)(from->run + 1);
 
-    if (read_to(sequence, !slot, (uint8_t)(from->index + 1), from->run))
+    if (from->index < UINT8_MAX && read_to(sequence, !slot, (uint8_t)(from->index + 1), from->run))
         return true;
     return (repeats == 0 || run < repeats) && read_to(sequence, !slot, 0, run);
 }
@@ -129,6 +129,20 @@ static enum cds_result arrive(struct cds_sequence *sequence)
     return CDS_PENDING;
 }
 
+/* The move of the next step was refused: the joints come to rest. A move that a motion drops
+ * because it ends is not refused. */
+static enum cds_result end_refused(struct cds_sequence *sequence, enum cds_result result)
+{
+    struct cds_motion *motion = sequence->config.motion;
+
+    if (!motion->is_ending) {
+        sequence->step = sequence->slots[!sequence->slot].index;
+        sequence->run = sequence->slots[!sequence->slot].run;
+    }
+    cds_motion_abort(motion, CDS_MOTION_DECELERATION);
+    return end(sequence, result);
+}
+
 static enum cds_result poll_way(struct cds_sequence *sequence)
 {
     struct cds_motion *motion = sequence->config.motion;
@@ -141,28 +155,24 @@ static enum cds_result poll_way(struct cds_sequence *sequence)
     if (!sequence->passes)
         return CDS_PENDING;
     result = submit(sequence, !sequence->slot, true);
-    if (result == CDS_OK) {
+    if (result == CDS_OK)
         sequence->state = QUEUED;
-    } else if (result != CDS_BUSY) {
-        cds_motion_abort(motion, CDS_MOTION_DECELERATION);
-        return end(sequence, result);
-    }
+    else if (result != CDS_BUSY)
+        return end_refused(sequence, result);
     return CDS_PENDING;
 }
 
-/* The joints pass the pose when the next move begins. If that was refused, they come to rest. */
+/* The joints pass the pose when the next move begins. */
 static enum cds_result poll_queue(struct cds_sequence *sequence)
 {
-    struct cds_motion *motion = sequence->config.motion;
-    enum cds_result result = (enum cds_result)motion->move_result;
+    enum cds_result result = (enum cds_result)sequence->config.motion->move_result;
 
     if (result == CDS_OK) {
         report_pose(sequence);
         note_step(sequence, !sequence->slot);
         sequence->state = MOVING;
     } else if (result != CDS_PENDING) {
-        cds_motion_abort(motion, CDS_MOTION_DECELERATION);
-        return end(sequence, result);
+        return end_refused(sequence, result);
     }
     return CDS_PENDING;
 }

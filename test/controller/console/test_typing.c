@@ -13,14 +13,20 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
 }
 
-/* Types keys on an empty line: what the console has said. */
-static const char *typed(const char *keys)
+/* Types keys behind what is typed: what the console has said. */
+static const char *typed_more(const char *keys)
 {
-    type("\x15");
     said_length = 0;
     said[0] = '\0';
     type(keys);
     return said;
+}
+
+/* Types keys on an empty line: what the console has said. */
+static const char *typed(const char *keys)
+{
+    type("\x15");
+    return typed_more(keys);
 }
 
 static void assert_line(const char *line, const char *keys)
@@ -49,6 +55,22 @@ void test_tab_completes_a_unique_name_with_a_space(void)
 
     for (uint8_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
         assert_line(cases[i][0], cases[i][1]);
+}
+
+void test_tab_on_a_long_line_stays_within_the_editor(void)
+{
+    char keys[EDITOR_SIZE + 1];
+
+    for (uint8_t length = EDITOR_SIZE - 16; length < EDITOR_SIZE; length++) {
+        memset(keys, ' ', sizeof keys);
+        memcpy(keys, "get 1", 5);
+        memcpy(keys + length - 4, "REGI", 4); // REGISTERED_INSTRUCTION and a space: 19 more
+        keys[length] = '\0';
+        typed(keys);
+        TEST_ASSERT_EQUAL_STRING("\a", typed_more("\t"));
+        TEST_ASSERT_EQUAL_UINT8(length, console.editor.length);
+    }
+    assert_line("get 1 LED", "get 1 LED");
 }
 
 void test_tab_completes_what_several_names_share(void)

@@ -797,6 +797,25 @@ void test_move_paused_before_its_first_goal_can_be_ended(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
 }
 
+void test_pause_ends_with_the_refusal_of_its_move(void)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 4};
+
+    begin_motion(0);
+    pose[0] = 900;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    cds_motion_pause(&motion, 8000);
+    for (uint8_t i = 0; i < 3 * JOINTS + 10; i++)
+        cds_motion_poll(&motion);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, motion.move_result);
+    it.time_ms = 1000;
+    pose[0] = 510;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    for (uint16_t i = 0; i < 300 && pass_period() == CDS_PENDING; i++) {
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, motion.result);
+}
+
 void test_override_does_not_end_a_pause(void)
 {
     struct cds_move it = {.pose = pose, .time_ms = 100};

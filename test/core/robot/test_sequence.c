@@ -200,10 +200,33 @@ void test_too_fast_step_after_a_passed_pose_ends_sequence(void)
     begin(1);
     run_to_end();
     TEST_ASSERT_EQUAL(CDS_LIMIT, sequence.result);
+    TEST_ASSERT_EQUAL_UINT8(1, sequence.step);
     for (uint8_t i = 0; i < 100; i++)
         pass_period();
     TEST_ASSERT_EQUAL(CDS_CANCELLED, motion.result);
     TEST_ASSERT_LESS_OR_EQUAL_UINT16(600, goals[0]);
+}
+
+static bool read_any_step(void *context, uint8_t index, struct cds_sequence_step *step,
+                          uint16_t *pose)
+{
+    (void)context;
+    *step = (struct cds_sequence_step){.time_ms = 8};
+    pose[0] = (uint16_t)(500 + index % 2);
+    pose[1] = CDS_POSE_NONE;
+    return true;
+}
+
+void test_sequence_ends_after_256_steps(void)
+{
+    TEST_ASSERT_EQUAL(
+        CDS_OK, cds_sequence_begin(&sequence, &(struct cds_sequence_config){.motion = &motion,
+                                                                            .poses = poses,
+                                                                            .read = read_any_step,
+                                                                            .repeats = 1}));
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_OK, sequence.result);
+    TEST_ASSERT_EQUAL_UINT8(255, sequence.step);
 }
 
 void test_begin_without_steps_or_during_a_move_is_refused(void)
