@@ -75,6 +75,7 @@ struct cds_cycle {
     uint8_t checked;               // servos before this one were checked since the permit changed
     uint8_t changed_id;            // servo the change concerns, or CDS_BROADCAST_ID
     uint8_t mended;        // blocks that were looked at since a servo was left out of `front`
+    uint8_t begun;         // counts cds_cycle_begin(): tells one run from the next
     uint8_t turn;          // servo whose feedback is read, or is read next
     bool has_permit : 1;   // goals are checked when they are set
     bool is_checking : 1;  // goals are checked again, or blocks written, before the next ones leave

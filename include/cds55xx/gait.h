@@ -105,6 +105,7 @@ struct cds_gait {
     // internal:
     struct cds_gait_config config;
     uint8_t count;                 // of joints
+    uint8_t cycle_begun;           // cycle.begun when the gait was begun
     uint8_t index;                 // joint that is checked, or whose goal is set next
     uint8_t outcome;               // of a gait that is ending
     bool is_starting : 1;          // joints leave the positions where they were
@@ -134,8 +135,8 @@ struct cds_gait {
  * 100 %. Call cds_gait_set_scale() and cds_gait_set_speed() after cds_gait_begin() to start with
  * other values.
  *
- * Returns CDS_OK: it is checked now. CDS_BUSY: it runs already. CDS_BAD_ARGUMENT: the cycle was not
- * begun, or a time is out of range; nothing was changed. */
+ * Returns CDS_OK: it is checked now. CDS_BUSY: it runs already, and its cycle, too.
+ * CDS_BAD_ARGUMENT: the cycle was not begun, or a time is out of range; nothing was changed. */
 enum cds_result cds_gait_begin(struct cds_gait *gait, const struct cds_gait_config *config);
 
 /* Moves on; call it after cds_cycle_poll() from the main loop. Each call checks one joint, or sets
@@ -150,12 +151,13 @@ enum cds_result cds_gait_begin(struct cds_gait *gait, const struct cds_gait_conf
  *   CDS_TIMEOUT       not begun: the cycle has not read the position of gait.joint yet
  *   CDS_BAD_ARGUMENT  not begun: a value in the table is out of range for gait.joint; or with its
  *                     first goals: a joint that takes no part never had a goal (cycle.h)
+ *   CDS_INHIBITED while it runs: the cycle was aborted, or was begun again since
  *   CDS_LIMIT, CDS_INHIBITED while it runs: the permit refused a goal of gait.joint; the other
  *                     joints have stopped where they were */
 enum cds_result cds_gait_poll(struct cds_gait *gait);
 
 /* Ends the gait in the rest positions: all scales go to 0 within ramp_ms. A ramp under way ends
- * first. Resumes a gait that is paused. A gait that is checked ends as
+ * first; the speed stays as it is. Resumes a gait that is paused. A gait that is checked ends as
  * CDS_CANCELLED at once. */
 void cds_gait_stop(struct cds_gait *gait);
 
@@ -172,12 +174,12 @@ enum cds_result cds_gait_set_speed(struct cds_gait *gait, int8_t percent);
 
 /* Brings the joints to a standstill on their way, at `deceleration` at most (speed register units
  * per second, 1 or more; what the sines slow down by themselves adds to that). cds_gait_resume()
- * speeds up at the same rate. */
+ * speeds up at the same rate. A gait that is checked begins paused. */
 void cds_gait_pause(struct cds_gait *gait, uint16_t deceleration);
 void cds_gait_resume(struct cds_gait *gait);
 
-/* As cds_gait_pause(), then the gait has ended as CDS_CANCELLED. A gait that is checked ends at
- * once. */
+/* As cds_gait_pause(), then the gait has ended as CDS_CANCELLED. A gait that is checked, or whose
+ * cycle was aborted, ends at once. */
 void cds_gait_abort(struct cds_gait *gait, uint16_t deceleration);
 
 #ifdef __cplusplus

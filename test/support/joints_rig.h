@@ -41,9 +41,8 @@ static inline void rig_begin_joints(uint16_t position)
 }
 
 /* The first goals of the cycle are where the joints are. */
-static inline void rig_begin_cycle(uint16_t period_us)
+static inline void rig_begin_cycle_again(uint16_t period_us)
 {
-    memset(&cycle, 0, sizeof cycle);
     TEST_ASSERT_EQUAL(CDS_OK,
                       cds_cycle_begin(&cycle, &(struct cds_cycle_config){.bus = &bus,
                                                                          .ids = ids,
@@ -54,6 +53,12 @@ static inline void rig_begin_cycle(uint16_t period_us)
     for (uint8_t i = 0; i < JOINTS; i++)
         TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, i, feedback[i].position, 1));
     cds_cycle_commit(&cycle);
+}
+
+static inline void rig_begin_cycle(uint16_t period_us)
+{
+    memset(&cycle, 0, sizeof cycle);
+    rig_begin_cycle_again(period_us);
 }
 
 /* A period passes, and its goals leave. */

@@ -88,7 +88,9 @@ static uint32_t scaled(uint32_t share, uint16_t factor)
 /* Returns what a value goes to. */
 static int16_t target(const struct cds_gait *gait, uint8_t value)
 {
-    return gait->is_stopping && value != CDS_GAIT_SPEED ? 0 : gait->set[value];
+    if (!gait->is_stopping)
+        return gait->set[value];
+    return value == CDS_GAIT_SPEED ? gait->now[value] : 0;
 }
 
 /* Begins a ramp if a value has to change. False: none has. */
@@ -242,13 +244,21 @@ static NOINLINE void check_next(struct cds_gait *gait)
     }
 }
 
+/* True if the goals of the gait are no longer sent: the cycle was aborted, or begun again. */
+static bool has_lost_cycle(const struct cds_gait *gait)
+{
+    const struct cds_cycle *cycle = gait->config.cycle;
+
+    return cycle->is_aborted || cycle->begun != gait->cycle_begun;
+}
+
 /* ---- calls ---- */
 
 enum cds_result cds_gait_begin(struct cds_gait *gait, const struct cds_gait_config *config)
 {
     uint16_t period_us = config->cycle->period_us;
 
-    if (gait->result == CDS_PENDING)
+    if (gait->result == CDS_PENDING && !has_lost_cycle(gait))
         return CDS_BUSY;
     if (!config->cycle->bus || config->period_ms < CDS_GAIT_TIME_LEAST_MS ||
         config->ramp_ms < config->period_ms || config->ramp_ms > CDS_GAIT_TIME_MAX_MS)
@@ -258,6 +268,7 @@ enum cds_result cds_gait_begin(struct cds_gait *gait, const struct cds_gait_conf
         .result = CDS_PENDING,
         .config = *config,
         .count = config->cycle->count,
+        .cycle_begun = config->cycle->begun,
         .rate = CDS_GAIT_1,
         .rate_goal = CDS_GAIT_1,
         .rate_step = (uint16_t)((uint32_t)CDS_GAIT_1 * period_us / RATE_US + 1),
@@ -273,7 +284,9 @@ enum cds_result cds_gait_poll(struct cds_gait *gait)
 {
     if (gait->result != CDS_PENDING)
         return (enum cds_result)gait->result;
-    if (!gait->is_under_way)
+    if (has_lost_cycle(gait))
+        end(gait, CDS_INHIBITED);
+    else if (!gait->is_under_way)
         check_next(gait);
     else if (gait->index < gait->count)
         set_goals(gait);
@@ -321,10 +334,11 @@ void cds_gait_stop(struct cds_gait *gait)
 
 void cds_gait_pause(struct cds_gait *gait, uint16_t deceleration)
 {
-    if (!gait->is_under_way)
-        return;
-    set_rate_step(gait, deceleration);
     gait->rate_goal = 0;
+    if (gait->is_under_way)
+        set_rate_step(gait, deceleration);
+    else
+        gait->rate = 0;
 }
 
 void cds_gait_resume(struct cds_gait *gait)
@@ -337,8 +351,8 @@ void cds_gait_abort(struct cds_gait *gait, uint16_t deceleration)
 {
     if (gait->result != CDS_PENDING)
         return;
-    if (!gait->is_under_way) {
-        gait->result = CDS_CANCELLED;
+    if (!gait->is_under_way || has_lost_cycle(gait)) {
+        end(gait, CDS_CANCELLED);
         return;
     }
     set_rate_step(gait, deceleration);

@@ -469,6 +469,68 @@ void test_stop_before_the_gait_runs_cancels_it(void)
     TEST_ASSERT_EQUAL(CDS_CANCELLED, cds_gait_poll(&gait));
 }
 
+void test_stop_ends_though_the_program_changes_the_speed(void)
+{
+    uint32_t periods = 0;
+
+    begin_gait();
+    for (uint32_t i = 0; i < 2 * RAMP; i++)
+        pass_period();
+    cds_gait_stop(&gait);
+    while (pass_period() == CDS_PENDING) {
+        cds_gait_set_speed(&gait, (int8_t)(periods % 100));
+        TEST_ASSERT_LESS_THAN_UINT32(2 * RAMP, ++periods);
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, gait.result);
+}
+
+void test_gait_ends_with_its_cycle_and_does_not_resume(void)
+{
+    begin_gait();
+    for (uint32_t i = 0; i < 2 * RAMP; i++)
+        pass_period();
+    cds_cycle_abort(&cycle);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, cds_gait_poll(&gait));
+    rig_begin_cycle_again(PERIOD_US);
+    begin_gait();
+    for (uint32_t i = 0; i < RAMP; i++)
+        pass_period();
+    cds_cycle_abort(&cycle);
+    rig_begin_cycle_again(PERIOD_US); // the program did not poll the gait meanwhile
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, cds_gait_poll(&gait));
+    pass_period();
+    TEST_ASSERT_EQUAL_UINT16(feedback[0].position, goals[0]); // the first goal of the new cycle
+}
+
+void test_abort_and_begin_work_after_the_cycle_has_ended(void)
+{
+    begin_gait();
+    for (uint32_t i = 0; i < RAMP; i++)
+        pass_period();
+    cds_cycle_abort(&cycle);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_gait_begin(&gait, &config));
+    cds_gait_abort(&gait, 1000);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, gait.result);
+}
+
+void test_pause_during_the_check_begins_paused(void)
+{
+    uint16_t first;
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_gait_begin(&gait, &config));
+    cds_gait_pause(&gait, 2000);
+    for (uint8_t i = 0; i < 50; i++)
+        pass_period();
+    TEST_ASSERT_TRUE(gait.is_under_way);
+    first = goals[0];
+    for (uint8_t i = 0; i < 50; i++)
+        pass_period();
+    TEST_ASSERT_EQUAL_UINT16(first, goals[0]);
+    cds_gait_resume(&gait);
+    pass_without_a_jump(200);
+    TEST_ASSERT_NOT_EQUAL(first, goals[0]);
+}
+
 /* 2000 units per second: 834 units at the most are at rest within 105 periods. */
 void test_pause_stands_still_and_resume_goes_on(void)
 {
