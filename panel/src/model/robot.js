@@ -71,6 +71,7 @@ export class Robot extends EventTarget {
         const sorted = [...new Set(ids)].sort((one, other) => one - other);
 
         this.servos = new Map(sorted.map((id) => [id, this.servos.get(id) ?? new Servo(id)]));
+        this.#goals = new Map([...this.#goals].filter(([id]) => this.servos.has(id)));
         this.#due.clear();
         this.#change();
     }
@@ -365,8 +366,8 @@ export class Robot extends EventTarget {
             if (this.#goals.get(id) !== goal) continue; // a stop has dropped it, or a newer one waits
             if (now - goal.at <= GOAL_AGE_MS && now - (this.#goalSentAt.get(id) ?? -Infinity) < GOAL_PERIOD_MS) continue;
             this.#goals.delete(id);
-            if (!servo || servo.torque !== true || now - goal.at > GOAL_AGE_MS) {
-                if (servo) servo.goalState = "dropped";
+            if (servo.torque !== true || now - goal.at > GOAL_AGE_MS) {
+                servo.goalState = "dropped";
                 continue;
             }
             this.#goalSentAt.set(id, now);

@@ -158,9 +158,9 @@ export class Session extends EventTarget {
 
     async #stop() {
         this.stopState = "stopping";
-        this.robot.forgetGoals();
-        const stop = this.wire.stop({ servos: this.robot.ids }); // Ctrl-X leaves here
+        const stop = this.wire.stop({ servos: this.robot.ids }); // Ctrl-X leaves here, before anything that may fail
 
+        this.robot.forgetGoals();
         this.#change();
         try {
             this.stopOutcome = await stop;

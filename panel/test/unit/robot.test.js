@@ -186,6 +186,17 @@ test("goal: a stop drops the goals that wait, and none leaves after it", async (
     assert.deepEqual(goals(port), []);
 });
 
+test("goal: a servo that is shown no more has none, and a stop does not look for it", async () => {
+    const { robot, port, clock } = await rig();
+
+    robot.setGoal(1, 90);
+    robot.setServos([2]);
+    robot.forgetGoals();
+    robot.setServos([1, 2]);
+    await clock.advance(1000);
+    assert.deepEqual(goals(port), []);
+});
+
 /* Speeds that were written alone, as [ID, speed]. */
 const turns = (port) =>
     port.packets
