@@ -2,10 +2,12 @@
 /* The controller as the page uses it: what its firmware has, and commands of its console. */
 
 import { read, syncRead, write } from "../wire/packet.js";
+import { Failure } from "./registers.js";
 
 export const DEVICE = Object.freeze({
     VERSION: 0x02,
     SAVE: 0x10,
+    LINK_LOST: 0x13,
     ALARMS: 0x14,
     INHIBIT: 0x17,
     MOTION_PLAY: 0x70,
@@ -20,6 +22,7 @@ const SCAN_MS = 3000; // for the answer to it
 const RESCUE_MS = 600000; // `scan rescue` says nothing for nine minutes
 const SERVO_ID = 0x03; // register
 const FAILED = 0xff;
+const ERROR_LINK_LOST = 65;
 
 /* The console has answered `error N: text; remedy`. `line`: the command. `lines`: the reply before it. */
 export class CommandError extends Error {
@@ -175,10 +178,23 @@ export class Controller {
         return [];
     }
 
-    /* Ends the inhibit after a stop. Nothing moves. */
+    /* Ends the inhibit after a stop or a lost link. Nothing moves. A lost link must be acknowledged first, which
+     * clears the alarms, too. Throws CommandError, Failure or WireError if the controller refuses. */
     async release() {
-        if (this.#wire.hasConsole) return this.run("release");
-        await this.writeDevice(DEVICE.INHIBIT, [0]);
-        return [];
+        if (!this.#wire.hasConsole) return this.#releaseByPacket();
+        try {
+            await this.run("release");
+        } catch (error) {
+            if (error.number !== ERROR_LINK_LOST) throw error;
+            await this.run("clear");
+            await this.run("release");
+        }
+    }
+
+    async #releaseByPacket() {
+        const refuses = (register) => this.writeDevice(register, [0]);
+
+        if (!(await refuses(DEVICE.INHIBIT))) return;
+        if ((await refuses(DEVICE.LINK_LOST)) || (await refuses(DEVICE.INHIBIT))) throw new Failure("release-refused");
     }
 }

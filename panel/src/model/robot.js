@@ -13,6 +13,7 @@ import { pause } from "../wire/clock.js";
 import { WireError } from "../wire/wire_error.js";
 import { FEEDBACK, LIMITS, REGISTER, STATE } from "./blocks.js";
 import { DEVICE, LISTED_MAX } from "./controller.js";
+import { Failure } from "./registers.js";
 import { Servo } from "./servo.js";
 import { POSITION_MAX, rawOfDegrees, rawOfRpm, rawOfTurn } from "./units.js";
 
@@ -203,10 +204,11 @@ export class Robot extends EventTarget {
         }
     }
 
-    /* Clears the alarms that the controller has kept. */
+    /* Clears the alarms that the controller has kept. It never ends an inhibit, as the command `clear` would. */
     async clearAlarms() {
         if (this.#wire.hasDevice) await this.#controller.writeDevice(DEVICE.ALARMS, [0]);
-        else await this.#controller.run("clear");
+        else if ((await this.#controller.run("status")).includes("driving: allowed")) await this.#controller.run("clear");
+        else throw new Failure("clear-inhibited");
         this.#due.delete("device");
         this.#due.delete("text");
     }

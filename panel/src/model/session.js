@@ -121,7 +121,10 @@ export class Session extends EventTarget {
             this.history.take(robot.servos.values(), this.clock.now());
             this.dispatchEvent(new Event("feedback"));
         });
-        on(robot, "change", () => this.#change());
+        on(robot, "change", () => {
+            if (this.stopState === "verified" && robot.device?.inhibit === 0) this.stopState = "none"; // released elsewhere
+            this.#change();
+        });
         on(robot, "notice", (detail) => this.notify(detail));
     }
 
