@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The controller as the page uses it: what its firmware has, and commands of its console. */
 
-import { read, syncRead, write } from "../wire/packet.js";
+import { ID_MAX, read, syncRead, write } from "../wire/packet.js";
 import { Failure } from "./registers.js";
 
 export const DEVICE = Object.freeze({
@@ -166,14 +166,16 @@ export class Controller {
 
     /* Finds servos at the rate of the bus by packets, those that the console does not list, too. */
     async scanByPackets({ first = 0, onFound = () => {}, onProgress = () => {}, signal } = {}) {
-        const ids = Array.from({ length: 253 - first }, (_, index) => first + index);
+        const own = this.#wire.hasDevice ? this.#wire.deviceId : null; // the controller itself would answer
+        const ids = Array.from({ length: ID_MAX + 1 - first }, (_, index) => first + index).filter((id) => id !== own);
+        const total = first + ids.length;
 
         while (ids.length && !signal?.aborted) {
             const group = ids.splice(0, SCAN_GROUP);
             const { parameters } = await this.#wire.request(syncRead(SERVO_ID, 1, group), { timeout: SCAN_MS });
 
             group.forEach((id, index) => parameters[index] !== FAILED && onFound({ id, model: null, rate: null }));
-            onProgress(`${group.at(-1) + 1} of 253 IDs asked`);
+            onProgress(`${total - ids.length} of ${total} IDs asked`);
         }
         return [];
     }
