@@ -31,7 +31,6 @@ export class Session extends EventTarget {
         this.notices = []; // {key, code, text, remedy, level, time}
         this.traffic = new Traffic(new Decoder(tables, () => this.wire?.deviceId));
         this.recording = null; // the port of the last connection; `text` is the recording
-        this.texts = []; // lines that no command asked for
         this.portName = "";
         this.wire = null;
         this.controller = null;
@@ -129,7 +128,6 @@ export class Session extends EventTarget {
     }
 
     #takeText(text) {
-        this.texts.push(text);
         if (!PORT_TAKEN.test(text)) return;
         this.isPortTaken = true;
         this.notify({ code: "port-taken" });
