@@ -458,7 +458,7 @@ export const texts = {
         release: "Release",
         releaseHint: "Allow driving again, after a lost link, too. Nothing moves; torque stays as it is.",
         status: "Status",
-        statusNone: "Not read yet.",
+        notRead: "Not read yet.",
         memory: "Memory and EEPROM",
         resetBy: "Reset by",
         resets: ["power", "the reset pin", "brown-out", "watchdog", "JTAG"],

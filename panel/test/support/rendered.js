@@ -2,7 +2,7 @@
 /* What a view renders, without a browser: its templates are read, and nothing is drawn. */
 
 /* [the text before it, value] of each value of a template, and of the templates in it. */
-function valuesOf(template) {
+export function valuesOf(template) {
     if (Array.isArray(template)) return template.flatMap(valuesOf);
     if (template?._$litDirective$) return valuesOfRepeat(template);
     return (template?.strings ? template.values : []).flatMap((value, index) => [[template.strings[index], value], ...valuesOf(value)]);

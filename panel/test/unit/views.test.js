@@ -4,8 +4,10 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { Robot } from "../../src/model/robot.js";
+import { BoardView } from "../../src/views/board_view.js";
 import { RobotView } from "../../src/views/robot_view.js";
-import { attributeOf } from "../support/rendered.js";
+import { texts } from "../../src/texts.js";
+import { attributeOf, valuesOf } from "../support/rendered.js";
 
 /* A browser that a view can be taken out of. */
 Object.assign(globalThis, { document: new EventTarget(), removeEventListener: () => {}, cancelAnimationFrame: () => {} });
@@ -33,4 +35,20 @@ test("robot: an endless turn ends when the view is left", () => {
     view.disconnectedCallback();
     assert.deepEqual(held, [1]);
     assert.equal(slider.value, 0);
+});
+
+test("board: what is not known of driving is not shown as good", () => {
+    const view = new BoardView();
+    const shown = (device, hasDevice = true) => {
+        view.session = { isConnected: true, controller: { profile: "full" }, wire: { hasDevice }, robot: { device } };
+        const values = valuesOf(view.render());
+        const at = values.findIndex(([before]) => before.endsWith('class="driving '));
+
+        return values.slice(at, at + 2).map(([, value]) => value);
+    };
+
+    assert.deepEqual(shown(null), ["", texts.board.notRead]);
+    assert.deepEqual(shown(null, false), ["", texts.board.unknownState]);
+    assert.deepEqual(shown({ inhibit: 1 }), ["bad", texts.board.inhibited]);
+    assert.deepEqual(shown({ inhibit: 0 }), ["good", texts.board.allowed]);
 });
