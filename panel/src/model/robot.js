@@ -48,7 +48,7 @@ export class Robot extends EventTarget {
         this.#wire = controller.wire;
         this.#clock = controller.wire.clock;
         this.servos = new Map(); // of ID, in the order of IDs
-        this.device = null; // {saving, busState, linkLost, alarms, alarmId, failed, inhibit}; null: not known
+        this.device = null; // {saving, busState, resetCause, linkLost, alarms, alarmId, failed, inhibit}; null: not known
         this.motion = null; // {play, override, paused, state, step, error}; null: the firmware has none
     }
 
