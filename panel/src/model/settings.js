@@ -14,7 +14,7 @@ const POLL_MS = 20;
 const DEVICE_OFF = 254;
 const MODE_OF_PAGE = 0;
 const FIRST = 0x03; // registers of the device that SAVE keeps
-const LAST = 0x0f;
+const LAST = 0x0e;
 const SAVE_FAILED = 2;
 
 const settingError = (code, setting = "") => Object.assign(new Error(`${code} ${setting}`), { code, setting });
@@ -45,7 +45,7 @@ export class Settings {
 
     async read() {
         if (this.#wire.hasConsole) this.#takeLines(await this.#controller.run("settings"));
-        else this.#takeBytes(await this.#controller.readDevice(FIRST, LAST - FIRST));
+        else this.#takeBytes(await this.#controller.readDevice(FIRST, LAST - FIRST + 1));
         if (this.#controller.modeBefore !== null) this.values.set("echo", this.#controller.modeBefore);
     }
 
@@ -109,11 +109,31 @@ export class Settings {
         const mode = this.values.get("echo") ?? MODE_OF_PAGE;
 
         if (mode === MODE_OF_PAGE) return call();
-        await this.#controller.run(`settings echo ${mode}`);
+        return this.#thenTakeMode(async () => {
+            await this.#controller.run(`settings echo ${mode}`);
+            return call();
+        });
+    }
+
+    /* Runs `call`, which may change the mode, then takes the mode of the page. If a stop or a reply that does
+     * not come is between, it is taken as soon as the wire is ready again. */
+    async #thenTakeMode(call) {
+        const controller = this.#controller;
+
         try {
             return await call();
         } finally {
-            await this.#controller.run(`settings echo ${MODE_OF_PAGE}`);
+            while (!(await this.#takesMode(controller))) await controller.wire.whenReady();
+        }
+    }
+
+    async #takesMode(controller) {
+        try {
+            await controller.run(`settings echo ${MODE_OF_PAGE}`);
+            return true;
+        } catch (error) {
+            if (!["stopped", "silent", "timeout"].includes(error.code)) throw error;
+            return false;
         }
     }
 
@@ -147,8 +167,7 @@ export class Settings {
     }
 
     async #defaultsByConsole(initial) {
-        await this.#controller.run("defaults");
-        await this.#controller.run(`settings echo ${MODE_OF_PAGE}`);
+        await this.#thenTakeMode(() => this.#controller.run("defaults"));
         this.#controller.modeBefore = initial.get("echo");
     }
 }

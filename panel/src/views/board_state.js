@@ -3,7 +3,7 @@
  * asks, and when the device tells of other alarms. */
 
 import { html, nothing } from "lit";
-import { clearAlarms, readAlarms, readStatus } from "../model/board.js";
+import { readAlarms, readStatus } from "../model/board.js";
 import { texts } from "../texts.js";
 import { Part } from "./part.js";
 
@@ -45,7 +45,7 @@ class BoardStatePart extends Part {
     };
 
     #clear = async () => {
-        await this.session.attempt(() => clearAlarms(this.session));
+        await this.session.attempt(() => this.session.robot.clearAlarms());
         await this.#read();
     };
 
@@ -61,7 +61,7 @@ class BoardStatePart extends Part {
                           </li>`,
                       )}
                   </ul>`
-                : html`<p role="status">${this.list ? t.noAlarms : t.statusNone}</p>`}
+                : html`<p role="status">${this.list ? t.noAlarms : t.notRead}</p>`}
             <button class="clear-alarms" title=${t.clearHint} @click=${this.#clear}>${t.clear}</button>
             <p class="hint">${t.clearHint}</p>
         </section>`;
@@ -76,7 +76,7 @@ class BoardStatePart extends Part {
     #status() {
         return html`<section aria-labelledby="status-title">
             <h2 id="status-title">${t.status}</h2>
-            ${this.status ? this.#facts(false) : html`<p>${t.statusNone}</p>`}
+            ${this.status ? this.#facts(false) : html`<p>${t.notRead}</p>`}
             ${this.status?.some((row) => row.isMemory) ? html`<h3>${t.memory}</h3>${this.#facts(true)}` : nothing}
             <button class="read-status" ?disabled=${this.#isReading} @click=${this.#read}>${this.#isReading ? t.reading : t.readAgain}</button>
         </section>`;
