@@ -48,6 +48,34 @@ class Motion(unittest.TestCase):
         return "".join(heard[1:])
 
 
+class EndlessTurn(Motion):
+    """A speed turns a servo in endless turn without end, so no motion takes one."""
+
+    SEQUENCE = "pose set a 150 150 150\nsequence w new a 0.5s\n"
+
+    def assert_refused(self, turn, command):
+        run = controller(READY + self.SEQUENCE + turn + command + "\n@wait 500\n",
+                         MOVING[0], "1-3")
+        self.assertIn("error 47", run.output)
+        speeds = [data for _, way, data in run.packets if way == "->in" and " 83 1E" in data]
+        self.assertEqual(speeds, [], "goals left")
+
+    def test_play_and_timed_pose_are_refused(self):
+        for command in ("play w\nmotion wait", "pose 150 200 150 in 1s\nmotion wait", "pose 150 200 150 at 20rpm"):
+            with self.subTest(command):
+                self.assert_refused("turn 2 0rpm\n", command)
+
+    def test_mode_that_the_controller_does_not_know_is_read(self):
+        for command in ("play w\nmotion wait", "pose 150 200 150 in 1s\nmotion wait"):
+            with self.subTest(command):
+                self.assert_refused("turn 2 0rpm\nservos forget\ngroup 1 2 3\n", command)
+
+    def test_pose_leaves_out_a_servo_in_endless_turn(self):
+        run = self.run_on("turn 2 0rpm\ngroup 1 3\npose set b 150 200\ngroup 1 2 3\npose b in 1s\nmotion wait\n"
+                          "@expect servo 3 GOAL_POSITION 682\n", MOVING[0])
+        self.assertNotIn("error", run.output)
+
+
 class Teach(Motion):
     def test_teach_off_holds_servos_where_a_hand_has_turned_them(self):
         run = self.run_on("teach on\n@expect servo 1-3 torque off\n" + turned(1, 200) + turned(2, -200)

@@ -11,8 +11,9 @@
 _Static_assert((int)ERROR_TOO_MANY == ROBOT_TOO_MANY && (int)ERROR_CYCLE == ROBOT_BUSY &&
                    (int)ERROR_STOPPED == ROBOT_STOPPED && (int)ERROR_MOTION == ROBOT_IN_MOTION,
                "the console prints what the robot returns");
-_Static_assert((int)ERROR_NO_GROUP == MOTION_NO_GROUP && (int)ERROR_OMITTED == MOTION_OMITTED &&
-                   (int)ERROR_MOTION == MOTION_BUSY && (int)ERROR_SAVING == MOTION_SAVING &&
+_Static_assert((int)ERROR_NO_GROUP == MOTION_NO_GROUP && (int)ERROR_ENDLESS == MOTION_ENDLESS &&
+                   (int)ERROR_OMITTED == MOTION_OMITTED && (int)ERROR_MOTION == MOTION_BUSY &&
+                   (int)ERROR_SAVING == MOTION_SAVING &&
                    (int)ERROR_NO_SEQUENCE == MOTION_NO_SEQUENCE &&
                    (int)ERROR_POSE_GONE == MOTION_POSE_GONE &&
                    (int)ERROR_NO_MOTION == MOTION_NONE && (int)ERROR_ABSENT == MOTION_ABSENT &&

@@ -42,7 +42,7 @@
       "the output so far is valid; start the command again")                                       \
     X(ERROR_PLACE_TAKEN, 50, "another servo is at the new place, nothing was written",             \
       "give that servo another ID first, or choose another")                                       \
-    X(ERROR_LOST, 51, "the servo answers neither at the old nor at the new place",                 \
+    X(ERROR_LOST, 51, "no answer at the old or the new place",                 \
       "wait a second and 'scan all'; it may have lost its power")                                  \
     X(ERROR_BOTH, 52, "servos answer at the old and at the new place",                             \
       "two servos had one ID: connect one of them alone")                                          \

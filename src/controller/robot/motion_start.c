@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "cds55xx/servo.h"      // cds_servo_read()
 #include "cds55xx/torque_off.h" // CDS_TORQUE_OFF_OFF
 #include "robot/group_cycle.h"
 #include "robot/moves.h"
@@ -12,6 +13,7 @@
 enum phase {
     CHECK_STEPS, // one step of the sequence in each poll
     READ_SERVOS, // until the positions of all servos are known
+    READ_MODES,  // until it is known which servos are in endless turn
     CHECK_TIMES, // of the sequence, one step in each poll
     BEGIN,       // until the motion takes the move
     CHECK_MOVE,  // until the move has begun
@@ -145,30 +147,55 @@ uint8_t motion_start_move(struct robot *robot, const struct cds_move *move)
 
 /* ---- phases: each returns CDS_PENDING, or the result of the start ---- */
 
-/* The joint of the pose whose servo is known to have torque off: torque off for all has read that,
- * and no packet has switched torque on since. MOTION_NO_JOINT: none is. */
-static uint8_t joint_without_torque(const struct robot *robot, const uint16_t *pose)
+/* True if torque is known to be off: torque off for all has read that, and no packet has switched
+ * torque on since. */
+static bool is_torque_off(const struct cds_servo_state *servo)
+{
+    return !servo->torque && servo->torque_off == CDS_TORQUE_OFF_OFF;
+}
+
+static bool is_endless(const struct cds_servo_state *servo)
+{
+    return (servo->held & (CDS_HELD_CW_0 | CDS_HELD_CCW_0)) == (CDS_HELD_CW_0 | CDS_HELD_CCW_0);
+}
+
+static bool is_mode_known(const struct cds_servo_state *servo)
+{
+    return is_endless(servo) || (servo->held & (CDS_HELD_CW_SET | CDS_HELD_CCW_SET));
+}
+
+/* A joint of the pose whose servo `is` so; MOTION_NO_JOINT: none is. Pose NULL: all joints. */
+static uint8_t joint_of_pose(const struct robot *robot, const uint16_t *pose,
+                             bool (*is)(const struct cds_servo_state *servo))
 {
     const struct cds_servo_state *servo = robot->servos.states;
 
     for (uint8_t left = robot->servos.count; left; left--, servo++) {
         const uint8_t *id;
 
-        if (servo->torque || servo->torque_off != CDS_TORQUE_OFF_OFF)
+        if (!is(servo))
             continue;
         id = memchr(robot->group, servo->id, robot->group_count);
-        if (id && pose[id - robot->group] != CDS_POSE_NONE)
+        if (id && (!pose || pose[id - robot->group] != CDS_POSE_NONE))
             return (uint8_t)(id - robot->group);
     }
     return MOTION_NO_JOINT;
 }
 
-/* CDS_PENDING if torque is not known to be off. */
-static uint8_t check_torque(const struct robot *robot, const uint16_t *pose)
+bool motion_group_is_endless(const struct robot *robot)
+{
+    return joint_of_pose(robot, NULL, is_endless) != MOTION_NO_JOINT;
+}
+
+/* CDS_PENDING: no servo of the pose is known to have torque off, or to be in endless turn. */
+static uint8_t check_servos(const struct robot *robot, const uint16_t *pose)
 {
     struct motion_start *start = start_of(robot);
 
-    start->outcome.joint = joint_without_torque(robot, pose);
+    start->outcome.joint = joint_of_pose(robot, pose, is_endless);
+    if (start->outcome.joint != MOTION_NO_JOINT)
+        return MOTION_ENDLESS;
+    start->outcome.joint = joint_of_pose(robot, pose, is_torque_off);
     return start->outcome.joint == MOTION_NO_JOINT ? (uint8_t)CDS_PENDING
                                                    : (uint8_t)MOTION_TORQUE_OFF;
 }
@@ -193,7 +220,7 @@ static uint8_t check_step(const struct robot *robot)
     }
     error = errors[stored_pose_read(store, &start->joints, motion_store_pose_of(store, step.pose),
                                     pose)];
-    return error ? error : check_torque(robot, pose);
+    return error ? error : check_servos(robot, pose);
 }
 
 static uint8_t read_servos(const struct robot *robot)
@@ -203,9 +230,44 @@ static uint8_t read_servos(const struct robot *robot)
 
     if (result != CDS_OK)
         return result;
+    start->phase = READ_MODES;
+    start->mode_joint = 0;
+    start->is_reading = false;
+    start->mode = (struct cds_request)CDS_REQUEST(start->mode_packet, start->mode_reply);
+    return CDS_PENDING;
+}
+
+/* Time of a READ of the angle limits at the longest return delay. */
+static uint16_t mode_us(const struct cds_bus *bus)
+{
+    return (uint16_t)((CDS_PACKET_SIZE(2) + CDS_PACKET_SIZE(4)) * bus->byte_time_us +
+                      CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US);
+}
+
+/* Reads the angle limits of a servo between the goals of the cycle. robot->servos learns the mode
+ * from the packets that pass. */
+static uint8_t read_mode(struct robot *robot, uint8_t id)
+{
+    struct motion_start *start = start_of(robot);
+    uint16_t us = mode_us(robot->bus);
+    enum cds_result result;
+
+    if (us <= cds_cycle_spare_us(robot->cycle) && !cds_cycle_yields(robot->cycle, us))
+        return CDS_PENDING;
+    result = cds_servo_read(robot->bus, &start->mode, id, CDS_REG_CW_ANGLE_LIMIT,
+                            sizeof start->mode_reply);
+    start->is_reading = result == CDS_OK;
+    return result == CDS_OK || result == CDS_BUSY ? (uint8_t)CDS_PENDING : (uint8_t)result;
+}
+
+/* The modes of the servos are known: checks the servos of a move, or the times of a sequence. */
+static uint8_t end_modes(const struct robot *robot)
+{
+    struct motion_start *start = start_of(robot);
+
     start->phase = start->is_sequence ? CHECK_TIMES : BEGIN;
     if (!start->is_sequence)
-        return check_torque(robot, start->move.pose);
+        return check_servos(robot, start->move.pose);
     start->step = 0;
     start->is_second_run = false;
     start->passes = false;
@@ -246,6 +308,9 @@ static uint8_t check_times(const struct robot *robot)
     }
     stored_pose_read(moves->store, &start->joints, motion_store_pose_of(moves->store, step.pose),
                      pose);
+    result = check_servos(robot, pose);
+    if (result != CDS_PENDING)
+        return result;
     move = (struct cds_move){.pose = pose,
                              .time_ms = 10ul * step.time_10ms,
                              .curve = step.curve,
@@ -261,6 +326,40 @@ static uint8_t check_times(const struct robot *robot)
             from[i] = pose[i];
     start->passes = step.passes;
     start->step++;
+    return CDS_PENDING;
+}
+
+/* The READ has ended. */
+static uint8_t take_mode(const struct robot *robot)
+{
+    struct motion_start *start = start_of(robot);
+
+    if (start->mode.result == CDS_PENDING)
+        return CDS_PENDING;
+    start->is_reading = false;
+    if (start->mode.result != CDS_OK) {
+        start->outcome.joint = start->mode_joint;
+        return start->mode.result;
+    }
+    start->mode_joint++;
+    return CDS_PENDING;
+}
+
+static uint8_t read_modes(struct robot *robot)
+{
+    struct motion_start *start = start_of(robot);
+    const struct cds_servo_state *servo;
+    uint8_t id;
+
+    if (start->is_reading)
+        return take_mode(robot);
+    if (start->mode_joint == robot->group_count)
+        return end_modes(robot);
+    id = robot->group[start->mode_joint];
+    servo = cds_servos_find(&robot->servos, id);
+    if (servo && !is_mode_known(servo))
+        return read_mode(robot, id);
+    start->mode_joint++;
     return CDS_PENDING;
 }
 
@@ -297,6 +396,7 @@ static uint8_t poll_start(struct robot *robot)
     switch (start_of(robot)->phase) {
     case CHECK_STEPS: return check_step(robot);
     case READ_SERVOS: return read_servos(robot);
+    case READ_MODES: return read_modes(robot);
     case CHECK_TIMES: return check_times(robot);
     case BEGIN: return begin_motion(robot);
     default: return check_move(robot);
@@ -310,6 +410,9 @@ static void end_start(struct robot *robot, uint8_t result)
 {
     struct motion_start *start = start_of(robot);
 
+    if (start->is_reading)
+        cds_bus_cancel(robot->bus, &start->mode);
+    start->is_reading = false;
     start->outcome.result = result;
     if (result != CDS_OK && !moves_go_on(robot))
         moves_note_outcome(robot, &start->outcome);

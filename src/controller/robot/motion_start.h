@@ -18,6 +18,7 @@
  * docs/errors.md. */
 enum motion_refusal {
     MOTION_NO_GROUP = 45,
+    MOTION_ENDLESS = 47,  // a joint is in endless turn: a speed turns it, and no goal stops it
     MOTION_OMITTED = 55,  // this firmware has no motions
     MOTION_TOO_FAST = 57, // a step, or the move, is too fast for a joint
     MOTION_BUSY = 58,     // a motion is under way
@@ -49,12 +50,17 @@ struct motion_start {
     struct motion_outcome outcome; // of the last start; CDS_OK: the motion has begun
     uint8_t phase;
     bool is_sequence;
-    uint8_t place;      // of the sequence
-    uint8_t step;       // that is checked next
-    bool is_second_run; // the way from the last step to the first one is checked
-    bool passes;        // the step before passes its pose
-    uint16_t repeats;   // of the sequence
-    uint32_t begun_us;  // when the cycle was started
+    uint8_t place;           // of the sequence
+    uint8_t step;            // that is checked next
+    bool is_second_run;      // the way from the last step to the first one is checked
+    bool passes;             // the step before passes its pose
+    uint16_t repeats;        // of the sequence
+    uint32_t begun_us;       // when the cycle was started
+    uint8_t mode_joint;      // whose mode is read, unless it is known
+    bool is_reading;         // `mode` is on its way
+    struct cds_request mode; // READ of the angle limits
+    uint8_t mode_packet[CDS_PACKET_SIZE(2)];
+    uint8_t mode_reply[4];
     struct cds_move move;
     struct stored_joints joints;
 };
@@ -62,6 +68,9 @@ struct motion_start {
 /* The operation that runs the cycle, the move under way and the start of the next one. Config: as
  * group_cycle (group_cycle.h). */
 extern const CDS_FLASH struct robot_operation motion_cycle;
+
+/* Returns true if a servo of the group is known to be in endless turn. */
+bool motion_group_is_endless(const struct robot *robot);
 
 /* Returns 0 if a stored sequence may be started now: motion_start_sequence() would return 0, unless
  * robot_choose_group() or robot_start() refuses. Else MOTION_OMITTED, MOTION_PAUSED, MOTION_BUSY

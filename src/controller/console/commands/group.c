@@ -8,6 +8,7 @@
 #include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
 #include "console/messages.h"
+#include "robot/motion_start.h" // motion_group_is_endless()
 #include "robot/stored_pose.h"
 
 static const CDS_FLASH char message_by_action[] = " action";
@@ -148,6 +149,8 @@ static uint8_t pose_begin(struct console *console)
         return ERROR_GROUP_SIZE;
     if (line->choice == POSE_IN)
         return command_set.pose_in->begin(console);
+    if (motion_group_is_endless(robot))
+        return ERROR_ENDLESS;
     if (robot->cycle && !robot_is_in_motion(robot)) {
         console->phase = POSE_CYCLE;
         return 0;
@@ -217,7 +220,7 @@ static bool pose_poll(struct console *console)
 static const CDS_FLASH struct command group_rows[] = {
     {
         .usage = FLASH_TEXT("group [ID... [sync|action]]"),
-        .what = FLASH_TEXT("choose the servos of pose and cycle, or show them"),
+        .what = FLASH_TEXT("choose or show the servos of pose and cycle"),
         .details = COMMAND_DETAILS(
             "sync: one SYNC WRITE, without replies. action: each servo confirms a REG WRITE, then "
             "one ACTION starts all; if a servo fails, none starts. Default: sync"),

@@ -12,7 +12,7 @@
 #include "console/messages.h"
 
 static const CDS_FLASH char message_stop_unlisted[] =
-    "up to %u more servos were told and not checked";
+    "up to %u more servos were not checked";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", alarms: %s";
 static const CDS_FLASH char message_presence[] = "servo %u: %s, torque %s";
@@ -217,7 +217,7 @@ const CDS_FLASH struct command stop_rows[] = {
     },
     {
         .usage = FLASH_TEXT("limits ID LOW HIGH [SPEED]"),
-        .what = FLASH_TEXT("how far and how fast a servo may be driven"),
+        .what = FLASH_TEXT("limits of angle and speed"),
         .details = COMMAND_DETAILS(
             "Angles, 0 to 300deg, and a speed, up to 62rpm. The controller does not send a goal or "
             "speed beyond them, whether it comes from the console, the bridge or a cycle. Until "
