@@ -2,6 +2,7 @@
 """make dist, install, uninstall and release if something goes wrong: one line says it, and what was there is kept."""
 import os
 import pathlib
+import resource
 import shutil
 import subprocess
 import sys
@@ -91,6 +92,92 @@ class Dist(Case):
         self.assertEqual(self.dist(), (0, "build/cds55xx-.tar.gz\n"))
         self.assertEqual(call("tar", "-tf", self.archive), (0, "cds55xx-/\ncds55xx-/Makefile\n"))
         self.assertEqual(list((self.root / "build").iterdir()), [self.archive])
+
+
+class Installed(Case):
+    """install.py of a copy of the tree; the simulator is a text, and so is the library, of 200 KB."""
+
+    def setUp(self):
+        super().setUp()
+        self.root = self.folder / "sources"
+        for name in ["include", "packaging", "boards"]:
+            shutil.copytree(ROOT / name, self.root / name)
+        for name in ["scripts/install.py", "scripts/plot.gp", "mk/constants.ld", "LICENSE", "README.md"]:
+            (self.root / name).parent.mkdir(exist_ok=True)
+            shutil.copy(ROOT / name, self.root / name)
+        for name in ["host/cds55xx-sim", "lib/libcds55xx-atmega328p.a", "lib/libcds55xx-atmega64.a"]:
+            (self.root / "build" / name).parent.mkdir(parents=True, exist_ok=True)
+            (self.root / "build" / name).write_text("x" * (200_000 if name.endswith("64.a") else 10))
+        self.prefix = self.folder / "prefix"
+        self.manifest = self.prefix / "share/cds55xx/manifest"
+
+    def run_it(self, order, *words, room=resource.RLIM_INFINITY):
+        """No file becomes larger than `room`: Python takes the error as that of a full disk."""
+        return call(sys.executable, self.root / "scripts/install.py", order, "--prefix", self.prefix, *words,
+                    preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)))
+
+    def install(self, mcus="atmega328p", **options):
+        return self.run_it("install", "--mcus", mcus, **options)
+
+    def contents(self):
+        return {str(path.relative_to(self.prefix)): path.read_bytes() if path.is_file() else None
+                for path in self.prefix.rglob("*")}
+
+    def test_install_on_a_full_disk_keeps_the_earlier_installation(self):
+        self.assertEqual(self.install()[0], 0)
+        before = self.contents()
+        (self.root / "boards/new").mkdir()
+        (self.root / "boards/new/board.h").write_text("")
+        for name in ["README.md", "include/cds55xx/version.h"]:
+            with open(self.root / name, "a", encoding="utf-8") as file:
+                file.write("\n")
+        self.assertEqual(self.install("atmega328p atmega64", room=100_000), (
+            1, f"install.py: {self.prefix}/lib/cds55xx/libcds55xx-atmega64.a: File too large; the earlier installation "
+               "is kept: make room or set the permissions, or name another PREFIX\n"))
+        self.assertEqual(self.contents(), before)
+        self.assertRegex(self.install(room=1000)[1], f"^install.py: {self.manifest}: File too large; the earlier installation is kept: ")
+        self.assertEqual(self.contents(), before)
+        self.assertEqual(self.run_it("uninstall"), (0, ""))
+        self.assertFalse(self.prefix.exists())
+
+    def test_install_on_a_full_disk_leaves_nothing(self):
+        self.prefix.mkdir()
+        for room in [100_000, 1000, 0]: # a large file, the manifest, nothing
+            status, output = self.install("atmega64", room=room)
+            self.assertEqual(status, 1)
+            self.assertRegex(output, f"^install.py: {self.prefix}/.*: File too large; nothing is installed: make room.*\n$")
+            self.assertEqual(self.contents(), {})
+
+    def test_install_that_is_killed_can_be_uninstalled(self):
+        """os.replace ends the program after so many calls; the first puts the manifest in place."""
+        self.assertEqual(self.install()[0], 0)
+        for calls in [1, 2, 20]:
+            program = ("import os, runpy, sys\nreplace, calls = os.replace, []\n"
+                       "def replace_or_end(*names):\n    replace(*names)\n    calls.append(names)\n"
+                       f"    if len(calls) == {calls}: os._exit(9)\n"
+                       "os.replace = replace_or_end\nrunpy.run_path(sys.argv.pop(1), run_name='__main__')\n")
+            self.assertEqual(call(sys.executable, "-c", program, self.root / "scripts/install.py", "install", "--prefix",
+                                  self.prefix, "--mcus", "atmega64"), (9, ""))
+            self.assertEqual(self.run_it("uninstall"), (0, ""))
+            self.assertFalse(self.prefix.exists())
+
+    def test_install_over_another_one_removes_what_it_no_longer_has(self):
+        self.assertEqual(self.install("atmega328p atmega64")[0], 0)
+        shutil.rmtree(self.root / "boards/cm510")
+        self.assertEqual(self.install()[0], 0)
+        second = self.contents()
+        self.assertFalse({name for name in second if "cm510" in name or "atmega64" in name or "new" in name})
+        self.assertEqual(self.run_it("uninstall"), (0, ""))
+        self.assertFalse(self.prefix.exists())
+        self.assertEqual(self.install()[0], 0)
+        self.assertEqual({**self.contents(), "share/cds55xx/manifest": ""}, {**second, "share/cds55xx/manifest": ""})
+
+    def test_install_where_a_folder_has_the_name_of_a_file(self):
+        (self.prefix / "bin/cds55xx-sim").mkdir(parents=True)
+        self.assertEqual(self.install(), (
+            1, f"install.py: {self.prefix}/bin/cds55xx-sim is a folder, where a file must be; move it away, or name "
+               "another PREFIX\n"))
+        self.assertEqual(set(self.contents()), {"bin", "bin/cds55xx-sim"})
 
 
 if __name__ == "__main__":
