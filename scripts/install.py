@@ -85,9 +85,24 @@ def contents(options):
     yield "share/doc/cds55xx/README.md", ROOT / "README.md"
 
 
+def is_whole(prefix, kind, name):
+    """Can install have written this row? A row that is damaged may name anything."""
+    parts = pathlib.PurePath(name).parts
+    if not name or not name.isprintable() or os.path.isabs(name):
+        return False
+    if kind == "folder":
+        return True
+    return kind == "file" and ".." not in parts and ((prefix / name).is_symlink() or not (prefix / name).is_dir())
+
+
 def read_manifest(prefix):
-    """(kind, name) of each line"""
-    return [tuple(line.split(" ", 1)) for line in (prefix / MANIFEST).read_text().splitlines()]
+    """([(kind, name) of each whole line], the number of the first line that is not whole, or 0)"""
+    *lines, rest = (prefix / MANIFEST).read_text(errors="surrogateescape").split("\n")
+    rows = [tuple(line.partition(" ")[::2]) for line in lines]
+    damaged = [number for number, row in enumerate(rows, 1) if not is_whole(prefix, *row)]
+    if rest or not lines: # the last line has its end, too
+        damaged.append(len(lines) + 1)
+    return [row for row in rows if is_whole(prefix, *row)], damaged[0] if damaged else 0
 
 
 def missing_folders(prefix, names):
@@ -130,7 +145,7 @@ def install(prefix, options):
     the manifest names the files of both, so uninstall knows each file whenever this ends."""
     check(prefix)
     earlier = (prefix / MANIFEST).exists()
-    old = read_manifest(prefix) if earlier else []
+    old, damaged = read_manifest(prefix) if earlier else ([], 0)
     sources = dict(contents(options))
     for name in sources:
         if (prefix / name).is_dir():
@@ -154,7 +169,7 @@ def install(prefix, options):
                 (prefix / (name + NEW)).unlink(missing_ok=True)
         if not earlier and (prefix / MANIFEST).parent.is_dir():
             (prefix / MANIFEST).unlink(missing_ok=True)
-        elif earlier:
+        elif earlier and not damaged:
             with contextlib.suppress(OSError): # the manifest that is there names the earlier files, too
                 put_manifest(prefix, old)
         remove_folders(prefix, [("folder", folder) for folder in missing])
@@ -183,7 +198,10 @@ def uninstall(prefix):
         refuse(f"nothing is installed in {prefix}; name the prefix of the installation: make uninstall PREFIX=...")
     if not os.access(manifest.parent, os.W_OK):
         refuse(f"{prefix} may not be written by {user()}; use sudo")
-    rows = read_manifest(prefix)
+    rows, damaged = read_manifest(prefix)
+    if damaged:
+        refuse(f"{manifest}, line {damaged} is damaged, nothing is removed; make install into the same PREFIX writes "
+               "it anew, then make uninstall")
     for kind, name in rows:
         if kind == "file":
             (prefix / name).unlink(missing_ok=True)

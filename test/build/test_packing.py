@@ -179,6 +179,26 @@ class Installed(Case):
                "another PREFIX\n"))
         self.assertEqual(set(self.contents()), {"bin", "bin/cds55xx-sim"})
 
+    def test_uninstall_with_a_damaged_manifest_removes_nothing(self):
+        self.assertEqual(self.install()[0], 0)
+        text = self.manifest.read_text()
+        first = text.splitlines()[0]
+        for damaged, line in [
+                (text + "garbage\n", text.count("\n") + 1), ("\n" + text, 1), ("", 1), (text[:-3], text.count("\n")),
+                (text[:text.index("\nfile share/cds55xx/boards/") + 27], None), (first + "\nfile lib\n", 2),
+                (first + "\nfile /etc/none\n", 2), (first + "\nfile ../none\n", 2), ("file \0\n" + text, 1),
+                ("file \udcff\n" + text, 1), ("fold bin\n" + text, 1)]:
+            self.manifest.write_text(damaged, errors="surrogateescape")
+            before = self.contents()
+            status, output = self.run_it("uninstall")
+            self.assertEqual(status, 1, output)
+            self.assertRegex(output, f"^install.py: {self.manifest}, line {line or '[0-9]+'} is damaged, nothing is "
+                                     r"removed; make install into the same PREFIX writes it anew, then make uninstall\n$")
+            self.assertEqual(self.contents(), before)
+        self.assertEqual(self.install()[0], 0)
+        self.assertEqual(self.run_it("uninstall"), (0, ""))
+        self.assertEqual([path for path in self.prefix.rglob("*") if not path.is_dir()], [])
+
 
 if __name__ == "__main__":
     unittest.main()
