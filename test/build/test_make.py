@@ -318,6 +318,10 @@ class Build(unittest.TestCase):
     def test_library_of_an_unknown_chip_lists_those_there_are(self):
         self.assert_one_line("there is no library for 'atmega32'; MCUS= some of: at90can128 ", "MCUS=atmega32")
 
+    def test_no_chip_at_all_lists_those_there_are(self):
+        for words in ["", " "]:
+            self.assert_one_line("MCUS= names no chip; leave it out, or MCUS= some of: at90can128 ", f"MCUS={words}")
+
     def test_profile_that_is_not_one_name_is_refused(self):
         for words in ["huge", "full bridge", "full huge", "bridge "]:
             message = f"no profile '{words}'; PROFILE= one of: bridge console full"
