@@ -200,5 +200,55 @@ class Installed(Case):
         self.assertEqual([path for path in self.prefix.rglob("*") if not path.is_dir()], [])
 
 
+class Release(Case):
+    """release.py in a repository of two files."""
+
+    def setUp(self):
+        super().setUp()
+        self.root = self.folder / "sources"
+        self.root.mkdir()
+        (self.root / "firmware").write_text("x")
+        (self.root / ".gitignore").write_text("build\n")
+        self.release = self.root / "build/release"
+        self.release.mkdir(parents=True)
+        (self.release / "earlier").write_text("")
+        git(self.root, "init", "-q")
+        git(self.root, "add", ".")
+        git(self.root, "commit", "-qm", "x")
+
+    def run_it(self, file="firmware", **environment):
+        return call(sys.executable, ROOT / "scripts/release.py", "build/release", "p", f"{file}:name", cwd=self.root,
+                    env={**ENVIRONMENT, **environment})
+
+    def refused(self, message, *file, **environment):
+        status, output = self.run_it(*file, **environment)
+        self.assertEqual(status, 1)
+        self.assertRegex(output, f"^{message}.*\n$")
+        self.assertEqual([str(path.relative_to(self.root)) for path in self.root.glob("build/**/*")],
+                         ["build/release", "build/release/earlier"])
+
+    def test_release_without_git(self):
+        self.refused("make release needs a clone with git", PATH=str(self.folder))
+
+    def test_release_without_a_commit(self):
+        shutil.rmtree(self.root / ".git")
+        git(self.root, "init", "-q")
+        self.refused("make release needs a clone with git")
+
+    def test_release_if_git_archive_fails(self):
+        stub = self.folder / "git"
+        stub.write_text(f'#!/bin/sh\n[ $1 != archive ] || {{ echo half; exit 1; }}\nexec {shutil.which("git")} "$@"\n')
+        stub.chmod(0o755)
+        self.refused("git archive fails: .* git archive HEAD", PATH=f"{self.folder}:{os.environ['PATH']}")
+
+    def test_release_without_a_file(self):
+        self.refused("none: No such file or directory; build/release is as it was", "none")
+
+    def test_release_replaces_the_earlier_one(self):
+        self.assertEqual(self.run_it(), (0, "2 files and SHA256SUMS in build/release\n"))
+        self.assertEqual(sorted(path.name for path in self.root.glob("build/*/*")), ["SHA256SUMS", "p-name", "p.tar.gz"])
+        self.assertEqual(call("tar", "-tf", self.release / "p.tar.gz"), (0, "p/\np/.gitignore\np/firmware\n"))
+
+
 if __name__ == "__main__":
     unittest.main()
