@@ -28,10 +28,16 @@ uninstall:
 
 ## dist: build/cds55xx-<version>.tar.gz, the sources of the last commit
 .PHONY: dist
+dist: ARCHIVE = build/cds55xx-$(VERSION).tar.gz
 dist:
-	@git rev-parse --git-dir > /dev/null 2>&1 || { echo 'make dist needs a clone with git: it archives the last' \
-	  'commit'; exit 1; }
+	@git cat-file -e HEAD:./Makefile 2> /dev/null || { echo 'make dist needs a clone with git whose last commit has' \
+	  'these sources: it archives that commit'; exit 1; }
+	@command -v gzip > /dev/null || { echo 'make dist needs gzip; Debian: apt-get install gzip'; exit 1; }
 	@git diff --quiet HEAD || echo 'note: what is not committed is not in the archive'
 	@mkdir -p build
-	$(Q)git archive --prefix=cds55xx-$(VERSION)/ HEAD | gzip -9n > build/cds55xx-$(VERSION).tar.gz
-	@echo build/cds55xx-$(VERSION).tar.gz
+# No pipe: a shell tells the status of its last command only. An earlier archive stays until the new one is complete.
+	$(Q)why=$$({ git archive --prefix=cds55xx-$(VERSION)/ HEAD > build/dist.tar && \
+	  gzip -9n < build/dist.tar > build/dist.tar.gz && mv build/dist.tar.gz $(ARCHIVE); } 2>&1) || \
+	  { rm -f build/dist.tar build/dist.tar.gz; echo '$(ARCHIVE) is not written: mend this, and repeat:' $$why; exit 1; }
+	@rm build/dist.tar
+	@echo $(ARCHIVE)

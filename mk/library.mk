@@ -62,6 +62,9 @@ endef
 $(foreach a,$(LIBRARY_ARCHS),$(eval $(call core_rules,$(a))))
 
 MCUS ?= $(LIBRARY_MCUS)
+ifeq ($(strip $(MCUS)),)
+$(error MCUS= names no chip; leave it out, or MCUS= some of: $(LIBRARY_MCUS))
+endif
 ifneq ($(filter-out $(LIBRARY_MCUS),$(MCUS)),)
 $(error there is no library for '$(filter-out $(LIBRARY_MCUS),$(MCUS))'; MCUS= some of: $(LIBRARY_MCUS))
 endif

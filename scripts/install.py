@@ -10,6 +10,7 @@ install: writes share/cds55xx/manifest, too: the files, and the folders that did
 uninstall: removes what the manifest names, and nothing else.
 """
 import argparse
+import contextlib
 import getpass
 import os
 import pathlib
@@ -19,6 +20,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 MANIFEST = "share/cds55xx/manifest"
+NEW = ".cds55xx-new" # ends the name of a file until it replaces the installed one
 
 
 def version():
@@ -83,42 +85,111 @@ def contents(options):
     yield "share/doc/cds55xx/README.md", ROOT / "README.md"
 
 
-def make_folder(prefix, folder, made):
-    """Makes the folder and those above it; adds to `made` what was missing, relative to the prefix."""
-    missing = []
-    while not folder.exists():
-        missing.append(folder)
-        folder = folder.parent
-    for folder in reversed(missing):
-        folder.mkdir(mode=0o755)
-        made.append(os.path.relpath(folder, prefix))
+def is_whole(prefix, kind, name):
+    """Can install have written this row? A row that is damaged may name anything."""
+    parts = pathlib.PurePath(name).parts
+    if not name or not name.isprintable() or os.path.isabs(name):
+        return False
+    if kind == "folder":
+        return True
+    return kind == "file" and ".." not in parts and ((prefix / name).is_symlink() or not (prefix / name).is_dir())
+
+
+def read_manifest(prefix):
+    """([(kind, name) of each whole line], the number of the first line that is not whole, or 0)"""
+    *lines, rest = (prefix / MANIFEST).read_text(errors="surrogateescape").split("\n")
+    rows = [tuple(line.partition(" ")[::2]) for line in lines]
+    damaged = [number for number, row in enumerate(rows, 1) if not is_whole(prefix, *row)]
+    if rest or not lines: # the last line has its end, too
+        damaged.append(len(lines) + 1)
+    return [row for row in rows if is_whole(prefix, *row)], damaged[0] if damaged else 0
+
+
+def missing_folders(prefix, names):
+    """The folders that must be made, each after the one above it."""
+    folders = {folder for name in names for folder in (prefix / name).parents if not folder.exists()}
+    return sorted(folders, key=lambda folder: len(folder.parts))
 
 
 def put(target, source):
-    target.unlink(missing_ok=True) # a link is replaced, not written through
-    if isinstance(source, str):
-        target.write_text(source)
-    else:
-        shutil.copyfile(source, target)
-    target.chmod(0o755 if target.parent.name == "bin" else 0o644)
+    try:
+        target.unlink(missing_ok=True) # a link is replaced, not written through
+        if isinstance(source, str):
+            target.write_text(source)
+        else:
+            shutil.copyfile(source, target)
+        target.chmod(0o755 if target.parent.name == "bin" else 0o644)
+    except OSError as error: # Python names no file, or the source, if the disk is full
+        error.filename = error.filename2 or error.filename or target
+        with contextlib.suppress(OSError):
+            target.unlink()
+        raise
+
+
+def lines_of(rows):
+    return "".join(f"{kind} {name}\n" for kind, name in rows)
+
+
+def put_manifest(prefix, rows):
+    """Replaces the manifest at once: a full disk or a power failure leaves the one before."""
+    put(prefix / (MANIFEST + NEW), lines_of(rows))
+    os.replace(prefix / (MANIFEST + NEW), prefix / MANIFEST)
+
+
+def reason(error):
+    return (f"{str(error.filename).removesuffix(NEW)}: " if error.filename else "") + str(error.strerror)
 
 
 def install(prefix, options):
+    """Writes all files beside those of an earlier installation, then renames them, which takes no room. Meanwhile
+    the manifest names the files of both, so uninstall knows each file whenever this ends."""
     check(prefix)
-    if (prefix / MANIFEST).exists():
-        uninstall(prefix)
-    files, folders = [], []
+    earlier = (prefix / MANIFEST).exists()
+    old, damaged = read_manifest(prefix) if earlier else ([], 0)
+    sources = dict(contents(options))
+    for name in sources:
+        if (prefix / name).is_dir():
+            refuse(f"{prefix / name} is a folder, where a file must be; move it away, or name another PREFIX")
+    missing = missing_folders(prefix, [*sources, MANIFEST])
+    files = [("file", name) for name in sources]
+    above = {os.path.normpath(folder) for name in sources for folder in (prefix / name).parents}
+    folders = [row for row in old if row[0] == "folder" and os.path.normpath(prefix / row[1]) in above]
+    folders += [("folder", os.path.relpath(folder, prefix)) for folder in missing]
     try:
-        for name, source in contents(options):
-            make_folder(prefix, (prefix / name).parent, folders)
-            files.append(name)
-            put(prefix / name, source)
-    finally: # what an error has left can be uninstalled, too
-        if files:
-            make_folder(prefix, (prefix / MANIFEST).parent, folders)
-            put(prefix / MANIFEST, "".join(f"{kind} {name}\n" for kind, names in
-                                           [("file", files), ("folder", folders)] for name in names))
+        for folder in missing:
+            folder.mkdir(mode=0o755)
+        put_manifest(prefix, [*dict.fromkeys(
+            [*old, *files, *(("file", name + NEW) for name in [*sources, MANIFEST]), *folders])])
+        for name, source in sources.items():
+            put(prefix / (name + NEW), source)
+        put(prefix / (MANIFEST + NEW), lines_of([*files, *folders]))
+    except OSError as error:
+        for name in [*sources, MANIFEST]:
+            if (prefix / name).parent.is_dir():
+                (prefix / (name + NEW)).unlink(missing_ok=True)
+        if not earlier and (prefix / MANIFEST).parent.is_dir():
+            (prefix / MANIFEST).unlink(missing_ok=True)
+        elif earlier and not damaged:
+            with contextlib.suppress(OSError): # the manifest that is there names the earlier files, too
+                put_manifest(prefix, old)
+        remove_folders(prefix, [("folder", folder) for folder in missing])
+        refuse(f"{reason(error)}; {'the earlier installation is kept' if earlier else 'nothing is installed'}: "
+               "make room or set the permissions, or name another PREFIX")
+    for name in sources:
+        os.replace(prefix / (name + NEW), prefix / name)
+    for kind, name in old:
+        if kind == "file" and name not in sources:
+            (prefix / name).unlink(missing_ok=True)
+    os.replace(prefix / (MANIFEST + NEW), prefix / MANIFEST)
+    remove_folders(prefix, [row for row in old if row not in folders])
     print(f"installed cds55xx {options.version} in {prefix} for {len(options.mcus)} chips")
+
+
+def remove_folders(prefix, rows):
+    for kind, name in reversed(rows):
+        if kind == "folder":
+            with contextlib.suppress(OSError): # it has files of others
+                pathlib.Path(os.path.normpath(prefix / name)).rmdir() # `name` may be `..`
 
 
 def uninstall(prefix):
@@ -127,17 +198,15 @@ def uninstall(prefix):
         refuse(f"nothing is installed in {prefix}; name the prefix of the installation: make uninstall PREFIX=...")
     if not os.access(manifest.parent, os.W_OK):
         refuse(f"{prefix} may not be written by {user()}; use sudo")
-    rows = [line.split(" ", 1) for line in manifest.read_text().splitlines()]
+    rows, damaged = read_manifest(prefix)
+    if damaged:
+        refuse(f"{manifest}, line {damaged} is damaged, nothing is removed; make install into the same PREFIX writes "
+               "it anew, then make uninstall")
     for kind, name in rows:
         if kind == "file":
             (prefix / name).unlink(missing_ok=True)
     manifest.unlink()
-    for kind, name in reversed(rows):
-        if kind == "folder":
-            try:
-                pathlib.Path(os.path.normpath(prefix / name)).rmdir() # `name` may be `..`
-            except OSError: # it has files of others
-                pass
+    remove_folders(prefix, rows)
 
 
 def main():
@@ -161,7 +230,7 @@ def main():
         else:
             uninstall(prefix)
     except OSError as error:
-        refuse(f"{error.filename}: {error.strerror}")
+        refuse(reason(error))
 
 
 if __name__ == "__main__":

@@ -3,7 +3,8 @@
 """Collects a release: copies files, packs the sources of the last commit, and writes SHA256SUMS.
 
 usage: release.py DIR PREFIX FILE:NAME...    DIR/PREFIX-NAME is a copy of FILE, DIR/PREFIX.tar.gz the sources
-The same commit gives the same bytes. Exit 1 if there is no commit, or if what was built is not the commit.
+The same commit gives the same bytes. Exit 1 if there is no commit, or if what was built is not the commit. DIR is
+replaced when all files are there: an error leaves it as it was.
 """
 import gzip
 import hashlib
@@ -14,25 +15,48 @@ import sys
 
 
 def git(*words):
-    return subprocess.run(["git", *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout
+    """What git prints; None if it fails, or is not installed."""
+    try:
+        done = subprocess.run(["git", *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    except FileNotFoundError:
+        return None
+    return done.stdout if done.returncode == 0 else None
+
+
+def fill(target, prefix, files, sources):
+    """Makes the folder with all its files; returns those that SHA256SUMS names."""
+    target.mkdir(parents=True)
+    for file in files:
+        source, name = file.split(":")
+        shutil.copyfile(source, target / f"{prefix}-{name}")
+    (target / f"{prefix}.tar.gz").write_bytes(gzip.compress(sources, mtime=0))
+    names = sorted(target.iterdir())
+    (target / "SHA256SUMS").write_text("".join(
+        f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in names))
+    return names
 
 
 def main(folder, prefix, *files):
     if not git("rev-parse", "HEAD"):
         return "make release needs a clone with git: it packs the sources of the last commit"
-    if git("status", "--porcelain"):
+    if git("status", "--porcelain") != b"":
         return "there are changes that are not committed: commit them, so that sources and firmware agree"
-    target = pathlib.Path(folder)
-    shutil.rmtree(target, ignore_errors=True)
-    target.mkdir(parents=True)
-    for file in files:
-        source, name = file.split(":")
-        shutil.copyfile(source, target / f"{prefix}-{name}")
     sources = git("archive", "--format=tar", f"--prefix={prefix}/", "HEAD")
-    (target / f"{prefix}.tar.gz").write_bytes(gzip.compress(sources, mtime=0))
-    sums = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in sorted(target.iterdir())]
-    (target / "SHA256SUMS").write_text("".join(sums))
-    print(f"{len(sums)} files and SHA256SUMS in {folder}")
+    if not sources:
+        return f"git archive fails: {folder} is as it was; mend what this says: git archive HEAD > /dev/null"
+    target, new, old = [pathlib.Path(folder + end) for end in ["", ".new", ".old"]]
+    for rest in [new, old]:
+        shutil.rmtree(rest, ignore_errors=True)
+    try:
+        names = fill(new, prefix, files, sources)
+        if target.exists():
+            target.rename(old)
+        new.rename(target)
+    except OSError as error:
+        shutil.rmtree(new, ignore_errors=True)
+        return f"{error.filename2 or error.filename or new}: {error.strerror}; {folder} is as it was: mend this, and repeat"
+    shutil.rmtree(old, ignore_errors=True)
+    print(f"{len(names)} files and SHA256SUMS in {folder}")
     return 0
 
 

@@ -300,6 +300,15 @@ class Build(unittest.TestCase):
         board = board.rename(board.parent / "cm510")
         self.assert_one_line("boards/ has a board 'cm510', too", f"BOARD_DIR={board}")
 
+    def test_path_with_a_quote_is_refused(self):
+        for name in ["BOARD_DIR", "PREFIX", "DESTDIR", "ELF", "PORT", "UNITY"]:
+            for path in ["/tmp/it's", '/tmp/"best"']:
+                self.assert_one_line(f"{name}={path} has a quote, which ends a word in the shell; give the path another "
+                                     "name", f"{name}={path}")
+        status, output = self.make("-n", "uninstall", PREFIX="/tmp/it's")
+        self.assertIn("PREFIX=/tmp/it's has a quote", output)
+        self.assertNotEqual(status, 0)
+
     def test_flash_writes_another_elf(self):
         output = self.make("-n", "flash", "ELF=README.md")[1]
         self.assertIn("avr-objcopy -O ihex -R .eeprom README.md build/atmega128/flash.hex", output)
@@ -308,6 +317,10 @@ class Build(unittest.TestCase):
 
     def test_library_of_an_unknown_chip_lists_those_there_are(self):
         self.assert_one_line("there is no library for 'atmega32'; MCUS= some of: at90can128 ", "MCUS=atmega32")
+
+    def test_no_chip_at_all_lists_those_there_are(self):
+        for words in ["", " "]:
+            self.assert_one_line("MCUS= names no chip; leave it out, or MCUS= some of: at90can128 ", f"MCUS={words}")
 
     def test_profile_that_is_not_one_name_is_refused(self):
         for words in ["huge", "full bridge", "full huge", "bridge "]:
