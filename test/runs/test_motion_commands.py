@@ -281,15 +281,25 @@ class Play(Motion):
                     + STAND.replace("508..515", "495..515") + "motion wait\n" + STAND
                     + "motion\n@expect text motion: none\n@wait 50\n! cycle\n@expect text error 44:\n")
 
-    def test_play_several_times_and_faster(self):
-        def duration(line):
-            run = self.run_on(WALKING + line + "motion wait\n")
-            return float(re.search(r"time: +([\d.]+) s", run.output)[1])
+    def duration(self, script):
+        return float(re.search(r"time: +([\d.]+) s", self.run_on(script + "motion wait\n").output)[1])
 
-        once, twice, fast = duration("play walk\n"), duration("play walk times 2\n"), duration(
-            "play walk times 2 at 200%\n")
+    def test_play_several_times(self):
+        once, twice = (self.duration(WALKING + line) for line in ("play walk\n", "play walk times 2\n"))
         self.assertAlmostEqual(twice - once, 1.8, delta=0.1)
-        self.assertAlmostEqual(twice - fast, 2 * (0.5 + 0.4 + 0.6) / 2, delta=0.2)
+
+    def test_play_faster(self):
+        whole, fast = (self.duration(SWEEP + line) for line in ("play sweep\n", "play sweep at 200%\n"))
+        self.assertAlmostEqual(whole - fast, (2 + 2) / 2, delta=0.1)
+
+    def test_play_faster_than_the_servos_can_does_not_jump(self):
+        run = self.run_on("pose set a 90 100 110\npose set b 120 130 140\nsequence f new a 0.4s pass\n"
+                          "sequence f add b 0.3s pass\nsequence f add a 0.3s\nteach off\nplay f\nmotion wait\n"
+                          "play f times 3 at 200%\nmotion wait\n", MOVING[0])
+        goals = [int(data.split()[8], 16) | int(data.split()[9], 16) << 8
+                 for _, way, data in run.packets if way == "->in" and " 83 1E 04 " in data]
+        self.assertGreater(len(goals), 500)
+        self.assertLessEqual(max(abs(one - other) for one, other in zip(goals, goals[1:])), 6)
 
     def test_play_goes_on_in_a_loop_until_motion_off(self):
         self.run_on(WALKING + "play walk loop\n@wait 4200\nmotion\n@expect text run 3\nmotion off\n"
