@@ -139,6 +139,8 @@ static enum cds_result check_step(struct robot *robot, struct autostart *autosta
     uint16_t positions[MOTION_STORE_JOINTS];
     struct motion_store_step step;
 
+    if (motion_store_is_saving(autostart->store))
+        return CDS_PENDING;
     if (!motion_store_read_step(autostart->store, autostart->place, autostart->step++, &step))
         return CDS_OK;
     if (!motion_store_read_pose(autostart->store, motion_store_pose_of(autostart->store, step.pose),

@@ -238,10 +238,10 @@ static void load_kind(struct motion_store *store, uint8_t kind)
         store->saves = newest;
 }
 
-void motion_store_load(struct motion_store *store)
+void motion_store_load(struct motion_store *store, const struct settings_store *settings)
 {
     OPTIMIZER_BARRIER(store);
-    *store = (struct motion_store){0};
+    *store = (struct motion_store){.settings = settings};
     while (!avr_eeprom_ready()) {
     }
     for (uint8_t kind = 0; kind < MOTION_STORE_KINDS; kind++)

@@ -43,6 +43,7 @@ void setUp(void)
     failsafe_begin(&failsafe, FAILSAFE_RESET_POWER | FAILSAFE_RESET_BROWN_OUT);
     console_open(&console, &failsafe, &input, &output);
     robot.moves = command_set.moves;
+    command_set.store->load(command_set.store->motions, &store);
     command_set.store->begin(&failsafe, command_set.store->motions);
 }
 

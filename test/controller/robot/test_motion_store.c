@@ -475,7 +475,7 @@ void test_load_waits_for_write_that_a_reset_found_under_way(void)
 {
     rig_do(SAVE_POSE, 1, 1);
     eeprom_fake.busy = 7;
-    motion_store_load(&store);
+    motion_store_load(&store, &rig_settings);
     TEST_ASSERT_TRUE(rig_is(&model));
 }
 

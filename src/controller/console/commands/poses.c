@@ -153,7 +153,9 @@ static bool save_poll(struct console *console)
     case SAVE_JOINTS:
         if (stored_save_poll(console))
             return true;
-        return console->error == 0 && save_pose(console);
+        if (console->error)
+            return false;
+        return stored_may_read() || save_pose(console); // the settings may be being saved now
     default: return stored_save_poll(console);
     }
 }
@@ -273,6 +275,8 @@ static bool delete_poll(struct console *console)
         console->phase = LOOK;
         return console->error == 0 && job->place != MOTION_STORE_NONE;
     }
+    if (stored_may_read())
+        return true;
     if (!motion_store_read_step(stored(), job->place, job->step++, &step))
         return false;
     if (step.pose != job->number)
@@ -301,6 +305,9 @@ static void take_pose(struct console *console)
     uint16_t pose[ROBOT_SERVOS];
     struct stored_joints joints;
 
+    console->error = stored_may_read();
+    if (console->error)
+        return;
     stored_joints_find(&joints, stored(), console->robot);
     console->error = error_of_pose(stored_pose_read(stored(), &joints, console->part, pose));
     memcpy(console->line.request->packet.bytes, pose, sizeof pose);

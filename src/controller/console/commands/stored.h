@@ -52,12 +52,13 @@ uint8_t stored_delete(struct console *console, enum motion_store_kind kind);
  * console->error. */
 bool stored_save_poll(struct console *console);
 
-/* Polls of `pose list` and `sequence list`: prints a name in each call. */
+/* Polls of `pose list` and `sequence list`: prints a name in each call. Stores ERROR_SAVING in
+ * console->error if a save has begun meanwhile. */
 bool stored_list_poll(struct console *console, enum motion_store_kind kind);
 
 /* For the poll of a command that prints one record, or all records of its kind: console->index is
  * the place of the present one. Returns true and the place of the first from there on in
- * console->index; false: there are no more. */
+ * console->index; false: there are no more, or console->error is ERROR_SAVING. */
 bool stored_next(struct console *console, enum motion_store_kind kind);
 
 /* Print two lines of `status`: room, and wear. */
