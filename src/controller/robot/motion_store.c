@@ -326,6 +326,31 @@ uint8_t motion_store_read_joints(const struct motion_store *store, uint8_t ids[M
     return motion_store_number(store, MOTION_STORE_JOINT_LIST, place);
 }
 
+bool motion_store_uses_joint(const struct motion_store *store, uint8_t joint)
+{
+    uint8_t offset = (uint8_t)(AT_DATA + POSE_HIGH_AT + joint / 2), place = 0;
+
+    for (; (place = motion_store_next(store, MOTION_STORE_POSE, place)) != MOTION_STORE_NONE;
+         place++) {
+        uint8_t high =
+            avr_eeprom_read((uint16_t)(motion_store_address(MOTION_STORE_POSE, place) + offset));
+
+        if ((joint % 2 ? high >> 4 : high & 15) <= POSITION_MAX >> 8)
+            return true;
+    }
+    return false;
+}
+
+uint8_t motion_store_read_servos(const struct motion_store *store, uint8_t ids[MOTION_STORE_JOINTS])
+{
+    uint8_t count = motion_store_read_joints(store, ids), used = 0;
+
+    for (uint8_t joint = 0; joint < count; joint++)
+        if (motion_store_uses_joint(store, joint))
+            ids[used++] = ids[joint];
+    return used;
+}
+
 uint8_t motion_store_read_autostart(const struct motion_store *store,
                                     char name[MOTION_STORE_NAME + 1])
 {
