@@ -398,7 +398,7 @@ CONTROLLER_ERRORS = {number for number in ERRORS if 60 <= number < 70}
 
 # Errors of motions: test_timed_pose.py, test_motion_commands.py.
 MOTION_ERRORS = {number for number in ERRORS
-                 if number == 14 or 56 <= number <= 58 or 70 <= number <= 86 or 91 <= number <= 93}
+                 if number == 14 or 56 <= number <= 58 or 70 <= number <= 86 or 91 <= number <= 94}
 
 # Errors that only typing provokes.
 TYPED = {35, 36, 49, 54}

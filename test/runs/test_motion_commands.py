@@ -179,8 +179,19 @@ class Stored(Motion):
               "sequence walk add stand 600s dwell 65.53s\n", MOVING[0])
 
     def test_sequence_with_a_deleted_pose_says_so(self):
-        self.run_on(POSES + WALK + "pose delete low\n! sequence show walk\n@expect text walk add - 0.3s pass\n"
+        self.run_on(POSES + WALK + "pose delete low\n! sequence show walk\n@expect text sequence walk step 2: its pose is deleted\n"
                     "@expect text error 78:\npose set low 1 2 3\n! sequence show walk\n")
+
+    def test_no_step_is_added_after_a_refused_new(self):
+        """The lines of an import never go to an older sequence of the same name."""
+        add, refused = "sequence walk add low 1s\n", "! sequence walk add low 1s\n@expect text error 94:\n"
+        for new in ("walk new nix 1s", "walk new stand", "walk new stand 1s dwel 1s", "walk nwe stand 1s",
+                    "walk new stand 1s dwell 66s", "walk step 1: its pose is deleted"):
+            run = self.run_on(POSES + WALK + f"! sequence {new}\n" + refused + "pose list\n" + refused
+                              + "! sequence walk new stand 5ms\n" + refused + "@echo on\nsequence show\n")
+            self.assertEqual(shown(run), WALK)
+        self.run_on(POSES + WALK + "! sequence walk add nix 1s\n" + add + "! sequence walk new nix 1s\n" + refused
+                    + "sequence list\n" + add + "! sequence walk new nix 1s\nsequence walk new stand 1s\n" + add)
 
     def test_pose_with_a_joint_outside_the_group_is_refused(self):
         self.run_on(POSES + "group 1 2\n! pose stand in 1s\n@expect text error 81:\n"

@@ -61,6 +61,11 @@ bool stored_list_poll(struct console *console, enum motion_store_kind kind);
  * console->index; false: there are no more, or console->error is ERROR_SAVING. */
 bool stored_next(struct console *console, enum motion_store_kind kind);
 
+/* In sequences.c: end of struct command_store. After a refused `sequence NAME new` the lines with
+ * `add` behind it would go to the stored sequence of this name: they are refused until a `new` is
+ * stored, or another command of the group is given. */
+void sequence_end(struct console *console);
+
 /* Print two lines of `status`: room, and wear. */
 void stored_print_room(struct console *console);
 void stored_print_wear(struct console *console);
