@@ -93,8 +93,15 @@ static uint8_t take_word(struct command_line *line, const struct token *token)
 
 static uint8_t take(struct command_line *line, const struct token *token, uint8_t highest)
 {
+    static const CDS_FLASH char old[] = "OLD";
+    uint16_t value = 0;
     uint8_t id, error;
 
+    if (parse_has_name(line->usage, old)) { // no list: several servos cannot get one ID
+        error = number_whole(token, CDS_ID_MAX, &value);
+        line->id = (uint8_t)value;
+        return error;
+    }
     if (highest == CDS_BROADCAST_ID && token->length <= TOKEN_MAX &&
         read_id(token->text, token->length, highest, &id) == 0 && id == CDS_BROADCAST_ID)
         return 0; // a packet to all servos: no list
