@@ -201,7 +201,8 @@ SCRIPT = {
               + "@power 2 off\n@wait 10\n@power 2 on\n@wait 10\n",
     "limits": "limits 2 60 240deg 31rpm\n" + error(11, "move 2 50") + error(11, "move 2 90 32rpm")
               + "move 2 90 30rpm\n" + servo("2 GOAL_POSITION 307") + error(33, "limits 2 240 60")
-              + error(48, "limits 77 0 300") + error(39, "limits 2 0 3rpm") + "limits 2 0 300\n"
+              + error(48, "limits 77 0 300") + error(39, "limits 2 0 3rpm")
+              + "limits 2 0 300 0rpm\nmove 2 100 62rpm\n" + "limits 2 0 300\n"
               + "move 2 50\n",
     "group": error(45, "group") + error(45, "pose 90") + error(45, "cycle every 4ms")
              + "group 1 2 3\n" + text("group 1 2 3 sync") + "group\n" + text("group 1 2 3 sync")
