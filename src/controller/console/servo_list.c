@@ -7,6 +7,7 @@
 #include "console/commands/shared.h" // servo_outcome()
 #include "console/console.h"
 #include "console/errors.h"
+#include "console/explain.h"
 #include "console/messages.h"
 
 static const CDS_FLASH char message_prefix[] = "servo %u: ";
@@ -227,6 +228,9 @@ static uint8_t begin(struct console *console)
         line->is_repeated = false;
         return begin_command(console);
     }
+    error = explain_numbers(console); // it is wrong for each servo
+    if (error)
+        return error;
     memmove(kept_ids(line), ids_of(line), line->values);
     memset(list_of(console), 0, sizeof(struct servo_list));
     return 0;
