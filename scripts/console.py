@@ -156,7 +156,8 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
   Before the first check `servos` says `not asked yet`. A servo that lost its state is not driven until `release`.
 - A servo with the factory value of the return delay, 2 us, may answer before the controller listens, but only while the PC
   sends, and rarely ([bridge.md](bridge.md#tests)). `set ID RETURN_DELAY 4us` prevents that.
-- An error names servo, argument, value and allowed range: `error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg`.
+- An error names servo, argument, value and allowed range: `error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg`. Error 56, a
+  time, has no range. With a list of servos a number out of range is refused for all, before anything is sent.
 - After `scan` a line tells which servo answers sooner than this board listens, with the command that mends it. A servo
   whose long replies are damaged is diagnosed at once: two servos may have its ID ([diagnose.md](diagnose.md)).
 - In the firmware profile `console`, the default on the ArbotiX, keys delete only at the end of the line, Up fetches only
@@ -267,7 +268,8 @@ not follow is named. Typed into tmux as above.
 
 The new servo is alone on the bus; if another one answers, `new` names both and writes nothing. To restore registers, send the
 lines of `backup`: `restore` reads the register, shows a value that differs, writes it and reads it back. An error follows the
-name of the register. Typed into tmux as above.
+name of the register: `not written`, the servo does not hold the new value; `sent, not confirmed`, the servo could not be read back,
+so it may hold the new value: send the line again. Typed into tmux as above.
 
 `new`, `id`, `baud`, `factory`, `lock`, `set` of a register in EEPROM and `restore` try three times if a packet or its reply
 is lost. They read first, and write again only if the servo shows that the write was lost. What a servo refuses is not tried

@@ -75,7 +75,6 @@ struct cds_cycle {
     uint8_t checked;               // servos before this one were checked since the permit changed
     uint8_t changed_id;            // servo the change concerns, or CDS_BROADCAST_ID
     uint8_t mended;        // blocks that were looked at since a servo was left out of `front`
-    uint8_t begun;         // counts cds_cycle_begin(): tells one run from the next
     uint8_t turn;          // servo whose feedback is read, or is read next
     bool has_permit : 1;   // goals are checked when they are set
     bool is_checking : 1;  // goals are checked again, or blocks written, before the next ones leave
@@ -87,6 +86,7 @@ struct cds_cycle {
     bool is_reading : 1;    // a READ is in flight or waits
     bool is_yielding : 1;   // no READ begins: another request waits for its turn
     bool is_aborted : 1;    // cds_cycle_abort() was called
+    uint8_t begun : 5;      // counts cds_cycle_begin(), and tells one run from the next
     uint16_t epoch;         // of the permit, when its changes were asked for; 0: never
     uint16_t period_us;     // from the beginning of one period to the next
     uint16_t goals_us;      // time of the goals on the wire

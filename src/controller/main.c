@@ -190,7 +190,7 @@ static void load(void)
 {
     settings_load(&controller.store, &controller.settings);
     if (command_set.store)
-        command_set.store->load(command_set.store->motions);
+        command_set.store->load(command_set.store->motions, &controller.store);
 }
 
 static void open(void)

@@ -163,6 +163,14 @@ class Autostart(unittest.TestCase):
         run = self.power_up(board, "", "not begun: the sequence, its joints or a pose is missing")
         self.assertEqual(driving(run), [])
 
+    def test_servo_of_a_deleted_pose_is_not_needed(self):
+        """Servo 9 is the first one of the list of joints, but in no stored pose: its place does not shift the others."""
+        board = boards.WITH_MOTION[0]
+        self.prepare(board, AFTER_1_S, "echo off\ngroup 9\npose set gone 10\nservos forget\n" + PREPARE[9:]
+                     + "pose delete gone\n")
+        self.power_up(board, "@wait 1600\n@expect servo 1 PRESENT_POSITION 440..447 within 1000\n"
+                      "@expect servo 1-3 PRESENT_POSITION 508..515 within 600\n", "has begun", 100)
+
     def test_its_sequence_cannot_be_deleted(self):
         board = boards.WITH_MOTION[0]
         self.prepare(board, AFTER_1_S + "! sequence delete walk\n@expect text error 93:\n"

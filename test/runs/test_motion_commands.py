@@ -207,8 +207,19 @@ class Stored(Motion):
               "sequence walk add stand 600s dwell 65.53s\n", MOVING[0])
 
     def test_sequence_with_a_deleted_pose_says_so(self):
-        self.run_on(POSES + WALK + "pose delete low\n! sequence show walk\n@expect text walk add - 0.3s pass\n"
+        self.run_on(POSES + WALK + "pose delete low\n! sequence show walk\n@expect text sequence walk step 2: its pose is deleted\n"
                     "@expect text error 78:\npose set low 1 2 3\n! sequence show walk\n")
+
+    def test_no_step_is_added_after_a_refused_new(self):
+        """The lines of an import never go to an older sequence of the same name."""
+        add, refused = "sequence walk add low 1s\n", "! sequence walk add low 1s\n@expect text error 94:\n"
+        for new in ("walk new nix 1s", "walk new stand", "walk new stand 1s dwel 1s", "walk nwe stand 1s",
+                    "walk new stand 1s dwell 66s", "walk step 1: its pose is deleted"):
+            run = self.run_on(POSES + WALK + f"! sequence {new}\n" + refused + "pose list\n" + refused
+                              + "! sequence walk new stand 5ms\n" + refused + "@echo on\nsequence show\n")
+            self.assertEqual(shown(run), WALK)
+        self.run_on(POSES + WALK + "! sequence walk add nix 1s\n" + add + "! sequence walk new nix 1s\n" + refused
+                    + "sequence list\n" + add + "! sequence walk new nix 1s\nsequence walk new stand 1s\n" + add)
 
     def test_pose_with_a_joint_outside_the_group_is_refused(self):
         self.run_on(POSES + "group 1 2\n! pose stand in 1s\n@expect text error 81:\n"
@@ -227,6 +238,13 @@ class Stored(Motion):
         ids = " ".join(str(n) for n in range(1, 19))
         self.run_on(f"group {ids}\npose set a {ids}\nservos forget\ngroup 1 30\n! pose set b 1 2\n"
                     "@expect text error 80:\ngroup 1 2\npose set b 1 2\n")
+
+    def test_servos_of_deleted_poses_are_free_places(self):
+        ids = " ".join(str(n) for n in range(1, 19))
+        run = self.run_on(f"group {ids}\npose set a {ids}\nservos forget\ngroup 18 2\npose set b 180 20\n"
+                          "servos forget\ngroup 30 1 31\n! pose set c 1 2 3\n@expect text error 80:\npose delete a\n"
+                          "pose set c 30 10 31\n@echo on\npose show\n")
+        self.assertEqual(shown(run), "group 2 18\npose set b 68raw 614raw\ngroup 1 30 31\npose set c 34raw 102raw 106raw\n")
 
     def test_stop_amid_a_save_keeps_the_old_pose_or_the_new_one(self):
         old, new = "pose set stand 307raw 341raw 375raw", "pose set stand 3raw 7raw 10raw"
@@ -421,6 +439,16 @@ class Play(Motion):
 
     def test_play_without_group_after_power_off(self):
         self.run_on_each(WALKING + "@reset power\n@wait 500\nplay walk\nmotion wait\n" + STAND)
+
+    def test_play_without_group_takes_no_servo_of_a_deleted_pose(self):
+        """Servo 9 is in the list of joints, but in no stored pose."""
+        self.run_on_each(WALKING + "servos forget\ngroup 9 1\npose set gone 10 20\npose delete gone\n"
+                         "@reset power\n@wait 500\nplay walk\nmotion wait\ngroup\n@expect text group 1 2 3\n" + STAND)
+
+    def test_play_after_a_power_failure_behind_the_list_of_joints(self):
+        """The list is stored before the pose."""
+        self.run_on_each(WALKING + "servos forget\ngroup 9 1\n@reset power write 24 50\npose set gone 10 20\n"
+                         "@wait 500\npose list\nplay walk\nmotion wait\ngroup\n@expect text group 1 2 3\n" + STAND)
 
     def test_refused_move_leaves_the_move_under_way(self):
         self.run_on(SWING + "pose low in 1s\n@wait 200\n! pose stand in 1ms\n@expect text error 57:\n"

@@ -41,15 +41,11 @@ def wait(ms):
 
 
 class Registers(unittest.TestCase):
-    def talk(self, *steps, setup=READY, board=boards.WITH_MOTION[0]):
-        """Types the lines of `setup`, then sends the packets of `steps`; a number of `steps` is a time in ms.
-        Returns the error and the parameters of each status packet."""
-        program = "".join(f"text {line}\nwait {600 * MS}\n" for line in setup) + "rest\n"
-        for step in steps:
-            if isinstance(step, int):
-                program += f"wait {step * MS}\n"
-                continue
-            program += f"say {step[0].hex(' ')}\n" + (f"hear {step[1]} within 30\n" if step[1] else "") + "wait 1000\n"
+    def setup_lines(self, lines):
+        return "".join(f"text {line}\nwait {600 * MS}\n" for line in lines) + "rest\n"
+
+    def run_program(self, program, board=boards.WITH_MOTION[0]):
+        """What the controller answers to each 'hear' and 'rest' of a PC's program."""
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder, "pc.txt")
             path.write_text(program)
@@ -57,9 +53,18 @@ class Registers(unittest.TestCase):
                                    "--servos", "1-3", "--host", path],
                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.assertEqual(done.returncode, 0, done.stdout[-2000:])
-        heard = [bytes.fromhex("".join(line.split()[4:]))
-                 for line in re.findall(r"^heard .*", done.stdout, re.M)][1:]
-        return [(status[4], status[5:-1]) for status in heard]
+        return [bytes.fromhex("".join(line.split()[4:])) for line in re.findall(r"^heard .*", done.stdout, re.M)]
+
+    def talk(self, *steps, setup=READY, board=boards.WITH_MOTION[0]):
+        """Types the lines of `setup`, then sends the packets of `steps`; a number of `steps` is a time in ms.
+        Returns the error and the parameters of each status packet."""
+        program = self.setup_lines(setup)
+        for step in steps:
+            if isinstance(step, int):
+                program += f"wait {step * MS}\n"
+                continue
+            program += f"say {step[0].hex(' ')}\n" + (f"hear {step[1]} within 30\n" if step[1] else "") + "wait 1000\n"
+        return [(status[4], status[5:-1]) for status in self.run_program(program, board)[1:]]
 
     def words(self, replies):
         return [int.from_bytes(data, "little") for _, data in replies]
@@ -101,6 +106,25 @@ class Registers(unittest.TestCase):
             [GOAL_POSITION, 0, 2], [ID, 7], [BAUD, 34])), wait(40), read(STATE), position(1), position(2))
         self.assertEqual([error for error, _ in replies], [0, RANGE, RANGE, RANGE, 0, 0, 0])
         self.assertEqual(self.words(replies)[4], 2)
+
+    def test_store_cannot_be_read_while_settings_are_saved(self):
+        """A packet SAVE, and a line of the console in the midst of the save: between two bytes, or within one."""
+        save = "say " + write(0x10, 1)[0].hex(" ") + "\nhear 6 within 30\n"
+        for late_us in (1, 1700, 3500, 20000):
+            for line in ("pose list", "pose show", "sequence list", "sequence show bow", "play bow", "pose stand in 1s",
+                         "settings autostart"):
+                said = self.run_program(self.setup_lines(READY) + save + f"wait {late_us}\ntext {line}\nwait {600 * MS}\n"
+                                        f"rest\ntext sequence list\nwait {600 * MS}\nrest\n")[2:]
+                self.assertIn(b"error 63", said[0], line)
+                self.assertEqual(said[1].split(), [b"bow", b"long", b"ok"])
+
+    def test_save_that_begins_while_the_store_is_listed_ends_the_list(self):
+        """It does not leave lines out and answer ok."""
+        save = f"wait 2000\nsay {write(0x10, 1)[0].hex(' ')}\nwait {600 * MS}\nrest\n"
+        for line in ("pose show", "sequence show"):
+            said = b"".join(self.run_program(self.setup_lines(READY) + f"text {line}\n{save}")[1:])
+            self.assertNotIn(b"ok", said, line)
+            self.assertIn(b"error 63", said, line)
 
     def test_play_while_inhibited_is_refused(self):
         replies = self.talk(write(PLAY, BOW), setup=READY + ["stop"])

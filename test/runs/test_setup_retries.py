@@ -72,6 +72,15 @@ class Retries(unittest.TestCase):
                     writes = 2 if (way, number) == ("in", write) else 1  # a WRITE whose reply was lost is not repeated
                     self.assertEqual((said, len(written)), (reply, writes), (line, way, number))
 
+    def test_restore_tells_not_written_from_not_confirmed(self):
+        """READ of restore, then READ, WRITE, READ of each of three tries."""
+        lost = "differs: not written\nerror 2: ", [f"flip in {n} 2 3" for n in (3, 6, 9)]
+        no_reply = "differed: sent, not confirmed\nerror 3: ", [f"flip out {n} 2 3" for n in range(3, 13)]
+        no_read_back = "differed: sent, not confirmed\nerror 3: ", [f"flip out {n} 2 3" for n in range(4, 13)]
+        for says, faults in (lost, no_reply, no_read_back):
+            said, _ = self.typed("restore 1 MIN_VOLTAGE 6.5V", *faults)
+            self.assertRegex(said, rf"\AMIN_VOLTAGE = 6V \(60\) {says}")
+
     def test_set_of_an_absent_servo_ends_after_three_tries(self):
         for line in ("set 9 MIN_VOLTAGE 6.5V", "restore 9 MIN_VOLTAGE 6.5V"):
             said, written = self.typed(line)

@@ -47,6 +47,7 @@ static inline void begin_console(void)
     failsafe = (struct failsafe){.settings = &settings, .store = &store, .robot = &robot};
     console_open(&console, &failsafe, &input, &output);
     robot.moves = command_set.moves;
+    command_set.store->load(command_set.store->motions, &store);
     command_set.store->begin(&failsafe, command_set.store->motions);
     said_length = 0;
     said[0] = '\0';

@@ -63,6 +63,7 @@ static void open_all(void)
     bridge_open(&bridge, &bus, &host, &device, &output, packets[1] + STATUS_PACKET_HEAD);
     console_open(&console, &failsafe, &text, &output);
     robot.moves = command_set.moves;
+    command_set.store->load(command_set.store->motions, &store);
     command_set.store->begin(&failsafe, command_set.store->motions);
 }
 

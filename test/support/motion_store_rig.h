@@ -50,6 +50,7 @@ enum rig_operation {
 
 static uint8_t rig_bytes[RIG_EEPROM];
 static struct motion_store store;
+static struct settings_store rig_settings; // of a chip on which they are not being saved
 static struct rig_model model;
 static uint16_t rig_births;
 
@@ -64,14 +65,14 @@ static inline void rig_reset(uint16_t size)
 {
     eeprom_fake_reset_to(rig_bytes, size);
     memset(&model, 0, sizeof model);
-    motion_store_load(&store);
+    motion_store_load(&store, &rig_settings);
 }
 
 static inline void rig_power_up(void)
 {
     eeprom_fake_power_up();
     memset(&store, 0xA5, sizeof store);
-    motion_store_load(&store);
+    motion_store_load(&store, &rig_settings);
 }
 
 /* Goes on until the save is over or the power has gone. */

@@ -118,10 +118,10 @@ class Reader {
         const dwell = word === "dwell" ? readTime(dwellWord) : 0;
         const isKnown = !more.length || (word === "pass" && more.length === 1) || (word === "dwell" && more.length === 2);
 
+        if (verb.toLowerCase() === "step" || pose === "-") this.gone.add(name); // the pose is deleted
+        if (this.gone.has(name)) return;
         if (!isNew && verb.toLowerCase() !== "add") throw "it is no line of a sequence";
         if (time === undefined || dwell === undefined || !isKnown) throw "its times cannot be read";
-        if (pose === "-") this.gone.add(name);
-        if (this.gone.has(name)) return;
         const before = isNew ? [] : (this.motions.sequences.get(name) ?? []);
 
         if (before.length === STEPS_MAX) throw `the sequence has more than ${STEPS_MAX} steps`;

@@ -100,6 +100,7 @@ test("text: a sequence with a deleted pose is left out", () => {
     const { motions: read, gone } = readMotions(`${TEXT}sequence bad new - 1s\nsequence bad add left 1s\n`);
 
     assert.deepEqual(gone, ["bad"]);
+    assert.deepEqual(readMotions(`${TEXT}sequence bad step 1: its pose is deleted\nsequence bad add left 1s\n`).gone, ["bad"]);
     assert.deepEqual([...read.sequences.keys()], ["wave"]);
 });
 

@@ -41,6 +41,7 @@ struct history;
 struct moves;
 struct motion_store;
 struct robot_operation;
+struct settings_store;
 struct token;
 
 /* What a command does: the functions of struct command. */
@@ -101,8 +102,9 @@ struct command_group {
 struct command_store {
     struct motion_store *motions;
     /* main() calls it once, before the host link is open: finds the records, takes up to 40 ms. */
-    void (*load)(struct motion_store *motions);
+    void (*load)(struct motion_store *motions, const struct settings_store *settings);
     void (*abort)(struct motion_store *motions); // Ctrl-X has ended a command
+    void (*end)(struct console *console);        // a line was refused, or its command has ended
     void (*room)(struct console *console);       // prints a line of `status`
     void (*wear)(struct console *console);       // prints another one
     /* main() calls it once, after the load and failsafe_begin(): begins what plays without a host.

@@ -133,6 +133,8 @@ NOINLINE static void conclude(struct console *console, uint8_t error)
     if (console->error == 0)
         console->error = error;
     console->reply_ended = false;
+    if (command_set.store)
+        command_set.store->end(console);
     if (command_set.explain)
         console->explained = 0;
     console->state = CONSOLE_ENDING;

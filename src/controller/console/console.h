@@ -73,18 +73,19 @@ struct console {
     uint16_t raw;        // result of console_number() or console_ms()
     struct command_line line;
     struct cds_ring *input;
-    uint16_t characters;    // number of characters of the line that the parser has taken
-    uint8_t state;          // enum console_state
-    bool reply_ended : 1;   // the last line of the reply is printed
-    bool skipping : 1;      // the line is wrong: its remaining characters are ignored
-    bool completing : 1;    // a Tab has come: the word before the cursor is being completed
-    bool stop_asked : 1;    // Ctrl-X has come, and the command on_stop has not begun yet
-    bool line_complete : 1; // the end of the line has come; the parser takes what remains of its
-                            // text
-    uint8_t explained;      // parts of the error's line that are printed
-    uint8_t fed;            // locked characters that the parser has taken
-    uint8_t looked;         // position in the input ring: there is no Ctrl-X before it
-    struct token token;     // the word that comes, or the one that is wrong
+    uint16_t characters;     // number of characters of the line that the parser has taken
+    uint8_t state;           // enum console_state
+    bool reply_ended : 1;    // the last line of the reply is printed
+    bool skipping : 1;       // the line is wrong: its remaining characters are ignored
+    bool completing : 1;     // a Tab has come: the word before the cursor is being completed
+    bool stop_asked : 1;     // Ctrl-X has come, and the command on_stop has not begun yet
+    bool line_complete : 1;  // the end of the line has come; the parser takes what remains of its
+                             // text
+    bool new_is_refused : 1; // the last `sequence NAME new` was refused: so is `add` (sequences.c)
+    uint8_t explained;       // parts of the error's line that are printed
+    uint8_t fed;             // locked characters that the parser has taken
+    uint8_t looked;          // position in the input ring: there is no Ctrl-X before it
+    struct token token;      // the word that comes, or the one that is wrong
     struct editor editor;
     struct cds_request request;
     union console_buffer buffer;  // of its packet

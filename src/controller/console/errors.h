@@ -114,7 +114,9 @@
       "a sequence stores times in 10 ms: give 1230ms or 1.23s, not 1234ms")                        \
     X(ERROR_PAUSED, 92, "a motion is paused", "'resume' goes on with it, 'motion off' ends it")    \
     X(ERROR_AUTOSTART, 93, "the sequence plays after power-up, nothing was deleted",               \
-      "'settings autostart off' first")
+      "'settings autostart off' first")                                                            \
+    X(ERROR_NO_NEW, 94, "the 'sequence NAME new' before was refused, nothing was stored",          \
+      "send that line again; to add to a stored sequence: 'sequence list' first")
 
 enum console_error {
 #define CONSOLE_ERROR_ENUM_(name, number, text, remedy) name = number,

@@ -16,19 +16,21 @@ static const CDS_FLASH char message_range[] = " is out of range: ";
 static const CDS_FLASH char message_to[] = " to ";
 static const CDS_FLASH char message_subject_end[] = ": ";
 static const CDS_FLASH char message_ms[] = "ms";
+static const CDS_FLASH char message_too_fine[] = "finer than the command takes";
 
 /* The values an argument may have. */
 struct range {
     uint16_t lowest, highest; // registers of `unit`, or the numbers themselves
-    uint8_t unit;             // enum cds_unit; UNIT_MS: milliseconds
+    uint8_t unit;             // enum cds_unit; UNIT_MS: milliseconds; UNIT_PERCENT
 };
 
-#define UNIT_MS UINT8_MAX
-#define CW_FULL (0x400 | CDS_VALUE_MAX) // full speed CW (R35)
+#define UNIT_MS      UINT8_MAX
+#define UNIT_PERCENT (UINT8_MAX - 1)
+#define CW_FULL      (0x400 | CDS_VALUE_MAX) // full speed CW (R35)
 
 /* By the name of the argument and, where it differs, the first letter of the command. */
 static const CDS_FLASH struct {
-    char name[9];
+    char name[11];
     char command;
     struct range range;
 } argument_ranges[] = {
@@ -40,13 +42,16 @@ static const CDS_FLASH struct {
     {"REG", 0, {0, CDS_TABLE_SIZE - 1, CDS_UNIT_NUMBER}},
     {"ANGLE", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
     {"ANGLE...", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"LOW", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
     {"HIGH", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
     {"SPEED", 't', {CW_FULL, CDS_VALUE_MAX, CDS_UNIT_SIGNED_MRPM}}, // turn
     {"SPEED", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MRPM}},
     {"RATE", 0, {CDS_BAUD_MAX, 0, CDS_UNIT_BPS}},
-    {"MS", 'm', {10, 60000, UNIT_MS}}, // monitor
-    {"MS", 'c', {2, 65, UNIT_MS}},     // cycle
+    {"MS", 'm', {10, 60000, UNIT_MS}},            // monitor
+    {"MS", 'c', {2, 65, UNIT_MS}},                // cycle
+    {"N", 'p', {1, UINT16_MAX, CDS_UNIT_NUMBER}}, // play
+    {"PERCENT", 0, {10, 200, UNIT_PERCENT}},
+    {"TIME", 0, {0, 0, UNIT_MS}}, // its range depends on the command
+    {"SPEED|TIME", 0, {0, 0, UNIT_MS}},
 };
 
 #define RANGES (sizeof argument_ranges / sizeof argument_ranges[0])
@@ -76,11 +81,22 @@ static struct range range_of_setting(const struct command_line *line)
     return (struct range){row->lowest, row->highest, CDS_UNIT_NUMBER};
 }
 
+/* LOW of the line may be up to its HIGH. */
+static uint16_t highest_low(const struct command_line *line)
+{
+    uint16_t high = CDS_VALUE_MAX;
+
+    if (line->numbers > 1)
+        number_within(&line->number[1], CDS_UNIT_MDEG, &high);
+    return high;
+}
+
 /* The range of the argument called `name`, up to a space. False: it is not known. */
 static bool range_of(const struct command_line *line, const CDS_FLASH char *name,
                      struct range *range)
 {
-    static const CDS_FLASH char value[] = "VALUE", values[] = "VALUE...", length[] = "LENGTH";
+    static const CDS_FLASH char value[] = "VALUE", values[] = "VALUE...", length[] = "LENGTH",
+                                low[] = "LOW";
 
     if (parse_has_name(name, value) && line->command->usage[sizeof "set" - 1] != ' ') {
         *range = range_of_setting(line);
@@ -99,6 +115,10 @@ static bool range_of(const struct command_line *line, const CDS_FLASH char *name
         *range = (struct range){1, (uint16_t)(CDS_TABLE_SIZE - line->address), CDS_UNIT_NUMBER};
         return true;
     }
+    if (parse_has_name(name, low)) {
+        *range = (struct range){0, highest_low(line), CDS_UNIT_MDEG};
+        return true;
+    }
     for (uint8_t i = 0; i < RANGES; i++) {
         if (!parse_has_name(name, argument_ranges[i].name) ||
             (argument_ranges[i].command && argument_ranges[i].command != *line->command->usage))
@@ -114,16 +134,18 @@ static uint8_t check(const struct number *number, const struct range *range)
 {
     uint16_t raw = 0;
     uint32_t ms = 0;
-    uint8_t error;
+    uint8_t percent = 0, error;
 
     if (range->unit == UNIT_MS) {
         error = number_ms(number, UINT16_MAX, &ms);
-        return error == 0 && (ms < range->lowest || ms > range->highest)
-                   ? (uint8_t)ERROR_OUT_OF_RANGE
-                   : error;
+        raw = (uint16_t)ms;
+    } else if (range->unit == UNIT_PERCENT) {
+        error = number_percent(number, &percent);
+        raw = percent;
+    } else {
+        error = number_within(number, (enum cds_unit)range->unit, &raw);
     }
-    error = number_within(number, (enum cds_unit)range->unit, &raw);
-    return error == 0 && range->lowest < range->highest &&
+    return error == 0 && range->lowest <= range->highest &&
                    (raw < range->lowest || raw > range->highest)
                ? (uint8_t)ERROR_OUT_OF_RANGE
                : error;
@@ -154,13 +176,14 @@ static bool is_of_word(const struct console *console)
 /* True if a number is out of range. */
 static bool is_range_error(uint8_t error)
 {
-    return error == ERROR_OUT_OF_RANGE || error == ERROR_SETTING_RANGE;
+    return error == ERROR_OUT_OF_RANGE || error == ERROR_SETTING_RANGE || error == ERROR_OVERRIDE;
 }
 
 /* Finds the subject. False: the error has none. */
 static bool find_subject(const struct console *console, struct subject *subject)
 {
     const struct command_line *line = &console->line;
+    bool is_known;
 
     subject->number = NULL;
     if (is_of_word(console)) {
@@ -172,13 +195,27 @@ static bool find_subject(const struct console *console, struct subject *subject)
     for (uint8_t i = 0; line->error == 0 && line->command && i < line->numbers; i++) {
         subject->name = parse_number_name(line, i);
         subject->number = &line->number[i];
-        subject->has_range = range_of(line, subject->name, &subject->range);
-        if (subject->has_range &&
+        is_known = range_of(line, subject->name, &subject->range);
+        subject->has_range = is_known && subject->range.lowest != subject->range.highest;
+        if (is_known &&
             check(subject->number, &subject->range) ==
                 (is_range_error(console->error) ? (uint8_t)ERROR_OUT_OF_RANGE : console->error))
             return true;
     }
     return false;
+}
+
+uint8_t explain_numbers(struct console *console)
+{
+    struct subject subject;
+    bool is_found;
+
+    console->error = ERROR_OUT_OF_RANGE;
+    is_found = find_subject(console, &subject);
+    console->error = 0;
+    return is_found && subject.has_range && subject.number->kind != NUMBER_RAW
+               ? (uint8_t)ERROR_OUT_OF_RANGE
+               : 0;
 }
 
 /* Command and ID: until there are more words, the ID itself may be wrong. */
@@ -239,10 +276,12 @@ static void print_subject(struct console *console, const struct subject *subject
 
 static void print_bound(struct printer *printer, uint8_t unit, uint16_t value, bool with_unit)
 {
-    if (unit == UNIT_MS) {
+    if (unit >= UNIT_PERCENT) {
         printer_decimal(printer, value);
-        if (with_unit)
+        if (with_unit && unit == UNIT_MS)
             printer_flash(printer, message_ms);
+        else if (with_unit)
+            printer_char(printer, '%');
     } else if (with_unit) {
         number_print(printer, (enum cds_unit)unit, value);
     } else {
@@ -298,6 +337,8 @@ bool explain_error(struct console *console)
             printer_flash(printer, message_subject_end);
         if (has_range)
             printer_text(printer, message_range);
+        else if (has_subject && subject.number && console->error == ERROR_NOT_A_NUMBER)
+            printer_line(printer, message_too_fine);
         else
             printer_line(printer, text_of(console));
         return has_range;

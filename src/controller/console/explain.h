@@ -12,11 +12,16 @@
 #define CONTROLLER_EXPLAIN_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 struct console;
 
 /* `explain` of struct command_set: prints the next part of the line for console->error, which
  * explained() counts. The printer must be ready. False: that was the last part. */
 bool explain_error(struct console *console);
+
+/* Returns ERROR_OUT_OF_RANGE if a number of the line, which is read, is out of the range of its
+ * argument; else 0. A raw value is left to the command. */
+uint8_t explain_numbers(struct console *console);
 
 #endif

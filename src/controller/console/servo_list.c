@@ -7,6 +7,7 @@
 #include "console/commands/shared.h" // servo_outcome()
 #include "console/console.h"
 #include "console/errors.h"
+#include "console/explain.h"
 #include "console/messages.h"
 
 static const CDS_FLASH char message_prefix[] = "servo %u: ";
@@ -93,8 +94,15 @@ static uint8_t take_word(struct command_line *line, const struct token *token)
 
 static uint8_t take(struct command_line *line, const struct token *token, uint8_t highest)
 {
+    static const CDS_FLASH char old[] = "OLD";
+    uint16_t value = 0;
     uint8_t id, error;
 
+    if (parse_has_name(line->usage, old)) { // no list: several servos cannot get one ID
+        error = number_whole(token, CDS_ID_MAX, &value);
+        line->id = (uint8_t)value;
+        return error;
+    }
     if (highest == CDS_BROADCAST_ID && token->length <= TOKEN_MAX &&
         read_id(token->text, token->length, highest, &id) == 0 && id == CDS_BROADCAST_ID)
         return 0; // a packet to all servos: no list
@@ -220,6 +228,9 @@ static uint8_t begin(struct console *console)
         line->is_repeated = false;
         return begin_command(console);
     }
+    error = explain_numbers(console); // it is wrong for each servo
+    if (error)
+        return error;
     memmove(kept_ids(line), ids_of(line), line->values);
     memset(list_of(console), 0, sizeof(struct servo_list));
     return 0;

@@ -30,7 +30,8 @@
     X(RETURN_DELAY, 0x06, 1, RW, 0, 254, "2 us", "the longest of any servo on the bus")            \
     X(REPEATS, 0x07, 1, RW, 0, 2, "-",                                                             \
       "retries of the controller's own PING, READ and WRITE; packets of the host have none")       \
-    X(ECHO, 0x08, 1, RW, 0, 1, "-", "1: the console echoes each key")                              \
+    X(ECHO, 0x08, 1, RW, 0, 2, "-",                                                                \
+      "of the console: 0 bare replies, 1 it echoes each key, 2 for people: a prompt, too")         \
     X(LINK_LOSS_MS, 0x0A, 2, RW, 0, 65535, "ms",                                                   \
       "silence of the host that counts as loss of the link; 0: not watched")                       \
     X(LINK_LOSS_ACTION, 0x09, 1, RW, 0, 2, "-",                                                    \

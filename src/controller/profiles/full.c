@@ -46,6 +46,7 @@ static const CDS_FLASH struct command_store store = {
     .motions = &motion_store,
     .load = motion_store_load,
     .abort = motion_store_abort,
+    .end = sequence_end,
     .room = stored_print_room,
     .wear = stored_print_wear,
 #if HAS_MOTION

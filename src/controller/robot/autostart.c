@@ -36,10 +36,10 @@ static bool is_alarmed(const struct robot *robot)
            !cds_servos_may_drive((struct cds_servos *)&robot->servos, CDS_BROADCAST_ID);
 }
 
-/* The joints of the store become the group. */
+/* The servos of the stored poses become the group. */
 static bool choose_group(struct robot *robot, const struct motion_store *store)
 {
-    robot->group_count = motion_store_read_joints(store, robot->group);
+    robot->group_count = motion_store_read_servos(store, robot->group);
     for (uint8_t i = 0; i < robot->group_count; i++)
         if (!robot_add(robot, robot->group[i]))
             robot->group_count = 0;
@@ -136,17 +136,21 @@ static enum cds_result check_step(struct robot *robot, struct autostart *autosta
 {
     const uint16_t *lowest = robot->work.autostart.lowest;
     const uint16_t *highest = robot->work.autostart.highest;
-    uint16_t positions[MOTION_STORE_JOINTS];
+    uint16_t pose[ROBOT_SERVOS];
+    struct stored_joints joints;
     struct motion_store_step step;
 
+    if (motion_store_is_saving(autostart->store))
+        return CDS_PENDING;
     if (!motion_store_read_step(autostart->store, autostart->place, autostart->step++, &step))
         return CDS_OK;
-    if (!motion_store_read_pose(autostart->store, motion_store_pose_of(autostart->store, step.pose),
-                                positions))
+    stored_joints_find(&joints, autostart->store, robot);
+    if (stored_pose_read(autostart->store, &joints,
+                         motion_store_pose_of(autostart->store, step.pose),
+                         pose) != STORED_POSE_READ)
         return give_up(autostart, AUTOSTART_MISSING);
     for (uint8_t i = 0; i < robot->group_count; i++) {
-        if (positions[i] == CDS_POSE_NONE ||
-            (positions[i] >= lowest[i] && positions[i] <= highest[i]))
+        if (pose[i] == CDS_POSE_NONE || (pose[i] >= lowest[i] && pose[i] <= highest[i]))
             continue;
         autostart->id = robot->group[i];
         return give_up(autostart, AUTOSTART_LIMITS);

@@ -393,7 +393,12 @@ static uint8_t check_move(const struct robot *robot)
 
 static uint8_t poll_start(struct robot *robot)
 {
-    switch (start_of(robot)->phase) {
+    const struct motion_start *start = start_of(robot);
+
+    if (start->is_sequence && start->phase < CHECK_MOVE &&
+        motion_store_is_saving(robot->moves->store))
+        return MOTION_SAVING; // a step that cannot be read is not the end of the sequence
+    switch (start->phase) {
     case CHECK_STEPS: return check_step(robot);
     case READ_SERVOS: return read_servos(robot);
     case READ_MODES: return read_modes(robot);

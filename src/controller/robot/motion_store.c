@@ -238,10 +238,10 @@ static void load_kind(struct motion_store *store, uint8_t kind)
         store->saves = newest;
 }
 
-void motion_store_load(struct motion_store *store)
+void motion_store_load(struct motion_store *store, const struct settings_store *settings)
 {
     OPTIMIZER_BARRIER(store);
-    *store = (struct motion_store){0};
+    *store = (struct motion_store){.settings = settings};
     while (!avr_eeprom_ready()) {
     }
     for (uint8_t kind = 0; kind < MOTION_STORE_KINDS; kind++)
@@ -324,6 +324,31 @@ uint8_t motion_store_read_joints(const struct motion_store *store, uint8_t ids[M
     motion_store_read((uint16_t)(motion_store_address(MOTION_STORE_JOINT_LIST, place) + AT_DATA),
                       ids, MOTION_STORE_JOINTS);
     return motion_store_number(store, MOTION_STORE_JOINT_LIST, place);
+}
+
+bool motion_store_uses_joint(const struct motion_store *store, uint8_t joint)
+{
+    uint8_t offset = (uint8_t)(AT_DATA + POSE_HIGH_AT + joint / 2), place = 0;
+
+    for (; (place = motion_store_next(store, MOTION_STORE_POSE, place)) != MOTION_STORE_NONE;
+         place++) {
+        uint8_t high =
+            avr_eeprom_read((uint16_t)(motion_store_address(MOTION_STORE_POSE, place) + offset));
+
+        if ((joint % 2 ? high >> 4 : high & 15) <= POSITION_MAX >> 8)
+            return true;
+    }
+    return false;
+}
+
+uint8_t motion_store_read_servos(const struct motion_store *store, uint8_t ids[MOTION_STORE_JOINTS])
+{
+    uint8_t count = motion_store_read_joints(store, ids), used = 0;
+
+    for (uint8_t joint = 0; joint < count; joint++)
+        if (motion_store_uses_joint(store, joint))
+            ids[used++] = ids[joint];
+    return used;
 }
 
 uint8_t motion_store_read_autostart(const struct motion_store *store,

@@ -18,6 +18,7 @@
 #include <stdint.h>
 
 #include "avr/eeprom_driver.h" // avr_eeprom_ready()
+#include "robot/settings.h"    // struct settings_store
 
 enum {
     MOTION_STORE_NAME = 8,         // characters of a name at most
@@ -80,15 +81,16 @@ enum motion_store_result {
     MOTION_STORE_BAD, // a name, position, ID or step is out of range, or there are too many steps
     MOTION_STORE_MISSING, // there is no whole record of this name
     MOTION_STORE_FULL,    // there is no room for one more record of the kind
-    MOTION_STORE_IN_USE, // joints: there are poses, and the new joints do not begin with the stored
-                         // joints, so positions would go to other servos
+    MOTION_STORE_IN_USE,  // joints: the list has another ID in the place of a joint that a pose
+                          // uses, so its position would go to another servo
 } __attribute__((packed));
 
-/* The store. The program reads the first three fields; the rest is internal. */
+/* The store. The program reads result, damaged and saves; the rest is internal. */
 struct motion_store {
     uint8_t result;  // enum motion_store_result of the last save
     uint8_t damaged; // records that the load found damaged; they do not count as stored
     uint32_t saves;  // since the chip was new: a cell bears 100 000, and saves go round all places
+    const struct settings_store *settings;    // in the same EEPROM
     const struct motion_store_record *record; // being saved
     uint16_t crc;                             // of its bytes so far
     uint16_t stale; // address of a record that a newer one replaces, or 0; the next save erases it
@@ -106,8 +108,9 @@ struct motion_store {
 };
 
 /* Finds the records. Once, at start-up: takes 1 ms, with a full EEPROM up to 40 ms, and waits up
- * to 8.5 ms more for a write that a reset found under way. Writes nothing. */
-void motion_store_load(struct motion_store *store);
+ * to 8.5 ms more for a write that a reset found under way. Writes nothing. While `settings`, which
+ * stays in place, are being saved no record can be read. */
+void motion_store_load(struct motion_store *store, const struct settings_store *settings);
 
 /* --- saving ----------------------------------------------------------------------------------- */
 
@@ -115,7 +118,7 @@ void motion_store_load(struct motion_store *store);
  * motion_store_poll() goes on. Takes up to 0.5 ms. Returns
  *
  *   MOTION_STORE_SAVING   it has begun; with all others nothing was changed
- *   MOTION_STORE_BUSY     a save is under way, or the EEPROM writes a byte of an aborted one
+ *   MOTION_STORE_BUSY     motion_store_is_saving()
  *   MOTION_STORE_BAD      something in `record` is out of range
  *   MOTION_STORE_FULL     a new name, and no room
  *   MOTION_STORE_MISSING  `kept` is above the number of steps that are stored whole
@@ -138,10 +141,13 @@ bool motion_store_poll(struct motion_store *store);
  * record is valid instead if its version byte was already being written. */
 void motion_store_abort(struct motion_store *store);
 
-/* True while no record can be read: a save is under way, or the EEPROM writes a byte. */
+/* True while no record can be read: the store or the settings are being saved, or the EEPROM writes
+ * a byte of an aborted save. It is true between two bytes of a save, too, so that a command or a
+ * motion is refused as a whole, and not in its midst. */
 static inline bool motion_store_is_saving(const struct motion_store *store)
 {
-    return store->result == MOTION_STORE_SAVING || !avr_eeprom_ready();
+    return store->result == MOTION_STORE_SAVING || store->settings->result == SETTINGS_SAVING ||
+           !avr_eeprom_ready();
 }
 
 /* --- reading ---------------------------------------------------------------------------------- */
@@ -180,14 +186,24 @@ bool motion_store_read_pose(const struct motion_store *store, uint8_t place,
                             uint16_t positions[MOTION_STORE_JOINTS]);
 
 /* Reads step `index` of the sequence at `place`, which motion_store_find() has checked; this
- * function checks only `index`, and takes 40 us. False: there is no such step.
- */
+ * function checks only `index`, and takes 40 us. False: there is no such step, or
+ * motion_store_is_saving(), which is not the end of the sequence: ask that first. */
 bool motion_store_read_step(const struct motion_store *store, uint8_t place, uint8_t index,
                             struct motion_store_step *step);
 
 /* Reads the IDs of the joints, in the order that positions have in poses. Returns their number; 0:
- * no joints were saved, or the record is damaged. */
+ * no joints were saved, or the record is damaged. The list may have joints that no pose uses: it is
+ * saved before the pose, and a pose may be deleted. */
 uint8_t motion_store_read_joints(const struct motion_store *store,
+                                 uint8_t ids[MOTION_STORE_JOINTS]);
+
+/* True if a stored pose has a position for this joint, 0 to MOTION_STORE_JOINTS - 1. Takes up to
+ * 0.2 ms, if all poses lack the joint. Only if not motion_store_is_saving(). */
+bool motion_store_uses_joint(const struct motion_store *store, uint8_t joint);
+
+/* Reads the IDs of the joints that stored poses use, and returns their number. Takes up to 0.4 ms,
+ * and 0.2 ms for each joint of the list that no pose uses. */
+uint8_t motion_store_read_servos(const struct motion_store *store,
                                  uint8_t ids[MOTION_STORE_JOINTS]);
 
 /* Reads the name of the sequence that plays after power-up, and ends it with \0. Returns its

@@ -81,16 +81,19 @@ static bool is_good(const struct motion_store_record *record)
     return record->kind == MOTION_STORE_POSE ? are_positions(record->positions) : are_steps(record);
 }
 
-/* True if the positions of the stored poses, if there are any, keep their joints: the new list
- * begins with the stored one. */
+/* True if each joint that a stored pose uses keeps its place in the list. */
 static bool keeps_joints(const struct motion_store *store, const struct motion_store_record *record)
 {
-    uint8_t ids[MOTION_STORE_JOINTS], count;
+    uint8_t ids[MOTION_STORE_JOINTS], count = motion_store_read_joints(store, ids);
+    uint8_t joints = count ? count : MOTION_STORE_JOINTS; // without a list no position has a servo
 
-    if (motion_store_next(store, MOTION_STORE_POSE, 0) == MOTION_STORE_NONE)
-        return true;
-    count = motion_store_read_joints(store, ids);
-    return count > 0 && count <= record->count && memcmp(ids, record->ids, count) == 0;
+    for (uint8_t joint = 0; joint < joints; joint++) {
+        bool is_kept = count && joint < record->count && ids[joint] == record->ids[joint];
+
+        if (!is_kept && motion_store_uses_joint(store, joint))
+            return false;
+    }
+    return true;
 }
 
 /* --- beginning -------------------------------------------------------------------------------- */

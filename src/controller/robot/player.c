@@ -3,13 +3,15 @@
 #include "robot/player.h"
 
 /* Reads a step for the sequence. A pose that cannot be read has no joints, so its move is refused,
- * which ends the sequence. */
+ * which ends the sequence. A step that cannot be read while the EEPROM is being written has none,
+ * either: it is not the end of the sequence. */
 static bool read_step(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose)
 {
     struct player *player = context;
-    struct motion_store_step stored;
+    struct motion_store_step stored = {.time_10ms = 1};
 
-    if (!motion_store_read_step(player->store, player->place, index, &stored))
+    if (!motion_store_is_saving(player->store) &&
+        !motion_store_read_step(player->store, player->place, index, &stored))
         return false;
     *step = (struct cds_sequence_step){.time_ms = 10ul * stored.time_10ms,
                                        .dwell_ms = (uint16_t)(10u * stored.dwell_10ms),

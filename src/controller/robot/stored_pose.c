@@ -13,7 +13,7 @@ uint8_t stored_group_choose(struct robot *robot, const struct motion_store *stor
 
     if (robot->group_count)
         return 0;
-    error = robot_choose_group(robot, ids, motion_store_read_joints(store, ids));
+    error = robot_choose_group(robot, ids, motion_store_read_servos(store, ids));
     if (error == 0 && robot->moves) {
         robot->moves->group_is_tried = true;
         robot->moves->tried_from = before;

@@ -9,7 +9,7 @@
 #include "robot/motion_store.h" // struct motion_store
 #include "robot/robot.h"        // struct robot
 
-/* If no group is chosen, the joints of the stored poses become the group, if there are any. Returns
+/* If no group is chosen, the servos of the stored poses become the group, if there are any. Returns
  * 0, or as robot_choose_group(). */
 uint8_t stored_group_choose(struct robot *robot, const struct motion_store *store);
 

@@ -79,7 +79,7 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, const struct cds_cycle_
                                 .front = config->packets,
                                 .back = config->packets + size,
                                 .count = config->count,
-                                .begun = (uint8_t)(cycle->begun + 1),
+                                .begun = (cycle->begun + 1u) & 31u,
                                 .period_us = config->period_us,
                                 .goals_us = (uint16_t)goals_us,
                                 .goals = {.reply_parameters = CDS_REPLY_NONE,

@@ -43,6 +43,7 @@ void setUp(void)
     failsafe_begin(&failsafe, FAILSAFE_RESET_POWER | FAILSAFE_RESET_BROWN_OUT);
     console_open(&console, &failsafe, &input, &output);
     robot.moves = command_set.moves;
+    command_set.store->load(command_set.store->motions, &store);
     command_set.store->begin(&failsafe, command_set.store->motions);
 }
 
@@ -220,7 +221,7 @@ void test_status_tells_all_there_is(void)
                              "host link: not watched\r\ndriving: allowed\r\n"
                              "last stop: none\r\nCtrl-X in damaged packets: 0\r\n"
                              "bus: busy\r\nservos: 1, inhibited 0, offline 0\r\n"
-                             "RETURN_DELAY refused: 0; this board bears 0 or more\r\n"
+                             "RETURN_DELAY refused: 0; the lowest here is 0\r\n"
                              "poses: 0, room for 20; sequences: 0, room for 8\r\n"
                              "EEPROM: 0 saves of motion data, 0 records are damaged\r\n"
                              "stack: 1234 of 2000 bytes never used\r\nok\r\n",

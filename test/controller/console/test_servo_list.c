@@ -200,6 +200,19 @@ void test_list_with_wrong_words_is_refused(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
 }
 
+/* Several servos with one ID cannot be told apart. */
+void test_id_takes_one_servo(void)
+{
+    static const char *const bad[] = {"id 2-3 7", "id 2,3 7", "id all 9", "id 1-1 7"};
+
+    for (uint8_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
+        assert_error(32, bad[i]);
+    assert_error(31, "id 2 3 7");
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+    reply_to("id 2 3");
+    TEST_ASSERT_EQUAL_UINT16(1, port_fake.packets);
+}
+
 void test_packet_takes_one_servo(void)
 {
     assert_error(ERROR_NOT_A_NUMBER, "ping 1-3");

@@ -169,6 +169,19 @@ void test_registers_do_not_overlap_and_lie_within_the_table(void)
     TEST_ASSERT_EQUAL(DEVICE_MODEL, DEVICE_SETTING_COUNT); // the first register that is no setting
 }
 
+/* A new controller reads 2, and what is read may be written. */
+void test_device_echo_takes_each_mode_of_the_console(void)
+{
+    for (uint8_t echo = SETTINGS_ECHO_OFF; echo <= SETTINGS_ECHO_PERSON; echo++) {
+        SAY(DEVICE_IS, CDS_WRITE, 0x08, echo);
+        assert_heard(DEVICE_IS, 0, NULL, 0);
+        SAY(DEVICE_IS, CDS_READ, 0x08, 1);
+        assert_heard(DEVICE_IS, 0, &echo, 1);
+    }
+    SAY(DEVICE_IS, CDS_WRITE, 0x08, 3);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+}
+
 void test_device_answers_and_the_bus_stays_silent(void)
 {
     SAY(DEVICE_IS, CDS_PING);

@@ -33,7 +33,7 @@ void setUp(void)
     open_all();
     eeprom_fake_reset_to(eeprom, sizeof eeprom);
     eeprom_fake.has_more = true;
-    motion_store_load(&motions);
+    motion_store_load(&motions, &store);
     memset(&moves, 0, sizeof moves);
     robot.moves = &moves;
     moves_open(&robot, &motions, &settings);
@@ -137,6 +137,26 @@ void test_play_while_eeprom_is_written_is_refused(void)
                                     .kind = MOTION_STORE_JOINT_LIST, .count = 2, .ids = ids});
     assert_refused(0x70, 1);
     TEST_ASSERT_EQUAL_UINT8(ERROR_SAVING, motion_may_start_sequence(&robot, 0));
+}
+
+/* Between two bytes the EEPROM is ready, but the save goes on. */
+void test_play_while_settings_are_saved_is_refused(void)
+{
+    TEST_ASSERT_TRUE(settings_save(&store, &settings));
+    TEST_ASSERT_TRUE(avr_eeprom_ready());
+    assert_refused(0x70, 1);
+    TEST_ASSERT_EQUAL_UINT8(ERROR_SAVING, motion_may_start_sequence(&robot, 0));
+    store.result = SETTINGS_SAVED;
+    write(0x70, 1);
+}
+
+/* A step that cannot be read is not the end of the sequence, which would then have no step. */
+void test_save_that_begins_while_a_sequence_starts_refuses_it(void)
+{
+    write(0x70, 1);
+    store.result = SETTINGS_SAVING;
+    robot_poll(&robot);
+    TEST_ASSERT_EQUAL_UINT8(MOTION_SAVING, moves.start.outcome.result);
 }
 
 void test_play_while_inhibited_or_stopping_is_refused(void)

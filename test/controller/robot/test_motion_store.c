@@ -263,6 +263,32 @@ void test_save_joints_keeps_positions_of_stored_poses(void)
     TEST_ASSERT_EQUAL_UINT8(MOTION_STORE_SAVING, save_ids(other, 3));
 }
 
+/* A joint that no pose uses is a free place, and no servo of the stored poses. */
+void test_joint_that_no_pose_uses_gives_its_place_away(void)
+{
+    static const uint8_t first[] = {5, 7, 9}, other[] = {5, 8, 9};
+    uint8_t servos[MOTION_STORE_JOINTS];
+
+    save_ids(first, 3);
+    rig_finish();
+    TEST_ASSERT_EQUAL_UINT8(0, motion_store_read_servos(&store, servos));
+    memset(positions, UINT8_MAX, sizeof positions); // CDS_POSE_NONE
+    positions[0] = 0;
+    positions[2] = POSITION_MAX;
+    record = (struct motion_store_record){
+        .kind = MOTION_STORE_POSE, .name = "b", .length = 1, .positions = positions};
+    TEST_ASSERT_EQUAL_UINT8(MOTION_STORE_SAVING, motion_store_save(&store, &record));
+    rig_finish();
+    TEST_ASSERT_TRUE(motion_store_uses_joint(&store, 0));
+    TEST_ASSERT_FALSE(motion_store_uses_joint(&store, 1));
+    TEST_ASSERT_TRUE(motion_store_uses_joint(&store, 2));
+    TEST_ASSERT_EQUAL_UINT8(2, motion_store_read_servos(&store, servos));
+    TEST_ASSERT_EQUAL_MEMORY("\5\11", servos, 2);
+    TEST_ASSERT_EQUAL_UINT8(MOTION_STORE_IN_USE, save_ids(other, 2));
+    TEST_ASSERT_EQUAL_UINT8(MOTION_STORE_SAVING, save_ids(other, 3));
+    rig_finish();
+}
+
 /* --- numbers of poses ------------------------------------------------------------------------- */
 
 void test_new_pose_never_takes_number_of_pose_in_sequence(void)
@@ -475,7 +501,7 @@ void test_load_waits_for_write_that_a_reset_found_under_way(void)
 {
     rig_do(SAVE_POSE, 1, 1);
     eeprom_fake.busy = 7;
-    motion_store_load(&store);
+    motion_store_load(&store, &rig_settings);
     TEST_ASSERT_TRUE(rig_is(&model));
 }
 

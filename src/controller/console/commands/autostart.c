@@ -83,6 +83,9 @@ static bool show_poll(struct console *console)
 
     if (console->line.words == WORDS_OFF)
         return job->is_saving && stored_save_poll(console);
+    console->error = stored_may_read();
+    if (console->error)
+        return false;
     delay = motion_store_read_autostart(stored(), job->name);
     if (delay == 0) {
         printer_line(printer, message_no_autostart);

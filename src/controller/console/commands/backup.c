@@ -13,6 +13,7 @@ static const CDS_FLASH char restore[] = "restore ";
 static const CDS_FLASH char message_unchanged[] = "unchanged";
 static const CDS_FLASH char message_written[] = " differed: written";
 static const CDS_FLASH char message_not_written[] = " differs: not written";
+static const CDS_FLASH char message_not_confirmed[] = " differed: sent, not confirmed";
 static const CDS_FLASH char raw_unit[] = "raw";
 
 uint8_t backup_begin(struct console *console)
@@ -110,6 +111,16 @@ static bool begin_to_write(struct console *console)
     return console->error == 0;
 }
 
+/* What is known of the value. Without a good reply to the last READ the servo may hold it. */
+static const CDS_FLASH char *end_of_restore(struct console *console)
+{
+    if (console->error == 0)
+        return message_written;
+    return set_job(console)->setup.is_written && console->line.request->result != CDS_OK
+               ? message_not_confirmed
+               : message_not_written;
+}
+
 /* Reads the register, writes it if it differs, and reads it back. */
 static bool restore_poll(struct console *console)
 {
@@ -118,7 +129,7 @@ static bool restore_poll(struct console *console)
     if (setup_waits(console))
         return true;
     register_print(&console->printer, console->line.address, console->raw);
-    printer_line(&console->printer, console->error ? message_not_written : message_written);
+    printer_line(&console->printer, end_of_restore(console));
     return false;
 }
 

@@ -25,7 +25,7 @@ static const CDS_FLASH char message_inhibit_off[] = "driving: allowed";
 static const CDS_FLASH char message_inhibit_link[] = "driving: inhibited until 'clear'";
 static const CDS_FLASH char message_inhibit_on[] = "driving: inhibited until 'release'";
 static const CDS_FLASH char message_delays[] =
-    "RETURN_DELAY refused: %u; this board bears %u or more";
+    "RETURN_DELAY refused: %u; the lowest here is %u";
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, inhibited %u, offline %u";
@@ -396,7 +396,7 @@ static const CDS_FLASH struct command controller_rows[] = {
     },
     {
         .usage = FLASH_TEXT("settings [SETTING [VALUE]]"),
-        .what = FLASH_TEXT("the controller's settings, or one of them"),
+        .what = FLASH_TEXT("the controller's settings, or one"),
         .details = COMMAND_DETAILS("As in docs/settings.md; a rate as the register or in bps, as "
                                    "500000. A value is in force at once, and after power-off only "
                                    "if saved"),

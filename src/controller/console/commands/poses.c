@@ -25,26 +25,47 @@ enum save_phase { NAME, READ, SAVE_JOINTS, SAVE_POSE } __attribute__((packed));
 struct save_job {
     struct motion_store_record record;
     uint16_t positions[MOTION_STORE_JOINTS];
-    uint8_t ids[MOTION_STORE_JOINTS]; // of the joints of all poses
+    uint8_t ids[MOTION_STORE_JOINTS]; // of the list of joints
     uint8_t count;                    // of joints
     bool has_new_joints;              // that are not stored yet
 };
 
 _Static_assert(sizeof(struct save_job) <= CONSOLE_JOB_SIZE, "the job must fit");
 
-/* Returns the place in the pose of the position of servo `id`, which becomes a joint if it is none
- * yet; MOTION_STORE_NONE: there are too many. */
-static uint8_t joint_of(struct save_job *job, uint8_t id)
+/* Returns the place in the list for a servo that is no joint yet: behind the last one, or, if the
+ * list is full, that of a joint that neither the group nor a stored pose has. MOTION_STORE_NONE:
+ * there are too many. */
+static uint8_t free_joint(const struct robot *robot, const struct save_job *job)
 {
-    const uint8_t *at = memchr(job->ids, id, job->count);
+    if (job->count < MOTION_STORE_JOINTS)
+        return job->count;
+    for (uint8_t joint = 0; joint < MOTION_STORE_JOINTS; joint++)
+        if (!memchr(robot->group, job->ids[joint], robot->group_count) &&
+            !motion_store_uses_joint(stored(), joint))
+            return joint;
+    return MOTION_STORE_NONE;
+}
 
-    if (at)
-        return (uint8_t)(at - job->ids);
-    if (job->count == MOTION_STORE_JOINTS)
-        return MOTION_STORE_NONE;
-    job->ids[job->count] = id;
+/* Servo `id` becomes a joint if it is none yet. False: there are too many. */
+static bool add_joint(const struct robot *robot, struct save_job *job, uint8_t id)
+{
+    uint8_t joint;
+
+    if (memchr(job->ids, id, job->count))
+        return true;
+    joint = free_joint(robot, job);
+    if (joint == MOTION_STORE_NONE)
+        return false;
+    job->ids[joint] = id;
     job->has_new_joints = true;
-    return job->count++;
+    job->count = (uint8_t)(job->count + (joint == job->count));
+    return true;
+}
+
+/* Returns the place in the pose of the position of servo `id` of the group. */
+static uint8_t joint_of(const struct save_job *job, uint8_t id)
+{
+    return (uint8_t)((const uint8_t *)memchr(job->ids, id, job->count) - job->ids);
 }
 
 static uint8_t save_begin(struct console *console)
@@ -61,7 +82,7 @@ static uint8_t save_begin(struct console *console)
         job->count = motion_store_read_joints(stored(), job->ids);
     memset(job->positions, UINT8_MAX, sizeof job->positions); // CDS_POSE_NONE
     for (uint8_t i = 0; i < robot->group_count; i++)
-        if (joint_of(job, robot->group[i]) == MOTION_STORE_NONE)
+        if (!add_joint(robot, job, robot->group[i]))
             return ERROR_JOINTS;
     return 0;
 }
@@ -153,7 +174,9 @@ static bool save_poll(struct console *console)
     case SAVE_JOINTS:
         if (stored_save_poll(console))
             return true;
-        return console->error == 0 && save_pose(console);
+        if (console->error)
+            return false;
+        return stored_may_read() || save_pose(console); // the settings may be being saved now
     default: return stored_save_poll(console);
     }
 }
@@ -273,6 +296,8 @@ static bool delete_poll(struct console *console)
         console->phase = LOOK;
         return console->error == 0 && job->place != MOTION_STORE_NONE;
     }
+    if (stored_may_read())
+        return true;
     if (!motion_store_read_step(stored(), job->place, job->step++, &step))
         return false;
     if (step.pose != job->number)
@@ -301,6 +326,9 @@ static void take_pose(struct console *console)
     uint16_t pose[ROBOT_SERVOS];
     struct stored_joints joints;
 
+    console->error = stored_may_read();
+    if (console->error)
+        return;
     stored_joints_find(&joints, stored(), console->robot);
     console->error = error_of_pose(stored_pose_read(stored(), &joints, console->part, pose));
     memcpy(console->line.request->packet.bytes, pose, sizeof pose);

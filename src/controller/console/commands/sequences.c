@@ -9,11 +9,13 @@
 static const CDS_FLASH char message_sequence[] = "sequence ";
 static const CDS_FLASH char message_new[] = " new ";
 static const CDS_FLASH char message_add[] = " add ";
-static const CDS_FLASH char message_gone[] = "-"; // no name: the line is refused
+static const CDS_FLASH char message_gone[] =
+    " step %u: its pose is deleted"; // this line is refused
 static const CDS_FLASH char message_dwell[] = " dwell ";
 static const CDS_FLASH char message_pass[] = " pass";
 
-#define CHOICE_NEW 1
+enum choice { CHOICE_NEW = 1, CHOICE_ADD };
+
 #define PASS_WORDS 6 // of a line that ends with "pass"
 
 enum phase { NAME, SAVE } __attribute__((packed));
@@ -62,6 +64,8 @@ static uint8_t step_begin(struct console *console)
     struct step_job *job = console_job(console);
     uint8_t place, kept = 0, error = stored_may_write(console);
 
+    if (error == 0 && console->line.choice == CHOICE_ADD && console->new_is_refused)
+        error = ERROR_NO_NEW;
     if (error == 0)
         error = take_step(console, &job->step);
     if (error)
@@ -106,33 +110,28 @@ static void print_time(struct printer *printer, uint16_t time_10ms)
     printer_char(printer, 's');
 }
 
-/* The name of the pose with this number, or what is no name. */
-static void print_pose(struct console *console, uint8_t number)
-{
-    char name[MOTION_STORE_NAME + 1];
-
-    if (motion_store_read_name(stored(), MOTION_STORE_POSE, motion_store_pose_of(stored(), number),
-                               name)) {
-        printer_string(&console->printer, name);
-    } else {
-        printer_flash(&console->printer, message_gone);
-        console->error = ERROR_POSE_GONE;
-    }
-}
-
-/* Prints the line that adds the next step of the sequence `name`. False: there is no such step. */
+/* Prints the line that adds the next step of the sequence `name`; for a step with a deleted pose a
+ * line that the console refuses, and with it the steps behind it. False: there is no such step. */
 static bool print_step(struct console *console, const char *name)
 {
     struct printer *printer = &console->printer;
     uint8_t index = (uint8_t)(console->part++ - 1);
     struct motion_store_step step;
+    char pose[MOTION_STORE_NAME + 1];
 
     if (!motion_store_read_step(stored(), console->index, index, &step))
         return false;
     printer_flash(printer, message_sequence);
     printer_string(printer, name);
+    if (!motion_store_read_name(stored(), MOTION_STORE_POSE,
+                                motion_store_pose_of(stored(), step.pose), pose)) {
+        printer->values[0].number = (uint16_t)(index + 1);
+        printer_line(printer, message_gone);
+        console->error = ERROR_POSE_GONE;
+        return true;
+    }
     printer_flash(printer, index ? message_add : message_new);
-    print_pose(console, step.pose);
+    printer_string(printer, pose);
     printer_char(printer, ' ');
     print_time(printer, step.time_10ms);
     if (step.dwell_10ms) {
@@ -228,6 +227,24 @@ static const CDS_FLASH struct command sequence_rows[] = {
         .poll = step_poll,
     },
 };
+
+/* True if the command of the line is a row of this group. */
+static bool is_of_group(const CDS_FLASH struct command *command)
+{
+    return command >= sequence_rows &&
+           command < sequence_rows + sizeof sequence_rows / sizeof sequence_rows[0];
+}
+
+void sequence_end(struct console *console)
+{
+    const CDS_FLASH struct command *command = console->line.command;
+
+    if (console->error == ERROR_INPUT_LOST) // of a `new`, perhaps
+        console->new_is_refused = true;
+    else if (command && is_of_group(command) &&
+             !(command->begin == step_begin && console->line.choice == CHOICE_ADD))
+        console->new_is_refused = command->begin == step_begin && console->error;
+}
 
 const CDS_FLASH struct command_group sequences_commands = {
     .rows = sequence_rows,

@@ -100,6 +100,8 @@ static uint8_t limits_begin(struct console *console)
         if (error)
             return error;
     }
+    if (raw[2] == 0) // as in the servo: no limit
+        raw[2] = CDS_VALUE_MAX;
     if (servo == NULL)
         return ERROR_NOT_KNOWN;
     return cds_servos_set_limits(servos, servo, raw[0], raw[1], raw[2]) == CDS_OK
@@ -219,7 +221,8 @@ const CDS_FLASH struct command stop_rows[] = {
         .usage = FLASH_TEXT("limits ID LOW HIGH [SPEED]"),
         .what = FLASH_TEXT("limits of angle and speed"),
         .details = COMMAND_DETAILS(
-            "Angles, 0 to 300deg, and a speed, up to 62rpm. The controller does not send a goal or "
+            "Angles, 0 to 300deg, and a speed, 0 to 62rpm, 0: no limit. The controller does not "
+            "send a goal or "
             "speed beyond them, whether it comes from the console, the bridge or a cycle. Until "
             "power-off; for a servo of the robot. 'limits ID 0 300' removes them"),
         .example = COMMAND_DETAILS("limits 1 60 240 30rpm"),

@@ -152,6 +152,12 @@ bool stored_save_poll(struct console *console)
 
 bool stored_next(struct console *console, enum motion_store_kind kind)
 {
+    uint8_t error = stored_may_read();
+
+    if (error) {
+        console->error = error;
+        return false;
+    }
     console->index = motion_store_next(stored(), kind, console->index);
     return console->index != MOTION_STORE_NONE;
 }

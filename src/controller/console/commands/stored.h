@@ -52,13 +52,19 @@ uint8_t stored_delete(struct console *console, enum motion_store_kind kind);
  * console->error. */
 bool stored_save_poll(struct console *console);
 
-/* Polls of `pose list` and `sequence list`: prints a name in each call. */
+/* Polls of `pose list` and `sequence list`: prints a name in each call. Stores ERROR_SAVING in
+ * console->error if a save has begun meanwhile. */
 bool stored_list_poll(struct console *console, enum motion_store_kind kind);
 
 /* For the poll of a command that prints one record, or all records of its kind: console->index is
  * the place of the present one. Returns true and the place of the first from there on in
- * console->index; false: there are no more. */
+ * console->index; false: there are no more, or console->error is ERROR_SAVING. */
 bool stored_next(struct console *console, enum motion_store_kind kind);
+
+/* In sequences.c: end of struct command_store. After a refused `sequence NAME new` the lines with
+ * `add` behind it would go to the stored sequence of this name: they are refused until a `new` is
+ * stored, or another command of the group is given. */
+void sequence_end(struct console *console);
 
 /* Print two lines of `status`: room, and wear. */
 void stored_print_room(struct console *console);
