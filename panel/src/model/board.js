@@ -5,8 +5,6 @@ import { errorNames } from "../wire/packet.js";
 import { texts } from "../texts.js";
 
 const t = texts.board;
-const LINK_LOST = 0x13; // registers of the device
-const ALARMS = 0x14;
 const NOBODY = 255;
 const OF_MEMORY = /^(?:poses|EEPROM|stack)$/;
 
@@ -44,15 +42,4 @@ export async function readAlarms(session) {
     const { alarms = 0, alarmId = NOBODY } = session.robot.device ?? {};
 
     return errorNames(alarms).map((condition) => ({ who: alarmId === NOBODY ? t.someServo : t.servoName(alarmId), condition }));
-}
-
-/* Acknowledges alarms and a lost link; driving is allowed again. */
-export async function clearAlarms(session) {
-    if (session.wire.hasConsole) {
-        await session.controller.run("clear");
-    } else {
-        await session.controller.writeDevice(ALARMS, [0]);
-        await session.controller.writeDevice(LINK_LOST, [0]);
-    }
-    session.stopState = "none";
 }

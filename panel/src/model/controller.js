@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 /* The controller as the page uses it: what its firmware has, and commands of its console. */
 
-import { read, syncRead, write } from "../wire/packet.js";
+import { ID_MAX, read, syncRead, write } from "../wire/packet.js";
+import { Failure } from "./registers.js";
 
 export const DEVICE = Object.freeze({
     VERSION: 0x02,
     SAVE: 0x10,
+    LINK_LOST: 0x13,
     ALARMS: 0x14,
     INHIBIT: 0x17,
     MOTION_PLAY: 0x70,
@@ -20,6 +22,7 @@ const SCAN_MS = 3000; // for the answer to it
 const RESCUE_MS = 600000; // `scan rescue` says nothing for nine minutes
 const SERVO_ID = 0x03; // register
 const FAILED = 0xff;
+const ERROR_LINK_LOST = 65;
 
 /* The console has answered `error N: text; remedy`. `line`: the command. `lines`: the reply before it. */
 export class CommandError extends Error {
@@ -163,22 +166,37 @@ export class Controller {
 
     /* Finds servos at the rate of the bus by packets, those that the console does not list, too. */
     async scanByPackets({ first = 0, onFound = () => {}, onProgress = () => {}, signal } = {}) {
-        const ids = Array.from({ length: 253 - first }, (_, index) => first + index);
+        const own = this.#wire.hasDevice ? this.#wire.deviceId : null; // the controller itself would answer
+        const ids = Array.from({ length: ID_MAX + 1 - first }, (_, index) => first + index).filter((id) => id !== own);
+        const total = first + ids.length;
 
         while (ids.length && !signal?.aborted) {
             const group = ids.splice(0, SCAN_GROUP);
             const { parameters } = await this.#wire.request(syncRead(SERVO_ID, 1, group), { timeout: SCAN_MS });
 
             group.forEach((id, index) => parameters[index] !== FAILED && onFound({ id, model: null, rate: null }));
-            onProgress(`${group.at(-1) + 1} of 253 IDs asked`);
+            onProgress(`${total - ids.length} of ${total} IDs asked`);
         }
         return [];
     }
 
-    /* Ends the inhibit after a stop. Nothing moves. */
+    /* Ends the inhibit after a stop or a lost link. Nothing moves. A lost link must be acknowledged first, which
+     * clears the alarms, too. Throws CommandError, Failure or WireError if the controller refuses. */
     async release() {
-        if (this.#wire.hasConsole) return this.run("release");
-        await this.writeDevice(DEVICE.INHIBIT, [0]);
-        return [];
+        if (!this.#wire.hasConsole) return this.#releaseByPacket();
+        try {
+            await this.run("release");
+        } catch (error) {
+            if (error.number !== ERROR_LINK_LOST) throw error;
+            await this.run("clear");
+            await this.run("release");
+        }
+    }
+
+    async #releaseByPacket() {
+        const refuses = (register) => this.writeDevice(register, [0]);
+
+        if (!(await refuses(DEVICE.INHIBIT))) return;
+        if ((await refuses(DEVICE.LINK_LOST)) || (await refuses(DEVICE.INHIBIT))) throw new Failure("release-refused");
     }
 }

@@ -21,6 +21,7 @@ const SHORT_MS = 100;
 
 export class MotionDesk {
     #loadedFrom = null; // the controller whose poses and sequences were read
+    #shownOf = null; // the controller that was asked for them when the view was shown
     #motionState = 0;
     #robot = null;
 
@@ -483,18 +484,21 @@ export class MotionDesk {
 
     /* Reads once for each connection what the board has. */
     async #loadStored() {
-        if (this.#loadedFrom === this.session.controller) return;
+        const { controller } = this.session;
+
+        if (this.#loadedFrom === controller) return;
         await this.store.load();
-        this.#loadedFrom = this.session.controller;
+        this.#loadedFrom = controller;
     }
 
-    /* The view is shown: reads what the board has; a page that has nothing takes it over. */
+    /* The view is shown: reads what the board has; a page that has nothing takes it over. A load that fails is
+     * tried again by play(), and not by each rendering of the view. */
     async show() {
-        if (!this.store.canStore || this.task || this.#loadedFrom === this.session.controller) return;
-        this.#loadedFrom = this.session.controller;
+        if (!this.store.canStore || this.task || this.#shownOf === this.session.controller) return;
+        this.#shownOf = this.session.controller;
         await this.#during("loading", () =>
             this.#attempt(async () => {
-                await this.store.load();
+                await this.#loadStored();
                 if (this.motions.isEmpty) this.#takeMotions(this.store.stored);
             }),
         );

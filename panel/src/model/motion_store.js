@@ -5,6 +5,7 @@
  *
  * Throws MotionError, CommandError, WireError. */
 
+import { pause } from "../wire/clock.js";
 import { DEVICE } from "./controller.js";
 import { linesOfMotions, linesOfPose, linesOfSequence, readMotions } from "./motion_text.js";
 import { JOINTS_MAX, MotionError, Motions, keywordsOf } from "./motions.js";
@@ -164,10 +165,11 @@ export class MotionStore {
 
     /* Puts back what was there before, `stored`. `error`: why. */
     async #takeBack({ poses, sequences }, stored, error) {
+        const { wire, clock } = this.#session;
         const left = new Set([...poses, ...sequences]);
 
         try {
-            await this.#waitUntilReady();
+            await Promise.race([wire.whenReady(), pause(clock, READY_MS)]);
             for (const name of sequences) if (!stored.sequences.has(name)) await this.#remove("sequence", name, left);
             for (const name of poses) await this.#putBack(name, stored.poses.get(name), left);
             for (const name of sequences)
@@ -197,23 +199,6 @@ export class MotionStore {
 
         if (names.includes(name)) await this.#run(`${kind} delete ${name}`);
         left.delete(name);
-    }
-
-    /* After a stop or a reply that did not come, the wire takes no commands for a moment. */
-    async #waitUntilReady() {
-        const { wire, clock } = this.#session;
-
-        if (wire.state === "ready") return;
-        await new Promise((resolve, reject) => {
-            const timer = clock.after(READY_MS, () => reject(new MotionError("motion-disconnected")));
-
-            wire.addEventListener("state", () => {
-                if (wire.state !== "ready" && wire.state !== "closed") return;
-                clock.cancel(timer);
-                if (wire.state === "ready") resolve();
-                else reject(new MotionError("motion-disconnected"));
-            });
-        });
     }
 
     async deleteSequence(name) {

@@ -13,6 +13,7 @@ import { pause } from "../wire/clock.js";
 import { WireError } from "../wire/wire_error.js";
 import { FEEDBACK, LIMITS, REGISTER, STATE } from "./blocks.js";
 import { DEVICE, LISTED_MAX } from "./controller.js";
+import { Failure } from "./registers.js";
 import { Servo } from "./servo.js";
 import { POSITION_MAX, rawOfDegrees, rawOfRpm, rawOfTurn } from "./units.js";
 
@@ -71,6 +72,7 @@ export class Robot extends EventTarget {
         const sorted = [...new Set(ids)].sort((one, other) => one - other);
 
         this.servos = new Map(sorted.map((id) => [id, this.servos.get(id) ?? new Servo(id)]));
+        this.#goals = new Map([...this.#goals].filter(([id]) => this.servos.has(id)));
         this.#due.clear();
         this.#change();
     }
@@ -202,10 +204,11 @@ export class Robot extends EventTarget {
         }
     }
 
-    /* Clears the alarms that the controller has kept. */
+    /* Clears the alarms that the controller has kept. It never ends an inhibit, as the command `clear` would. */
     async clearAlarms() {
         if (this.#wire.hasDevice) await this.#controller.writeDevice(DEVICE.ALARMS, [0]);
-        else await this.#controller.run("clear");
+        else if ((await this.#controller.run("status")).includes("driving: allowed")) await this.#controller.run("clear");
+        else throw new Failure("clear-inhibited");
         this.#due.delete("device");
         this.#due.delete("text");
     }
@@ -365,8 +368,8 @@ export class Robot extends EventTarget {
             if (this.#goals.get(id) !== goal) continue; // a stop has dropped it, or a newer one waits
             if (now - goal.at <= GOAL_AGE_MS && now - (this.#goalSentAt.get(id) ?? -Infinity) < GOAL_PERIOD_MS) continue;
             this.#goals.delete(id);
-            if (!servo || servo.torque !== true || now - goal.at > GOAL_AGE_MS) {
-                if (servo) servo.goalState = "dropped";
+            if (servo.torque !== true || now - goal.at > GOAL_AGE_MS) {
+                servo.goalState = "dropped";
                 continue;
             }
             this.#goalSentAt.set(id, now);

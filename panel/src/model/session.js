@@ -31,7 +31,6 @@ export class Session extends EventTarget {
         this.notices = []; // {key, code, text, remedy, level, time}
         this.traffic = new Traffic(new Decoder(tables, () => this.wire?.deviceId));
         this.recording = null; // the port of the last connection; `text` is the recording
-        this.texts = []; // lines that no command asked for
         this.portName = "";
         this.wire = null;
         this.controller = null;
@@ -121,12 +120,14 @@ export class Session extends EventTarget {
             this.history.take(robot.servos.values(), this.clock.now());
             this.dispatchEvent(new Event("feedback"));
         });
-        on(robot, "change", () => this.#change());
+        on(robot, "change", () => {
+            if (this.stopState === "verified" && robot.device?.inhibit === 0) this.stopState = "none"; // released elsewhere
+            this.#change();
+        });
         on(robot, "notice", (detail) => this.notify(detail));
     }
 
     #takeText(text) {
-        this.texts.push(text);
         if (!PORT_TAKEN.test(text)) return;
         this.isPortTaken = true;
         this.notify({ code: "port-taken" });
@@ -158,9 +159,9 @@ export class Session extends EventTarget {
 
     async #stop() {
         this.stopState = "stopping";
-        this.robot.forgetGoals();
-        const stop = this.wire.stop({ servos: this.robot.ids }); // Ctrl-X leaves here
+        const stop = this.wire.stop({ servos: this.robot.ids }); // Ctrl-X leaves here, before anything that may fail
 
+        this.robot.forgetGoals();
         this.#change();
         try {
             this.stopOutcome = await stop;

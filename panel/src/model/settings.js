@@ -109,11 +109,31 @@ export class Settings {
         const mode = this.values.get("echo") ?? MODE_OF_PAGE;
 
         if (mode === MODE_OF_PAGE) return call();
-        await this.#controller.run(`settings echo ${mode}`);
+        return this.#thenTakeMode(async () => {
+            await this.#controller.run(`settings echo ${mode}`);
+            return call();
+        });
+    }
+
+    /* Runs `call`, which may change the mode, then takes the mode of the page. If a stop or a reply that does
+     * not come is between, it is taken as soon as the wire is ready again. */
+    async #thenTakeMode(call) {
+        const controller = this.#controller;
+
         try {
             return await call();
         } finally {
-            await this.#controller.run(`settings echo ${MODE_OF_PAGE}`);
+            while (!(await this.#takesMode(controller))) await controller.wire.whenReady();
+        }
+    }
+
+    async #takesMode(controller) {
+        try {
+            await controller.run(`settings echo ${MODE_OF_PAGE}`);
+            return true;
+        } catch (error) {
+            if (!["stopped", "silent", "timeout"].includes(error.code)) throw error;
+            return false;
         }
     }
 
@@ -147,8 +167,7 @@ export class Settings {
     }
 
     async #defaultsByConsole(initial) {
-        await this.#controller.run("defaults");
-        await this.#controller.run(`settings echo ${MODE_OF_PAGE}`);
+        await this.#thenTakeMode(() => this.#controller.run("defaults"));
         this.#controller.modeBefore = initial.get("echo");
     }
 }

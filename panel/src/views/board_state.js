@@ -3,7 +3,7 @@
  * asks, and when the device tells of other alarms. */
 
 import { html, nothing } from "lit";
-import { clearAlarms, readAlarms, readStatus } from "../model/board.js";
+import { readAlarms, readStatus } from "../model/board.js";
 import { texts } from "../texts.js";
 import { Part } from "./part.js";
 
@@ -45,7 +45,7 @@ class BoardStatePart extends Part {
     };
 
     #clear = async () => {
-        await this.session.attempt(() => clearAlarms(this.session));
+        await this.session.attempt(() => this.session.robot.clearAlarms());
         await this.#read();
     };
 

@@ -40,7 +40,7 @@ export class BoardView extends View {
             <p class="driving ${device?.inhibit ? "bad" : "good"}" role="status">
                 ${device ? (device.inhibit ? t.inhibited : t.allowed) : t.unknownState} ${device?.linkLost ? t.linkLost : nothing}
             </p>
-            <button class="board-release" title=${t.releaseHint} ?disabled=${device?.inhibit === 0} @click=${() => session.release()}>
+            <button class="board-release" title=${t.releaseHint} ?disabled=${device?.inhibit === 0 && !device.linkLost} @click=${() => session.release()}>
                 ${t.release}
             </button>
             <p class="hint">${t.releaseHint}</p>

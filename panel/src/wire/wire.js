@@ -78,6 +78,14 @@ export class Wire extends EventTarget {
         return [this.#current, ...this.#queue].some((job) => job?.kind === "line");
     }
 
+    /* Resolves when the wire takes jobs, at once or after a stop or a silence. Throws WireError if it is closed. */
+    async whenReady() {
+        while (this.state !== "ready") {
+            if (this.state === "closed") throw new WireError("closed");
+            await new Promise((resolve) => this.addEventListener("state", resolve, { once: true }));
+        }
+    }
+
     /* Opens the port and waits until the controller answers. Throws WireError or what the port throws. */
     async open() {
         this.#port.onBytes = (bytes) => this.#receive(bytes);

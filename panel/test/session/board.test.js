@@ -6,7 +6,7 @@ import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import test from "node:test";
-import { clearAlarms, readAlarms, readStatus } from "../../src/model/board.js";
+import { readAlarms, readStatus } from "../../src/model/board.js";
 import { sendLine, sendPacket } from "../../src/model/by_hand.js";
 import { readCounters } from "../../src/model/counters.js";
 import { Session } from "../../src/model/session.js";
@@ -81,7 +81,7 @@ for (const { board, elf, profile } of FIRMWARES) {
 
         while (!alarmed()) await new Promise((resolve) => session.addEventListener("change", resolve, { once: true }));
         assert.deepEqual(await readAlarms(session), [{ who: "Servo 1", condition: "range" }]);
-        await clearAlarms(session);
+        await session.robot.clearAlarms();
         while (!(session.wire.hasConsole || session.robot.device.alarms === 0))
             await new Promise((resolve) => session.addEventListener("change", resolve, { once: true }));
         assert.deepEqual(await readAlarms(session), []);

@@ -140,6 +140,35 @@ test("save: the page has its mode back if saving fails", async () => {
     assert.notEqual(settings.isSaved, true);
 });
 
+test("save: the page has its mode back after a stop", async () => {
+    const { clock, port, session, settings } = await rig();
+
+    await settings.read();
+    for (const during of ["settings echo 2", "save"]) {
+        port.onText = (line) => line === during && (session.stop(), true);
+        const failed = assert.rejects(settings.save(), { code: "stopped" });
+
+        await clock.advance(5000);
+        await failed;
+        assert.equal(session.stopState, "verified");
+        assert.equal(port.lines.at(-1), "settings echo 0", during);
+    }
+});
+
+test("save: the page has its mode back when the controller answers again", async () => {
+    const { clock, port, settings } = await rig();
+
+    await settings.read();
+    port.onText = (line) => line === "save" && (port.isMute = true);
+    const failed = assert.rejects(settings.save(), { code: "timeout" });
+
+    await clock.advance(20000);
+    port.isMute = false;
+    await clock.advance(5000);
+    await failed;
+    assert.equal(port.lines.at(-1), "settings echo 0");
+});
+
 test("apply: the wire follows another ID of the device", async () => {
     const { session, settings } = await rig();
 

@@ -8,7 +8,7 @@ import { GOAL_AGE_MS, GOAL_PERIOD_MS, Robot } from "../../src/model/robot.js";
 import { INSTRUCTION, wordAt } from "../../src/wire/packet.js";
 import { Wire } from "../../src/wire/wire.js";
 import { FakeClock } from "../support/fake_clock.js";
-import { FakePort } from "../support/fake_port.js";
+import { FakePort, status } from "../support/fake_port.js";
 import { tables } from "../support/tables.js";
 
 const GOAL = 0x1e;
@@ -186,6 +186,17 @@ test("goal: a stop drops the goals that wait, and none leaves after it", async (
     assert.deepEqual(goals(port), []);
 });
 
+test("goal: a servo that is shown no more has none, and a stop does not look for it", async () => {
+    const { robot, port, clock } = await rig();
+
+    robot.setGoal(1, 90);
+    robot.setServos([2]);
+    robot.forgetGoals();
+    robot.setServos([1, 2]);
+    await clock.advance(1000);
+    assert.deepEqual(goals(port), []);
+});
+
 /* Speeds that were written alone, as [ID, speed]. */
 const turns = (port) =>
     port.packets
@@ -322,6 +333,25 @@ test("servos: those beyond the 18 that the console lists are found by packets", 
         await Promise.all([robot.findServos(), clock.advance(1000)]);
         assert.deepEqual(robot.ids, ids, isKnown ? "known" : "by a scan");
     }
+});
+
+test("scan by packets: all IDs but that of the controller's own device", async () => {
+    const { port, wire, clock } = await rig({ ids: [0, 250, 253], start: false });
+    const controller = new Controller(wire, tables());
+    const scan = async () => {
+        const found = [];
+
+        port.written = [];
+        await Promise.all([controller.scanByPackets({ onFound: ({ id }) => found.push(id) }), clock.advance(1000)]);
+        return { found, asked: port.packets.flatMap((bytes) => [...bytes.slice(7, -1)]) };
+    };
+    const { found, asked } = await scan();
+
+    assert.deepEqual(asked, Array.from({ length: 253 }, (_, id) => id));
+    assert.deepEqual(found, [0, 250]);
+    wire.deviceId = 100;
+    port.onPacket = (bytes) => port.answer(status(100, 0, [...bytes.slice(7, -1)])); // each servo has its ID
+    assert.deepEqual((await scan()).found, Array.from({ length: 254 }, (_, id) => id).filter((id) => id !== 100));
 });
 
 test("rate: sinks while no feedback comes", async () => {

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+/* The session at a fake port and a fake clock: stop and release. */
+
+import assert from "node:assert/strict";
+import test from "node:test";
+import { Session } from "../../src/model/session.js";
+import { FakeClock } from "../support/fake_clock.js";
+import { FakePort } from "../support/fake_port.js";
+import { tables } from "../support/tables.js";
+
+const ALARMS = 0x14;
+const INHIBIT = 0x17;
+
+async function rig({ hasConsole = true, onText = null } = {}) {
+    const clock = new FakeClock();
+    const port = new FakePort();
+    const session = new Session({ tables: tables(), clock });
+
+    port.hasConsole = hasConsole;
+    port.onText = onText;
+    port.addServo(1, 1);
+    const connect = session.connect(port);
+
+    await clock.advance(10000);
+    await connect;
+    port.written = [];
+    return { clock, port, session };
+}
+
+test("stop: Ctrl-X leaves before anything else", async () => {
+    const { port, session } = await rig();
+    let stops = 0;
+
+    session.robot.forgetGoals = () => (stops = port.stops);
+    session.stop();
+    assert.equal(stops, 1);
+});
+
+/* A robot that is stopped. */
+async function stopped(options) {
+    const it = await rig(options);
+    const stop = it.session.stop();
+
+    await it.clock.advance(2000);
+    await stop;
+    assert.equal(it.session.stopState, "verified");
+    return it;
+}
+
+test("clear: alarms are forgotten, the inhibit stays", async () => {
+    const { clock, port, session } = await stopped();
+
+    port.device[ALARMS] = 4;
+    await Promise.all([session.robot.clearAlarms(), clock.advance(1000)]);
+    assert.equal(port.device[ALARMS], 0);
+    assert.ok(!port.lines.includes("clear"));
+    assert.equal(session.robot.device.inhibit, 1);
+    assert.equal(session.stopState, "verified");
+});
+
+test("clear: without device the page refuses while driving is inhibited", async () => {
+    const { clock, port, session } = await rig();
+    let driving = "inhibited until 'release'";
+    const clear = () => session.robot.clearAlarms().then(() => "ok", (error) => error.code);
+
+    session.wire.hasDevice = false;
+    port.onText = (line) => line === "status" && (port.say(`driving: ${driving}`, "ok"), true);
+    assert.deepEqual(await Promise.all([clear(), clock.advance(1000)]), ["clear-inhibited", undefined]);
+    assert.ok(!port.lines.includes("clear"));
+    driving = "allowed";
+    assert.deepEqual(await Promise.all([clear(), clock.advance(1000)]), ["ok", undefined]);
+    assert.ok(port.lines.includes("clear"));
+});
+
+test("release: a lost link is acknowledged first", async () => {
+    const { clock, port, session } = await stopped();
+    let isLost = true;
+
+    port.onText = (line) => {
+        if (line === "clear") isLost = false;
+        return line === "release" && isLost && (port.say("error 65: the host link was lost"), true);
+    };
+    await Promise.all([session.release(), clock.advance(1000)]);
+    assert.deepEqual(port.lines.filter((line) => line === "clear" || line === "release"), ["release", "clear", "release"]);
+    assert.ok(!session.notices.some(({ code }) => code === "command"));
+    assert.equal(session.stopState, "none");
+});
+
+test("release: by packets; what the controller refuses is told, and the stop stays", async () => {
+    const { clock, port, session } = await stopped({ hasConsole: false });
+
+    port.refusals.set(253, 0x08);
+    await Promise.all([session.release(), clock.advance(1000)]);
+    assert.ok(session.notices.some(({ code }) => code === "release-refused"));
+    assert.equal(session.stopState, "verified");
+    port.refusals.clear();
+    await Promise.all([session.release(), clock.advance(1000)]);
+    assert.equal(port.device[INHIBIT], 0);
+    assert.equal(session.stopState, "none");
+});
+
+test("stop: it is shown no longer when the controller was released elsewhere", async () => {
+    const { clock, port, session } = await stopped();
+
+    port.device[INHIBIT] = 0;
+    await clock.advance(1000);
+    assert.equal(session.stopState, "none");
+});
