@@ -26,7 +26,7 @@ export class Session extends EventTarget {
         this.tables = tables;
         this.clock = clock;
         this.state = "disconnected"; // disconnected, connecting, connected, silent
-        this.stopState = "none"; // none, stopping, verified, unverified, failed
+        this.stopState = "none"; // none, stopping, verified, unverified, failed; verified goes with what is read
         this.stopOutcome = null;
         this.notices = []; // {key, code, text, remedy, level, time}
         this.traffic = new Traffic(new Decoder(tables, () => this.wire?.deviceId));
@@ -40,6 +40,12 @@ export class Session extends EventTarget {
 
     get isConnected() {
         return this.state === "connected" || this.state === "silent";
+    }
+
+    /* True while INHIBIT reads 1. Without device it cannot be read: then after each stop. */
+    get isInhibited() {
+        if (!this.isConnected) return false;
+        return this.wire.hasDevice ? this.robot.isInhibited : this.stopState !== "none";
     }
 
     /* True while a command of the console runs: values of the servos are old. */
@@ -118,12 +124,10 @@ export class Session extends EventTarget {
         });
         on(robot, "feedback", () => {
             this.history.take(robot.servos.values(), this.clock.now());
+            this.#followStop();
             this.dispatchEvent(new Event("feedback"));
         });
-        on(robot, "change", () => {
-            if (this.stopState === "verified" && robot.device?.inhibit === 0) this.stopState = "none"; // released elsewhere
-            this.#change();
-        });
+        on(robot, "change", () => this.#change());
         on(robot, "notice", (detail) => this.notify(detail));
     }
 
@@ -173,6 +177,16 @@ export class Session extends EventTarget {
             this.notify({ code: "stop-failed" });
         }
         this.#change();
+    }
+
+    /* A stop is shown as verified only while the controller answers, INHIBIT reads 1, and the torque of each
+     * servo reads 0. */
+    #followStop() {
+        if (this.stopState !== "verified") return;
+        const { robot } = this;
+        const isTrue = robot.isInhibited && [...robot.servos.values()].every(({ torque }) => torque === false);
+
+        if (!isTrue || this.state === "silent" || this.state === "disconnected") this.stopState = "none";
     }
 
     /* Allows driving again. */
@@ -229,6 +243,7 @@ export class Session extends EventTarget {
     }
 
     #change() {
+        this.#followStop();
         this.dispatchEvent(new Event("change"));
     }
 }

@@ -10,6 +10,7 @@ import { tables } from "../support/tables.js";
 
 const ALARMS = 0x14;
 const INHIBIT = 0x17;
+const TORQUE = 0x18;
 
 async function rig({ hasConsole = true, onText = null } = {}) {
     const clock = new FakeClock();
@@ -99,10 +100,33 @@ test("release: by packets; what the controller refuses is told, and the stop sta
     assert.equal(session.stopState, "none");
 });
 
-test("stop: it is shown no longer when the controller was released elsewhere", async () => {
+const untrue = {
+    "the controller was released elsewhere": { change: (port) => (port.device[INHIBIT] = 0), isInhibited: false },
+    "a servo has torque": { change: (port) => (port.servos.get(1)[TORQUE] = 1), isInhibited: true },
+    "the torque of a servo cannot be read": { change: (port) => port.offline.add(1), isInhibited: true },
+    "the controller is silent": { change: (port) => (port.isMute = true), isInhibited: true },
+    "the port is lost": { change: (port) => port.unplug(), isInhibited: false },
+};
+
+for (const [what, { change, isInhibited }] of Object.entries(untrue))
+    test(`stop: torque off is shown no longer when ${what}`, async () => {
+        const { clock, port, session } = await stopped();
+
+        await clock.advance(5000);
+        assert.equal(session.stopState, "verified");
+        change(port);
+        await clock.advance(3000);
+        assert.equal(session.stopState, "none");
+        assert.equal(session.isInhibited, isInhibited);
+    });
+
+test("release: the button stays until INHIBIT reads 0", async () => {
     const { clock, port, session } = await stopped();
 
+    port.onText = (line) => line === "release" && (port.say("ok"), true);
+    await Promise.all([session.release(), clock.advance(1000)]);
+    assert.equal(session.isInhibited, true);
     port.device[INHIBIT] = 0;
     await clock.advance(1000);
-    assert.equal(session.stopState, "none");
+    assert.equal(session.isInhibited, false);
 });
