@@ -175,6 +175,7 @@ export const texts = {
         none: "",
         stopping: "Stopping …",
         verified: "Torque is off",
+        unchecked: "Driving is inhibited. No servo was checked.",
         unverified: "Stop not confirmed",
         failed: "Stop not confirmed",
         release: "Release",

@@ -26,7 +26,7 @@ export class Session extends EventTarget {
         this.tables = tables;
         this.clock = clock;
         this.state = "disconnected"; // disconnected, connecting, connected, silent
-        this.stopState = "none"; // none, stopping, verified, unverified, failed; verified goes with what is read
+        this.stopState = "none"; // none, stopping, verified, unchecked (no servo was asked), unverified, failed
         this.stopOutcome = null;
         this.notices = []; // {key, code, text, remedy, level, time}
         this.traffic = new Traffic(new Decoder(tables, () => this.wire?.deviceId));
@@ -169,9 +169,9 @@ export class Session extends EventTarget {
         this.#change();
         try {
             this.stopOutcome = await stop;
-            this.stopState = this.stopOutcome.verified ? "verified" : "unverified";
+            this.stopState = stateOf(this.stopOutcome);
             this.robot.takeStop(this.stopOutcome);
-            if (!this.stopOutcome.verified) this.notify({ code: "stop-unverified", ...this.stopOutcome });
+            if (this.stopState === "unverified") this.notify({ code: "stop-unverified", ...this.stopOutcome });
         } catch {
             this.stopState = "failed";
             this.notify({ code: "stop-failed" });
@@ -179,10 +179,10 @@ export class Session extends EventTarget {
         this.#change();
     }
 
-    /* A stop is shown as verified only while the controller answers, INHIBIT reads 1, and the torque of each
-     * servo reads 0. */
+    /* A confirmed stop is shown only while the controller answers, INHIBIT reads 1, and the torque of each servo
+     * reads 0. */
     #followStop() {
-        if (this.stopState !== "verified") return;
+        if (this.stopState !== "verified" && this.stopState !== "unchecked") return;
         const { robot } = this;
         const isTrue = robot.isInhibited && [...robot.servos.values()].every(({ torque }) => torque === false);
 
@@ -246,4 +246,9 @@ export class Session extends EventTarget {
         this.#followStop();
         this.dispatchEvent(new Event("change"));
     }
+}
+
+function stateOf({ verified, inhibited, off, on, silent }) {
+    if (verified) return "verified";
+    return inhibited && ![...off, ...on, ...silent].length ? "unchecked" : "unverified";
 }

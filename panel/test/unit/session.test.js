@@ -12,14 +12,14 @@ const ALARMS = 0x14;
 const INHIBIT = 0x17;
 const TORQUE = 0x18;
 
-async function rig({ hasConsole = true, onText = null } = {}) {
+async function rig({ hasConsole = true, onText = null, ids = [1] } = {}) {
     const clock = new FakeClock();
     const port = new FakePort();
     const session = new Session({ tables: tables(), clock });
 
     port.hasConsole = hasConsole;
     port.onText = onText;
-    port.addServo(1, 1);
+    for (const id of ids) port.addServo(id, 1);
     const connect = session.connect(port);
 
     await clock.advance(10000);
@@ -35,6 +35,15 @@ test("stop: Ctrl-X leaves before anything else", async () => {
     session.robot.forgetGoals = () => (stops = port.stops);
     session.stop();
     assert.equal(stops, 1);
+});
+
+test("stop: without a known servo torque is not told to be off", async () => {
+    const { clock, session } = await rig({ ids: [] });
+
+    await Promise.all([session.stop(), clock.advance(2000)]);
+    assert.equal(session.stopState, "unchecked");
+    assert.equal(session.isInhibited, true);
+    assert.ok(!session.notices.some(({ code }) => code === "stop-unverified"));
 });
 
 /* A robot that is stopped. */
