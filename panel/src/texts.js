@@ -113,7 +113,7 @@ const motionNotices = {
     }),
     "motion-board-plays": () => ({ text: "The board plays a motion.", remedy: "End it, or wait for its end." }),
     "motion-playing": () => ({ text: "The page plays already.", remedy: "End it, or wait for its end." }),
-    "motion-disconnected": () => ({ text: "There is no connection. The replay has ended.", remedy: "Connect again." }),
+    "motion-disconnected": () => ({ text: "There is no connection to the controller.", remedy: "Connect again." }),
     "motion-inhibited": () => ({
         text: "Driving is inhibited. The page sends no goals.",
         remedy: "Remove the cause, press Release, then switch torque on.",
@@ -127,7 +127,7 @@ const motionNotices = {
         remedy: "Set its angle limits, or leave it out.",
     }),
     "motion-not-there": ({ ids }) => ({
-        text: `Not at the begin in time: ${list(ids)}. Nothing was played.`,
+        text: `Did not reach the start position in time: ${list(ids)}. Nothing was played.`,
         remedy: "Look for what blocks the servo, and for its angle limits.",
     }),
     "motion-late": () => ({
@@ -317,7 +317,7 @@ export const texts = {
         goOn: "Go on",
         clear: "Clear",
         save: "Save recording",
-        saveHint: "A file that “Play a recording” reads: the begin of the connection and the last minutes",
+        saveHint: "A file that “Play a recording” reads: the start of the connection and the last minutes",
         fileName: "recording.txt",
 
         send: "Send by hand",
@@ -459,7 +459,7 @@ export const texts = {
         release: "Release",
         releaseHint: "Allow driving again, after a lost link, too. Nothing moves; torque stays as it is.",
         status: "Status",
-        statusNone: "Not read yet.",
+        notRead: "Not read yet.",
         memory: "Memory and EEPROM",
         resetBy: "Reset by",
         resets: ["power", "the reset pin", "brown-out", "watchdog", "JTAG"],
@@ -479,7 +479,7 @@ export const texts = {
             overheating: "Switch torque off and let the servo cool down. Look for a blocked or heavy joint.",
             range: "A packet had a value out of range. Look at the view Packets for it.",
             checksum: "Packets come damaged. Look for noise and a loose wire; read the counters in the view Packets.",
-            overload: "Take the load off. The servo has cut its torque: switch it off and on again.",
+            overload: "The servo has lowered its torque. Take the load off.",
             instruction: "A packet had an instruction that the servo does not know. Look at the view Packets for it.",
         },
         settings: "Settings",
@@ -807,7 +807,7 @@ export const texts = {
         begins: "A motion begins.",
         boardPlays: ({ name, step, steps, paused }) =>
             `${name || "A move"} plays${step ? `: step ${step}${steps ? " of " + steps : ""}` : ""}${paused ? ", paused" : ""}.`,
-        pageBegins: "The servos go to the begin.",
+        pageBegins: "The servos go to the start position.",
         pagePlays: ({ seconds, paused }) => `The page plays: ${seconds} s${paused ? ", paused" : ""}.`,
 
         board: "Board and files",
@@ -835,7 +835,7 @@ export const texts = {
             remedy: "Check power, wiring, ID and rate of the servo. Then try again.",
         }),
         late: () => ({ text: "A packet was not sent: the wire was busy for too long.", remedy: "Try again." }),
-        stopped: () => ({ text: "A stop took this back.", remedy: "Remove the cause, then release the robot and try again." }),
+        stopped: () => ({ text: "Not sent: the robot was stopped first.", remedy: "Remove the cause, press Release, then try again." }),
         closed: () => ({ text: "The port is closed.", remedy: "Connect again." }),
         cancelled: () => ({ text: "This was taken back before it was sent.", remedy: "Start it again if you want it." }),
         silent: () => ({
@@ -939,7 +939,7 @@ export const texts = {
         }),
         "goal-unconfirmed": (detail) => ({
             text: `${servo(detail)} did not confirm its goal. The goal was not sent again.`,
-            remedy: "If driving is inhibited, release it. If the servo has limits (command “limits”), stay within them.",
+            remedy: "If driving is inhibited, press Release. If the servo has limits (command “limits”), stay within them.",
         }),
         "goal-refused": (detail) => ({
             text: `${servo(detail)} refused its goal: ${detail.why} error.`,

@@ -38,7 +38,7 @@ export class Player {
         return this.state !== "idle";
     }
 
-    /* The servos rest at their present goals. */
+    /* Ends what plays: with the next tick the goal of each servo becomes its present position. */
     end() {
         this.#isEnding = true;
     }

@@ -21,7 +21,7 @@ export class Recording {
     }
 }
 
-/* Calls `onEnd` if the recording ends by itself: it is long enough, or the robot's loop has ended. */
+/* Calls `onEnd` if the recording ends by itself: it has become as long as it may be. */
 export class Recorder {
     #robot;
     #clock;

@@ -69,10 +69,10 @@ function rawInUnit(row, number) {
 
 /* ---- on the wire ---- */
 
-/* Reads registers of a servo. Throws Failure or WireError. */
-export async function readRegisters(wire, id, address = 0, count = TABLE_SIZE) {
+/* Sends a packet to a servo. Returns the parameters of its reply; throws Failure or WireError. */
+async function ask(wire, id, bytes) {
     try {
-        const { error, parameters } = await wire.request(read(id, address, count));
+        const { error, parameters } = await wire.request(bytes);
 
         if (error & ERRORS_OF_PACKET) throw new Failure("refused", { id, why: errorNames(error & ERRORS_OF_PACKET).join(", ") });
         return parameters;
@@ -80,6 +80,12 @@ export async function readRegisters(wire, id, address = 0, count = TABLE_SIZE) {
         throw error.code === "timeout" ? new Failure("servo-silent", { id }) : error;
     }
 }
+
+/* Reads registers of a servo. Throws Failure or WireError. */
+export const readRegisters = (wire, id, address = 0, count = TABLE_SIZE) => ask(wire, id, read(id, address, count));
+
+/* Writes bytes to registers of a servo, from `address` on. Throws Failure or WireError. */
+export const writeRegisters = (wire, id, address, bytes) => ask(wire, id, write(id, address, bytes));
 
 /* Writes a register, by the console if there is one: it says why it refuses. Returns the value that the
  * register has then. Throws Failure, CommandError or WireError. */
@@ -103,10 +109,8 @@ async function readAround(wire, id, row) {
 /* A reply that is lost is no failure: the register is read back. */
 async function writeByPacket(wire, id, row, raw) {
     try {
-        const { error } = await wire.request(write(id, row.address, row.bytes === 2 ? word(raw) : [raw]));
-
-        if (error & ERRORS_OF_PACKET) throw new Failure("refused", { id, why: errorNames(error & ERRORS_OF_PACKET).join(", ") });
+        await writeRegisters(wire, id, row.address, row.bytes === 2 ? word(raw) : [raw]);
     } catch (error) {
-        if (error.code !== "timeout") throw error;
+        if (error.code !== "servo-silent") throw error;
     }
 }

@@ -7,13 +7,13 @@
  *
  * Events: `feedback` after each round, `change` when anything else has changed, `notice`. */
 
-import { ERRORS_OF_PACKET, errorNames, read, syncRead, word, wordAt, write } from "../wire/packet.js";
+import { ERRORS_OF_PACKET, errorNames, syncRead, word, wordAt, write } from "../wire/packet.js";
 import { groupsOf } from "../wire/stop.js";
 import { pause } from "../wire/clock.js";
 import { WireError } from "../wire/wire_error.js";
 import { FEEDBACK, LIMITS, REGISTER, STATE } from "./blocks.js";
 import { DEVICE, LISTED_MAX } from "./controller.js";
-import { Failure } from "./registers.js";
+import { Failure, readRegisters, writeRegisters } from "./registers.js";
 import { Servo } from "./servo.js";
 import { POSITION_MAX, rawOfDegrees, rawOfRpm, rawOfTurn } from "./units.js";
 
@@ -48,7 +48,7 @@ export class Robot extends EventTarget {
         this.#wire = controller.wire;
         this.#clock = controller.wire.clock;
         this.servos = new Map(); // of ID, in the order of IDs
-        this.device = null; // {saving, busState, linkLost, alarms, alarmId, failed, inhibit}; null: not known
+        this.device = null; // {saving, busState, resetCause, linkLost, alarms, alarmId, failed, inhibit}; null: not known
         this.motion = null; // {play, override, paused, state, step, error}; null: the firmware has none
     }
 
@@ -161,7 +161,7 @@ export class Robot extends EventTarget {
         this.#goals.delete(id);
         if (!servo || servo.torque === false) return;
         try {
-            if (servo.isEndless) await this.#write(id, REGISTER.MOVING_SPEED, word(0));
+            if (servo.isEndless) await writeRegisters(this.#wire, id, REGISTER.MOVING_SPEED, word(0));
             else await this.#holdWithin(servo);
             if (!this.#goals.has(id)) servo.goalState = "confirmed";
         } catch (error) {
@@ -170,20 +170,20 @@ export class Robot extends EventTarget {
     }
 
     async #holdWithin(servo) {
-        const position = wordAt(await this.#read(servo.id, FEEDBACK.address, 2), 0);
+        const position = wordAt(await readRegisters(this.#wire, servo.id, FEEDBACK.address, 2), 0);
         const raw = Math.min(Math.max(position, servo.raw.low ?? 0), servo.raw.high ?? POSITION_MAX);
 
-        await this.#write(servo.id, REGISTER.GOAL_POSITION, [...word(raw), ...word(servo.raw.goalSpeed || rawOfRpm(GOAL_RPM))]);
+        await writeRegisters(this.#wire, servo.id, REGISTER.GOAL_POSITION, [...word(raw), ...word(servo.raw.goalSpeed || rawOfRpm(GOAL_RPM))]);
         servo.raw.goal = raw;
     }
 
     /* Switches torque. On: the goal becomes the present position first, and is read back, so nothing
-     * moves. Throws WireError, or Error with `code` (texts.robot). */
+     * moves. Throws Failure or WireError. */
     async setTorque(id, isOn) {
         this.#goals.delete(id);
-        if (isOn && this.isInhibited) throw robotError("inhibited", id);
+        if (isOn && this.isInhibited) throw new Failure("inhibited", { id });
         if (isOn) await this.#holdPosition(id);
-        await this.#write(id, REGISTER.TORQUE_ENABLE, [isOn ? 1 : 0]);
+        await writeRegisters(this.#wire, id, REGISTER.TORQUE_ENABLE, [isOn ? 1 : 0]);
         const servo = this.servos.get(id);
 
         if (servo) servo.torque = isOn;
@@ -214,33 +214,20 @@ export class Robot extends EventTarget {
     }
 
     async setLed(id, isOn) {
-        await this.#write(id, REGISTER.LED, [isOn ? 1 : 0]);
+        await writeRegisters(this.#wire, id, REGISTER.LED, [isOn ? 1 : 0]);
     }
 
     /* Limits and goal are read first: the controller checks a servo with limits by them. */
     async #holdPosition(id) {
-        const limits = await this.#read(id, LIMITS.address, LIMITS.count);
+        const limits = await readRegisters(this.#wire, id, LIMITS.address, LIMITS.count);
         const isEndless = limits.every((byte) => byte === 0);
-        const position = Math.min(wordAt(await this.#read(id, FEEDBACK.address, 2), 0), POSITION_MAX);
+        const position = Math.min(wordAt(await readRegisters(this.#wire, id, FEEDBACK.address, 2), 0), POSITION_MAX);
         const wanted = [...word(position), ...word(isEndless ? 0 : rawOfRpm(GOAL_RPM))];
 
-        await this.#write(id, REGISTER.GOAL_POSITION, wanted);
-        const kept = await this.#read(id, REGISTER.GOAL_POSITION, wanted.length);
+        await writeRegisters(this.#wire, id, REGISTER.GOAL_POSITION, wanted);
+        const kept = await readRegisters(this.#wire, id, REGISTER.GOAL_POSITION, wanted.length);
 
-        if (kept.some((byte, index) => byte !== wanted[index])) throw robotError("goal-not-kept", id);
-    }
-
-    async #read(id, address, count) {
-        const { error, parameters } = await this.#wire.request(read(id, address, count));
-
-        if (error & ERRORS_OF_PACKET) throw robotError("refused", id, error);
-        return parameters;
-    }
-
-    async #write(id, address, bytes) {
-        const { error } = await this.#wire.request(write(id, address, bytes));
-
-        if (error & ERRORS_OF_PACKET) throw robotError("refused", id, error);
+        if (kept.some((byte, index) => byte !== wanted[index])) throw new Failure("goal-not-kept", { id });
     }
 
     /* ---- the loop ---- */
@@ -410,10 +397,4 @@ export class Robot extends EventTarget {
     #change() {
         this.dispatchEvent(new Event("change"));
     }
-}
-
-function robotError(code, id, bits = 0) {
-    const error = new Error(`${code}: servo ${id}`);
-
-    return Object.assign(error, { code, id, why: errorNames(bits).join(", ") });
 }

@@ -14,7 +14,7 @@ const POLL_MS = 20;
 const DEVICE_OFF = 254;
 const MODE_OF_PAGE = 0;
 const FIRST = 0x03; // registers of the device that SAVE keeps
-const LAST = 0x0f;
+const LAST = 0x0e;
 const SAVE_FAILED = 2;
 
 const settingError = (code, setting = "") => Object.assign(new Error(`${code} ${setting}`), { code, setting });
@@ -45,7 +45,7 @@ export class Settings {
 
     async read() {
         if (this.#wire.hasConsole) this.#takeLines(await this.#controller.run("settings"));
-        else this.#takeBytes(await this.#controller.readDevice(FIRST, LAST - FIRST));
+        else this.#takeBytes(await this.#controller.readDevice(FIRST, LAST - FIRST + 1));
         if (this.#controller.modeBefore !== null) this.values.set("echo", this.#controller.modeBefore);
     }
 

@@ -61,7 +61,7 @@ class BoardStatePart extends Part {
                           </li>`,
                       )}
                   </ul>`
-                : html`<p role="status">${this.list ? t.noAlarms : t.statusNone}</p>`}
+                : html`<p role="status">${this.list ? t.noAlarms : t.notRead}</p>`}
             <button class="clear-alarms" title=${t.clearHint} @click=${this.#clear}>${t.clear}</button>
             <p class="hint">${t.clearHint}</p>
         </section>`;
@@ -76,7 +76,7 @@ class BoardStatePart extends Part {
     #status() {
         return html`<section aria-labelledby="status-title">
             <h2 id="status-title">${t.status}</h2>
-            ${this.status ? this.#facts(false) : html`<p>${t.statusNone}</p>`}
+            ${this.status ? this.#facts(false) : html`<p>${t.notRead}</p>`}
             ${this.status?.some((row) => row.isMemory) ? html`<h3>${t.memory}</h3>${this.#facts(true)}` : nothing}
             <button class="read-status" ?disabled=${this.#isReading} @click=${this.#read}>${this.#isReading ? t.reading : t.readAgain}</button>
         </section>`;

@@ -31,15 +31,23 @@ export class BoardView extends View {
         </section>`;
     }
 
+    /* [style, text] of the inhibit. */
+    #inhibit() {
+        const { robot, wire } = this.session;
+
+        if (!wire.hasDevice) return ["", t.unknownState];
+        if (!robot.device) return ["", t.notRead];
+        return robot.device.inhibit ? ["bad", t.inhibited] : ["good", t.allowed];
+    }
+
     #driving() {
         const { session } = this;
         const { device } = session.robot;
+        const [style, text] = this.#inhibit();
 
         return html`<section aria-labelledby="driving-title">
             <h2 id="driving-title">${t.driving}</h2>
-            <p class="driving ${device?.inhibit ? "bad" : "good"}" role="status">
-                ${device ? (device.inhibit ? t.inhibited : t.allowed) : t.unknownState} ${device?.linkLost ? t.linkLost : nothing}
-            </p>
+            <p class="driving ${style}" role="status">${text} ${device?.linkLost ? t.linkLost : nothing}</p>
             <button class="board-release" title=${t.releaseHint} ?disabled=${device?.inhibit === 0 && !device.linkLost} @click=${() => session.release()}>
                 ${t.release}
             </button>

@@ -34,11 +34,12 @@ export class RobotView extends View {
     #drag = null; // {id, degrees}
     #wishes = new Map(); // of each servo: the goal that a user asked for last
     #ignored = new Set(); // IDs of servos whose drag was ignored, since torque is off
+    #turns = new Map(); // of each servo in an endless turn: its slider
     #isHeld = false; // a key or a pointer at the slider of an endless turn
     #digits = { text: "", at: 0 };
     #ticker = null;
     #onKey = (event) => this.#chooseByDigit(event);
-    #onBlur = () => this.#endJog();
+    #onBlur = () => this.#endMoves();
 
     constructor() {
         super();
@@ -56,7 +57,7 @@ export class RobotView extends View {
 
     disconnectedCallback() {
         super.disconnectedCallback();
-        this.#endJog();
+        this.#endMoves();
         clearInterval(this.#ticker);
         document.removeEventListener("keydown", this.#onKey);
         document.removeEventListener("visibilitychange", this.#onBlur);
@@ -155,20 +156,29 @@ export class RobotView extends View {
     #turn(servo, { target }) {
         const isTaken = this.session.robot.setTurn(servo.id, -Number(target.value)); // left is counterclockwise
 
-        if (!isTaken) target.value = 0;
+        if (isTaken) this.#turns.set(servo.id, target);
+        else target.value = 0;
         this.#tellIgnored(servo, isTaken);
     }
 
     /* Without a key or a pointer that is held, as by a screen reader, the turn ends at once. */
-    #endTurn(servo, { target }) {
+    #endTurn({ id }) {
+        const slider = this.#turns.get(id);
+
         this.#isHeld = false;
-        if (target.value === "0") return;
-        target.value = 0;
-        this.session.attempt(() => this.session.robot.hold(servo.id));
+        if (!this.#turns.delete(id)) return;
+        slider.value = 0;
+        this.session.attempt(() => this.session.robot.hold(id));
     }
 
-    #turnKeyUp(servo, event) {
-        if (event.key !== "Tab") this.#endTurn(servo, event);
+    #turnKeyUp(servo, { key }) {
+        if (key !== "Tab") this.#endTurn(servo);
+    }
+
+    /* The page or the view is left: nothing that a user holds goes on. */
+    #endMoves() {
+        this.#endJog();
+        for (const id of this.#turns.keys()) this.#endTurn({ id });
     }
 
     /* ---- torque, search, alarms ---- */
@@ -274,11 +284,11 @@ export class RobotView extends View {
                 @input=${(event) => this.#turn(servo, event)}
                 @keydown=${() => (this.#isHeld = true)}
                 @pointerdown=${() => (this.#isHeld = true)}
-                @change=${(event) => this.#isHeld || this.#endTurn(servo, event)}
-                @pointerup=${(event) => this.#endTurn(servo, event)}
-                @pointercancel=${(event) => this.#endTurn(servo, event)}
+                @change=${() => this.#isHeld || this.#endTurn(servo)}
+                @pointerup=${() => this.#endTurn(servo)}
+                @pointercancel=${() => this.#endTurn(servo)}
                 @keyup=${(event) => this.#turnKeyUp(servo, event)}
-                @blur=${(event) => this.#endTurn(servo, event)}
+                @blur=${() => this.#endTurn(servo)}
             />
             <p class="hint">${t.turnHint}</p>
         </div>`;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/* The packets of protocol 1.0: builds instruction packets, describes packets of both directions.
+/* The packets of protocol 1.0: builds instruction packets, takes status packets apart.
  * A packet is FF FF ID LENGTH INSTRUCTION-or-ERROR PARAMETERS CHECKSUM; LENGTH counts the bytes that
  * follow it. Manual: 2.2 to 2.4; docs/device.md for SYNC READ and BULK READ. */
 
@@ -24,10 +24,6 @@ export const INSTRUCTION = Object.freeze({
     SYNC_READ: 0x84,
     BULK_READ: 0x92,
 });
-
-const INSTRUCTION_NAMES = new Map(
-    Object.entries(INSTRUCTION).map(([name, code]) => [code, name.replace("_", " ")]),
-);
 
 /* Bits of the ERROR byte. */
 export const ERROR = Object.freeze({
@@ -176,43 +172,4 @@ export function fromHex(text) {
 
     if (digits.length % 2 || /[^0-9a-f]/i.test(digits)) throw new RangeError(`not hexadecimal bytes: ${text}`);
     return Uint8Array.from(digits.match(/../g) ?? [], (pair) => parseInt(pair, 16));
-}
-
-const hexByte = (value) => "0x" + value.toString(16).toUpperCase().padStart(2, "0");
-
-function describeRegisters(instruction, parameters, nameOf) {
-    const name = nameOf(parameters[0]) ?? "";
-    const from = `${hexByte(parameters[0])}${name ? " " + name : ""}`;
-
-    if (instruction === INSTRUCTION.READ) return `${parameters[1]} bytes from ${from}`;
-    return `${from} = ${toHex(parameters.slice(1))}`;
-}
-
-function describeMany(instruction, parameters, nameOf) {
-    if (instruction === INSTRUCTION.BULK_READ) return `${(parameters.length - 1) / 3} servos`;
-    const [address, count, ...rest] = parameters;
-    const servos = instruction === INSTRUCTION.SYNC_READ ? rest.length : Math.floor(rest.length / (count + 1));
-
-    return `${count} bytes at ${hexByte(address)} ${nameOf(address) ?? ""} of ${servos} servos`;
-}
-
-/* Describes an instruction packet: {id, name, text}. `nameOf(address)`: the name of a register. */
-export function describeInstruction(bytes, nameOf = () => undefined) {
-    const instruction = bytes[AT_ERROR];
-    const parameters = Array.from(bytes.slice(AT_PARAMETERS, -1));
-    const name = INSTRUCTION_NAMES.get(instruction) ?? `instruction ${hexByte(instruction)}`;
-    let text = toHex(parameters);
-
-    if ([INSTRUCTION.READ, INSTRUCTION.WRITE, INSTRUCTION.REG_WRITE].includes(instruction) && parameters.length > 1)
-        text = describeRegisters(instruction, parameters, nameOf);
-    if (instruction >= INSTRUCTION.SYNC_WRITE && parameters.length > 2)
-        text = describeMany(instruction, parameters, nameOf);
-    return { id: bytes[AT_ID], name, text };
-}
-
-/* Describes a status packet: {id, name, text}. */
-export function describeStatus(bytes) {
-    const { id, error, parameters } = statusOf(bytes);
-
-    return { id, name: error ? errorNames(error).join(", ") : "ok", text: toHex(parameters) };
 }

@@ -11,7 +11,7 @@ const card = (id) => `[data-id="${id}"]`;
  * too late: the page then asks the user to try again. */
 async function torqueOn(page, id) {
     const box = `${card(id)} .torque input`;
-    const tooLate = '.notice:is([data-code="timeout"], [data-code="late"]) button';
+    const tooLate = '.notice:is([data-code="servo-silent"], [data-code="late"]) button';
 
     for (;;) {
         await page.click(box);

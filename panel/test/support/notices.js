@@ -9,15 +9,16 @@ const ANY = new Proxy(["X"], { get: (list, key) => (key in list || typeof key ==
 /* What a notice may tell, as it stands in the table; X for all else. */
 const KNOWN = {
     id: "N", ids: ["N"], why: "CAUSE", detail: "CAUSE", inhibited: true, on: ["N"], silent: [], version: "A", shown: "B",
-    line: "COMMAND", message: "TEXT", number: "N", remedy: "as the console says", setting: "NAME", name: "NAME",
+    line: "LINE", message: "TEXT", number: "N", remedy: "as the console says", setting: "NAME", name: "NAME",
 };
-const SAMPLE = new Proxy(KNOWN, { get: (known, key) => (key in known ? known[key] : ANY) });
+const sampleOf = (code) =>
+    new Proxy(code === "command" ? { ...KNOWN, line: "COMMAND" } : KNOWN, { get: (known, key) => (key in known ? known[key] : ANY) });
 
 const cell = (text) => String(text).replace(/\|/g, "\\|").replace(/\s+/g, " ").trim();
 
 export function noticesTable() {
-    const makers = [...Object.values(texts.port), ...Object.values(texts.wire), ...Object.values(texts.notice)];
-    const rows = makers.map((make) => make(SAMPLE)).map(({ text, remedy }) => `| ${cell(text)} | ${cell(remedy)} |`);
+    const makers = [texts.port, texts.wire, texts.notice].flatMap(Object.entries);
+    const rows = makers.map(([code, make]) => make(sampleOf(code))).map(({ text, remedy }) => `| ${cell(text)} | ${cell(remedy)} |`);
 
     return ["| notice | what to do |", "|---|---|", ...new Set(rows)].join("\n");
 }

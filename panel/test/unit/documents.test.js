@@ -20,6 +20,14 @@ test("docs/panel.md: its table has all notices (make docs)", () => {
     assert.equal(page, withNotices(page));
 });
 
+test("docs/panel.md: what stands for something in the table of notices is told above it", () => {
+    const [, told, table] = /## Notices and remedies\n(.*)<!-- notices -->(.*)<!-- end -->/s.exec(read("docs/panel.md"));
+    const used = table.match(/\b(?:N|A|B|X|NAME|LINE|COMMAND|TEXT|CAUSE)\b/g);
+
+    for (const name of new Set(used)) assert.match(told, new RegExp(`^\\| [A-Z, ]*\\b${name}\\b[A-Z, ]* \\|`, "m"));
+    assert.ok(table.includes("| Line LINE: ") && table.includes("| “COMMAND”: error N"));
+});
+
 test("docs/panel.md: a section for each view", () => {
     const page = read("docs/panel.md");
 

@@ -79,14 +79,3 @@ test("packet: number of replies", () => {
     assert.equal(p.repliesDue(p.syncRead(0x24, 8, [1, 2])), 1);
     assert.equal(p.repliesDue(p.bulkRead([[2, 1, 0x24], [1, 2, 0x2a]])), 2);
 });
-
-test("packet: descriptions", () => {
-    const nameOf = (address) => ({ 0x24: "PRESENT_POSITION", 0x1e: "GOAL_POSITION" })[address];
-
-    assert.deepEqual(p.describeInstruction(p.read(3, 0x24, 2), nameOf), {
-        id: 3, name: "READ", text: "2 bytes from 0x24 PRESENT_POSITION",
-    });
-    assert.equal(p.describeInstruction(p.syncRead(0x24, 8, [1, 2]), nameOf).text, "8 bytes at 0x24 PRESENT_POSITION of 2 servos");
-    assert.equal(p.describeInstruction(p.write(1, 0x1e, [0, 2]), nameOf).text, "0x1E GOAL_POSITION = 00 02");
-    assert.deepEqual(p.describeStatus(p.packet(1, 0x24)), { id: 1, name: "overheating, overload", text: "" });
-});

@@ -394,6 +394,18 @@ test("torque on: stays off if the goal is not kept", async () => {
     assert.ok(!port.packets.some((bytes) => bytes[4] === INSTRUCTION.WRITE && bytes[5] === TORQUE));
 });
 
+test("torque on: a servo that does not answer is named", async () => {
+    const { robot, port, clock } = await rig({ torque: 0 });
+
+    port.offline.add(2);
+    for (const isOn of [true, false]) {
+        const failed = assert.rejects(robot.setTorque(2, isOn), { code: "servo-silent", id: 2 });
+
+        await clock.advance(2000);
+        await failed;
+    }
+});
+
 test("torque on: a stop between its steps keeps it off", async () => {
     const { robot, port, wire, clock } = await rig({ torque: 0, start: false });
     const code = robot.setTorque(1, true).then(() => "ok", (error) => error.code);
