@@ -25,8 +25,10 @@ export class MotionDesk {
     #motionState = 0;
     #robot = null;
 
-    constructor(session) {
+    /* `ask(text)` resolves with true if the user says yes. */
+    constructor(session, { ask } = {}) {
         this.session = session;
+        this.ask = ask;
         this.keywords = keywordsOf(session.tables);
         this.motions = new Motions({ keywords: this.keywords });
         this.store = new MotionStore(session);
@@ -45,7 +47,6 @@ export class MotionDesk {
         this.percent = 100;
         this.by = "board"; // or page
         this.task = ""; // storing, loading
-        this.question = null; // {text, answer(isYes)}
         this.version = 0; // counts changes of what the charts show
         session.addEventListener("change", () => this.#follow());
     }
@@ -465,21 +466,6 @@ export class MotionDesk {
             this.task = "";
             this.#changed();
         }
-    }
-
-    /* Asks; resolves with true or false. */
-    ask(text) {
-        return new Promise((resolve) => {
-            this.question = {
-                text,
-                answer: (isYes) => {
-                    this.question = null;
-                    this.#changed();
-                    resolve(isYes);
-                },
-            };
-            this.#changed();
-        });
     }
 
     /* Reads once for each connection what the board has. */
