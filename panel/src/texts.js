@@ -963,6 +963,10 @@ export const texts = {
                 : "The controller does not confirm the stop.",
             remedy: "Press Stop again. If the robot still moves, switch off the power of the servos.",
         }),
+        "stop-not-sent": () => ({
+            text: "Not connected: the stop was not sent.",
+            remedy: "Switch off the power of the servos.",
+        }),
         "stop-failed": () => ({
             text: "The stop is not confirmed: the port was lost.",
             remedy: "Switch off the power of the servos.",

@@ -156,7 +156,10 @@ export class Session extends EventTarget {
 
     /* Stops the robot. Never throws; `stopState` is "verified" only when device and servos were asked. */
     stop() {
-        if (!this.wire || this.wire.state === "closed") return Promise.resolve();
+        if (!this.wire || this.wire.state === "closed") {
+            this.notify({ code: "stop-not-sent" });
+            return Promise.resolve();
+        }
         this.#stopping = this.#stop();
         return this.#stopping;
     }

@@ -46,6 +46,19 @@ test("stop: without a known servo torque is not told to be off", async () => {
     assert.ok(!session.notices.some(({ code }) => code === "stop-unverified"));
 });
 
+test("stop: without a connection it is told that nothing was sent", async () => {
+    const { session } = await rig();
+    const codes = () => session.notices.filter(({ code }) => code === "stop-not-sent").length;
+
+    await session.disconnect();
+    await session.stop();
+    assert.equal(codes(), 1);
+    const fresh = new Session({ tables: tables() });
+
+    await fresh.stop();
+    assert.equal(fresh.notices[0].code, "stop-not-sent");
+});
+
 /* A robot that is stopped. */
 async function stopped(options) {
     const it = await rig(options);
