@@ -23,6 +23,7 @@ export class MotionDesk {
     #loadedFrom = null; // the controller whose poses and sequences were read
     #shownOf = null; // the controller that was asked for them when the view was shown
     #motionState = 0;
+    #isStopped = false; // the user has stopped the motion that is or was under way
     #robot = null;
 
     /* `ask(text)` resolves with true if the user says yes. */
@@ -449,6 +450,9 @@ export class MotionDesk {
         const before = this.#motionState;
 
         this.#motionState = motion?.state ?? 0;
+        if (before !== UNDER_WAY) this.#isStopped = false;
+        if (this.session.stopState === "stopping") this.#isStopped = true;
+        if (this.#isStopped) return;
         if (before !== UNDER_WAY || this.#motionState || !motion?.error || motion.error === ERROR_NO_MOTION) return;
         const { text: message, remedy } = this.session.tables.errors[motion.error] ?? { text: "", remedy: "" };
 
