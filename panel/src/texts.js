@@ -558,7 +558,7 @@ export const texts = {
         searching: "Searching …",
         progress: (done, total) => `${done} of ${total} asked`,
         foundCount: (count) => (count === 0 ? "No servo answers. Check power, plug and wiring, then search at other rates." : `${texts.status.servos(count)} found.`),
-        searchEnded: "The search was ended: there may be more servos.",
+        searchEnded: "The search has ended before all IDs were asked: there may be more servos.",
         columnId: "ID",
         columnModel: "Model",
         columnRate: "Rate",
