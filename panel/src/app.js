@@ -29,7 +29,8 @@ class App extends View {
         this.address = this.#parameters.get("ws") ?? WebSocketPort.urlBeside(location) ?? "ws://127.0.0.1:8055/websockify";
         globalThis.addEventListener("hashchange", () => this.#show(this.#tabOfAddress()));
         globalThis.addEventListener("keydown", (event) => this.#key(event), { capture: true });
-        if (this.#parameters.has("connect")) this.#connectSocket();
+        globalThis.addEventListener("pagehide", () => this.session.disconnect()); // a page that the browser keeps would keep the port
+        if (this.#parameters.has("connect")) this.session.connectAtLoad(() => new WebSocketPort(this.address));
     }
 
     /* ---- keys ---- */

@@ -6,7 +6,7 @@
  * `traffic` (detail: a row of the traffic). */
 
 import { Wire } from "../wire/wire.js";
-import { realClock } from "../wire/clock.js";
+import { pause, realClock } from "../wire/clock.js";
 import { noticeText } from "../texts.js";
 import { RecordingPort } from "../port/replay.js";
 import { Controller } from "./controller.js";
@@ -16,6 +16,8 @@ import { Robot } from "./robot.js";
 import { Traffic } from "./traffic.js";
 
 const NOTICES_MAX = 20;
+const TAKEN_MS = 5000; // a page that has been left gives its port free in this time
+const TAKEN_PAUSE_MS = 250;
 const PORT_TAKEN = /another client is connected/; // the simulator says so, then hangs up
 
 export class Session extends EventTarget {
@@ -55,8 +57,25 @@ export class Session extends EventTarget {
 
     /* ---- connection ---- */
 
-    /* Opens the port and asks what the controller has. Never throws: a failure is a notice. */
-    async connect(port) {
+    /* As connect(), at the load of the page: the page before it may not be gone yet, so a port that is taken is
+     * tried again. */
+    async connectAtLoad(makePort) {
+        const end = this.clock.now() + TAKEN_MS;
+
+        while (this.clock.now() < end) {
+            await this.connect(makePort(), { isPatient: true });
+            if (!this.isPortTaken) return;
+            const { wire } = this;
+
+            await pause(this.clock, TAKEN_PAUSE_MS);
+            if (this.wire !== wire) return; // the user has connected
+        }
+        this.notify({ code: "port-taken" });
+    }
+
+    /* Opens the port and asks what the controller has. Never throws: a failure is a notice; but `isPatient`: a
+     * port that is taken is none. */
+    async connect(port, { isPatient = false } = {}) {
         if (this.state !== "disconnected") await this.disconnect();
         this.#clear(port);
         const { wire } = this;
@@ -71,6 +90,7 @@ export class Session extends EventTarget {
         } catch (error) {
             if (this.wire !== wire) return; // another connection has begun
             if (!this.isPortTaken) this.notify(error);
+            else if (!isPatient) this.notify({ code: "port-taken" });
             if (wire.state === "closed") this.#setState("disconnected");
             else if (this.state === "connecting") await this.disconnect();
             else this.robot.start();
@@ -115,7 +135,7 @@ export class Session extends EventTarget {
             target.addEventListener(name, (event) => this.wire === wire && call(event.detail));
 
         on(wire, "traffic", (entry) => this.#record(entry));
-        on(wire, "text", (text) => this.#takeText(text));
+        on(wire, "text", (text) => (this.isPortTaken ||= PORT_TAKEN.test(text)));
         on(wire, "notice", (detail) => this.isPortTaken || this.notify(detail));
         on(wire, "state", (state) => this.#follow(state));
         on(wire, "close", () => {
@@ -129,12 +149,6 @@ export class Session extends EventTarget {
         });
         on(robot, "change", () => this.#change());
         on(robot, "notice", (detail) => this.notify(detail));
-    }
-
-    #takeText(text) {
-        if (!PORT_TAKEN.test(text)) return;
-        this.isPortTaken = true;
-        this.notify({ code: "port-taken" });
     }
 
     #follow(state) {

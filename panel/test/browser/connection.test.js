@@ -33,6 +33,19 @@ test("second page is told that the first one has the port", async (t) => {
     await shows(page, /[1-9]\d* updates a second/, ".state-line");
 });
 
+test("a page that is left gives the port free, though the browser keeps it", async (t) => {
+    const { panel, browser, page } = await startRobot(t);
+
+    await page.goto(`${panel.url}#board`); // the same page
+    await page.goto("about:blank");
+    const second = await openPage(t, browser, panel.url);
+
+    await shows(second, /Connected .* 3 servos/, ".state-line");
+    await page.goBack();
+    await page.bringToFront();
+    await shows(page, "Not connected", ".state-line");
+});
+
 /* Asks for a WebSocket as a page of `origin` would. Resolves with the status: 101 is a connection. */
 function handshake(port, origin) {
     const headers = {

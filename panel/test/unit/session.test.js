@@ -28,6 +28,35 @@ async function rig({ hasConsole = true, onText = null, ids = [1] } = {}) {
     return { clock, port, session };
 }
 
+/* Connects at the load of the page; another client has the port for `ms`. Returns the codes of the notices. */
+async function load(ms) {
+    const clock = new FakeClock();
+    const session = new Session({ tables: tables(), clock });
+
+    session.connectAtLoad(() => {
+        const port = new FakePort();
+
+        port.open = async () => {
+            port.isOpen = true;
+            port.isMute = clock.now() < ms;
+            if (!port.isMute) return;
+            clock.after(1, () => port.say("cds55xx-sim: another client is connected; close it first"));
+            clock.after(2, () => port.unplug("closed"));
+        };
+        return port;
+    });
+    await clock.advance(20000);
+    return { state: session.state, codes: session.notices.map(({ code }) => code) };
+}
+
+test("connect: at its load the page waits 5 s for a port that is taken, then it tells", async () => {
+    const late = await load(4000);
+
+    assert.equal(late.state, "connected");
+    assert.ok(!late.codes.includes("port-taken"));
+    assert.deepEqual(await load(Infinity), { state: "disconnected", codes: ["port-taken"] });
+});
+
 test("stop: Ctrl-X leaves before anything else", async () => {
     const { port, session } = await rig();
     let stops = 0;
