@@ -24,9 +24,11 @@ class App extends View {
     constructor() {
         super();
         this.session = new Session({ tables });
+        this.isFramed = globalThis.top !== globalThis.self; // the page around it could lead the clicks of a user
         this.tab = this.#tabOfAddress();
         this.rate = RATES[0];
         this.address = this.#parameters.get("ws") ?? WebSocketPort.urlBeside(location) ?? "ws://127.0.0.1:8055/websockify";
+        if (this.isFramed) return;
         globalThis.addEventListener("hashchange", () => this.#show(this.#tabOfAddress()));
         globalThis.addEventListener("keydown", (event) => this.#key(event), { capture: true });
         globalThis.addEventListener("pagehide", () => this.session.disconnect()); // a page that the browser keeps would keep the port
@@ -185,6 +187,7 @@ class App extends View {
     }
 
     render() {
+        if (this.isFramed) return html`<main><p>${texts.framed}</p></main>`;
         return html`
             <header>
                 <h1>${texts.name}</h1>

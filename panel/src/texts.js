@@ -155,6 +155,8 @@ export const texts = {
     title: "CDS55xx control panel",
     name: "CDS55xx",
 
+    framed: "The control panel stands in a frame of another page. It does not connect: that page could lead your clicks. Open it in a tab of its own.",
+
     connect: {
         serial: "Connect by USB",
         serialHint: "A serial port of this machine",
