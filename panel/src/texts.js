@@ -234,7 +234,7 @@ export const texts = {
         unknown: "not asked yet",
         online: "online",
         offline: "offline",
-        old: "old values",
+        old: "old",
         offlineRemedy: "Does not answer. Check its power, wiring and ID.",
         ignored: "Ignored: torque is off. Switch torque on first.",
         stopped: "Inhibited by a stop. Press Release to allow driving.",
