@@ -510,6 +510,12 @@ export const texts = {
         defaults: "Defaults …",
         confirmDefaults: "Set all settings to the values of a new controller? They are in force at once; only “Save” keeps them over power-off.",
         confirmYes: "Set defaults",
+        /* What is lost by a setting. */
+        risks: {
+            bus_baud: "bus_baud: servos that have another rate no longer answer and cannot be switched off one by one; a stop cannot be confirmed for them.",
+            device_id: "device_id 254 switches the virtual device off: there is no feedback, and no stop can be confirmed. Typing settings device_id 253 in the console ends it.",
+        },
+        applyAllTheSame: "Apply all the same",
         cancel: "Cancel",
         notInRange: ({ name, lowest, highest }) => `${name}: write a whole number from ${lowest} to ${highest}.`,
         hostBaud: "The rate to this page has changed. If the controller no longer answers, disconnect and connect at the new rate.",
