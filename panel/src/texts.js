@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 /* All texts of the page. A notice says what happened, then what to do. */
 
-const servo = ({ id }) => `Servo ${id}`;
+const servo = ({ id, ids = [id] }) => (ids.length > 1 ? `Servos ${ids.join(", ")}` : `Servo ${id}`);
+const does = ({ ids = [] }) => (ids.length > 1 ? "do" : "does");
 const many = (count, one, more = `${one}s`) => `${count} ${count === 1 ? one : more}`;
 const list = (ids) => `servo${ids.length > 1 ? "s" : ""} ${ids.join(", ")}`;
 
@@ -892,8 +893,8 @@ export const texts = {
     /* Notices of the session and of the robot. */
     notice: {
         "servo-silent": (detail) => ({
-            text: `${servo(detail)} does not answer.`,
-            remedy: "Check its power and its plug, then try again. “Diagnosis” finds out why.",
+            text: `${servo(detail)} ${does(detail)} not answer.`,
+            remedy: "Check power and plug, then try again. “Diagnosis” finds out why.",
         }),
         "register-not-taken": (detail) => ({
             text: `${servo(detail)} did not take ${detail.register}: it has ${detail.now}, not ${detail.wanted}.`,
@@ -946,19 +947,19 @@ export const texts = {
             remedy: "Wait a moment, then press Release again.",
         }),
         "goal-unconfirmed": (detail) => ({
-            text: `${servo(detail)} did not confirm its goal. The goal was not sent again.`,
+            text: `${servo(detail)} did not confirm a goal. The goal was not sent again.`,
             remedy: "If driving is inhibited, press Release. If the servo has limits (command “limits”), stay within them.",
         }),
         "goal-refused": (detail) => ({
-            text: `${servo(detail)} refused its goal: ${detail.why} error.`,
+            text: `${servo(detail)} refused a goal: ${detail.why} error.`,
             remedy: "Keep the goal within the angle limits of the servo.",
         }),
         "goal-not-kept": (detail) => ({
-            text: `${servo(detail)} does not take its goal. Torque stays off.`,
-            remedy: "Hold it still, look for noise on the line, then try again.",
+            text: `${servo(detail)} ${does(detail)} not take a goal. Torque stays off.`,
+            remedy: "Hold the joint still, look for noise on the line, then try again.",
         }),
-        inhibited: (detail) => ({
-            text: `Torque of servo ${detail.id} stays off: driving is inhibited.`,
+        inhibited: ({ id, ids = [id] }) => ({
+            text: `Torque of ${list(ids)} stays off: driving is inhibited.`,
             remedy: "Remove the cause, press Release, then switch torque on.",
         }),
         refused: (detail) => ({

@@ -16,6 +16,12 @@ import { Robot } from "./robot.js";
 import { Traffic } from "./traffic.js";
 
 const NOTICES_MAX = 20;
+const OF_MANY = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "refused", "servo-silent"]); // one lists all servos
+const ANSWERED = { // notices that are withdrawn
+    release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-unverified", "stopped"],
+    stop: ["lost-stopping", "stop-failed", "stop-not-sent", "stop-unverified"],
+    back: ["silent"],
+};
 const TAKEN_MS = 5000; // a page that has been left gives its port free in this time
 const TAKEN_PAUSE_MS = 250;
 const PORT_TAKEN = /another client is connected/; // the simulator says so, then hangs up
@@ -30,7 +36,7 @@ export class Session extends EventTarget {
         this.state = "disconnected"; // disconnected, connecting, connected, silent
         this.stopState = "none"; // none, stopping, verified, unchecked (no servo was asked), unverified, failed
         this.stopOutcome = null;
-        this.notices = []; // {key, code, text, remedy, level, time}
+        this.notices = []; // {key, code, ids, text, remedy, level, time}
         this.traffic = new Traffic(new Decoder(tables, () => this.wire?.deviceId));
         this.recording = null; // the port of the last connection; `text` is the recording
         this.portName = "";
@@ -136,7 +142,10 @@ export class Session extends EventTarget {
 
         on(wire, "traffic", (entry) => this.#record(entry));
         on(wire, "text", (text) => (this.isPortTaken ||= PORT_TAKEN.test(text)));
-        on(wire, "notice", (detail) => this.isPortTaken || this.notify(detail));
+        on(wire, "notice", (detail) => {
+            if (detail.code === "back") this.#withdraw(ANSWERED.back);
+            if (!this.isPortTaken) this.notify(detail);
+        });
         on(wire, "state", (state) => this.#follow(state));
         on(wire, "close", () => {
             robot.end();
@@ -188,6 +197,7 @@ export class Session extends EventTarget {
             this.stopOutcome = await stop;
             this.stopState = stateOf(this.stopOutcome);
             this.robot.takeStop(this.stopOutcome);
+            if (this.stopState === "verified") this.#withdraw(ANSWERED.stop);
             if (this.stopState === "unverified") this.notify({ code: "stop-unverified", ...this.stopOutcome });
         } catch {
             this.stopState = "failed";
@@ -210,6 +220,7 @@ export class Session extends EventTarget {
     async release() {
         await this.attempt(async () => {
             await this.controller.release();
+            this.#withdraw(ANSWERED.release);
             this.stopState = "none";
         });
     }
@@ -229,16 +240,23 @@ export class Session extends EventTarget {
     /* ---- notices and traffic ---- */
 
     /* Shows a notice: {code, ...}, or an error of wire, port, console or robot. The same notice again only
-     * renews the one that is shown. */
+     * renews the one that is shown; one of another servo joins it. */
     notify(what) {
         const detail = what.name === "CommandError" ? this.#ofCommand(what) : { ...what, message: what.message };
         const code = detail.code ?? "unexpected";
-        const key = `${code} ${detail.id ?? ""} ${detail.line ?? ""}`;
-        const notice = { key, code, time: this.clock.now(), ...noticeText({ ...detail, code }) };
+        const isOfMany = OF_MANY.has(code);
+        const key = `${code} ${isOfMany ? detail.why : detail.id ?? ""} ${detail.line ?? ""}`;
+        const before = this.notices.find((shown) => shown.key === key)?.ids ?? [];
+        const ids = isOfMany ? [...new Set([...before, detail.id])].sort((one, other) => one - other) : detail.ids;
+        const notice = { key, code, ids, time: this.clock.now(), ...noticeText({ ...detail, code, ids }) };
 
         if (code === "unexpected") console.error(what);
         this.notices = [...this.notices.filter((shown) => shown.key !== key), notice].slice(-NOTICES_MAX);
         this.#change();
+    }
+
+    #withdraw(codes) {
+        this.notices = this.notices.filter(({ code }) => !codes.includes(code));
     }
 
     #ofCommand({ line, message, number, remedy }) {

@@ -75,6 +75,27 @@ test("stop: without a known servo torque is not told to be off", async () => {
     assert.ok(!session.notices.some(({ code }) => code === "stop-unverified"));
 });
 
+test("notices: one of a code lists the servos; what answers it withdraws it", async () => {
+    const { clock, port, session } = await rig();
+    const shown = () => session.notices.map(({ code }) => code).filter((code) => !["console", "other-version"].includes(code));
+
+    for (const id of [3, 1, 3]) session.notify({ code: "goal-unconfirmed", id });
+    session.notify({ code: "inhibited", id: 2 });
+    assert.deepEqual(shown(), ["goal-unconfirmed", "inhibited"]);
+    assert.match(session.notices.at(-2).text, /^Servos 1, 3 did not confirm/);
+    await Promise.all([session.release(), clock.advance(1000)]);
+    assert.deepEqual(shown(), []);
+    session.notify({ code: "stop-unverified", inhibited: false });
+    await Promise.all([session.stop(), clock.advance(2000)]);
+    assert.deepEqual(shown(), []);
+    port.isMute = true;
+    await clock.advance(5000);
+    assert.deepEqual(shown(), ["silent"]);
+    port.isMute = false;
+    await clock.advance(5000);
+    assert.deepEqual(shown(), ["back"]);
+});
+
 test("stop: without a connection it is told that nothing was sent", async () => {
     const { session } = await rig();
     const codes = () => session.notices.filter(({ code }) => code === "stop-not-sent").length;
