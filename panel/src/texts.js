@@ -989,6 +989,11 @@ export const texts = {
             text: "Another page or program is connected to the simulator.",
             remedy: "Close it, then connect again.",
         }),
+        reset: () => ({
+            text: "The controller was reset. A movement of a servo that was under way goes on.",
+            remedy: "Press Stop if the robot must not move. Check the supply and the cable of the controller; the view Board tells what has reset it. Then set torque and goals again.",
+            level: "warning",
+        }),
         bridge: () => ({
             text: "This firmware has the profile bridge: it has no console.",
             remedy: "Robot, Graphs, Packets and Board work; Set-up can search, and has registers and backup; Motion records and plays from the page. For the rest flash the profile full.",

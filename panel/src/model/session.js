@@ -24,10 +24,12 @@ const ANSWERED = { // notices that are withdrawn
 };
 const TAKEN_MS = 5000; // a page that has been left gives its port free in this time
 const TAKEN_PAUSE_MS = 250;
+const BANNER = /^cds55xx \d/; // a controller in the mode for people tells it after a reset
 const PORT_TAKEN = /another client is connected/; // the simulator says so, then hangs up
 
 export class Session extends EventTarget {
     #stopping = null; // promise of the last stop
+    #isRenewing = false; // asks a controller that was reset
 
     constructor({ tables, clock = realClock }) {
         super();
@@ -141,7 +143,10 @@ export class Session extends EventTarget {
             target.addEventListener(name, (event) => this.wire === wire && call(event.detail));
 
         on(wire, "traffic", (entry) => this.#record(entry));
-        on(wire, "text", (text) => (this.isPortTaken ||= PORT_TAKEN.test(text)));
+        on(wire, "text", (text) => {
+            this.isPortTaken ||= PORT_TAKEN.test(text);
+            if (this.isConnected && BANNER.test(text)) this.#renew();
+        });
         on(wire, "notice", (detail) => {
             if (detail.code === "back") this.#withdraw(ANSWERED.back);
             if (!this.isPortTaken) this.notify(detail);
@@ -158,6 +163,24 @@ export class Session extends EventTarget {
         });
         on(robot, "change", () => this.#change());
         on(robot, "notice", (detail) => this.notify(detail));
+        on(robot, "reset", () => this.#renew());
+    }
+
+    /* The controller was reset: it has another mode, and has forgotten stop and servos. */
+    async #renew() {
+        if (this.#isRenewing) return;
+        const { controller, robot } = this;
+        const mode = controller.modeBefore;
+
+        this.#isRenewing = true;
+        robot.forget();
+        this.notify({ code: "reset" });
+        await this.attempt(async () => {
+            await this.#setUp();
+            controller.modeBefore ||= mode; // 0 is the mode of the page itself
+            await robot.findServos();
+        });
+        this.#isRenewing = false;
     }
 
     #follow(state) {

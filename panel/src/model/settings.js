@@ -125,10 +125,12 @@ export class Settings {
     async #thenTakeMode(call) {
         const controller = this.#controller;
 
+        controller.hasOwnMode = false;
         try {
             return await call();
         } finally {
             while (!(await this.#takesMode(controller))) await controller.wire.whenReady();
+            controller.hasOwnMode = true;
         }
     }
 

@@ -9,6 +9,7 @@ import { FakePort } from "../support/fake_port.js";
 import { tables } from "../support/tables.js";
 
 const ALARMS = 0x14;
+const RESET_CAUSE = 0x12;
 const INHIBIT = 0x17;
 const TORQUE = 0x18;
 
@@ -190,6 +191,35 @@ for (const [what, { change, isInhibited }] of Object.entries(untrue))
         await clock.advance(3000);
         assert.equal(session.stopState, "none");
         assert.equal(session.isInhibited, isInhibited);
+    });
+
+const resets = {
+    "echoes a line": (port) => (port.echo = true),
+    "has forgotten its servos": (port) => (port.forgets = true),
+    "has another RESET_CAUSE": (port) => (port.device[RESET_CAUSE] = 8),
+    "tells its banner": (port) => port.say("cds55xx 0.1.0 test"),
+};
+
+for (const [what, reset] of Object.entries(resets))
+    test(`reset: the page begins again when the controller ${what}`, async () => {
+        const { clock, port, session } = await stopped();
+
+        port.onText = (line) => {
+            if (line === "mode program") port.echo = port.forgets = false;
+            if (port.echo) port.say(line);
+            return line === "servos" && port.forgets && (port.say("no servo is known: 'scan' finds servos", "ok"), true);
+        };
+        await clock.advance(6000);
+        session.robot.servos.get(1).inhibit = "stopped";
+        port.written = [];
+        assert.ok(!session.notices.some(({ code }) => code === "reset"));
+        port.device[INHIBIT] = 0;
+        reset(port);
+        await clock.advance(7000);
+        assert.ok(session.notices.some(({ code }) => code === "reset"));
+        assert.equal(port.lines.filter((line) => line === "mode program").length, 1);
+        assert.equal(session.robot.servos.get(1).inhibit, "");
+        assert.equal(session.isInhibited, false);
     });
 
 test("release: the button stays until INHIBIT reads 0", async () => {
