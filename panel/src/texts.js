@@ -493,7 +493,7 @@ export const texts = {
         ownRate: "the board’s own rate",
         microseconds: (us) => `${us} us`,
         choices: {
-            echo: ["bare replies, for programs", "echo of what is typed", "for people: banner, prompt and echo"],
+            echo: ["bare replies, for programs", "echo of what is typed", "for people: banner, prompt, echo"],
             link_loss_action: ["only show it", "inhibit driving", "inhibit driving and torque off"],
             alarm_report: ["tell alarms when asked", "tell each alarm at once"],
         },
