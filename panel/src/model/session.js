@@ -293,6 +293,7 @@ export class Session extends EventTarget {
 
     #record(entry) {
         this.dispatchEvent(new CustomEvent("traffic", { detail: this.traffic.take(entry) }));
+        if (entry.kind === "line" && entry.direction === "out") this.#change(); // isBusy begins
     }
 
     #setState(state) {

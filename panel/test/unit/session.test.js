@@ -97,6 +97,16 @@ test("notices: one of a code lists the servos; what answers it withdraws it", as
     assert.deepEqual(shown(), ["back"]);
 });
 
+test("busy: it is told when a command begins", async () => {
+    const { port, session } = await rig();
+    let isBusy = false;
+
+    port.onText = () => true; // no reply
+    session.addEventListener("change", () => (isBusy = session.isBusy));
+    session.wire.command("monitor");
+    assert.equal(isBusy, true);
+});
+
 test("stop: without a connection it is told that nothing was sent", async () => {
     const { session } = await rig();
     const codes = () => session.notices.filter(({ code }) => code === "stop-not-sent").length;
