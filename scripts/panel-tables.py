@@ -61,8 +61,8 @@ def table_of_commands():
 
 
 def table_of_errors():
-    """The console sends the texts itself."""
-    return {number: {"remedy": remedy} for source in errors.SOURCES for _, number, _, remedy in errors.rows(source)}
+    return {number: {"text": text, "remedy": remedy}
+            for source in errors.SOURCES for _, number, text, remedy in errors.rows(source)}
 
 
 def table_of_findings():

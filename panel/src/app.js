@@ -24,12 +24,15 @@ class App extends View {
     constructor() {
         super();
         this.session = new Session({ tables });
+        this.isFramed = globalThis.top !== globalThis.self; // the page around it could lead the clicks of a user
         this.tab = this.#tabOfAddress();
         this.rate = RATES[0];
         this.address = this.#parameters.get("ws") ?? WebSocketPort.urlBeside(location) ?? "ws://127.0.0.1:8055/websockify";
+        if (this.isFramed) return;
         globalThis.addEventListener("hashchange", () => this.#show(this.#tabOfAddress()));
         globalThis.addEventListener("keydown", (event) => this.#key(event), { capture: true });
-        if (this.#parameters.has("connect")) this.#connectSocket();
+        globalThis.addEventListener("pagehide", () => this.session.disconnect()); // a page that the browser keeps would keep the port
+        if (this.#parameters.has("connect")) this.session.connectAtLoad(() => new WebSocketPort(this.address));
     }
 
     /* ---- keys ---- */
@@ -139,13 +142,12 @@ class App extends View {
 
     #stop() {
         const { session } = this;
-        const isInhibited = session.isConnected && (session.robot.isInhibited || session.stopState !== "none");
-        const text = texts.stop[session.stopState] || (isInhibited ? texts.status.inhibited : "");
+        const text = texts.stop[session.stopState] || (session.isInhibited ? texts.status.inhibited : "");
 
         return html`<div class="stop-box">
             <button class="stop" title=${texts.stop.hint} @click=${() => session.stop()}>${texts.stop.button}</button>
             <p class="stop-state ${session.stopState}" role="status" aria-live="assertive">${text}</p>
-            ${isInhibited && session.stopState !== "stopping"
+            ${session.isInhibited && session.stopState !== "stopping"
                 ? html`<button class="release" title=${texts.stop.releaseHint} @click=${() => session.release()}>
                       ${texts.stop.release}
                   </button>`
@@ -185,6 +187,7 @@ class App extends View {
     }
 
     render() {
+        if (this.isFramed) return html`<main><p>${texts.framed}</p></main>`;
         return html`
             <header>
                 <h1>${texts.name}</h1>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 /* All texts of the page. A notice says what happened, then what to do. */
 
-const servo = ({ id }) => `Servo ${id}`;
+const servo = ({ id, ids = [id] }) => (ids.length > 1 ? `Servos ${ids.join(", ")}` : `Servo ${id}`);
+const does = ({ ids = [] }) => (ids.length > 1 ? "do" : "does");
 const many = (count, one, more = `${one}s`) => `${count} ${count === 1 ? one : more}`;
 const list = (ids) => `servo${ids.length > 1 ? "s" : ""} ${ids.join(", ")}`;
 
@@ -155,6 +156,8 @@ export const texts = {
     title: "CDS55xx control panel",
     name: "CDS55xx",
 
+    framed: "The control panel stands in a frame of another page. It does not connect: that page could lead your clicks. Open it in a tab of its own.",
+
     connect: {
         serial: "Connect by USB",
         serialHint: "A serial port of this machine",
@@ -175,6 +178,7 @@ export const texts = {
         none: "",
         stopping: "Stopping …",
         verified: "Torque is off",
+        unchecked: "Driving is inhibited. No servo was checked.",
         unverified: "Stop not confirmed",
         failed: "Stop not confirmed",
         release: "Release",
@@ -231,7 +235,7 @@ export const texts = {
         unknown: "not asked yet",
         online: "online",
         offline: "offline",
-        old: "old values",
+        old: "old",
         offlineRemedy: "Does not answer. Check its power, wiring and ID.",
         ignored: "Ignored: torque is off. Switch torque on first.",
         stopped: "Inhibited by a stop. Press Release to allow driving.",
@@ -489,7 +493,7 @@ export const texts = {
         ownRate: "the board’s own rate",
         microseconds: (us) => `${us} us`,
         choices: {
-            echo: ["bare replies, for programs", "echo of what is typed", "for people: banner, prompt and echo"],
+            echo: ["bare replies, for programs", "echo of what is typed", "for people: banner, prompt, echo"],
             link_loss_action: ["only show it", "inhibit driving", "inhibit driving and torque off"],
             alarm_report: ["tell alarms when asked", "tell each alarm at once"],
         },
@@ -507,6 +511,12 @@ export const texts = {
         defaults: "Defaults …",
         confirmDefaults: "Set all settings to the values of a new controller? They are in force at once; only “Save” keeps them over power-off.",
         confirmYes: "Set defaults",
+        /* What is lost by a setting. */
+        risks: {
+            bus_baud: "bus_baud: servos that have another rate no longer answer and cannot be switched off one by one; a stop cannot be confirmed for them.",
+            device_id: "device_id 254 switches the virtual device off: there is no feedback, and no stop can be confirmed. Typing settings device_id 253 in the console ends it.",
+        },
+        applyAllTheSame: "Apply all the same",
         cancel: "Cancel",
         notInRange: ({ name, lowest, highest }) => `${name}: write a whole number from ${lowest} to ${highest}.`,
         hostBaud: "The rate to this page has changed. If the controller no longer answers, disconnect and connect at the new rate.",
@@ -557,7 +567,7 @@ export const texts = {
         searching: "Searching …",
         progress: (done, total) => `${done} of ${total} asked`,
         foundCount: (count) => (count === 0 ? "No servo answers. Check power, plug and wiring, then search at other rates." : `${texts.status.servos(count)} found.`),
-        searchEnded: "The search was ended: there may be more servos.",
+        searchEnded: "The search has ended before all IDs were asked: there may be more servos.",
         columnId: "ID",
         columnModel: "Model",
         columnRate: "Rate",
@@ -883,8 +893,8 @@ export const texts = {
     /* Notices of the session and of the robot. */
     notice: {
         "servo-silent": (detail) => ({
-            text: `${servo(detail)} does not answer.`,
-            remedy: "Check its power and its plug, then try again. “Diagnosis” finds out why.",
+            text: `${servo(detail)} ${does(detail)} not answer.`,
+            remedy: "Check power and plug, then try again. “Diagnosis” finds out why.",
         }),
         "register-not-taken": (detail) => ({
             text: `${servo(detail)} did not take ${detail.register}: it has ${detail.now}, not ${detail.wanted}.`,
@@ -937,19 +947,19 @@ export const texts = {
             remedy: "Wait a moment, then press Release again.",
         }),
         "goal-unconfirmed": (detail) => ({
-            text: `${servo(detail)} did not confirm its goal. The goal was not sent again.`,
+            text: `${servo(detail)} did not confirm a goal. The goal was not sent again.`,
             remedy: "If driving is inhibited, press Release. If the servo has limits (command “limits”), stay within them.",
         }),
         "goal-refused": (detail) => ({
-            text: `${servo(detail)} refused its goal: ${detail.why} error.`,
+            text: `${servo(detail)} refused a goal: ${detail.why} error.`,
             remedy: "Keep the goal within the angle limits of the servo.",
         }),
         "goal-not-kept": (detail) => ({
-            text: `${servo(detail)} does not take its goal. Torque stays off.`,
-            remedy: "Hold it still, look for noise on the line, then try again.",
+            text: `${servo(detail)} ${does(detail)} not take a goal. Torque stays off.`,
+            remedy: "Hold the joint still, look for noise on the line, then try again.",
         }),
-        inhibited: (detail) => ({
-            text: `Torque of servo ${detail.id} stays off: driving is inhibited.`,
+        inhibited: ({ id, ids = [id] }) => ({
+            text: `Torque of ${list(ids)} stays off: driving is inhibited.`,
             remedy: "Remove the cause, press Release, then switch torque on.",
         }),
         refused: (detail) => ({
@@ -961,6 +971,10 @@ export const texts = {
                 ? `Driving is inhibited, but torque off is not confirmed for ${list([...on, ...silent])}.`
                 : "The controller does not confirm the stop.",
             remedy: "Press Stop again. If the robot still moves, switch off the power of the servos.",
+        }),
+        "stop-not-sent": () => ({
+            text: "Not connected: the stop was not sent.",
+            remedy: "Switch off the power of the servos.",
         }),
         "stop-failed": () => ({
             text: "The stop is not confirmed: the port was lost.",
@@ -974,6 +988,11 @@ export const texts = {
         "port-taken": () => ({
             text: "Another page or program is connected to the simulator.",
             remedy: "Close it, then connect again.",
+        }),
+        reset: () => ({
+            text: "The controller was reset. A movement of a servo that was under way goes on.",
+            remedy: "Press Stop if the robot must not move. Check the supply and the cable of the controller; the view Board tells what has reset it. Then set torque and goals again.",
+            level: "warning",
         }),
         bridge: () => ({
             text: "This firmware has the profile bridge: it has no console.",

@@ -48,6 +48,7 @@ export class Controller {
         this.version = "";
         this.board = "";
         this.modeBefore = null; // setting `echo` before the page changed it; null: not known
+        this.hasOwnMode = true; // false while the page has given the mode of before back, to save it
         this.commands = new Set(); // usage of each command, as in the tables
         this.hasMotion = false; // timed moves, stored poses and sequences
     }

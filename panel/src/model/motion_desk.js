@@ -23,10 +23,13 @@ export class MotionDesk {
     #loadedFrom = null; // the controller whose poses and sequences were read
     #shownOf = null; // the controller that was asked for them when the view was shown
     #motionState = 0;
+    #isStopped = false; // the user has stopped the motion that is or was under way
     #robot = null;
 
-    constructor(session) {
+    /* `ask(text)` resolves with true if the user says yes. */
+    constructor(session, { ask } = {}) {
         this.session = session;
+        this.ask = ask;
         this.keywords = keywordsOf(session.tables);
         this.motions = new Motions({ keywords: this.keywords });
         this.store = new MotionStore(session);
@@ -45,7 +48,6 @@ export class MotionDesk {
         this.percent = 100;
         this.by = "board"; // or page
         this.task = ""; // storing, loading
-        this.question = null; // {text, answer(isYes)}
         this.version = 0; // counts changes of what the charts show
         session.addEventListener("change", () => this.#follow());
     }
@@ -448,6 +450,9 @@ export class MotionDesk {
         const before = this.#motionState;
 
         this.#motionState = motion?.state ?? 0;
+        if (before !== UNDER_WAY) this.#isStopped = false;
+        if (this.session.stopState === "stopping") this.#isStopped = true;
+        if (this.#isStopped) return;
         if (before !== UNDER_WAY || this.#motionState || !motion?.error || motion.error === ERROR_NO_MOTION) return;
         const { text: message, remedy } = this.session.tables.errors[motion.error] ?? { text: "", remedy: "" };
 
@@ -465,21 +470,6 @@ export class MotionDesk {
             this.task = "";
             this.#changed();
         }
-    }
-
-    /* Asks; resolves with true or false. */
-    ask(text) {
-        return new Promise((resolve) => {
-            this.question = {
-                text,
-                answer: (isYes) => {
-                    this.question = null;
-                    this.#changed();
-                    resolve(isYes);
-                },
-            };
-            this.#changed();
-        });
     }
 
     /* Reads once for each connection what the board has. */

@@ -5,7 +5,8 @@
  * A goal is ignored while the torque of its servo is not known to be on. A servo gets at most 20 goals a
  * second, each at most once; a goal that could not leave within 150 ms is dropped.
  *
- * Events: `feedback` after each round, `change` when anything else has changed, `notice`. */
+ * Events: `feedback` after each round, `change` when anything else has changed, `notice`, `reset` when the
+ * controller has been reset: its RESET_CAUSE is another one, it echoes a line, or it has forgotten its servos. */
 
 import { ERRORS_OF_PACKET, errorNames, syncRead, word, wordAt, write } from "../wire/packet.js";
 import { groupsOf } from "../wire/stop.js";
@@ -41,6 +42,7 @@ export class Robot extends EventTarget {
     #goalSentAt = new Map();
     #due = new Map(); // of each slow read: when it is due
     #rounds = []; // times of the last feedback
+    #isListed = false; // the command `servos` has listed servos
 
     constructor(controller) {
         super();
@@ -119,6 +121,16 @@ export class Robot extends EventTarget {
         this.#goals.clear();
         for (const servo of this.servos.values()) servo.torque = null;
         this.#change();
+    }
+
+    /* The controller was reset: nothing is known of it and of the servos, but their IDs. */
+    forget() {
+        this.device = null;
+        this.motion = null;
+        this.#isListed = false;
+        this.servos = new Map(this.ids.map((id) => [id, new Servo(id)]));
+        this.#due.clear();
+        this.forgetGoals();
     }
 
     /* The outcome of a stop. */
@@ -242,7 +254,8 @@ export class Robot extends EventTarget {
             } catch (error) {
                 if (!(error instanceof WireError) && error.name !== "CommandError") throw error;
                 if (error.code === "closed") this.end();
-                else await pause(this.#clock, PAUSE_MS);
+                this.#due.delete("text"); // it tells whether the controller was reset
+                await pause(this.#clock, PAUSE_MS);
             }
         }
     }
@@ -324,6 +337,7 @@ export class Robot extends EventTarget {
         const before = this.device;
 
         this.device = { saving, busState, resetCause, linkLost, alarms, alarmId, failed, inhibit };
+        if (before?.resetCause !== undefined && before.resetCause !== resetCause) this.#tellReset();
         if (before?.alarms !== alarms || before?.inhibit !== inhibit) this.#due.delete("text");
     }
 
@@ -338,11 +352,19 @@ export class Robot extends EventTarget {
     /* The command `servos` tells inhibits and alarms of each servo. */
     async #readText() {
         if (!this.#wire.hasConsole || !this.servos.size) return;
-        for (const line of await this.#controller.run("servos")) {
-            const match = /^servo (\d+): (.*)$/.exec(line);
+        const { hasOwnMode } = this.#controller;
+        const lines = await this.#controller.run("servos");
+        const matches = lines.map((line) => /^servo (\d+): (.*)$/.exec(line)).filter((match) => match);
+        const isEchoed = lines.includes("servos") && hasOwnMode && this.#controller.hasOwnMode;
+        const isForgotten = this.#isListed && !matches.length;
 
-            this.servos.get(Number(match?.[1]))?.takeLine(match[2]);
-        }
+        this.#isListed = matches.length > 0;
+        for (const [, id, text] of matches) this.servos.get(Number(id))?.takeLine(text);
+        if (isEchoed || isForgotten) this.#tellReset();
+    }
+
+    #tellReset() {
+        this.dispatchEvent(new Event("reset"));
     }
 
     /* ---- goals ---- */

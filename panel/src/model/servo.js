@@ -82,7 +82,7 @@ export class Servo {
 
     /* Takes the 10 bytes from TORQUE_ENABLE on. */
     takeState(bytes) {
-        this.torque = bytes[AT_STATE.torque] === 1;
+        this.torque = { 0: false, 1: true }[bytes[AT_STATE.torque]] ?? null;
         this.led = bytes[AT_STATE.led] === 1;
         this.raw.goal = wordAt(bytes, AT_STATE.goal);
         this.raw.goalSpeed = wordAt(bytes, AT_STATE.speed);

@@ -6,7 +6,7 @@
  * `traffic` (detail: a row of the traffic). */
 
 import { Wire } from "../wire/wire.js";
-import { realClock } from "../wire/clock.js";
+import { pause, realClock } from "../wire/clock.js";
 import { noticeText } from "../texts.js";
 import { RecordingPort } from "../port/replay.js";
 import { Controller } from "./controller.js";
@@ -16,19 +16,29 @@ import { Robot } from "./robot.js";
 import { Traffic } from "./traffic.js";
 
 const NOTICES_MAX = 20;
+const OF_MANY = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "refused", "servo-silent"]); // one lists all servos
+const ANSWERED = { // notices that are withdrawn
+    release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-unverified", "stopped"],
+    stop: ["lost-stopping", "stop-failed", "stop-not-sent", "stop-unverified"],
+    back: ["silent"],
+};
+const TAKEN_MS = 5000; // a page that has been left gives its port free in this time
+const TAKEN_PAUSE_MS = 250;
+const BANNER = /^cds55xx \d/; // a controller in the mode for people tells it after a reset
 const PORT_TAKEN = /another client is connected/; // the simulator says so, then hangs up
 
 export class Session extends EventTarget {
     #stopping = null; // promise of the last stop
+    #isRenewing = false; // asks a controller that was reset
 
     constructor({ tables, clock = realClock }) {
         super();
         this.tables = tables;
         this.clock = clock;
         this.state = "disconnected"; // disconnected, connecting, connected, silent
-        this.stopState = "none"; // none, stopping, verified, unverified, failed
+        this.stopState = "none"; // none, stopping, verified, unchecked (no servo was asked), unverified, failed
         this.stopOutcome = null;
-        this.notices = []; // {key, code, text, remedy, level, time}
+        this.notices = []; // {key, code, ids, text, remedy, level, time}
         this.traffic = new Traffic(new Decoder(tables, () => this.wire?.deviceId));
         this.recording = null; // the port of the last connection; `text` is the recording
         this.portName = "";
@@ -42,6 +52,12 @@ export class Session extends EventTarget {
         return this.state === "connected" || this.state === "silent";
     }
 
+    /* True while INHIBIT reads 1. Without device it cannot be read: then after each stop. */
+    get isInhibited() {
+        if (!this.isConnected) return false;
+        return this.wire.hasDevice ? this.robot.isInhibited : this.stopState !== "none";
+    }
+
     /* True while a command of the console runs: values of the servos are old. */
     get isBusy() {
         return Boolean(this.wire?.isBusyWithText);
@@ -49,8 +65,25 @@ export class Session extends EventTarget {
 
     /* ---- connection ---- */
 
-    /* Opens the port and asks what the controller has. Never throws: a failure is a notice. */
-    async connect(port) {
+    /* As connect(), at the load of the page: the page before it may not be gone yet, so a port that is taken is
+     * tried again. */
+    async connectAtLoad(makePort) {
+        const end = this.clock.now() + TAKEN_MS;
+
+        while (this.clock.now() < end) {
+            await this.connect(makePort(), { isPatient: true });
+            if (!this.isPortTaken) return;
+            const { wire } = this;
+
+            await pause(this.clock, TAKEN_PAUSE_MS);
+            if (this.wire !== wire) return; // the user has connected
+        }
+        this.notify({ code: "port-taken" });
+    }
+
+    /* Opens the port and asks what the controller has. Never throws: a failure is a notice; but `isPatient`: a
+     * port that is taken is none. */
+    async connect(port, { isPatient = false } = {}) {
         if (this.state !== "disconnected") await this.disconnect();
         this.#clear(port);
         const { wire } = this;
@@ -65,6 +98,7 @@ export class Session extends EventTarget {
         } catch (error) {
             if (this.wire !== wire) return; // another connection has begun
             if (!this.isPortTaken) this.notify(error);
+            else if (!isPatient) this.notify({ code: "port-taken" });
             if (wire.state === "closed") this.#setState("disconnected");
             else if (this.state === "connecting") await this.disconnect();
             else this.robot.start();
@@ -109,8 +143,14 @@ export class Session extends EventTarget {
             target.addEventListener(name, (event) => this.wire === wire && call(event.detail));
 
         on(wire, "traffic", (entry) => this.#record(entry));
-        on(wire, "text", (text) => this.#takeText(text));
-        on(wire, "notice", (detail) => this.isPortTaken || this.notify(detail));
+        on(wire, "text", (text) => {
+            this.isPortTaken ||= PORT_TAKEN.test(text);
+            if (this.isConnected && BANNER.test(text)) this.#renew();
+        });
+        on(wire, "notice", (detail) => {
+            if (detail.code === "back") this.#withdraw(ANSWERED.back);
+            if (!this.isPortTaken) this.notify(detail);
+        });
         on(wire, "state", (state) => this.#follow(state));
         on(wire, "close", () => {
             robot.end();
@@ -118,19 +158,29 @@ export class Session extends EventTarget {
         });
         on(robot, "feedback", () => {
             this.history.take(robot.servos.values(), this.clock.now());
+            this.#followStop();
             this.dispatchEvent(new Event("feedback"));
         });
-        on(robot, "change", () => {
-            if (this.stopState === "verified" && robot.device?.inhibit === 0) this.stopState = "none"; // released elsewhere
-            this.#change();
-        });
+        on(robot, "change", () => this.#change());
         on(robot, "notice", (detail) => this.notify(detail));
+        on(robot, "reset", () => this.#renew());
     }
 
-    #takeText(text) {
-        if (!PORT_TAKEN.test(text)) return;
-        this.isPortTaken = true;
-        this.notify({ code: "port-taken" });
+    /* The controller was reset: it has another mode, and has forgotten stop and servos. */
+    async #renew() {
+        if (this.#isRenewing) return;
+        const { controller, robot } = this;
+        const mode = controller.modeBefore;
+
+        this.#isRenewing = true;
+        robot.forget();
+        this.notify({ code: "reset" });
+        await this.attempt(async () => {
+            await this.#setUp();
+            controller.modeBefore ||= mode; // 0 is the mode of the page itself
+            await robot.findServos();
+        });
+        this.#isRenewing = false;
     }
 
     #follow(state) {
@@ -152,7 +202,10 @@ export class Session extends EventTarget {
 
     /* Stops the robot. Never throws; `stopState` is "verified" only when device and servos were asked. */
     stop() {
-        if (!this.wire || this.wire.state === "closed") return Promise.resolve();
+        if (!this.wire || this.wire.state === "closed") {
+            this.notify({ code: "stop-not-sent" });
+            return Promise.resolve();
+        }
         this.#stopping = this.#stop();
         return this.#stopping;
     }
@@ -165,9 +218,10 @@ export class Session extends EventTarget {
         this.#change();
         try {
             this.stopOutcome = await stop;
-            this.stopState = this.stopOutcome.verified ? "verified" : "unverified";
+            this.stopState = stateOf(this.stopOutcome);
             this.robot.takeStop(this.stopOutcome);
-            if (!this.stopOutcome.verified) this.notify({ code: "stop-unverified", ...this.stopOutcome });
+            if (this.stopState === "verified") this.#withdraw(ANSWERED.stop);
+            if (this.stopState === "unverified") this.notify({ code: "stop-unverified", ...this.stopOutcome });
         } catch {
             this.stopState = "failed";
             this.notify({ code: "stop-failed" });
@@ -175,10 +229,21 @@ export class Session extends EventTarget {
         this.#change();
     }
 
+    /* A confirmed stop is shown only while the controller answers, INHIBIT reads 1, and the torque of each servo
+     * reads 0. */
+    #followStop() {
+        if (this.stopState !== "verified" && this.stopState !== "unchecked") return;
+        const { robot } = this;
+        const isTrue = robot.isInhibited && [...robot.servos.values()].every(({ torque }) => torque === false);
+
+        if (!isTrue || this.state === "silent" || this.state === "disconnected") this.stopState = "none";
+    }
+
     /* Allows driving again. */
     async release() {
         await this.attempt(async () => {
             await this.controller.release();
+            this.#withdraw(ANSWERED.release);
             this.stopState = "none";
         });
     }
@@ -198,16 +263,23 @@ export class Session extends EventTarget {
     /* ---- notices and traffic ---- */
 
     /* Shows a notice: {code, ...}, or an error of wire, port, console or robot. The same notice again only
-     * renews the one that is shown. */
+     * renews the one that is shown; one of another servo joins it. */
     notify(what) {
         const detail = what.name === "CommandError" ? this.#ofCommand(what) : { ...what, message: what.message };
         const code = detail.code ?? "unexpected";
-        const key = `${code} ${detail.id ?? ""} ${detail.line ?? ""}`;
-        const notice = { key, code, time: this.clock.now(), ...noticeText({ ...detail, code }) };
+        const isOfMany = OF_MANY.has(code);
+        const key = `${code} ${isOfMany ? detail.why : detail.id ?? ""} ${detail.line ?? ""}`;
+        const before = this.notices.find((shown) => shown.key === key)?.ids ?? [];
+        const ids = isOfMany ? [...new Set([...before, detail.id])].sort((one, other) => one - other) : detail.ids;
+        const notice = { key, code, ids, time: this.clock.now(), ...noticeText({ ...detail, code, ids }) };
 
         if (code === "unexpected") console.error(what);
         this.notices = [...this.notices.filter((shown) => shown.key !== key), notice].slice(-NOTICES_MAX);
         this.#change();
+    }
+
+    #withdraw(codes) {
+        this.notices = this.notices.filter(({ code }) => !codes.includes(code));
     }
 
     #ofCommand({ line, message, number, remedy }) {
@@ -221,6 +293,7 @@ export class Session extends EventTarget {
 
     #record(entry) {
         this.dispatchEvent(new CustomEvent("traffic", { detail: this.traffic.take(entry) }));
+        if (entry.kind === "line" && entry.direction === "out") this.#change(); // isBusy begins
     }
 
     #setState(state) {
@@ -229,6 +302,12 @@ export class Session extends EventTarget {
     }
 
     #change() {
+        this.#followStop();
         this.dispatchEvent(new Event("change"));
     }
+}
+
+function stateOf({ verified, inhibited, off, on, silent }) {
+    if (verified) return "verified";
+    return inhibited && ![...off, ...on, ...silent].length ? "unchecked" : "unverified";
 }

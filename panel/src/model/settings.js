@@ -19,6 +19,11 @@ const SAVE_FAILED = 2;
 
 const settingError = (code, setting = "") => Object.assign(new Error(`${code} ${setting}`), { code, setting });
 
+/* Names of the changes, {name: value}, that take feedback or Stop away. A user must say yes first. */
+export function risksOf(changes) {
+    return ["bus_baud", "device_id"].filter((name) => changes[name] !== undefined && (name === "bus_baud" || changes[name] === DEVICE_OFF));
+}
+
 export class Settings {
     #session;
 
@@ -120,10 +125,12 @@ export class Settings {
     async #thenTakeMode(call) {
         const controller = this.#controller;
 
+        controller.hasOwnMode = false;
         try {
             return await call();
         } finally {
             while (!(await this.#takesMode(controller))) await controller.wire.whenReady();
+            controller.hasOwnMode = true;
         }
     }
 

@@ -33,7 +33,7 @@ export class Setup extends EventTarget {
         this.operation = null; // {kind, lines, done, total, isEnding, end()}
         this.found = null; // of the last search: [{id, model, rate}]; null: there was none
         this.remarks = []; // lines of the last search behind the servos
-        this.hasEnded = false; // the user has ended the last search
+        this.hasEnded = false; // the last search has ended before all IDs were asked
         this.steps = []; // of the last set-up of a new servo: lines
         this.outcome = null; // of the last change: {kind, lines}
         this.findings = []; // of the last diagnosis: [{id, number, text, remedy, place, isGood}]
@@ -158,6 +158,7 @@ export class Setup extends EventTarget {
                     onProgress: (line) => this.#takeSearch(operation, line),
                 });
 
+            this.hasEnded = true; // a stop or a failure ends it, too
             this.hasEnded = !(await this.#endable(operation, scan)) || operation.isEnding();
             if (wire.hasConsole) await this.#findServos();
             else if (!this.hasEnded) robot.setServos(this.found.map(({ id }) => id));

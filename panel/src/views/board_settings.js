@@ -2,7 +2,7 @@
 /* The settings: what is changed here is sent by “Apply” or “Save”, never by typing. */
 
 import { html, nothing } from "lit";
-import { Settings } from "../model/settings.js";
+import { Settings, risksOf } from "../model/settings.js";
 import { texts } from "../texts.js";
 import { confirmed } from "./confirm.js";
 import { Part } from "./part.js";
@@ -77,13 +77,25 @@ class SettingsPart extends Part {
         }
     }
 
-    #apply = () => this.#do(() => this.#applyChanges());
+    /* Asks first if feedback or Stop would be lost. */
+    async #mayApply() {
+        const risks = risksOf(Object.fromEntries([...this.#changes].map(([name, text]) => [name, Number(text)])));
+        const text = risks.map((name) => t.risks[name]).join(" ");
 
-    #save = () =>
-        this.#do(async () => {
+        return !risks.length || confirmed({ text, yes: t.applyAllTheSame, no: t.cancel });
+    }
+
+    #apply = async () => {
+        if (await this.#mayApply()) await this.#do(() => this.#applyChanges());
+    };
+
+    #save = async () => {
+        if (!(await this.#mayApply())) return;
+        await this.#do(async () => {
             await this.#applyChanges();
             await this.#settings.save();
         });
+    };
 
     #undo = () => {
         this.#changes.clear();

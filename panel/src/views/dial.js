@@ -20,7 +20,7 @@ const TICKS = Array.from({ length: DEGREES_MAX / TICK_STEP + 1 }, (_, index) => 
 const mark = (name, degrees, shape) =>
     degrees === null ? nothing : svg`<g class=${name} transform="rotate(${rotationOf(degrees)})">${shape}</g>`;
 
-const HAND = svg`<path d="M0 -35L3 -23H-3Z" />`;
+const HAND = svg`<path d="M0 -36.5L3.5 -28H-3.5Z" />`;
 const GOAL = svg`<circle cy="-40" r="5" />`;
 const LIMIT = svg`<path d="M0 -47V-33" />`;
 

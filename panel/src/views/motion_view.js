@@ -8,6 +8,7 @@ import { MotionDesk } from "../model/motion_desk.js";
 import { pathOfPoints } from "../model/path.js";
 import { degreesOf } from "../model/units.js";
 import { texts } from "../texts.js";
+import { confirmed } from "./confirm.js";
 import { chart, legend } from "./motion_chart.js";
 import { saveFile } from "./save_file.js";
 import { View } from "./view.js";
@@ -27,7 +28,7 @@ export class MotionView extends View {
     });
 
     connectedCallback() {
-        this.desk ??= new MotionDesk(this.session);
+        this.desk ??= new MotionDesk(this.session, { ask: (text) => confirmed({ text, yes: t.replace, no: t.cancel }) });
         super.connectedCallback();
     }
 
@@ -36,10 +37,6 @@ export class MotionView extends View {
     }
 
     updated() {
-        const dialog = this.querySelector("dialog");
-
-        if (this.desk.question && !dialog.open) dialog.showModal();
-        if (!this.desk.question && dialog.open) dialog.close();
         if (this.session.isConnected) this.desk.show();
     }
 
@@ -326,27 +323,11 @@ export class MotionView extends View {
         </section>`;
     }
 
-    #question() {
-        const { question } = this.desk;
-
-        return html`<dialog aria-labelledby="motion-question" @cancel=${(event) => {
-            event.preventDefault();
-            question?.answer(false);
-        }}>
-            <p id="motion-question">${question?.text}</p>
-            <p class="row">
-                <button class="replace" @click=${() => question.answer(true)}>${t.replace}</button>
-                <button class="cancel" @click=${() => question.answer(false)}>${t.cancel}</button>
-            </p>
-        </dialog>`;
-    }
-
     render() {
         return html`<div class="motion">
                 <div class="column">${this.#teach()} ${this.#poses()} ${this.#board()}</div>
                 <div class="column wide">${this.#player()} ${this.#sequence()} ${this.#recording()}</div>
-            </div>
-            ${this.#question()}`;
+            </div>`;
     }
 }
 

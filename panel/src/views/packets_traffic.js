@@ -80,10 +80,9 @@ class TrafficPart extends Part {
 
     /* ---- the newest row stays in sight if it was ---- */
 
-    willUpdate() {
-        const list = this.querySelector(".traffic");
-
-        this.#isAtEnd = !list || list.scrollHeight - list.scrollTop - list.clientHeight <= NEAR_END;
+    /* A list that is put into the document again begins at its top, and no event tells it. */
+    #scrolled({ target }) {
+        if (this.isConnected) this.#isAtEnd = target.scrollHeight - target.scrollTop - target.clientHeight <= NEAR_END;
     }
 
     updated() {
@@ -170,7 +169,7 @@ class TrafficPart extends Part {
         return html`<section aria-labelledby="traffic-title">
             <h2 id="traffic-title">${t.traffic} <span class="soft">${t.count(rows.length, ROWS_SHOWN)}</span></h2>
             ${this.#controls()}
-            <ol class="traffic" tabindex="0" aria-label=${t.list}>
+            <ol class="traffic" tabindex="0" aria-label=${t.list} @scroll=${this.#scrolled}>
                 ${rows.length ? repeat(rows, ({ number }) => number, (row) => this.#row(row)) : html`<li class="soft">${t.empty}</li>`}
             </ol>
         </section>`;

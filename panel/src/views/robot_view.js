@@ -40,6 +40,11 @@ export class RobotView extends View {
     #ticker = null;
     #onKey = (event) => this.#chooseByDigit(event);
     #onBlur = () => this.#endMoves();
+    #onChange = () => {
+        const { session } = this;
+
+        if (!session.isConnected || session.stopState === "stopping" || session.robot.isInhibited) this.#letGo();
+    };
 
     constructor() {
         super();
@@ -50,6 +55,7 @@ export class RobotView extends View {
         super.connectedCallback();
         this.#jog ??= new Jog(this.session);
         this.#ticker = setInterval(() => this.requestUpdate(), TICK_MS);
+        this.session.addEventListener("change", this.#onChange);
         document.addEventListener("keydown", this.#onKey);
         document.addEventListener("visibilitychange", this.#onBlur);
         globalThis.addEventListener("blur", this.#onBlur);
@@ -59,6 +65,7 @@ export class RobotView extends View {
         super.disconnectedCallback();
         this.#endMoves();
         clearInterval(this.#ticker);
+        this.session.removeEventListener("change", this.#onChange);
         document.removeEventListener("keydown", this.#onKey);
         document.removeEventListener("visibilitychange", this.#onBlur);
         globalThis.removeEventListener("blur", this.#onBlur);
@@ -100,6 +107,7 @@ export class RobotView extends View {
     }
 
     #pull(servo, event) {
+        if (!event.buttons) this.#letGo(); // the button was released where the page did not see it
         if (this.#drag?.id !== servo.id) return;
         const { x, y } = pointIn(event.currentTarget.ownerSVGElement, event);
 
@@ -108,6 +116,7 @@ export class RobotView extends View {
     }
 
     #letGo() {
+        if (!this.#drag) return;
         this.#drag = null;
         this.requestUpdate();
     }
@@ -178,6 +187,7 @@ export class RobotView extends View {
     /* The page or the view is left: nothing that a user holds goes on. */
     #endMoves() {
         this.#endJog();
+        this.#letGo();
         for (const id of this.#turns.keys()) this.#endTurn({ id });
     }
 

@@ -89,14 +89,20 @@ export class PacketJob extends Job {
 }
 
 /* A READ of the first bytes of the device. Replies that came before its reply are stale. Successive
- * fences read different numbers of bytes, so the reply to one is not taken for that to another. */
+ * fences read different numbers of bytes, so the reply to one is not taken for that to another. `older`:
+ * fences whose reply does as well, if it comes late. */
 export class FenceJob extends PacketJob {
     constructor(bytes, options) {
         super(bytes, options);
         this.kind = "fence";
+        this.older = options.older ?? [];
     }
 
     accepts(status) {
+        return this.#isReply(status) || this.older.some((fence) => fence.#isReply(status));
+    }
+
+    #isReply(status) {
         return super.accepts(status) && status.error === 0 && status.parameters[0] === 0x55 && status.parameters[1] === 0xcd;
     }
 }

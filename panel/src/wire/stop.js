@@ -2,7 +2,7 @@
 /* After Ctrl-X: asks the device and the servos until it is certain that the robot is stopped.
  *
  * The stop is verified if register INHIBIT of the device is 1 and the torque of each known servo reads
- * 0. While INHIBIT is not 1, Ctrl-X is sent again: docs/safety.md lists how one can be lost. */
+ * 0; without a known servo it is not. While INHIBIT is not 1, Ctrl-X is sent again: docs/safety.md lists how one can be lost. */
 
 import { SYNC_READ_MAX, read, syncRead } from "./packet.js";
 
@@ -82,5 +82,5 @@ export async function verifyStop({ servos, ...wire }) {
         silent: withTorque((value) => value !== 0 && value !== 1),
     };
 
-    return { ...outcome, verified: inhibited && outcome.off.length === servos.length };
+    return { ...outcome, verified: inhibited && servos.length > 0 && outcome.off.length === servos.length };
 }

@@ -25,7 +25,7 @@ export const CTRL_X = 0x18;
 
 const DEVICE_ID = 253;
 const SILENCE_MS = 200; // an unfinished packet is none; a busy machine passes bytes on with gaps
-const STOP_FENCE_MS = 100; // the controller drops a packet that waits for 15 ms behind a SYNC READ
+const STOP_FENCE_MS = 100; // to the next fence: the controller drops a packet that waits for 15 ms behind a SYNC READ
 const OPEN_MS = 6000; // a board that the opening of its port resets, with its boot loader
 const MARKER_MS = 500;
 const RETRY_MS = 1000; // between two attempts while the controller is silent
@@ -289,10 +289,10 @@ export class Wire extends EventTarget {
 
     /* ---- to be in step with the controller ---- */
 
-    #nextFence(timeout = REPLY_MS) {
+    #nextFence({ timeout = REPLY_MS, older } = {}) {
         const size = FENCE_SIZES[this.#fences++ % FENCE_SIZES.length];
 
-        return new FenceJob(read(this.deviceId, 0, size), { timeout, deviceId: this.deviceId });
+        return new FenceJob(read(this.deviceId, 0, size), { timeout, deviceId: this.deviceId, older });
     }
 
     #nextMarker() {
@@ -377,14 +377,27 @@ export class Wire extends EventTarget {
 
     /* ---- stop ---- */
 
+    /* The fences of a stop follow one another quickly. Each waits as long as another packet for its reply: the
+     * reply to an older one of this stop does as well. */
     async #stop(servos) {
+        let sent = []; // [fence, time], newest first
+        const fence = () => {
+            const now = this.#clock.now();
+
+            sent = sent.filter(([, time]) => now - time < REPLY_MS);
+            const next = this.#nextFence({ timeout: STOP_FENCE_MS, older: sent.map(([one]) => one) });
+
+            sent = [[next, now], ...sent];
+            return this.#ask(next);
+        };
+
         try {
             return await verifyStop({
                 clock: this.#clock,
                 deviceId: this.deviceId,
                 servos,
                 sendStop: () => this.sendStop(),
-                fence: () => this.#ask(this.#nextFence(STOP_FENCE_MS)),
+                fence,
                 ask: (bytes) => this.#ask(new PacketJob(bytes, { timeout: REPLY_MS, deviceId: this.deviceId })),
             });
         } finally {

@@ -139,6 +139,20 @@ test("record a movement led by hand, replay it, and measure the error", async (t
     await shows(page, "Nothing plays", ".motion-state");
 });
 
+test("Stop is at hand while a question is open", async (t) => {
+    const { page } = await start(t, { count: 1 });
+
+    await page.click("button.capture");
+    await shows(page, "pose1", ".pose");
+    await page.click("button.load");
+    await page.waitForSelector("dialog[open] button.no:focus");
+    await page.click("button.stop");
+    await shows(page, "Torque is off", ".stop-state.verified");
+    await page.click("dialog button.no");
+    await page.waitForFunction(() => !document.querySelector("dialog"));
+    assert.equal((await page.$$(".pose")).length, 1);
+});
+
 test("a damaged file changes nothing, a good one is shown", async (t) => {
     const { page } = await start(t, { count: 1, viewport: PHONE });
     const open = (text) => page.$eval("input.import", (input, content) => {

@@ -111,6 +111,23 @@ test("packets: filter, pause and clear", async (t) => {
     await shows(page, "PRESENT_POSITION", ".traffic");
 });
 
+test("packets: the list follows again after a change of the view", async (t) => {
+    const { page } = await startRobot(t);
+    const isAtEnd = () =>
+        page.waitForFunction(() => {
+            const list = document.querySelector(".traffic");
+
+            return list?.querySelector(".row") && list.scrollTop > 0 && list.scrollHeight - list.scrollTop - list.clientHeight <= 8;
+        });
+
+    await openTab(page, "packets");
+    await page.click(".withPolling");
+    await isAtEnd();
+    await openTab(page, "robot");
+    await openTab(page, "packets");
+    await isAtEnd();
+});
+
 test("packets: the recording is saved and can be read", async (t) => {
     const { browser, page } = await startRobot(t);
     const folder = mkdtempSync(join(tmpdir(), "panel-"));

@@ -143,6 +143,7 @@ export class FakePort {
         const help = /^help (\w+)$/.exec(line);
 
         if (help) this.say(HELP[help[1]], "ok");
+        else if (line === "servos") this.say(...[...this.servos.keys()].map((id) => `servo ${id}: online`), "ok");
         else this.say("ok");
     }
 }

@@ -6,7 +6,7 @@ import test from "node:test";
 import { parseAlarms, parseStatus } from "../../src/model/board.js";
 import { counterRows, healthOf, parseCounters, readCounters } from "../../src/model/counters.js";
 import { Session } from "../../src/model/session.js";
-import { Settings } from "../../src/model/settings.js";
+import { Settings, risksOf } from "../../src/model/settings.js";
 import { INSTRUCTION } from "../../src/wire/packet.js";
 import { texts } from "../../src/texts.js";
 import { FakeClock } from "../support/fake_clock.js";
@@ -245,4 +245,10 @@ test("readCounters: of one servo only what the console tells", async () => {
     const { rows } = await readCounters(session.controller, 1);
 
     assert.deepEqual(rows.map(({ key, count }) => [key, count]), [["ok", 2], ["timeouts", 0]]);
+});
+
+test("settings: what takes feedback or Stop away is asked first, and told", () => {
+    assert.deepEqual(risksOf({ bus_baud: 16, device_id: 254 }), ["bus_baud", "device_id"]);
+    assert.deepEqual(risksOf({ device_id: 100, echo: 1 }), []);
+    for (const name of risksOf({ bus_baud: 16, device_id: 254 })) assert.match(texts.board.risks[name], new RegExp(name));
 });

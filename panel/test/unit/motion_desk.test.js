@@ -7,6 +7,32 @@ import { MotionDesk } from "../../src/model/motion_desk.js";
 import { Session } from "../../src/model/session.js";
 import { tables } from "../support/tables.js";
 
+/* The notices of a motion of the board that ends with error 54; `meanwhile` is called before. */
+function ended(meanwhile) {
+    const session = new Session({ tables: tables() });
+    const tell = (state, error) => {
+        session.robot.motion = { state, error };
+        session.dispatchEvent(new Event("change"));
+    };
+
+    session.robot = {};
+    new MotionDesk(session);
+    tell(2, 0);
+    meanwhile(session);
+    tell(2, 0);
+    session.stopState = "none";
+    tell(0, 54);
+    return session.notices;
+}
+
+test("motion: the notice of its end tells the error in words", () => {
+    assert.equal(ended(() => {})[0].text, "The motion has ended with error 54: stopped: driving is inhibited.");
+});
+
+test("motion: its end by a stop of the user is no notice", () => {
+    assert.deepEqual(ended((session) => (session.stopState = "stopping")), []);
+});
+
 test("play: the board is asked again after a load that has failed", async () => {
     const session = new Session({ tables: tables() });
     const desk = new MotionDesk(session);

@@ -9,16 +9,18 @@ import { FakePort } from "../support/fake_port.js";
 import { tables } from "../support/tables.js";
 
 const ALARMS = 0x14;
+const RESET_CAUSE = 0x12;
 const INHIBIT = 0x17;
+const TORQUE = 0x18;
 
-async function rig({ hasConsole = true, onText = null } = {}) {
+async function rig({ hasConsole = true, onText = null, ids = [1] } = {}) {
     const clock = new FakeClock();
     const port = new FakePort();
     const session = new Session({ tables: tables(), clock });
 
     port.hasConsole = hasConsole;
     port.onText = onText;
-    port.addServo(1, 1);
+    for (const id of ids) port.addServo(id, 1);
     const connect = session.connect(port);
 
     await clock.advance(10000);
@@ -27,6 +29,35 @@ async function rig({ hasConsole = true, onText = null } = {}) {
     return { clock, port, session };
 }
 
+/* Connects at the load of the page; another client has the port for `ms`. Returns the codes of the notices. */
+async function load(ms) {
+    const clock = new FakeClock();
+    const session = new Session({ tables: tables(), clock });
+
+    session.connectAtLoad(() => {
+        const port = new FakePort();
+
+        port.open = async () => {
+            port.isOpen = true;
+            port.isMute = clock.now() < ms;
+            if (!port.isMute) return;
+            clock.after(1, () => port.say("cds55xx-sim: another client is connected; close it first"));
+            clock.after(2, () => port.unplug("closed"));
+        };
+        return port;
+    });
+    await clock.advance(20000);
+    return { state: session.state, codes: session.notices.map(({ code }) => code) };
+}
+
+test("connect: at its load the page waits 5 s for a port that is taken, then it tells", async () => {
+    const late = await load(4000);
+
+    assert.equal(late.state, "connected");
+    assert.ok(!late.codes.includes("port-taken"));
+    assert.deepEqual(await load(Infinity), { state: "disconnected", codes: ["port-taken"] });
+});
+
 test("stop: Ctrl-X leaves before anything else", async () => {
     const { port, session } = await rig();
     let stops = 0;
@@ -34,6 +65,59 @@ test("stop: Ctrl-X leaves before anything else", async () => {
     session.robot.forgetGoals = () => (stops = port.stops);
     session.stop();
     assert.equal(stops, 1);
+});
+
+test("stop: without a known servo torque is not told to be off", async () => {
+    const { clock, session } = await rig({ ids: [] });
+
+    await Promise.all([session.stop(), clock.advance(2000)]);
+    assert.equal(session.stopState, "unchecked");
+    assert.equal(session.isInhibited, true);
+    assert.ok(!session.notices.some(({ code }) => code === "stop-unverified"));
+});
+
+test("notices: one of a code lists the servos; what answers it withdraws it", async () => {
+    const { clock, port, session } = await rig();
+    const shown = () => session.notices.map(({ code }) => code).filter((code) => !["console", "other-version"].includes(code));
+
+    for (const id of [3, 1, 3]) session.notify({ code: "goal-unconfirmed", id });
+    session.notify({ code: "inhibited", id: 2 });
+    assert.deepEqual(shown(), ["goal-unconfirmed", "inhibited"]);
+    assert.match(session.notices.at(-2).text, /^Servos 1, 3 did not confirm/);
+    await Promise.all([session.release(), clock.advance(1000)]);
+    assert.deepEqual(shown(), []);
+    session.notify({ code: "stop-unverified", inhibited: false });
+    await Promise.all([session.stop(), clock.advance(2000)]);
+    assert.deepEqual(shown(), []);
+    port.isMute = true;
+    await clock.advance(5000);
+    assert.deepEqual(shown(), ["silent"]);
+    port.isMute = false;
+    await clock.advance(5000);
+    assert.deepEqual(shown(), ["back"]);
+});
+
+test("busy: it is told when a command begins", async () => {
+    const { port, session } = await rig();
+    let isBusy = false;
+
+    port.onText = () => true; // no reply
+    session.addEventListener("change", () => (isBusy = session.isBusy));
+    session.wire.command("monitor");
+    assert.equal(isBusy, true);
+});
+
+test("stop: without a connection it is told that nothing was sent", async () => {
+    const { session } = await rig();
+    const codes = () => session.notices.filter(({ code }) => code === "stop-not-sent").length;
+
+    await session.disconnect();
+    await session.stop();
+    assert.equal(codes(), 1);
+    const fresh = new Session({ tables: tables() });
+
+    await fresh.stop();
+    assert.equal(fresh.notices[0].code, "stop-not-sent");
 });
 
 /* A robot that is stopped. */
@@ -99,10 +183,62 @@ test("release: by packets; what the controller refuses is told, and the stop sta
     assert.equal(session.stopState, "none");
 });
 
-test("stop: it is shown no longer when the controller was released elsewhere", async () => {
+const untrue = {
+    "the controller was released elsewhere": { change: (port) => (port.device[INHIBIT] = 0), isInhibited: false },
+    "a servo has torque": { change: (port) => (port.servos.get(1)[TORQUE] = 1), isInhibited: true },
+    "the torque of a servo cannot be read": { change: (port) => port.offline.add(1), isInhibited: true },
+    "the controller is silent": { change: (port) => (port.isMute = true), isInhibited: true },
+    "the port is lost": { change: (port) => port.unplug(), isInhibited: false },
+};
+
+for (const [what, { change, isInhibited }] of Object.entries(untrue))
+    test(`stop: torque off is shown no longer when ${what}`, async () => {
+        const { clock, port, session } = await stopped();
+
+        await clock.advance(5000);
+        assert.equal(session.stopState, "verified");
+        change(port);
+        await clock.advance(3000);
+        assert.equal(session.stopState, "none");
+        assert.equal(session.isInhibited, isInhibited);
+    });
+
+const resets = {
+    "echoes a line": (port) => (port.echo = true),
+    "has forgotten its servos": (port) => (port.forgets = true),
+    "has another RESET_CAUSE": (port) => (port.device[RESET_CAUSE] = 8),
+    "tells its banner": (port) => port.say("cds55xx 0.1.0 test"),
+};
+
+for (const [what, reset] of Object.entries(resets))
+    test(`reset: the page begins again when the controller ${what}`, async () => {
+        const { clock, port, session } = await stopped();
+
+        port.onText = (line) => {
+            if (line === "mode program") port.echo = port.forgets = false;
+            if (port.echo) port.say(line);
+            return line === "servos" && port.forgets && (port.say("no servo is known: 'scan' finds servos", "ok"), true);
+        };
+        await clock.advance(6000);
+        session.robot.servos.get(1).inhibit = "stopped";
+        port.written = [];
+        assert.ok(!session.notices.some(({ code }) => code === "reset"));
+        port.device[INHIBIT] = 0;
+        reset(port);
+        await clock.advance(7000);
+        assert.ok(session.notices.some(({ code }) => code === "reset"));
+        assert.equal(port.lines.filter((line) => line === "mode program").length, 1);
+        assert.equal(session.robot.servos.get(1).inhibit, "");
+        assert.equal(session.isInhibited, false);
+    });
+
+test("release: the button stays until INHIBIT reads 0", async () => {
     const { clock, port, session } = await stopped();
 
+    port.onText = (line) => line === "release" && (port.say("ok"), true);
+    await Promise.all([session.release(), clock.advance(1000)]);
+    assert.equal(session.isInhibited, true);
     port.device[INHIBIT] = 0;
     await clock.advance(1000);
-    assert.equal(session.stopState, "none");
+    assert.equal(session.isInhibited, false);
 });

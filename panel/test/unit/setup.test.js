@@ -85,6 +85,18 @@ test("search: progress, servos and remarks; a key ends it", async () => {
     assert.deepEqual(codes(setup.session), []);
 });
 
+test("search: one that a stop ends is not shown as complete", async () => {
+    const { clock, session, setup } = await rig({ onText: (line, at) => line === "scan all" && (at.say("id 1 model 1 at 1000000bps"), true) });
+    const search = setup.search("all");
+
+    await clock.advance(100);
+    const stop = session.stop();
+
+    await finish(clock, Promise.all([search, stop]));
+    assert.deepEqual(setup.found.map(({ id }) => id), [1]);
+    assert.equal(setup.hasEnded, true);
+});
+
 test("search: no packet leaves while the command runs", async () => {
     const { setup, port, clock } = await rig({ onText: (line) => line === "scan" });
     const search = setup.search("");

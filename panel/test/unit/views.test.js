@@ -9,8 +9,14 @@ import { RobotView } from "../../src/views/robot_view.js";
 import { texts } from "../../src/texts.js";
 import { attributeOf, valuesOf } from "../support/rendered.js";
 
-/* A browser that a view can be taken out of. */
-Object.assign(globalThis, { document: new EventTarget(), removeEventListener: () => {}, cancelAnimationFrame: () => {} });
+/* A browser that a view can be put into and taken out of. */
+Object.assign(globalThis, {
+    document: new EventTarget(),
+    addEventListener: () => {},
+    removeEventListener: () => {},
+    requestAnimationFrame: () => 0,
+    cancelAnimationFrame: () => {},
+});
 
 /* A session whose servo 1 is in endless turn, with torque. */
 function turning() {
@@ -36,6 +42,50 @@ test("robot: an endless turn ends when the view is left", () => {
     assert.deepEqual(held, [1]);
     assert.equal(slider.value, 0);
 });
+
+/* A view in the document whose dial of servo 1 is dragged, and its pointer. */
+function dragging(t) {
+    const view = new RobotView();
+    const dial = { focus: () => {}, getBoundingClientRect: () => ({ left: 0, top: 0, width: 100 }) };
+    const currentTarget = { ownerSVGElement: dial, setPointerCapture: () => {} };
+    const goals = [];
+    const event = (name, at, buttons) =>
+        attributeOf(view.render(), `@pointer${name}`)({ currentTarget, clientX: at, clientY: 50, buttons, preventDefault: () => {} });
+
+    view.session = turning();
+    view.session.robot.servos.get(1).raw = { low: 0, high: 1023 };
+    view.session.robot.setGoal = (id) => goals.push(id);
+    view.scheduleUpdate = () => {}; // draws nothing
+    view.connectedCallback();
+    t.after(() => view.disconnectedCallback());
+    event("down", 10, 1);
+    event("move", 12, 1);
+    assert.equal(goals.length, 2);
+    return { view, session: view.session, goals, move: (buttons = 1) => event("move", 14, buttons) };
+}
+
+const letsGo = {
+    "the button is up": ({ move }) => move(0),
+    "the view is left": ({ view }) => {
+        view.disconnectedCallback();
+        view.connectedCallback();
+    },
+    "a stop begins": ({ session }) => (session.stopState = "stopping"),
+    "the port is closed": ({ session }) => (session.isConnected = false),
+    "driving is inhibited": ({ session }) => (session.robot.device = { inhibit: 1 }),
+};
+
+for (const [what, call] of Object.entries(letsGo))
+    test(`robot: a drag ends when ${what}`, (t) => {
+        const drag = dragging(t);
+
+        call(drag);
+        drag.session.dispatchEvent(new Event("change"));
+        Object.assign(drag.session, { stopState: "none", isConnected: true });
+        drag.session.robot.device = null;
+        drag.move();
+        assert.equal(drag.goals.length, 2);
+    });
 
 test("board: what is not known of driving is not shown as good", () => {
     const view = new BoardView();

@@ -569,6 +569,35 @@ test("stop: a Ctrl-X that is lost is sent again", async () => {
     assert.equal(port.stops, 3);
 });
 
+for (const latency of [120, 250, 390])
+    test(`stop: verified though each reply takes ${latency} ms`, async () => {
+        const { wire, port, clock } = await stopRig();
+        const { answer } = port;
+
+        port.loseStops = 1;
+        port.answer = (bytes) => clock.after(latency, () => answer.call(port, bytes));
+        const stop = wire.stop({ servos: SERVOS });
+
+        await clock.advance(6000);
+        assert.equal((await stop).verified, true);
+        assert.equal(wire.state, "ready");
+    });
+
+test("stop: a fence that is dropped is sent again, and Ctrl-X each 150 ms", async () => {
+    const { wire, port, clock } = await stopRig();
+    const begun = clock.now();
+    const fences = [];
+
+    port.onPacket = (bytes) => isFence(bytes) && fences.push(clock.now() - begun);
+    wire.stop({ servos: SERVOS });
+    await clock.advance(1000);
+    assert.deepEqual(fences.slice(0, 4), [0, 100, 200, 300]);
+    assert.ok(port.stops >= 5, `${port.stops} times Ctrl-X`);
+    port.onPacket = null;
+    await clock.advance(1000);
+    assert.equal(wire.state, "ready");
+});
+
 test("stop: not verified while a servo has torque or does not answer", async () => {
     const { wire, port, clock } = await stopRig();
 
