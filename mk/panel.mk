@@ -76,5 +76,13 @@ panel-figures: $(PANEL_NEEDS)
 	$(clear)
 	@node panel/test/measure.js build/panel-figures.tsv
 
+## panel-pictures: pictures of each view of the control panel, light and dark, in build/panel-pictures (2 min)
+.PHONY: panel-pictures
+panel-pictures: $(PANEL_NEEDS)
+	@scripts/deps.sh panel-test
+	$(clear)
+	@node panel/test/pictures.js build/panel-pictures
+	$(call built,build/panel-pictures)
+
 # `make test` runs them, too, if Chromium is installed. PANEL=no leaves them out.
 PANEL ?= $(if $(wildcard /usr/bin/chromium),yes,no)

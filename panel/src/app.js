@@ -72,6 +72,7 @@ class App extends View {
     #show(view) {
         this.tab = view;
         this.requestUpdate();
+        scrollTo(0, 0); // each view begins at its top
     }
 
     /* Each view is made once; only the chosen one is in the document. */

@@ -77,8 +77,47 @@ async function measureAll({ count, rate }) {
     return rows;
 }
 
+const STOPS = 20;
+const TORQUE_OFF = "->in: FF FF FE 04 03 18 00";
+
+const median = (values) => values.sort((one, other) => one - other)[values.length >> 1].toFixed(1);
+
+/* Wall time in ms from the command that presses Esc to torque off on the wire, as the simulator reports it,
+ * and to "Torque is off" on the page: medians. */
+async function measureStops() {
+    const ending = new Ending();
+    const [toWire, toPage] = [[], []];
+
+    try {
+        const panel = await startPanel(ending, { servos: "1-18", isFast: true, slow: 1, more: ["--echo"] });
+        const page = await openPage(ending, await startBrowser(ending), panel.url, { slow: 1 });
+
+        await shows(page, "18 servos", ".state-line");
+        for (let count = 0; count < STOPS; count++) {
+            panel.output = "";
+            const begun = performance.now();
+            const isOnWire = new Promise((resolve) => {
+                panel.onOutput = () => panel.output.includes(TORQUE_OFF) && resolve(performance.now() - begun);
+            });
+
+            await page.keyboard.press("Escape");
+            toWire.push(await isOnWire);
+            await shows(page, "Torque is off", ".stop-state");
+            toPage.push(performance.now() - begun);
+            await page.click("button.release");
+            await page.waitForFunction(() => !document.querySelector("button.release"));
+        }
+    } finally {
+        await ending.end();
+    }
+    return [median(toWire), median(toPage)];
+}
+
 const rows = [COLUMNS];
 
 for (const one of CASES) rows.push(...(await measureAll(one)));
 console.log(rows.map((row) => row.map((cell, index) => String(cell).padEnd(COLUMNS[index].length)).join("  ")).join("\n"));
+const [toWire, toPage] = await measureStops();
+
+console.log(`Esc to torque off on the wire: ${toWire} ms; to “Torque is off” on the page: ${toPage} ms (medians of ${STOPS})`);
 if (process.argv[2]) writeFileSync(process.argv[2], rows.map((row) => row.join("\t")).join("\n") + "\n");

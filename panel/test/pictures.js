@@ -44,7 +44,7 @@ async function begin(page) {
 async function loadMotions(page) {
     await page.click("#tab-motion");
     await page.waitForSelector("button.load:enabled");
-    await page.$eval("button.load", (button) => button.click()); // on a phone the header may cover it
+    await page.$eval("button.load", (button) => button.click());
     await page.waitForSelector("dialog .yes, .step");
     if (await page.$("dialog .yes")) await page.click("dialog .yes");
     await page.waitForSelector(".step");
@@ -62,8 +62,10 @@ async function takePictures(browser, url, size) {
     const page = await openPage(ending, browser, url, { viewport: SIZES[size], slow: 1 });
 
     await shows(page, "18 servos", ".state-line");
-    if (size === "desktop") await begin(page);
-    await loadMotions(page);
+    if (size === "desktop") {
+        await begin(page);
+        await loadMotions(page);
+    }
     for (const view of VIEWS)
         for (const scheme of ["light", "dark"]) {
             await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);

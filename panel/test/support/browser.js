@@ -59,7 +59,7 @@ export async function startPanel(
         { cwd: ROOT, stdio: ["ignore", "pipe", "pipe"] },
     );
     const ended = new Promise((resolve) => simulation.on("close", resolve));
-    const panel = { url: "", port: ownPort, folder, output: "", end: () => (simulation.kill("SIGINT"), ended) };
+    const panel = { url: "", port: ownPort, folder, output: "", onOutput: () => {}, end: () => (simulation.kill("SIGINT"), ended) };
 
     atEnd(t, async () => {
         await panel.end();
@@ -69,6 +69,7 @@ export async function startPanel(
     await new Promise((resolve, reject) => {
         simulation.stdout.on("data", (data) => {
             panel.output += data;
+            panel.onOutput();
             panel.url ||= /control panel: (\S+)/.exec(panel.output)?.[1] ?? "";
             if (panel.url) resolve();
         });
@@ -106,7 +107,7 @@ async function saveFailure(t, page) {
     mkdirSync(folder, { recursive: true });
     await page.screenshot({ path, fullPage: true });
     const [text, traffic] = await page.evaluate((count) => {
-        const rows = document.querySelector("panel-app").session.traffic?.select({ withPolling: false }, count) ?? [];
+        const rows = document.querySelector("panel-app")?.session.traffic?.select({ withPolling: false }, count) ?? [];
         const lineOf = ({ time, direction, kind, bytes, line }) => `${time.toFixed(0)} ${direction} ${kind} ${line || bytes}`;
 
         return [document.body.innerText, rows.map(lineOf).join("\n")];
