@@ -103,6 +103,10 @@ class Teach(Motion):
         self.run_on("teach on\n@power 1 off\n! teach off\n@expect text servo 1: no reply by the deadline\n"
                     "@expect text error 2:\n@expect servo 2,3 torque on\n")
 
+    def test_teach_ends_with_the_first_servo_that_fails(self):
+        for line in "teach on", "teach off":
+            self.run_on(f"@power 2 off\n! {line}\n@expect text error 2: servo 2: no reply\n")
+
     def test_teach_off_keeps_torque_off_while_inhibited(self):
         self.run_on("teach on\nstop\n! teach off\n@expect text servo 1:\n"
                     "@expect servo 1-3 torque off\nrelease\nteach off\n@expect servo 1-3 torque on\n")
