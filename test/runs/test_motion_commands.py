@@ -466,7 +466,9 @@ class Play(Motion):
                     "limits 2 0 300\nplay sweep at 200%\nmotion wait\n")
 
     def test_silent_servo_lets_nothing_begin(self):
-        self.run_on(WALKING + "@power 2 off\n! play walk\n@expect text error 2:\n@wait 50\n! cycle\n")
+        self.run_on(WALKING + "".join(
+            f"@power 2 off\n! {line}\n@expect text servo 2 is the cause\n@expect text error 2:\n@wait 50\n! cycle\n"
+            for line in ["play walk", "pose low in 1s"]), MOVING[0])
 
     def test_board_without_room_for_motions_says_so(self):
         for board in set(FULL) - set(MOVING):
