@@ -11,3 +11,4 @@ $(ARDUINO_ZIP): force | tools
 ## arduino: build/arduino/CDS55xx-VERSION.zip, a library for the Arduino IDE
 .PHONY: arduino
 arduino: $(ARDUINO_ZIP)
+	$(call built,$^)

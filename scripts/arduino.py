@@ -73,6 +73,8 @@ def files():
     for name in ["library.properties", "library.json"]:
         texts[name] = (ROOT / "arduino" / name).read_text().replace("@VERSION@", version())
     texts["keywords.txt"] = (ROOT / "arduino/keywords.txt").read_text()
+    for name in ["arduino.md", "errors.md"]:
+        texts[f"extras/{name}"] = (ROOT / "docs" / name).read_text()
     texts["LICENSE"] = (ROOT / "LICENSE").read_text()
     for path in sorted((ROOT / "arduino/examples").glob("*/*.ino")):
         texts[path.relative_to(ROOT / "arduino").as_posix()] = path.read_text()

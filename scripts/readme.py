@@ -13,13 +13,21 @@ import sys
 BLOCK = re.compile(r"(<!-- (make [^>]*?)(?:: ([^>]*))? -->\n```\n)(.*?)(```\n)", re.S)
 
 
+def cause_of(done):
+    """The last line of a failed make that is not one of make itself."""
+    lines = [line for text in (done.stdout, done.stderr) for line in text.splitlines() if line.strip()]
+    return ([line for line in lines if not line.startswith("make")] or lines or ["no output"])[-1]
+
+
 def output_of(command, start):
     words = command.split()
     words[1:1] = ["-s", "--no-print-directory"]
     # The first run may print what it builds; a paragraph is found behind that.
     for _ in ["quote"] if start else ["build", "quote"]:
-        text = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
-                              check=True).stdout
+        done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        if done.returncode:
+            sys.exit(f"readme.py: {command} failed: {cause_of(done)}")
+        text = done.stdout
     if start:
         text = text[text.index(start):].split("\n\n")[0].rstrip("\n") + "\n"
     return text

@@ -67,6 +67,7 @@ static const char help[] =
     "  --poke SOCKET      take orders from `cds55xx-sim poke SOCKET ORDER` (with --host pty, tcp "
     "or "
     "--pty)\n"
+    "  --poke-hint TEXT   the command for orders that the first lines name; make run sets it\n"
     "  --slow N           simulated time runs N times slower than real time, 1 to 100 (with --host "
     "pty, tcp\n"
     "                     or --pty)\n"
@@ -266,6 +267,7 @@ static bool parse_option(struct testbench_options *options, const char *name, co
         {"--times", &options->cycles.times, 0},
         {"--stamp", &options->cycles.stamp, 0},
         {"--poke", &options->poke, 0},
+        {"--poke-hint", &options->poke_hint, 0},
         {"--gdb", 0, parse_gdb},
         {"--rules", 0, parse_rules},
         {"--state", &options->state, 0},

@@ -61,21 +61,25 @@ run-example: build/$(BOARD)/examples/$(EXAMPLE).elf build/host/cds55xx-sim
 
 HOST_BAUD ?= board
 
+# The command of make poke for a simulator that make run has started.
+POKE = make poke$(if $(BOARD_DIR), BOARD_DIR=$(BOARD_DIR),$(if $(filter-out atmega128,$(BOARD)), BOARD=$(BOARD)))
+
 ## run: BOARD's firmware and servos (SERVOS=1-18) in real time, its console a pty (HOST_BAUD=client: its rate; FOLLOW=1: live table)
 # Its EEPROM keeps what `save` saves from run to run.
 .PHONY: run
 run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
 	$(clear)
 	@build/host/cds55xx-sim firmware $< --board $(or $(BOARD_DIR),$(BOARD)) --servos $(SERVOS) --host pty \
-	  --host-baud $(HOST_BAUD) --eeprom build/$(BOARD)/run.eeprom --poke build/$(BOARD)/poke $(if $(filter 1,$(FOLLOW)),--follow)
+	  --host-baud $(HOST_BAUD) --eeprom build/$(BOARD)/run.eeprom --poke build/$(BOARD)/poke \
+	  --poke-hint '$(POKE) DO="load 1 300"' $(if $(filter 1,$(FOLLOW)),--follow)
 
 ## poke: acts on the servos of a running make run: DO="load 1 300" turns an output, DO="power 2 off" unplugs
 .PHONY: poke
 # The shell takes the order from the environment, and so does not change it. The simulator runs, so nothing is built.
 poke:
-	@[ -n "$$DO" ] || { echo 'say what to do, as in: make poke DO="load 1 300" (docs/simulator.md)'; exit 1; }
+	@[ -n "$$DO" ] || { echo 'say what to do, as in: $(POKE) DO="load 1 300" (docs/simulator.md)'; exit 1; }
 	@[ -S build/$(BOARD)/poke ] || \
-	  { echo 'no simulator of $(BOARD) runs: start one with make run, or name its board with BOARD='; exit 1; }
+	  { echo 'no simulator of $(BOARD) runs: start one with $(subst make poke,make run,$(POKE)), or name its board with BOARD='; exit 1; }
 	@build/host/cds55xx-sim poke build/$(BOARD)/poke "$$DO"
 
 ## sim-speed: how many times real time the simulator runs at on this machine

@@ -366,7 +366,12 @@ static bool init_host_link(struct testbench *bench)
         bench->host_link.adapter.context = bench;
         bench->host_link.adapter.on_byte = console_byte;
     } else if (options->host != TESTBENCH_HOST_NONE && options->host != TESTBENCH_HOST_SCRIPT) {
-        fprintf(stderr, "%s: the board has no host link: no --host\n", options->board);
+        fprintf(
+            stderr,
+            "%s: the board has no host link, so it has no console: run a program of the library "
+            "instead, as in: make run-example EXAMPLE=two_joints BOARD=arduino-uno; or give "
+            "--seconds in place of --host\n",
+            options->board);
         return false;
     }
     return true;

@@ -82,9 +82,10 @@ struct testbench_options {
     bool rules_warn;
     bool client_baud; // the PC has the bit rate that the client of the pty sets, not the board's
     enum testbench_host host;
-    const char *poke;  // the socket of --poke
-    uint16_t tcp_port; // of --host tcp:PORT; 0: any
-    double seconds;    // 0: no limit
+    const char *poke;      // the socket of --poke
+    const char *poke_hint; // the command that the banner names for orders, or NULL
+    uint16_t tcp_port;     // of --host tcp:PORT; 0: any
+    double seconds;        // 0: no limit
     const char *faults[TESTBENCH_FAULTS_MAX];
     unsigned fault_count;
     unsigned long slow; // simulated time runs so many times slower than real time; 0: as 1

@@ -2,6 +2,7 @@
 /* The testbench behind a pty or a TCP port: simulated time follows real time. */
 #include "testbench.h"
 
+#include <errno.h> // program_invocation_name
 #include <inttypes.h>
 
 /* A run in real time sleeps in short steps while there is traffic, so that the client does not wait
@@ -55,9 +56,10 @@ void testbench_print_client(const struct testbench *bench)
                 path);
         }
     }
-    if (bench->options->poke) {
-        printf("poke the servos with: cds55xx-sim poke %s \"load 1 300\"; "
-               "after make run with: make poke DO=\"load 1 300\"\n",
+    if (bench->options->poke_hint) {
+        printf("poke the servos with: %s\n", bench->options->poke_hint);
+    } else if (bench->options->poke) {
+        printf("poke the servos with: %s poke %s \"load 1 300\"\n", program_invocation_name,
                bench->options->poke);
     }
     fflush(stdout);

@@ -67,7 +67,10 @@ bool poke_socket_open(struct poke_socket *poke, const char *path)
         listen(file, BACKLOG)) {
         bool in_use = errno == EADDRINUSE;
         fprintf(stderr, "--poke %s: %s\n", path,
-                in_use ? "another simulator listens there, or it is a file" : strerror(errno));
+                in_use
+                    ? "another simulator listens there, or it is a file: end that simulator with "
+                      "Ctrl-C in its terminal, run another board, or name another socket"
+                    : strerror(errno));
         if (file >= 0) {
             close(file);
         }

@@ -1,13 +1,20 @@
 # SPDX-License-Identifier: MIT
 """Builds a sketch as the Arduino IDE does: flags of its platform.txt, core of Debian's arduino-core-avr, library out of
-its ZIP."""
+its ZIP.
+
+usage: arduino_core.py SKETCH.ino [--board arduino-mega|arduino-uno]    prints the path of the ELF; docs/arduino.md
+"""
+import argparse
 import concurrent.futures
 import os
 import pathlib
 import re
+import shutil
 import subprocess
+import sys
 import zipfile
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 CORE = pathlib.Path("/usr/share/arduino/hardware/arduino/avr")
 LIBRARY = "CDS55xx"
 IDE = "10819"
@@ -117,3 +124,28 @@ class Builder:
         run(*setting("compiler.c.elf.cmd"), *setting("compiler.c.elf.flags"), self.target[0], "-o", elf,
             *objects, self.ours, self.serial, self.core, "-lm")
         return elf
+
+
+def main(arguments):
+    parser = argparse.ArgumentParser(description="Builds a sketch for the simulator; prints the path of its ELF.")
+    parser.add_argument("sketch", type=pathlib.Path, metavar="SKETCH.ino")
+    parser.add_argument("--board", choices=sorted(BOARDS), default="arduino-mega")
+    options = parser.parse_args(arguments)
+    if not options.sketch.is_file():
+        sys.exit(f"arduino_core.py: there is no file {options.sketch}")
+    if not CORE.is_dir():
+        sys.exit("arduino_core.py: the Arduino core is missing: apt-get install arduino-core-avr")
+    folder = ROOT / "build/arduino" / options.board
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    archive = folder / "library.zip"
+    try:
+        run(sys.executable, ROOT / "scripts/arduino.py", archive)
+        elf = Builder(folder, archive, options.board).sketch(options.sketch.stem, options.sketch.read_text())
+    except Failed as failed:
+        sys.exit(f"arduino_core.py: {options.sketch} was not built:\n{failed}")
+    print(os.path.relpath(elf))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -204,6 +204,10 @@ class Make(unittest.TestCase):
             self.assertEqual(status, 0, output)
             self.assertEqual(" --follow" in output, follows)
             self.assertIn(" --poke build/atmega128/poke", output)
+            self.assertIn("""--poke-hint 'make poke DO="load 1 300"'""", output)
+        status, output = self.make("run", "-n", "BOARD=arduino-mega", "-o", "build/arduino-mega/controller.elf", "-o",
+                                   "build/host/cds55xx-sim")
+        self.assertIn("""--poke-hint 'make poke BOARD=arduino-mega DO="load 1 300"'""", output)
 
     def test_poke_without_order_or_simulator_says_what_to_do(self):
         for words, message in [([], 'say what to do, as in: make poke DO="load 1 300"'),

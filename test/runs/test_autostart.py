@@ -136,15 +136,21 @@ class Autostart(unittest.TestCase):
         board = boards.WITH_MOTION[0]
         self.prepare(board, AFTER_1_S, PREPARE.replace(" 140 ", " 200 ").replace("150 150 150", "150 210 150"))
         self.power_up(board, "write 2 CW_ANGLE_LIMIT 600\n@reset power\n"
-                      "@wait 5500\n@expect servo 2,3 torque off\n", fails(2, 70), 1)
+                      "@wait 5500\n@expect servo 1-3 torque off\n", fails(2, 70), 1)
 
     def test_too_short_first_step_is_reported(self):
         board = boards.WITH_MOTION[0]
         self.prepare(board, AFTER_1_S, PREPARE.replace("low 130", "low 290").replace("0.5s", "0.1s"))
-        self.power_up(board, "", f"not begun: servo 1: {TEXTS[57]};")
+        self.power_up(board, "@wait 2500\n@expect servo 1-3 torque off\n", f"not begun: servo 1: {TEXTS[57]};", 1)
         script = "@wait 2500\n! motion wait\n@expect text servo 1 needs\n@expect text error 57:\n"
         run = controller(script, board, SERVOS, "--echo", "--eeprom", self.eeprom)
         self.assertEqual(run.status, 0, run.output[-3000:])
+
+    def test_refused_motion_leaves_torque_that_was_on(self):
+        board = boards.WITH_MOTION[0]
+        self.prepare(board, AFTER_1_S, PREPARE.replace("low 130", "low 290").replace("0.5s", "0.1s"))
+        self.power_up(board, "torque 2 on\n@reset power\n@wait 2500\n@expect servo 1,3 torque off\n"
+                      "@expect servo 2 torque on\n", f"not begun: servo 1: {TEXTS[57]};", 1)
 
     def test_a_later_step_that_is_too_short_moves_nothing(self):
         board = boards.WITH_MOTION[0]

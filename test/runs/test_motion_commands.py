@@ -103,6 +103,10 @@ class Teach(Motion):
         self.run_on("teach on\n@power 1 off\n! teach off\n@expect text servo 1: no reply by the deadline\n"
                     "@expect text error 2:\n@expect servo 2,3 torque on\n")
 
+    def test_teach_ends_with_the_first_servo_that_fails(self):
+        for line in "teach on", "teach off":
+            self.run_on(f"@power 2 off\n! {line}\n@expect text error 2: servo 2: no reply\n")
+
     def test_teach_off_keeps_torque_off_while_inhibited(self):
         self.run_on("teach on\nstop\n! teach off\n@expect text servo 1:\n"
                     "@expect servo 1-3 torque off\nrelease\nteach off\n@expect servo 1-3 torque on\n")
@@ -500,7 +504,9 @@ class Play(Motion):
                     "limits 2 0 300\nplay sweep at 200%\nmotion wait\n")
 
     def test_silent_servo_lets_nothing_begin(self):
-        self.run_on(WALKING + "@power 2 off\n! play walk\n@expect text error 2:\n@wait 50\n! cycle\n")
+        self.run_on(WALKING + "".join(
+            f"@power 2 off\n! {line}\n@expect text servo 2 is the cause\n@expect text error 2:\n@wait 50\n! cycle\n"
+            for line in ["play walk", "pose low in 1s"]), MOVING[0])
 
     def test_board_without_room_for_motions_says_so(self):
         for board in set(FULL) - set(MOVING):

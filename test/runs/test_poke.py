@@ -209,7 +209,8 @@ class Socket(Poke):
         self.start()
         done = self.run_simulator(*FIRMWARE)
         self.assertEqual((done.returncode, done.stdout), (1, ""))
-        self.assertEqual(done.stderr, f"--poke {self.path}: another simulator listens there, or it is a file\n")
+        self.assertEqual(done.stderr, f"--poke {self.path}: another simulator listens there, or it is a file: end that "
+                                      "simulator with Ctrl-C in its terminal, run another board, or name another socket\n")
         self.assert_ok("load 1 0")
         self.path = self.path.with_name("file")
         self.path.write_text("mine")
@@ -222,6 +223,12 @@ class Socket(Poke):
         self.assertEqual(done.stderr, f"--poke {self.path}: No such file or directory\n")
         self.path = "x" * 200
         self.assertIn("File name too long", self.run_simulator(*FIRMWARE).stderr)
+
+    def test_first_lines_name_the_command_for_orders(self):
+        for hint, says in [([], f'{SIM} poke {self.path} "load 1 300"'),
+                           (["--poke-hint", 'make poke BOARD=x DO="load 1 300"'], 'make poke BOARD=x DO="load 1 300"')]:
+            done = self.run_simulator(*FIRMWARE, *hint)
+            self.assertIn(f"\npoke the servos with: {says}\n", done.stdout)
 
     def test_run_that_is_not_in_real_time_is_refused(self):
         for options in [FIRMWARE[:-2], ["bus", "--servos", "1"],

@@ -2,9 +2,11 @@
 /* A sequence after power-up; see autostart.h. */
 #include "robot/autostart.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "cds55xx/motion.h" // CDS_POSE_NONE
+#include "cds55xx/servo.h"  // cds_servo_write_byte()
 #include "robot/moves.h"
 
 #define S_US ((uint32_t)1000000)
@@ -81,6 +83,13 @@ static void take_limits(struct autostart_servos *servos, uint8_t index)
     servos->highest[index] = (uint16_t)(limits[2] | limits[3] << 8);
 }
 
+/* Notes a servo without torque: torque that it gets is switched off again if nothing plays. */
+static void note_torque(struct autostart *autostart, const struct autostart_servos *servos)
+{
+    if (servos->reply[CDS_REG_TORQUE_ENABLE - CDS_TORQUE_ON_READ_FROM] == 0)
+        autostart->without_torque |= (uint32_t)1 << servos->index;
+}
+
 /* Goes through the servos of the group, each up to the part `last`. CDS_PENDING; CDS_OK: behind the
  * last servo, the limits of all are known; CDS_CANCELLED: a servo is not well. */
 static enum cds_result poll_servos(struct robot *robot, struct autostart *autostart, uint8_t last)
@@ -93,6 +102,8 @@ static enum cds_result poll_servos(struct robot *robot, struct autostart *autost
         return result;
     if (result == CDS_OK) {
         take_limits(servos, index);
+        if (last == CDS_TORQUE_ON_CHECK)
+            note_torque(autostart, servos);
         return next_servo(robot, (uint8_t)(index + 1), last);
     }
     autostart->id = robot->group[index];
@@ -167,6 +178,7 @@ static enum cds_result check_poses(struct robot *robot, struct autostart *autost
     if (is_alarmed(robot))
         return give_up(autostart, AUTOSTART_ALARM);
     next_servo(robot, 0, CDS_TORQUE_ON_SWITCH);
+    autostart->has_switched_on = true;
     autostart->state = AUTOSTART_SWITCHING_ON;
     return CDS_PENDING;
 }
@@ -216,10 +228,45 @@ static enum cds_result poll_cycle(struct robot *robot, struct autostart *autosta
     return result;
 }
 
-static enum cds_result poll(struct robot *robot)
-{
-    struct autostart *autostart = autostart_of(robot);
+/* ---- torque off again ---- */
 
+static void begin_switching_off(struct robot *robot, struct autostart *autostart)
+{
+    struct autostart_servos *servos = &robot->work.autostart; // of the cycle until now
+
+    robot_share_bus(robot, NULL);
+    servos->request = (struct cds_request)CDS_REQUEST(servos->packet, servos->reply);
+    servos->index = 0;
+    servos->tries = 0;
+    autostart->is_switching_off = true;
+}
+
+/* Switches torque off for servo `index`, if it had none before, then goes on to the next one. */
+static enum cds_result switch_off(struct robot *robot, const struct autostart *autostart)
+{
+    struct autostart_servos *servos = &robot->work.autostart;
+    enum cds_result result = servos->request.result;
+    bool is_done = servos->tries && (result == CDS_OK || servos->tries == AUTOSTART_TRIES);
+
+    if (result == CDS_PENDING)
+        return result;
+    if (autostart->is_aborted || servos->index == robot->group_count)
+        return CDS_CANCELLED;
+    if (is_done || !(autostart->without_torque >> servos->index & 1)) {
+        servos->index++;
+        servos->tries = 0;
+        return CDS_PENDING;
+    }
+    if (cds_servo_write_byte(robot->bus, &servos->request, robot->group[servos->index],
+                             CDS_REG_TORQUE_ENABLE, 0) != CDS_BUSY)
+        servos->tries++;
+    return CDS_PENDING;
+}
+
+/* ---- the operation ---- */
+
+static enum cds_result go_on(struct robot *robot, struct autostart *autostart)
+{
     if (robot->cycle)
         return poll_cycle(robot, autostart);
     if (robot->work.autostart.request.result == CDS_PENDING)
@@ -237,6 +284,22 @@ static enum cds_result poll(struct robot *robot)
     case AUTOSTART_CHECKING_POSES: return check_poses(robot, autostart);
     default: return switch_on(robot, autostart);
     }
+}
+
+/* A stop switches torque off for all servos by itself. */
+static enum cds_result poll(struct robot *robot)
+{
+    struct autostart *autostart = autostart_of(robot);
+    enum cds_result result;
+
+    if (autostart->is_switching_off)
+        return switch_off(robot, autostart);
+    result = go_on(robot, autostart);
+    if (result == CDS_PENDING || autostart->state == AUTOSTART_PLAYED || autostart->is_aborted ||
+        !autostart->has_switched_on)
+        return result;
+    begin_switching_off(robot, autostart);
+    return CDS_PENDING;
 }
 
 static void abort_operation(struct robot *robot)

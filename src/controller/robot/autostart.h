@@ -2,7 +2,8 @@
 /* Plays a stored sequence after power-up, without a host: an operation of the robot. It plays only
  * if the reset was power-on, no byte came from the host during a delay, every servo is well,
  * and each pose is within the angle limits of its servos. It writes to no servo before all of this
- * is known. Then each servo gets torque where it is (torque_on.h).
+ * is known. Then each servo gets torque where it is (torque_on.h). If the motion
+ * is refused after that, the servos that got torque lose it again.
  *
  * Main context. */
 #ifndef CONTROLLER_AUTOSTART_H
@@ -46,6 +47,9 @@ struct autostart {
     uint8_t place;  // of the sequence
     uint8_t step;   // that is checked next
     bool is_aborted;
+    bool has_switched_on;    // servos have got torque
+    bool is_switching_off;   // nothing plays: the servos lose this torque again
+    uint32_t without_torque; // bit i: servo i of the group had no torque before
     uint32_t begun_us;
     const struct failsafe *failsafe;
     struct motion_store *store;

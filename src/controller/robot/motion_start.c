@@ -223,13 +223,26 @@ static uint8_t check_step(const struct robot *robot)
     return error ? error : check_servos(robot, pose);
 }
 
+/* The first joint whose position is not known; there is one. */
+static uint8_t unknown_joint(const struct robot *robot)
+{
+    uint8_t joint = 0;
+
+    while (robot->work.cycle.feedback[joint].known)
+        joint++;
+    return joint;
+}
+
 static uint8_t read_servos(const struct robot *robot)
 {
     struct motion_start *start = start_of(robot);
     uint8_t result = (uint8_t)group_cycle_await_positions(robot, start->begun_us);
 
-    if (result != CDS_OK)
+    if (result != CDS_OK) {
+        if (result != CDS_PENDING)
+            start->outcome.joint = unknown_joint(robot);
         return result;
+    }
     start->phase = READ_MODES;
     start->mode_joint = 0;
     start->is_reading = false;

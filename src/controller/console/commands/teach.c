@@ -16,7 +16,8 @@ struct teach_job {
     struct cds_torque_on torque_on; // of servo line.id
     uint8_t ids[PARSE_LIST_MAX];
     uint8_t count;
-    uint8_t error; // of the first servo that failed
+    uint8_t error;  // of the first servo that failed
+    uint8_t failed; // ID of this servo
 };
 
 _Static_assert(sizeof(struct teach_job) <= CONSOLE_JOB_SIZE, "the job must fit");
@@ -109,13 +110,16 @@ static bool teach_poll(struct console *console)
         return true;
     if (error) {
         servo_failed(console, error);
-        if (job->error == 0)
+        if (job->error == 0) {
             job->error = error;
+            job->failed = console->line.id;
+        }
     }
     console->index++;
     if (begin_servo(console))
         return true;
     console->error = job->error;
+    console->line.id = job->failed; // the servo that the error names
     return false;
 }
 
