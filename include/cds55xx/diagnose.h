@@ -44,11 +44,11 @@ extern "C" {
     X(CDS_FINDING_DUPLICATE_ID, 8, "two servos seem to have this ID",                              \
       "connect one of them alone and give it another ID")                                          \
     X(CDS_FINDING_SILENCE, 9, "no servo answers at any listed rate",                               \
-      "check power, plug and wiring; then a rescue scan for rates that are not listed")            \
+      "check power, plug, wiring; then a rescue scan, or 'new' with only this servo connected")    \
     X(CDS_FINDING_OTHER_RATE, 10, "the servo answers at another baud rate",                        \
       "use that rate, or change the servo's baud rate")                                            \
     X(CDS_FINDING_OTHER_ID, 11, "no servo has this ID, but others answer",                         \
-      "check the ID: scan the bus")                                                                \
+      "check plug and power of this servo; then its ID: scan the bus")                             \
     X(CDS_FINDING_NO_REPLY_BY_LEVEL, 12, "the servo answers PING only",                            \
       "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all)")                                        \
     X(CDS_FINDING_SLOW, 13, "the servo answers later than the bus waits",                          \

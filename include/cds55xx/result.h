@@ -32,7 +32,7 @@ extern "C" {
       "look for a servo that babbles, a short circuit, or a second controller")                    \
     X(CDS_NO_REPLY_DUE, 10, "the servo is set not to answer this",                                 \
       "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all); PING is always answered")               \
-    X(CDS_LIMIT, 11, "the permit refuses this, nothing was sent",                  \
+    X(CDS_LIMIT, 11, "the permit refuses this, nothing was sent",                                  \
       "stay within the limits of the servo, or look at docs/safety.md")                            \
     X(CDS_INHIBITED, 12, "the servo may not be driven, nothing was sent",                          \
       "the robot was stopped, or the servo lost its state: see to it, then release it")            \

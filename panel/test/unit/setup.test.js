@@ -145,7 +145,7 @@ test("new servo: waits through a silent search of 4 s", async () => {
     const setUp = setup.setUpNew(4);
 
     await clock.advance(4500);
-    port.say("error 88: no servo answers at any rate; check power, plug and wiring; 'diagnose' looks at the line");
+    port.say("error 88: no servo answers at any rate; check power, plug, wiring; then 'new' with this servo alone, 'scan rescue' or 'diagnose'");
     await finish(clock, setUp);
     assert.deepEqual(codes(setup.session), ["command"]);
     assert.equal(setup.outcome, null);

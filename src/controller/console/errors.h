@@ -42,7 +42,7 @@
       "the output so far is valid; start the command again")                                       \
     X(ERROR_PLACE_TAKEN, 50, "another servo is at the new place, nothing was written",             \
       "give that servo another ID first, or choose another")                                       \
-    X(ERROR_LOST, 51, "no answer at the old or the new place",                 \
+    X(ERROR_LOST, 51, "no answer at the old or the new place",                                     \
       "wait a second and 'scan all'; it may have lost its power")                                  \
     X(ERROR_BOTH, 52, "servos answer at the old and at the new place",                             \
       "two servos had one ID: connect one of them alone")                                          \
@@ -105,7 +105,7 @@
     X(ERROR_SOME, 87, "not all servos of the list did it",                                         \
       "the lines above name the servos that failed, and why")                                      \
     X(ERROR_NO_SERVO, 88, "no servo answers at any rate",                                          \
-      "check power, plug and wiring; 'diagnose' looks at the line")                                \
+      "check power, plug, wiring; then 'new' with this servo alone, 'scan rescue' or 'diagnose'")  \
     X(ERROR_NOT_ALONE, 89, "the new servo is not alone, nothing was written",                      \
       "leave only the new servo connected, then 'new' again")                                      \
     X(ERROR_DAMAGED, 90, "the replies of the servo stay damaged",                                  \

@@ -15,12 +15,12 @@ static enum cds_result begin_cycle(struct robot *robot, const void *config)
     moves->player.sequence.result = CDS_OK;
     return result != CDS_OK
                ? result
-               : cds_motion_begin(&moves->motion,
-                                  &(struct cds_motion_config){.cycle = robot->cycle,
-                                                              .servos = &robot->servos,
-                                                              .joints = moves->joints,
-                                                              .acceleration =
-                                                                  CDS_MOTION_FACTORY_ACCELERATION});
+               : cds_motion_begin(
+                     &moves->motion,
+                     &(struct cds_motion_config){.cycle = robot->cycle,
+                                                 .servos = &robot->servos,
+                                                 .joints = moves->joints,
+                                                 .acceleration = CDS_MOTION_FACTORY_ACCELERATION});
 }
 
 void moves_open(struct robot *robot, const struct motion_store *store,

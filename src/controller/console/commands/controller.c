@@ -24,8 +24,7 @@ static const CDS_FLASH char message_unlisted[] = "; up to %u more were not check
 static const CDS_FLASH char message_inhibit_off[] = "driving: allowed";
 static const CDS_FLASH char message_inhibit_link[] = "driving: inhibited until 'clear'";
 static const CDS_FLASH char message_inhibit_on[] = "driving: inhibited until 'release'";
-static const CDS_FLASH char message_delays[] =
-    "RETURN_DELAY refused: %u; the lowest here is %u";
+static const CDS_FLASH char message_delays[] = "RETURN_DELAY refused: %u; the lowest here is %u";
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, inhibited %u, offline %u";

@@ -8,8 +8,7 @@
 #include "compiler.h" // NOINLINE
 #include "console/messages.h"
 
-static const CDS_FLASH char message_torque_is_off[] =
-    "torque is off: it moves once torque is on";
+static const CDS_FLASH char message_torque_is_off[] = "torque is off: it moves once torque is on";
 static const CDS_FLASH char message_limits_are_off[] =
     "angle limits set to 0: it turns without end";
 

@@ -11,8 +11,7 @@
 #include "console/reply.h"
 #include "console/messages.h"
 
-static const CDS_FLASH char message_stop_unlisted[] =
-    "up to %u more servos were not checked";
+static const CDS_FLASH char message_stop_unlisted[] = "up to %u more servos were not checked";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", alarms: %s";
 static const CDS_FLASH char message_presence[] = "servo %u: %s, torque %s";
