@@ -258,7 +258,7 @@ class Device(unittest.TestCase):
                     (packet(DEVICE, READ, [0]), 0x40, b""),
                     (packet(DEVICE, WRITE, [0, 1]), 0x08, b""),
                     (packet(DEVICE, WRITE, [0x07, 3]), 0x08, b""),
-                    (packet(DEVICE, WRITE, [0x07, 2, 2]), 0x08, b""),  # the second byte is out of range
+                    (packet(DEVICE, WRITE, [0x07, 2, 3]), 0x08, b""),  # the second byte is out of range
                     (packet(DEVICE, READ, [0x07, 2]), 0, b"\x00\x00"), # neither byte was stored
                     (packet(DEVICE, WRITE, [0x07, 2, 1]), 0, b""),
                     (packet(DEVICE, READ, [0x07, 2]), 0, b"\x02\x01"),

@@ -21,33 +21,6 @@ static void assert_reply(const char *begin, const char *line)
     TEST_ASSERT_EQUAL_PTR(strchr(said, '\n'), strrchr(said, '\n'));
 }
 
-void test_number_of_command_out_of_range_names_range(void)
-{
-    assert_reply("error 33: servo 1: ANGLE 400deg is out of range: 0 to 300deg\r\n",
-                 "move 1 400deg");
-    assert_reply("error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg\r\n", "move 1 400");
-    assert_reply("error 33: servo 1: ANGLE 1024raw is out of range: 0 to 300deg\r\n",
-                 "move 1 1024raw");
-    assert_reply("error 33: servo 1: SPEED 62.5rpm is out of range: 0 to 62rpm\r\n",
-                 "move 1 90 62.5rpm");
-    assert_reply("error 33: servo 1: SPEED -63 is out of range: -62 to 62rpm\r\n", "turn 1 -63");
-    assert_reply("error 33: RATE 3000kbps is out of range: 7843 to 2000000bps\r\n", "bus 3000kbps");
-    assert_reply("error 33: MS 9ms is out of range: 10 to 60000ms\r\n", "monitor 1 every 9ms");
-    assert_reply("error 33: MS 1s is out of range: 2 to 65ms\r\n", "cycle every 1s");
-    assert_reply("error 33: ANGLE... 400 is out of range: 0 to 300deg\r\n", "pose 90 400");
-}
-
-void test_value_of_register_out_of_range_names_its_range(void)
-{
-    assert_reply("error 33: servo 1: VALUE 3 is out of range: 0 to 2\r\n",
-                 "set 1 STATUS_RETURN_LEVEL 3");
-    assert_reply("error 33: servo 1: VALUE 26V is out of range: ", "set 1 MIN_VOLTAGE 26V");
-    assert_reply("error 33: servo 1: VALUE... 1024 is out of range: 0 to 1023\r\n",
-                 "write 1 GOAL_POSITION 1024");
-    assert_reply("error 33: servo 1: VALUE... 256 is out of range: 0 to 255\r\n", "write 1 3 256");
-    assert_reply("error 33: servo 1: LENGTH 21 is out of range: 1 to 20\r\n", "read 1 30 21");
-}
-
 void test_setting_out_of_range_names_its_range(void)
 {
     assert_reply("error 61: VALUE 255 is out of range: 0 to 254\r\n", "settings bus_baud 255");
