@@ -134,7 +134,7 @@ export async function openPage(t, browser, url, { viewport = DESKTOP, scheme = "
         if (errors.length) throw new Error(`errors of the page:\n${errors.join("\n")}`);
     });
     await page.goto(url);
-    page.click = (selector) => page.locator(selector).click(); // waits until the element stands still, and is enabled
+    page.click = (selector, options) => page.locator(selector).click(options); // waits until the element stands still, and is enabled
     return page;
 }
 
