@@ -15,14 +15,14 @@
 
 static const CDS_FLASH char take_back[] = "\b \b";
 static const CDS_FLASH char new_line[] = "\r\n";
-static const CDS_FLASH char prompt[] = "\r> ";
+static const CDS_FLASH char short_prompt[] = "\r> ";
 
 bool editor_show(struct editor *editor, struct printer *echo)
 {
     while (cds_ring_count(echo->ring) < CDS_RING_SIZE - ROOM) {
         if (editor->prompt_due) {
             editor->prompt_due = false;
-            printer_flash(echo, prompt);
+            printer_flash(echo, short_prompt);
             continue;
         }
         if (editor->shown >= editor->length)

@@ -10,8 +10,8 @@
 #include "console/number_format.h"
 
 static const CDS_FLASH char restore[] = "restore ";
-static const CDS_FLASH char message_unchanged[] = "unchanged";
-static const CDS_FLASH char message_written[] = " differed: written";
+static const CDS_FLASH char message_restore_same[] = "unchanged";
+static const CDS_FLASH char message_restore_written[] = " differed: written";
 static const CDS_FLASH char message_not_written[] = " differs: not written";
 static const CDS_FLASH char message_not_confirmed[] = " differed: sent, not confirmed";
 static const CDS_FLASH char raw_unit[] = "raw";
@@ -103,7 +103,7 @@ static bool begin_to_write(struct console *console)
         return false;
     console->raw = (uint16_t)(line->length == 2 ? bytes[0] | bytes[1] << 8 : bytes[0]);
     if (memcmp(bytes, data, line->length) == 0) {
-        printer_line(&console->printer, message_unchanged);
+        printer_line(&console->printer, message_restore_same);
         return false;
     }
     console->phase = 1;
@@ -115,7 +115,7 @@ static bool begin_to_write(struct console *console)
 static const CDS_FLASH char *end_of_restore(struct console *console)
 {
     if (console->error == 0)
-        return message_written;
+        return message_restore_written;
     return set_job(console)->setup.is_written && console->line.request->result != CDS_OK
                ? message_not_confirmed
                : message_not_written;
