@@ -138,4 +138,13 @@ static inline void assert_sent(const char *hex)
     TEST_ASSERT_EQUAL_STRING(hex, text);
 }
 
+/* The reply to `line` is this line; of a longer one, its beginning. */
+static inline void assert_reply(const char *begin, const char *line)
+{
+    reply_to(line);
+    TEST_ASSERT_EQUAL_STRING_LEN_MESSAGE(begin, said, strlen(begin), line);
+    TEST_ASSERT_EQUAL_STRING("\r\n", said + strlen(said) - 2);
+    TEST_ASSERT_EQUAL_PTR(strchr(said, '\n'), strrchr(said, '\n'));
+}
+
 #endif

@@ -12,15 +12,6 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
 }
 
-/* The reply to `line` is this line; of a longer one, its beginning. */
-static void assert_reply(const char *begin, const char *line)
-{
-    reply_to(line);
-    TEST_ASSERT_EQUAL_STRING_LEN_MESSAGE(begin, said, strlen(begin), line);
-    TEST_ASSERT_EQUAL_STRING("\r\n", said + strlen(said) - 2);
-    TEST_ASSERT_EQUAL_PTR(strchr(said, '\n'), strrchr(said, '\n'));
-}
-
 void test_setting_out_of_range_names_its_range(void)
 {
     assert_reply("error 61: VALUE 255 is out of range: 0 to 254\r\n", "settings bus_baud 255");

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Errors that name a number: of motions, of limits, of a list of servos. The other ones are in
- * test_explain.c, which fills the RAM of an AVR. */
+/* Errors that name a number and its range: of commands, registers, motions, limits and lists of
+ * servos. A suite of its own: with test_explain.c it would not fit the RAM of an AVR. */
 #include "console_rig.h"
 
 void setUp(void)
@@ -11,15 +11,6 @@ void setUp(void)
 void tearDown(void)
 {
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
-}
-
-/* The reply to `line` is this line; of a longer one, its beginning. */
-static void assert_reply(const char *begin, const char *line)
-{
-    reply_to(line);
-    TEST_ASSERT_EQUAL_STRING_LEN_MESSAGE(begin, said, strlen(begin), line);
-    TEST_ASSERT_EQUAL_STRING("\r\n", said + strlen(said) - 2);
-    TEST_ASSERT_EQUAL_PTR(strchr(said, '\n'), strrchr(said, '\n'));
 }
 
 void test_numbers_of_motions_out_of_range_name_their_range(void)
