@@ -474,11 +474,22 @@ class Play(Motion):
                     "motion\n@expect text motion: none\n! motion wait\n@expect text error 54:\n"
                     "! play walk\nrelease\nteach off\nplay walk\nmotion wait\n" + STAND)
 
-    def test_torque_that_is_known_to_be_off_lets_nothing_begin(self):
+    def test_torque_off_after_a_stop_lets_nothing_begin(self):
         for line in "play walk", "pose low in 1s":
             self.run_on(WALKING + f"stop\nrelease\n! {line}\n@expect text servo 1 is the cause\n"
                         "@expect text error 84:\n! cycle\ngroup 3 1 2\ntorque 1 on\n"
                         f"! {line}\n@expect text servo 2 is the cause\nteach off\n{line}\nmotion wait\n", MOVING[0])
+
+    def test_torque_that_is_off_lets_nothing_begin(self):
+        for loss in "torque 3 off\n", "@power 3 off\n@wait 2000\n@power 3 on\n@wait 2000\nrelease 3\n":
+            for line in "play walk", "pose low in 1s":
+                self.run_on(WALKING + loss + f"! {line}\n@expect text servo 3 is the cause\n"
+                            f"@expect text error 84:\n@expect servo 1 MOVING 0\nteach off\n{line}\nmotion wait\n",
+                            MOVING[0])
+
+    def test_pose_leaves_out_a_servo_without_torque(self):
+        self.run_on(WALKING + "torque 2 off\ngroup 1 3\npose set b 150 200\ngroup 1 2 3\npose b in 1s\nmotion wait\n"
+                    "@expect servo 3 GOAL_POSITION 682\n", MOVING[0])
 
     def test_blocked_servo_ends_the_motion(self):
         self.run_on(SWEEP + "play sweep loop\n@wait 1000\n@block 2 on\n@wait 800\nmotion\n"

@@ -5,15 +5,14 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "cds55xx/servo.h"      // cds_servo_read()
-#include "cds55xx/torque_off.h" // CDS_TORQUE_OFF_OFF
+#include "cds55xx/servo.h" // cds_servo_read()
 #include "robot/group_cycle.h"
 #include "robot/moves.h"
 
 enum phase {
     CHECK_STEPS, // one step of the sequence in each poll
     READ_SERVOS, // until the positions of all servos are known
-    READ_MODES,  // until it is known which servos are in endless turn
+    READ_STATES, // until mode and torque of all servos are known
     CHECK_TIMES, // of the sequence, one step in each poll
     BEGIN,       // until the motion takes the move
     CHECK_MOVE,  // until the move has begun
@@ -147,21 +146,15 @@ uint8_t motion_start_move(struct robot *robot, const struct cds_move *move)
 
 /* ---- phases: each returns CDS_PENDING, or the result of the start ---- */
 
-/* True if torque is known to be off: torque off for all has read that, and no packet has switched
- * torque on since. */
+/* READ_STATES has read the torque of the servo, and packets may have switched it since. */
 static bool is_torque_off(const struct cds_servo_state *servo)
 {
-    return !servo->torque && servo->torque_off == CDS_TORQUE_OFF_OFF;
+    return !servo->torque;
 }
 
 static bool is_endless(const struct cds_servo_state *servo)
 {
     return (servo->held & (CDS_HELD_CW_0 | CDS_HELD_CCW_0)) == (CDS_HELD_CW_0 | CDS_HELD_CCW_0);
-}
-
-static bool is_mode_known(const struct cds_servo_state *servo)
-{
-    return is_endless(servo) || (servo->held & (CDS_HELD_CW_SET | CDS_HELD_CCW_SET));
 }
 
 /* A joint of the pose whose servo `is` so; MOTION_NO_JOINT: none is. Pose NULL: all joints. */
@@ -187,7 +180,7 @@ bool motion_group_is_endless(const struct robot *robot)
     return joint_of_pose(robot, NULL, is_endless) != MOTION_NO_JOINT;
 }
 
-/* CDS_PENDING: no servo of the pose is known to have torque off, or to be in endless turn. */
+/* CDS_PENDING: each servo of the pose has torque, and none is in endless turn. */
 static uint8_t check_servos(const struct robot *robot, const uint16_t *pose)
 {
     struct motion_start *start = start_of(robot);
@@ -200,7 +193,7 @@ static uint8_t check_servos(const struct robot *robot, const uint16_t *pose)
                                                    : (uint8_t)MOTION_TORQUE_OFF;
 }
 
-/* Is the pose of the step there, for servos of the group? */
+/* Checks that the store has the pose of the step, and the group has its servos. */
 static uint8_t check_step(const struct robot *robot)
 {
     static const CDS_FLASH uint8_t errors[] = {
@@ -220,7 +213,7 @@ static uint8_t check_step(const struct robot *robot)
     }
     error = errors[stored_pose_read(store, &start->joints, motion_store_pose_of(store, step.pose),
                                     pose)];
-    return error ? error : check_servos(robot, pose);
+    return error ? error : (uint8_t)CDS_PENDING;
 }
 
 /* The first joint whose position is not known; there is one. */
@@ -243,38 +236,39 @@ static uint8_t read_servos(const struct robot *robot)
             start->outcome.joint = unknown_joint(robot);
         return result;
     }
-    start->phase = READ_MODES;
-    start->mode_joint = 0;
+    start->phase = READ_STATES;
+    // A motion under way has read them when it began.
+    start->read_joint = moves_go_on(robot) ? robot->group_count : 0;
     start->is_reading = false;
-    start->mode = (struct cds_request)CDS_REQUEST(start->mode_packet, start->mode_reply);
+    start->read = (struct cds_request)CDS_REQUEST(start->read_packet, start->read_reply);
     return CDS_PENDING;
 }
 
-/* Time of a READ of the angle limits at the longest return delay. */
-static uint16_t mode_us(const struct cds_bus *bus)
+/* Time of a READ of mode and torque at the longest return delay. */
+static uint16_t read_us(const struct cds_bus *bus)
 {
-    return (uint16_t)((CDS_PACKET_SIZE(2) + CDS_PACKET_SIZE(4)) * bus->byte_time_us +
+    return (uint16_t)((CDS_PACKET_SIZE(2) + CDS_PACKET_SIZE(MOTION_READ_SIZE)) * bus->byte_time_us +
                       CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US);
 }
 
-/* Reads the angle limits of a servo between the goals of the cycle. robot->servos learns the mode
- * from the packets that pass. */
-static uint8_t read_mode(struct robot *robot, uint8_t id)
+/* Reads mode and torque of a servo between the goals of the cycle. robot->servos learns them from
+ * the packets that pass. */
+static uint8_t read_state(struct robot *robot, uint8_t id)
 {
     struct motion_start *start = start_of(robot);
-    uint16_t us = mode_us(robot->bus);
+    uint16_t us = read_us(robot->bus);
     enum cds_result result;
 
     if (us <= cds_cycle_spare_us(robot->cycle) && !cds_cycle_yields(robot->cycle, us))
         return CDS_PENDING;
-    result = cds_servo_read(robot->bus, &start->mode, id, CDS_REG_CW_ANGLE_LIMIT,
-                            sizeof start->mode_reply);
+    result = cds_servo_read(robot->bus, &start->read, id, CDS_REG_CW_ANGLE_LIMIT,
+                            sizeof start->read_reply);
     start->is_reading = result == CDS_OK;
     return result == CDS_OK || result == CDS_BUSY ? (uint8_t)CDS_PENDING : (uint8_t)result;
 }
 
-/* The modes of the servos are known: checks the servos of a move, or the times of a sequence. */
-static uint8_t end_modes(const struct robot *robot)
+/* Mode and torque are known: checks the servos of a move, or the times of a sequence. */
+static uint8_t end_states(const struct robot *robot)
 {
     struct motion_start *start = start_of(robot);
 
@@ -343,37 +337,30 @@ static uint8_t check_times(const struct robot *robot)
 }
 
 /* The READ has ended. */
-static uint8_t take_mode(const struct robot *robot)
+static uint8_t take_state(const struct robot *robot)
 {
     struct motion_start *start = start_of(robot);
 
-    if (start->mode.result == CDS_PENDING)
+    if (start->read.result == CDS_PENDING)
         return CDS_PENDING;
     start->is_reading = false;
-    if (start->mode.result != CDS_OK) {
-        start->outcome.joint = start->mode_joint;
-        return start->mode.result;
+    if (start->read.result != CDS_OK) {
+        start->outcome.joint = start->read_joint;
+        return start->read.result;
     }
-    start->mode_joint++;
+    start->read_joint++;
     return CDS_PENDING;
 }
 
-static uint8_t read_modes(struct robot *robot)
+static uint8_t read_states(struct robot *robot)
 {
-    struct motion_start *start = start_of(robot);
-    const struct cds_servo_state *servo;
-    uint8_t id;
+    const struct motion_start *start = start_of(robot);
 
     if (start->is_reading)
-        return take_mode(robot);
-    if (start->mode_joint == robot->group_count)
-        return end_modes(robot);
-    id = robot->group[start->mode_joint];
-    servo = cds_servos_find(&robot->servos, id);
-    if (servo && !is_mode_known(servo))
-        return read_mode(robot, id);
-    start->mode_joint++;
-    return CDS_PENDING;
+        return take_state(robot);
+    if (start->read_joint == robot->group_count)
+        return end_states(robot);
+    return read_state(robot, robot->group[start->read_joint]);
 }
 
 static uint8_t begin_motion(struct robot *robot)
@@ -414,7 +401,7 @@ static uint8_t poll_start(struct robot *robot)
     switch (start->phase) {
     case CHECK_STEPS: return check_step(robot);
     case READ_SERVOS: return read_servos(robot);
-    case READ_MODES: return read_modes(robot);
+    case READ_STATES: return read_states(robot);
     case CHECK_TIMES: return check_times(robot);
     case BEGIN: return begin_motion(robot);
     default: return check_move(robot);
@@ -429,7 +416,7 @@ static void end_start(struct robot *robot, uint8_t result)
     struct motion_start *start = start_of(robot);
 
     if (start->is_reading)
-        cds_bus_cancel(robot->bus, &start->mode);
+        cds_bus_cancel(robot->bus, &start->read);
     start->is_reading = false;
     start->outcome.result = result;
     if (result != CDS_OK && !moves_go_on(robot))

@@ -34,6 +34,9 @@ enum motion_refusal {
 
 #define MOTION_NO_JOINT UINT8_MAX
 
+/* A start reads the registers 0x06 to 0x18 of each servo: angle limits (mode) to torque. */
+#define MOTION_READ_SIZE 19
+
 #define MOTION_NO_STEP UINT8_MAX
 
 /* How a start or a motion has ended. */
@@ -56,11 +59,11 @@ struct motion_start {
     bool passes;             // the step before passes its pose
     uint16_t repeats;        // of the sequence
     uint32_t begun_us;       // when the cycle was started
-    uint8_t mode_joint;      // whose mode is read, unless it is known
-    bool is_reading;         // `mode` is on its way
-    struct cds_request mode; // READ of the angle limits
-    uint8_t mode_packet[CDS_PACKET_SIZE(2)];
-    uint8_t mode_reply[4];
+    uint8_t read_joint;      // whose mode and torque are read
+    bool is_reading;         // `read` is on its way
+    struct cds_request read; // READ of mode and torque
+    uint8_t read_packet[CDS_PACKET_SIZE(2)];
+    uint8_t read_reply[MOTION_READ_SIZE];
     struct cds_move move;
     struct stored_joints joints;
 };

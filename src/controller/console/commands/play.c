@@ -179,8 +179,8 @@ static const CDS_FLASH struct command play_rows[] = {
         .details = COMMAND_DETAILS(
             "With the servos of the group; without a group those of all stored poses. PERCENT: 10 "
             "to 200% of the speed, as far as the servos can. ok: the motion has begun. If play "
-            "starts a cycle, the cycle ends with the motion. Torque must be on: after stop, play "
-            "answers error 84; otherwise a motion without torque ends with error 83"),
+            "starts a cycle, the cycle ends with the motion. Torque must be on: else play "
+            "answers error 84 and names the servo"),
         .example = COMMAND_DETAILS("play walk at 80%"),
         .begin = once_begin,
         .poll = play_poll,
