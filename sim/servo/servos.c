@@ -54,6 +54,8 @@ static void use_receiver(struct servos *servos, uint8_t baud, int users)
     }
 }
 
+/* Called after the reply, not before: a receiver at the new rate takes the reply at the old rate
+ * for a frame, which would hide the start of the next packet. */
 static void follow_baud(struct servo_node *node)
 {
     uint8_t baud = servo_baud(&node->servo);
@@ -119,8 +121,9 @@ static void byte_received(void *context, uint64_t now, const struct uart_frame *
         servo_silence(&node->servo, silence_us);
         if (servo_receive(&node->servo, frame->byte, frame->framing_error)) {
             reply_is_due(node, frame->end);
+        } else {
+            follow_baud(node);
         }
-        follow_baud(node);
     }
 }
 
@@ -156,6 +159,7 @@ static void send_next(struct servo_node *node, uint64_t now)
         set_sending(node, now, true);
     } else {
         set_sending(node, now, false);
+        follow_baud(node);
     }
 }
 

@@ -170,6 +170,32 @@ void test_new_baud_rate_is_used_after_the_reply(void)
     TEST_ASSERT_EQUAL_HEX8(0xFC, heard[5]);
 }
 
+/* Returns the bytes of the reply to a PING at 57600 bit/s, `us` after the reply to the WRITE of
+ * that rate. */
+static unsigned answer_soon_after_new_baud(uint32_t us)
+{
+    static const uint8_t write[] = {0x01, 0x04, 0x03, 0x04, 0x22};
+    uint32_t slow = 35 * 8 * 256;
+    put(one, 1);
+    rx.bit_time_256 = FAST;
+    uint64_t end = say(FAST, write, 5);
+    while (count < 6 || net.enabled) {
+        end += 16;
+        schedule_run_until(&schedule, end);
+    }
+    schedule_run_until(&schedule, end + us * 16);
+    rx.bit_time_256 = slow;
+    schedule_run_until(&schedule, say(slow, ping, 3) + 40000);
+    return count;
+}
+
+void test_new_baud_rate_hears_a_packet_right_after_the_reply(void)
+{
+    for (uint32_t us = 0; us < 200; us += 5) {
+        TEST_ASSERT_EQUAL_UINT(6, answer_soon_after_new_baud(us));
+    }
+}
+
 /* Returns the bytes of the reply to a PING with a silence in it. */
 static unsigned answer_after_silence_in_ping(uint32_t us)
 {
