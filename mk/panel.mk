@@ -13,7 +13,7 @@ PANEL_TABLE_SOURCES := $(wildcard scripts/panel-tables.py scripts/registers.py s
 $(PANEL_MODULES): panel/package.json panel/package-lock.json
 	@scripts/deps.sh panel
 	$(call say,NPM,panel/node_modules)
-	$(Q)npm ci --prefix panel --no-audit --no-fund --loglevel=error
+	$(Q)npm ci --prefix panel --no-audit --no-fund --no-update-notifier --loglevel=error
 	$(Q)touch $@
 
 $(PANEL_TABLES): $(PANEL_TABLE_SOURCES) | tools
