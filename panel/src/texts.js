@@ -146,6 +146,10 @@ const motionNotices = {
         text: `The board has other contents for “${detail}” than this page.`,
         remedy: "Press “Store on the board”, or let this page play it.",
     }),
+    "motion-record-cut": () => ({
+        text: "The recording has ended, since the connection is lost. What was recorded is kept.",
+        remedy: "Connect again, then record again if a part is missing.",
+    }),
     "motion-short": () => ({
         text: "The recording is too short.",
         remedy: "Lead the servos by hand while the page records.",

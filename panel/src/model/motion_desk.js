@@ -71,6 +71,11 @@ export class MotionDesk {
         }).finally(() => this.#changed());
     }
 
+    /* True if the page has something that is neither on the board nor in a file. */
+    get hasUnsaved() {
+        return this.isRecording || this.motions.isChanged;
+    }
+
     /* ---- servos ---- */
 
     get ids() {
@@ -442,8 +447,13 @@ export class MotionDesk {
         const { robot } = this.session;
         const motion = robot?.motion;
 
+        if (this.isRecording && !this.session.isConnected) {
+            const recording = this.recorder.end(); // first: each notice is a change, which calls this again
+
+            this.session.notify({ code: "motion-record-cut" });
+            this.#takeRecording(recording);
+        }
         if (robot !== this.#robot) {
-            if (this.isRecording) this.#takeRecording(this.recorder.end());
             this.#robot = robot;
             this.#motionState = 0;
         }

@@ -28,8 +28,14 @@ export class MotionView extends View {
     });
 
     connectedCallback() {
-        this.desk ??= new MotionDesk(this.session, { ask: (text) => confirmed({ text, yes: t.replace, no: t.cancel }) });
+        if (!this.desk) this.#makeDesk();
         super.connectedCallback();
+    }
+
+    /* The browser asks before it leaves a page whose poses and sequences are nowhere else. */
+    #makeDesk() {
+        this.desk = new MotionDesk(this.session, { ask: (text) => confirmed({ text, yes: t.replace, no: t.cancel }) });
+        addEventListener("beforeunload", (event) => this.desk.hasUnsaved && event.preventDefault());
     }
 
     firstUpdated() {

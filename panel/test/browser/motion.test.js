@@ -139,6 +139,36 @@ test("record a movement led by hand, replay it, and measure the error", async (t
     await shows(page, "Nothing plays", ".motion-state");
 });
 
+test("a recording ends with its connection, and is kept", async (t) => {
+    const { page } = await start(t);
+
+    await page.click("button.torque-off");
+    await torque(page, "limp", 3);
+    await page.click("button.record");
+    await shows(page, /0\.[2-9] s|[1-9]\.\d s/, ".recording-length");
+    await page.click("button.disconnect");
+    await shows(page, /recording has ended, since the connection is lost/, ".notice");
+    await shows(page, /samples/, ".recorded");
+    assert.equal(await page.$(".recording-length"), null);
+});
+
+test("the browser asks before it leaves poses that are not stored", async (t) => {
+    const { page } = await start(t, { count: 1 });
+    const asked = [];
+
+    page.on("dialog", (dialog) => {
+        asked.push(dialog.type());
+        return dialog.accept();
+    });
+    await page.reload();
+    await shows(page, /room for \d+ more poses/, ".board");
+    assert.deepEqual(asked, []);
+    await page.click("button.capture");
+    await shows(page, "pose1", ".pose");
+    await page.reload();
+    assert.deepEqual(asked, ["beforeunload"]);
+});
+
 test("Stop is at hand while a question is open", async (t) => {
     const { page } = await start(t, { count: 1 });
 

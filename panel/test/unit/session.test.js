@@ -232,6 +232,19 @@ for (const [what, reset] of Object.entries(resets))
         assert.equal(session.isInhibited, false);
     });
 
+test("reset: a scan of the user that finds nothing is none", async () => {
+    const { clock, port, session } = await stopped();
+    let isForgotten = false;
+
+    port.onText = (line) => {
+        if (line === "scan") isForgotten = true;
+        return isForgotten && (line === "servos" || line === "scan") && (port.say("ok"), true);
+    };
+    await clock.advance(6000);
+    await Promise.all([session.controller.run("scan"), clock.advance(7000)]);
+    assert.ok(!session.notices.some(({ code }) => code === "reset"));
+});
+
 test("release: the button stays until INHIBIT reads 0", async () => {
     const { clock, port, session } = await stopped();
 
