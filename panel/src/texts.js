@@ -147,7 +147,7 @@ const motionNotices = {
         remedy: "Press “Store on the board”, or let this page play it.",
     }),
     "motion-record-cut": () => ({
-        text: "The recording has ended, since the connection is lost. What was recorded is kept.",
+        text: "The recording has ended, since the connection is lost.",
         remedy: "Connect again, then record again if a part is missing.",
     }),
     "motion-short": () => ({

@@ -54,8 +54,9 @@ static void use_receiver(struct servos *servos, uint8_t baud, int users)
     }
 }
 
-/* Called after the reply, not before: a receiver at the new rate takes the reply at the old rate
- * for a frame, which would hide the start of the next packet. */
+/* Lets the servo listen at the rate that its register has now. The caller waits for the end of a
+ * reply: a receiver at the new rate would be in a frame of the reply when the next packet begins,
+ * and would lose that packet. */
 static void follow_baud(struct servo_node *node)
 {
     uint8_t baud = servo_baud(&node->servo);

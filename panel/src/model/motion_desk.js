@@ -71,7 +71,7 @@ export class MotionDesk {
         }).finally(() => this.#changed());
     }
 
-    /* True if the page has something that is neither on the board nor in a file. */
+    /* True if poses or sequences have changed since they were loaded, stored or saved, or a recording runs. */
     get hasUnsaved() {
         return this.isRecording || this.motions.isChanged;
     }
@@ -448,7 +448,7 @@ export class MotionDesk {
         const motion = robot?.motion;
 
         if (this.isRecording && !this.session.isConnected) {
-            const recording = this.recorder.end(); // first: each notice is a change, which calls this again
+            const recording = this.recorder.end(); // before the notice, which calls #follow() again
 
             this.session.notify({ code: "motion-record-cut" });
             this.#takeRecording(recording);

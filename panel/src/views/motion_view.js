@@ -32,7 +32,7 @@ export class MotionView extends View {
         super.connectedCallback();
     }
 
-    /* The browser asks before it leaves a page whose poses and sequences are nowhere else. */
+    /* The browser asks before it leaves the page, if the desk has unsaved changes. */
     #makeDesk() {
         this.desk = new MotionDesk(this.session, { ask: (text) => confirmed({ text, yes: t.replace, no: t.cancel }) });
         addEventListener("beforeunload", (event) => this.desk.hasUnsaved && event.preventDefault());

@@ -10,12 +10,12 @@
 #include "robot/moves.h"
 
 enum phase {
-    CHECK_STEPS, // one step of the sequence in each poll
-    READ_SERVOS, // until the positions of all servos are known
-    READ_STATES, // until mode and torque of all servos are known
-    CHECK_TIMES, // of the sequence, one step in each poll
-    BEGIN,       // until the motion takes the move
-    CHECK_MOVE,  // until the move has begun
+    CHECK_STEPS,    // one step of the sequence in each poll
+    READ_POSITIONS, // until the positions of all servos are known
+    READ_STATES,    // until mode and torque of all servos are known
+    CHECK_TIMES,    // of the sequence, one step in each poll
+    BEGIN,          // until the motion takes the move
+    CHECK_MOVE,     // until the move has begun
 } __attribute__((packed));
 
 static struct motion_start *start_of(const struct robot *robot)
@@ -134,7 +134,7 @@ uint8_t motion_start_move(struct robot *robot, const struct cds_move *move)
     uint8_t error = may_start(robot, true);
 
     if (error == 0)
-        error = begin(robot, READ_SERVOS);
+        error = begin(robot, READ_POSITIONS);
     if (error) {
         stored_group_drop(robot);
         return error;
@@ -146,7 +146,8 @@ uint8_t motion_start_move(struct robot *robot, const struct cds_move *move)
 
 /* ---- phases: each returns CDS_PENDING, or the result of the start ---- */
 
-/* READ_STATES has read the torque of the servo, and packets may have switched it since. */
+/* Valid after READ_STATES: the list of servos has the torque that was read, and learns each later
+ * change from the packets that pass. */
 static bool is_torque_off(const struct cds_servo_state *servo)
 {
     return !servo->torque;
@@ -208,7 +209,7 @@ static uint8_t check_step(const struct robot *robot)
     uint8_t error;
 
     if (!motion_store_read_step(store, start->place, start->step++, &step)) {
-        start->phase = READ_SERVOS;
+        start->phase = READ_POSITIONS;
         return CDS_PENDING;
     }
     error = errors[stored_pose_read(store, &start->joints, motion_store_pose_of(store, step.pose),
@@ -226,7 +227,7 @@ static uint8_t unknown_joint(const struct robot *robot)
     return joint;
 }
 
-static uint8_t read_servos(const struct robot *robot)
+static uint8_t read_positions(const struct robot *robot)
 {
     struct motion_start *start = start_of(robot);
     uint8_t result = (uint8_t)group_cycle_await_positions(robot, start->begun_us);
@@ -237,7 +238,7 @@ static uint8_t read_servos(const struct robot *robot)
         return result;
     }
     start->phase = READ_STATES;
-    // A motion under way has read them when it began.
+    // The start of a motion under way has read the states of all servos.
     start->read_joint = moves_go_on(robot) ? robot->group_count : 0;
     start->is_reading = false;
     start->read = (struct cds_request)CDS_REQUEST(start->read_packet, start->read_reply);
@@ -400,7 +401,7 @@ static uint8_t poll_start(struct robot *robot)
         return MOTION_SAVING; // a step that cannot be read is not the end of the sequence
     switch (start->phase) {
     case CHECK_STEPS: return check_step(robot);
-    case READ_SERVOS: return read_servos(robot);
+    case READ_POSITIONS: return read_positions(robot);
     case READ_STATES: return read_states(robot);
     case CHECK_TIMES: return check_times(robot);
     case BEGIN: return begin_motion(robot);

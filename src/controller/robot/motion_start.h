@@ -10,9 +10,10 @@
 #ifndef CONTROLLER_MOTION_START_H
 #define CONTROLLER_MOTION_START_H
 
-#include "cds55xx/motion.h"    // struct cds_move
-#include "robot/robot.h"       // struct robot
-#include "robot/stored_pose.h" // struct stored_joints
+#include "cds55xx/control_table.h" // CDS_REG_*
+#include "cds55xx/motion.h"        // struct cds_move
+#include "robot/robot.h"           // struct robot
+#include "robot/stored_pose.h"     // struct stored_joints
 
 /* What these functions return beside enum cds_result and enum robot_refusal: numbers of errors in
  * docs/errors.md. */
@@ -34,10 +35,11 @@ enum motion_refusal {
 
 #define MOTION_NO_JOINT UINT8_MAX
 
-/* A start reads the registers 0x06 to 0x18 of each servo: angle limits (mode) to torque. */
-#define MOTION_READ_SIZE 19
-
 #define MOTION_NO_STEP UINT8_MAX
+
+/* Bytes that a start reads of each servo: registers 0x06 (angle limits, which are the mode) to 0x18
+ * (torque). */
+#define MOTION_READ_SIZE (CDS_REG_TORQUE_ENABLE - CDS_REG_CW_ANGLE_LIMIT + 1)
 
 /* How a start or a motion has ended. */
 struct motion_outcome {
