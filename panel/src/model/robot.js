@@ -49,15 +49,15 @@ export class Robot extends EventTarget {
         this.#controller = controller;
         this.#wire = controller.wire;
         this.#clock = controller.wire.clock;
-        this.#wire.addEventListener("traffic", ({ detail }) => this.#noteLine(detail));
         this.servos = new Map(); // of ID, in the order of IDs
         this.device = null; // {saving, busState, resetCause, linkLost, alarms, alarmId, failed, inhibit}; null: not known
         this.motion = null; // {play, override, paused, state, step, error}; null: the firmware has none
     }
 
-    /* After these lines of the console the controller may know no servo, without a reset. */
-    #noteLine({ kind, direction, text }) {
-        if (kind === "line" && direction === "out" && /^\s*(scan|servos\s+forget)\b/i.test(text)) this.#isListed = false;
+    /* The line `text` leaves for the console. After a scan, or `servos forget`, the controller may know no servo
+     * without a reset. */
+    noteLine(text) {
+        if (/^\s*(scan|servos\s+forget)\b/i.test(text)) this.#isListed = false;
     }
 
     get ids() {

@@ -293,7 +293,9 @@ export class Session extends EventTarget {
 
     #record(entry) {
         this.dispatchEvent(new CustomEvent("traffic", { detail: this.traffic.take(entry) }));
-        if (entry.kind === "line" && entry.direction === "out") this.#change(); // isBusy begins
+        if (entry.kind !== "line" || entry.direction !== "out") return;
+        this.robot.noteLine(entry.text);
+        this.#change(); // isBusy begins
     }
 
     #setState(state) {
