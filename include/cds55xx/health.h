@@ -33,6 +33,9 @@ extern "C" {
 /* From one PING of an OFFLINE servo to the next one. */
 #define CDS_HEALTH_SEEK_US 100000ul
 
+/* From a READ without a reply to the next READ of this servo, at most, until it is OFFLINE. */
+#define CDS_HEALTH_AGAIN_US 20000ul
+
 /* All of it stays in place. */
 struct cds_health_config {
     struct cds_servos *servos; // begun
@@ -44,15 +47,16 @@ struct cds_health {
     struct cds_servos *servos;
     struct cds_cycle *cycle; // or NULL
     struct cds_request request;
-    uint32_t step_us;    // from one servo to the next
-    uint32_t look_us;    // when the next servo is asked
-    uint32_t seek_us;    // when the next servo is asked that is OFFLINE or RETURNED
-    uint8_t turn;        // entry of the servo that is asked next
-    uint8_t sought;      // entry of the servo that is OFFLINE or RETURNED, or CDS_NO_ID
-    uint8_t news;        // of the servos, when it was chosen
-    bool is_chosen;      // `sought` was not asked yet
-    bool is_running;     // begun, and not aborted
-    bool asked_returned; // the servo asked last was RETURNED, and its answer was not taken
+    uint32_t step_us; // from one servo to the next
+    uint32_t look_us; // when the next servo is asked
+    uint32_t seek_us; // when the next servo is asked that is OFFLINE or RETURNED
+    uint8_t turn;     // entry of the servo that is asked next
+    uint8_t sought;   // entry of the servo that is OFFLINE or RETURNED, or CDS_NO_ID
+    uint8_t news;     // of the servos, when it was chosen
+    bool is_chosen;   // `sought` was not asked yet
+    bool is_running;  // begun, and not aborted
+    uint8_t asked;    // presence of the servo asked last when it was asked; CDS_PRESENCE_OFFLINE:
+                      // its answer was taken, or needs no more
     uint8_t packet[CDS_PACKET_SIZE(2)];
     uint8_t reply; // to the READ
 };
@@ -63,6 +67,8 @@ struct cds_health {
  * servo is read at once, and after a failure again every CDS_HEALTH_SEEK_US; if it answers a PING
  * after CDS_SERVOS_MISSES failures, it answers no READ, and is taken for a servo that lost its
  * state.
+ *
+ * A servo that does not answer is asked again within CDS_HEALTH_AGAIN_US, until it is OFFLINE.
  *
  * A lost state shows within a period, and 20 ms more beside a cycle, but not if torque was off: set
  * the speed again whenever torque is switched on. For 50 servos and a period of 1 s there are at

@@ -32,14 +32,13 @@ extern "C" {
       "look for a servo that babbles, a short circuit, or a second controller")                    \
     X(CDS_NO_REPLY_DUE, 10, "the servo is set not to answer this",                                 \
       "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all); PING is always answered")               \
-    X(CDS_LIMIT, 11, "the permit refuses this, nothing was sent",                                  \
-      "stay within the limits of the servo, or look at docs/safety.md")                            \
-    X(CDS_INHIBITED, 12, "the servo may not be driven, nothing was sent",                          \
+    X(CDS_LIMIT, 11, "the limits of the servo do not permit this",                                 \
+      "stay within its limits; docs/safety.md lists what is refused")                              \
+    X(CDS_INHIBITED, 12, "the servo may not be driven",                                            \
       "the robot was stopped, or the servo lost its state: see to it, then release it")            \
-    X(CDS_TOO_EARLY, 13, "replies would come too early for this board, nothing was sent",          \
+    X(CDS_TOO_EARLY, 13, "replies would come too early for this board",                            \
       "set the servo's RETURN_DELAY to shortest_delay (servos.h) or more")                         \
-    X(CDS_RESERVED, 14, "a motion moves the servo, nothing was sent",                              \
-      "wait until the motion has ended, or end it")
+    X(CDS_RESERVED, 14, "a motion moves the servo", "wait until the motion has ended, or end it")
 
 /* CDS_OK, CDS_PENDING and so on, as listed above. Every enum here is packed into one byte: else
  * avr-gcc takes two. */

@@ -499,7 +499,7 @@ export const texts = {
         choices: {
             echo: ["bare replies, for programs", "echo of what is typed", "for people: banner, prompt, echo"],
             link_loss_action: ["only show it", "inhibit driving", "inhibit driving and torque off"],
-            alarm_report: ["tell alarms when asked", "tell each alarm at once"],
+            alarm_report: ["tell alarms to a person only", "tell each alarm at once"],
         },
         choice: (value, text) => `${value}: ${text}`,
         atStart: (origin) => `At the start of the controller: ${origin}.`,

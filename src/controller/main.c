@@ -293,8 +293,10 @@ static void poll_bus(void)
 static void poll_bus_and_robot(void)
 {
     poll_bus();
-    if (!bridge_idle(&controller.bridge))
+    if (!bridge_idle(&controller.bridge)) {
+        controller.failsafe.host_types = false;
         robot_delay_health(&controller.robot);
+    }
     robot_poll(&controller.robot);
 }
 

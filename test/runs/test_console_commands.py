@@ -136,14 +136,14 @@ SCRIPT = {
             + wire(1, WRITE, [0x1E] + word(309) + word(495)) + servo("1 GOAL_POSITION 309")
             + servo("1 PRESENT_POSITION 306..311 within 3000") + "move 1 512raw\n"
             + servo("1 GOAL_POSITION 512") + servo("1 MOVING_SPEED 495") + "move 2 100\n"
-            + text("torque is off: it moves once torque is on")
+            + text("moves once torque is on")
             + servo("2 GOAL_POSITION 341") + servo("2 PRESENT_POSITION 512") + "move 254 150\n"
             + wire(BROADCAST, WRITE, [0x1E] + word(512)) + servo("1-3 GOAL_POSITION 512")
             + error(33, "move 1 301") + error(39, "move 1 90rpm") + error(32, "move 1 x")
             + error(33, "move 1 90 63rpm") + error(33, "move 1 1024raw")
             + "write 1 CCW_ANGLE_LIMIT 511\n" + error(23, "move 1 512raw")
             + "write 1 CCW_ANGLE_LIMIT 1023\n",
-    "turn": "torque 2 on\nturn 2 -20rpm\n" + text("angle limits set to 0: it turns without end")
+    "turn": "torque 2 on\nturn 2 -20rpm\n" + text("angle limits are 0: endless turn")
             + servo("2 CCW_ANGLE_LIMIT 0") + servo(f"2 MOVING_SPEED {0x400 + 330}")
             + servo("2 PRESENT_SPEED 1345..1364") + "turn 2 0\n" + servo("2 MOVING_SPEED 0")
             + error(47, "move 2 90") + error(33, "turn 2 63") + "torque 2 off\n",
@@ -196,7 +196,7 @@ SCRIPT = {
               + text("servo 3: online, torque off") + "counters 1\n" + text("timeouts 0")
               + "torque 1 on\n@power 1 off\n@wait 4000\nservos\n" + text("servo 1: offline, torque on")
               + "@power 1 on\n@wait 3000\nservos\n"
-              + text("servo 1: online, torque off, inhibited: lost its state, torque went off")
+              + text("servo 1: online, torque off, inhibited: lost its state")
               + error(12, "torque 1 on") + "release 1\ntorque 1 on\n" + servo("1 torque on")
               + "@power 2 off\n@wait 10\n@power 2 on\n@wait 10\n",
     "limits": "limits 2 60 240deg 31rpm\n" + error(11, "move 2 50") + error(11, "move 2 90 32rpm")
@@ -623,7 +623,7 @@ class Stop(unittest.TestCase):
         self.assertEqual(terminal.ask("torque 254 on"), "ok\r\n")
 
     def check_stopped(self, terminal):
-        self.assertIn("error 12", terminal.ask("torque 1 on"))
+        self.assertIn("error 54", terminal.ask("torque 1 on"))
         said = terminal.ask("servos")
         for n in (1, 2, 3):
             self.assertIn(f"servo {n}: online, torque off, inhibited: stopped\r\n", said)

@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 import boards
-from client import PING, packet
+from client import PING, WRITE, packet
 from simulator import ROOT, Run
 
 VERSION = re.search(r'CDS_VERSION "(.*)"', (ROOT / "include/cds55xx/version.h").read_text())[1]
@@ -73,6 +73,14 @@ class Person(unittest.TestCase):
         for board, profile, heard in self.each(program):
             reply = REPLY_1.decode("latin-1")
             self.assertEqual(heard[1:], [reply, reply, "pin" + reply, "ping 1\r\nok\r\n" + PROMPT], (board, profile))
+
+    def test_alarm_is_told_after_a_command_not_after_a_packet(self):
+        """The servo refuses to have its present position written: a range error."""
+        program = START + say(packet(1, WRITE, [0x24, 1])) + text("ping 1")
+        for board, profile, heard in self.each(program):
+            self.assertEqual(heard[1], packet(1, 0x08).decode("latin-1"), (board, profile))
+            self.assertEqual(heard[2].replace(PROMPT, "").split("\r\n"), ["ping 1", "ok", "\ralarm 1: range", ""],
+                             (board, profile))
 
     def test_packet_right_after_reset_is_answered_whole(self):
         """At any moment of the banner."""

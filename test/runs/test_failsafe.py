@@ -329,6 +329,14 @@ class Alarms(unittest.TestCase):
             self.assertEqual(run.status, 0, f"{name}: {run.output}")
             self.assertEqual(run.output.count("alarm 1: "), 1, run.output)
 
+    def test_unplugged_servo_is_told_to_a_person_within_a_period(self):
+        for board in boards.CONSOLES:
+            run = controller("scan\nmode person\n@wait 1500\n@power 2 off\n@wait 1100\nservos\n@power 2 on\n@wait 500\n"
+                             "servos\n", board, "1-3", "--echo")
+            self.assertEqual(run.status, 0, run.output)
+            self.assertEqual(re.findall("alarm .*", run.output), ["alarm 2: offline"], run.output)
+            self.assertEqual(re.findall("servo 2: (.*),", run.output), ["offline", "online"], run.output)
+
     def test_alarm_is_told_of_a_servo_in_place_of_a_forgotten_one(self):
         run = controller("settings alarm_report 1\n! write 1 PRESENT_POSITION 1\n@expect text alarm 1: range\n"
                          "servos forget\n! write 2 PRESENT_POSITION 1\n@expect text alarm 2: range\n",

@@ -507,7 +507,7 @@ class Play(Motion):
 
     def test_loss_of_the_host_link_ends_the_motion(self):
         self.run_on_each(SWEEP + "settings link_loss_ms 300\nplay sweep loop\n@wait 600\n! motion wait\n"
-                    "@expect text error 12:\nmotion\n@expect text motion: none\n! play sweep\n"
+                    "@expect text error 65:\nmotion\n@expect text motion: none\n! play sweep\n"
                     "@expect servo 1-3 torque on\nclear\nplay sweep at 200%\nsettings link_loss_ms 0\nmotion wait\n")
 
     def test_soft_limit_of_a_servo_lets_nothing_begin(self):

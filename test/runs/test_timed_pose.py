@@ -91,7 +91,7 @@ class Pose(unittest.TestCase):
             with self.subTest(board):
                 run, rows = rows_of(pose([60] * JOINTS, "in 2s") + "@wait 500\nstop\n@wait 1000\n"
                                     "@expect servo 1-18 torque off\n! " + pose([60] * JOINTS, "in 2s")
-                                    + "@expect text error 12\nrelease\n", board)
+                                    + "@expect text error 54\nrelease\n", board)
                 self.assertEqual(run.status, 0, run.output)
                 self.assertGreater(int(rows[-1]["present_1"]), 230)
 

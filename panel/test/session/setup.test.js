@@ -91,7 +91,7 @@ test("profile full: search, other ID, other rate of all, factory values", async 
     assert.deepEqual(setup.found.map(({ id }) => id), [1, 2, 3]);
     assert.deepEqual(codes(session), []);
     await setup.changeId(2, 3);
-    assert.match(codes(session)[0], /error 50, servo 2: another servo is at the new place, nothing was written/);
+    assert.match(codes(session)[0], /error 50, servo 2: the new ID or rate is taken; nothing was written/);
 });
 
 test("profile full: a new servo gets its ID; not beside another", async (t) => {

@@ -5,7 +5,7 @@ import { AT_ERROR, AT_ID, AT_LENGTH, INSTRUCTION, isPacket, packet } from "../..
 
 const DEVICE = 253;
 const HELP = { id: "id OLD NEW: give a servo another ID", ping: "ping ID|254: check that a servo answers",
-    stop: "stop: torque off for all servos, at once", release: "release [ID]: allow driving again",
+    stop: "stop: torque off for all servos", release: "release [ID]: allow driving again",
     scan: "scan [all|rescue]: find servos on the bus" };
 
 /* A status packet. */

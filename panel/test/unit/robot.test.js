@@ -429,7 +429,7 @@ test("servos: a line of the command tells inhibit and alarms", async () => {
     const { port, clock, robot } = await rig();
 
     port.onText = (line) => line === "servos" && (port.say(
-        "servo 1: online, torque off, inhibited: lost its state, torque went off",
+        "servo 1: online, torque off, inhibited: lost its state",
         "servo 2: online, torque on, alarms: overheating + overload", "ok"), true);
     port.device[0x14] = 0x24;
     await clock.advance(1000);

@@ -128,10 +128,20 @@ static void feed(struct console *console, char c)
         token_add(&console->token, c);
 }
 
+/* The error that names the remedy, in place of CDS_INHIBITED. */
+static uint8_t inhibit_error(const struct console *console)
+{
+    if (!robot_is_inhibited(console->robot))
+        return CDS_INHIBITED; // only this servo is inhibited
+    return console->failsafe->link_lost ? ERROR_LINK_LOST : ERROR_STOPPED;
+}
+
 NOINLINE static void conclude(struct console *console, uint8_t error)
 {
     if (console->error == 0)
         console->error = error;
+    if (console->error == CDS_INHIBITED)
+        console->error = inhibit_error(console);
     console->reply_ended = false;
     if (command_set.store)
         command_set.store->end(console);
@@ -160,6 +170,7 @@ static void run(struct console *console)
     uint8_t error = 0;
 
     begin_command(console);
+    console->failsafe->host_types = true;
     if (command_set.lists)
         error = command_set.lists->begin(console);
     else if (command->begin)

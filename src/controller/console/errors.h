@@ -40,11 +40,11 @@
       "'scan' finds them, 'servos' lists them")                                                    \
     X(ERROR_KEY, 49, "ended by a key or a packet",                                                 \
       "the output so far is valid; start the command again")                                       \
-    X(ERROR_PLACE_TAKEN, 50, "another servo is at the new place, nothing was written",             \
-      "give that servo another ID first, or choose another")                                       \
-    X(ERROR_LOST, 51, "no answer at the old or the new place",                                     \
+    X(ERROR_PLACE_TAKEN, 50, "the new ID or rate is taken",                                        \
+      "nothing was written: give the other servo another ID first, or choose another")             \
+    X(ERROR_LOST, 51, "no answer after the change",                                                \
       "wait a second and 'scan all'; it may have lost its power")                                  \
-    X(ERROR_BOTH, 52, "servos answer at the old and at the new place",                             \
+    X(ERROR_BOTH, 52, "servos answer at old and new ID or rate",                                   \
       "two servos had one ID: connect one of them alone")                                          \
     X(ERROR_FORCE, 53, "nothing was reset",                                                        \
       "all servos would have ID 1; to do so: 'factory 254 force'")                                 \

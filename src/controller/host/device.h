@@ -36,7 +36,8 @@
       "silence of the host that counts as loss of the link; 0: not watched")                       \
     X(LINK_LOSS_ACTION, 0x09, 1, RW, 0, 2, "-",                                                    \
       "after a loss of the link: 0 show it, 1 inhibit driving, 2 torque off")                      \
-    X(ALARM_REPORT, 0x0E, 1, RW, 0, 1, "-", "1: the console reports an alarm at once")             \
+    X(ALARM_REPORT, 0x0E, 1, RW, 0, 1, "-",                                                        \
+      "1: the console reports an alarm at once, whatever its mode")                                \
     X(CYCLE_US, 0x0C, 2, RW, 2000, 65535, "us", "period of the cycle")                             \
     X(MODEL, 0x00, 2, RD, 0, 65535, "-", "model number: 0xCD55")                                   \
     X(VERSION, 0x02, 1, RD, 0, 255, "-", "firmware version: 16 x major + minor")                   \

@@ -92,22 +92,35 @@ static void insist_on_stop(struct failsafe *failsafe)
         robot_stop(robot);
 }
 
-/* An alarm that was acknowledged is reported again when it comes again. */
+/* True if alarms are printed unasked. A host that sends packets may not understand text. */
+static bool tells_alarms(const struct failsafe *failsafe)
+{
+    const struct settings *settings = failsafe->settings;
+
+    return settings->alarm_report ||
+           (failsafe->host_types && settings->echo == SETTINGS_ECHO_PERSON);
+}
+
+/* An alarm that was acknowledged is reported again when it comes again, and so is a servo that goes
+ * OFFLINE again. */
 static void watch_alarms(struct failsafe *failsafe)
 {
     const struct cds_servos *servos = &failsafe->robot->servos;
     const struct cds_servo_state *servo;
-    uint8_t *reported;
+    uint8_t *reported, alarms;
 
-    if (failsafe->alarm || !failsafe->settings->alarm_report || servos->count == 0)
+    if (failsafe->alarm || !tells_alarms(failsafe) || servos->count == 0)
         return;
     if (failsafe->next >= servos->count)
         failsafe->next = 0;
     servo = &servos->states[failsafe->next];
     reported = &failsafe->reported[failsafe->next++];
-    failsafe->alarm = (uint8_t)(servo->alarms & ~*reported);
+    alarms = servo->alarms;
+    if (servo->presence == CDS_PRESENCE_OFFLINE)
+        alarms |= FAILSAFE_OFFLINE;
+    failsafe->alarm = (uint8_t)(alarms & ~*reported);
     failsafe->alarm_id = servo->id;
-    *reported = servo->alarms;
+    *reported = alarms;
 }
 
 void failsafe_poll(struct failsafe *failsafe)

@@ -32,6 +32,9 @@ enum failsafe_reset {
     FAILSAFE_RESET_JTAG = 16,
 } __attribute__((packed));
 
+/* In `alarm` and `reported`, beside the CDS_ERROR_* bits: the servo is OFFLINE. */
+#define FAILSAFE_OFFLINE 0x80
+
 /* Fields are read only unless their comment says who writes them. */
 struct failsafe {
     struct settings *settings;    // may change at any time
@@ -44,12 +47,15 @@ struct failsafe {
     uint8_t reset_cause;           // enum failsafe_reset bits
     uint8_t next;                  // index of the servo whose alarms are compared next
     uint8_t alarm_id;              // servo that has `alarm`
-    uint8_t alarm;     // CDS_ERROR_* bits to be printed, or 0; the printing code clears them
-    bool watching;     // the host has sent a byte since the reset
-    bool link_lost;    // until failsafe_clear()
-    bool unsettled;    // the settings of the bus are not applied yet
-    bool counts_stack; // `status` asks for a count of `spare_bytes`; main clears it when done
-    uint8_t reported[ROBOT_SERVOS]; // CDS_ERROR_* bits reported, of each servo
+    uint8_t alarm;       // CDS_ERROR_* bits and FAILSAFE_OFFLINE, to be printed; the printing code
+                         // clears them
+    bool watching;       // the host has sent a byte since the reset
+    bool link_lost;      // until failsafe_clear()
+    bool unsettled;      // the settings of the bus are not applied yet
+    bool host_types : 1; // the latest input of the host was a command, which the console has set,
+                         // and not a packet, which main has set
+    bool counts_stack : 1; // `status` asks for a count of `spare_bytes`; main clears it when done
+    uint8_t reported[ROBOT_SERVOS]; // what was reported in `alarm`, of each servo
 };
 
 /* Zero *failsafe first (static storage is). Then set its settings, store, damaged_stops and robot;

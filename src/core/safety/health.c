@@ -30,6 +30,7 @@ enum cds_result cds_health_begin(struct cds_health *health, const struct cds_hea
         .look_us = now_us,
         .seek_us = now_us,
         .news = (uint8_t)(servos->news - 1u), // a servo may have RETURNED
+        .asked = CDS_PRESENCE_OFFLINE,
     };
     return CDS_OK;
 }
@@ -94,7 +95,8 @@ static bool ask(struct cds_health *health, uint8_t index)
         result = cds_servo_ping(servos->bus, &health->request, servo->id);
     else
         result = cds_servo_read(servos->bus, &health->request, servo->id, CDS_REG_TORQUE_ENABLE, 1);
-    health->asked_returned = result == CDS_OK && presence == CDS_PRESENCE_RETURNED;
+    if (result == CDS_OK)
+        health->asked = presence;
     return result == CDS_OK;
 }
 
@@ -107,7 +109,6 @@ static NOINLINE void take_returned(struct cds_health *health)
     struct cds_servo_state *servo = cds_servos_find(servos, request->packet.bytes[CDS_AT_ID]);
     bool is_ping = request->packet.bytes[CDS_AT_INSTRUCTION] == CDS_PING;
 
-    health->asked_returned = false;
     if (!servo || servo->presence != CDS_PRESENCE_RETURNED)
         return;
     if (request->result == CDS_TIMEOUT && servo->misses < CDS_SERVOS_MISSES)
@@ -118,6 +119,20 @@ static NOINLINE void take_returned(struct cds_health *health)
     servo->presence = CDS_PRESENCE_ONLINE;
     servos->news++;
     cds_servos_inhibit(servos, servo, CDS_INHIBIT_STATE_LOST);
+}
+
+/* Takes the answer of the servo asked last. A servo that does not answer has the next turn, until
+ * it is OFFLINE: so an unplugged servo shows within a period. */
+static void take_answer(struct cds_health *health, uint32_t now_us)
+{
+    if (health->asked == CDS_PRESENCE_RETURNED) {
+        take_returned(health);
+    } else if (health->request.result == CDS_TIMEOUT) {
+        health->turn = health->request.servo_index;
+        if (!is_due(health->look_us, now_us + CDS_HEALTH_AGAIN_US))
+            health->look_us = now_us + CDS_HEALTH_AGAIN_US;
+    }
+    health->asked = CDS_PRESENCE_OFFLINE;
 }
 
 /* Chooses the servo to seek: the next one that is RETURNED, else the next one that is OFFLINE. A
@@ -172,8 +187,8 @@ void cds_health_poll(struct cds_health *health)
     if (!health->is_running || health->request.result == CDS_PENDING || !health->servos->count)
         return;
     now_us = cds_port_now_us();
-    if (health->asked_returned)
-        take_returned(health);
+    if (health->asked != CDS_PRESENCE_OFFLINE)
+        take_answer(health, now_us);
     if (!health->is_chosen || health->news != health->servos->news)
         choose(health, now_us);
     else if (health->sought < health->servos->count && is_due(health->seek_us, now_us))

@@ -362,3 +362,43 @@ void test_alarms_are_latched_without_report_by_default(void)
     TEST_ASSERT_EQUAL_HEX8(0, failsafe.alarm);
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, known(3)->alarms);
 }
+
+/* Servo 3 has answered, and now misses three transactions in a row. */
+static void lose_servo_3(void)
+{
+    says(3, 0);
+    robot_add(&robot, 3);
+    for (uint8_t misses = CDS_SERVOS_MISSES; misses; misses--) {
+        TEST_ASSERT_EQUAL(CDS_OK, goal(3));
+        run(3000);
+    }
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, known(3)->presence);
+}
+
+void test_offline_servo_is_reported_once_to_a_host_that_types(void)
+{
+    failsafe.host_types = true;
+    wire.servo[2].dead = true;
+    lose_servo_3();
+    TEST_ASSERT_EQUAL_HEX8(FAILSAFE_OFFLINE, failsafe.alarm);
+    TEST_ASSERT_EQUAL_UINT8(3, failsafe.alarm_id);
+    failsafe.alarm = 0;
+    run(10);
+    TEST_ASSERT_EQUAL_HEX8(0, failsafe.alarm);
+}
+
+void test_offline_servo_is_not_reported_to_a_host_of_packets(void)
+{
+    wire.servo[2].dead = true;
+    lose_servo_3();
+    TEST_ASSERT_EQUAL_HEX8(0, failsafe.alarm);
+}
+
+void test_offline_servo_is_not_reported_in_mode_program(void)
+{
+    failsafe.host_types = true;
+    settings.echo = 0;
+    wire.servo[2].dead = true;
+    lose_servo_3();
+    TEST_ASSERT_EQUAL_HEX8(0, failsafe.alarm);
+}

@@ -181,6 +181,23 @@ void test_a_servo_that_kept_its_state_may_be_driven(void)
     TEST_ASSERT_EQUAL(CDS_OK, drive(3));
 }
 
+/* A period of 3 s, a servo a second. */
+void test_unplugged_servo_is_offline_within_its_turn(void)
+{
+    uint8_t first;
+
+    while (health.request.result == CDS_PENDING)
+        run_for(TURN_US);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(100 * PERIOD_US));
+    run_for(PERIOD_US);
+    wire.servo[1].dead = true;
+    first = wire.count;
+    run_for(100 * PERIOD_US / 3 + 3 * CDS_HEALTH_AGAIN_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, states[1].presence);
+    TEST_ASSERT_EQUAL_UINT8(CDS_SERVOS_MISSES, torque_packets(first, 2, CDS_READ));
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[0].presence);
+}
+
 /* A period of 3 s: within it only OFFLINE servos are asked. */
 void test_offline_servos_cost_one_ping_in_100_ms(void)
 {
@@ -278,8 +295,8 @@ void test_a_read_of_others_tells_more_than_the_ping(void)
     struct cds_request read = CDS_REQUEST(buffer, reply);
 
     return_mute(1);
-    while (!health.asked_returned || health.request.packet.bytes[4] != CDS_PING)
-        run_for(TURN_US);
+    while (health.request.result != CDS_PENDING || health.request.packet.bytes[4] != CDS_PING)
+        run_for(1);
     while (health.request.result == CDS_PENDING) {
         torque_wire(&bus);
         cds_bus_poll(&bus);
@@ -550,12 +567,11 @@ void test_nothing_is_sent_while_an_operation_holds_the_bus(void)
 void test_servos_forgotten_while_one_is_asked(void)
 {
     return_mute(1);
-    while (!health.asked_returned)
-        run_for(TURN_US);
+    while (health.request.result != CDS_PENDING)
+        run_for(1);
     cds_servos_forget(&servos);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servos_add(&servos, 3));
     run_for(PERIOD_US + 500);
-    TEST_ASSERT_FALSE(health.asked_returned);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[0].presence);
 }
 

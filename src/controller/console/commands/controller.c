@@ -381,7 +381,8 @@ static const CDS_FLASH struct command controller_rows[] = {
         .usage = FLASH_TEXT("alarms"),
         .what = FLASH_TEXT("alarms of servos since clear"),
         .details = COMMAND_DETAILS(
-            "From all replies, also to the bridge. Printed at once if alarm_report is 1"),
+            "From all replies, also to the bridge. Printed at once in mode person, and if "
+            "alarm_report is 1"),
         .example = COMMAND_DETAILS("alarms"),
         .poll = alarms_poll,
     },

@@ -220,7 +220,7 @@ static bool pose_poll(struct console *console)
 static const CDS_FLASH struct command group_rows[] = {
     {
         .usage = FLASH_TEXT("group [ID... [sync|action]]"),
-        .what = FLASH_TEXT("choose or show the servos of pose and cycle"),
+        .what = FLASH_TEXT("choose or show servos of pose and cycle"),
         .details = COMMAND_DETAILS(
             "sync: one SYNC WRITE, without replies. action: each servo confirms a REG WRITE, then "
             "one ACTION starts all; if a servo fails, none starts. Default: sync"),
@@ -230,7 +230,7 @@ static const CDS_FLASH struct command group_rows[] = {
     },
     {
         .usage = FLASH_TEXT("pose ANGLE... [at|in SPEED|TIME]"),
-        .what = FLASH_TEXT("move all servos of the group at once"),
+        .what = FLASH_TEXT("move the servos of the group"),
         .details = COMMAND_DETAILS(
             "An angle for each servo of the group, in its order, 0 to 300deg; SPEED: 0 to 62rpm, 0 "
             "as fast as it can, default 20rpm. In TIME, 1ms to 600s: all servos arrive together. A "

@@ -97,7 +97,7 @@ static const CDS_FLASH struct command raw_rows[] = {
     },
     {
         .usage = FLASH_TEXT("write ID|254 REG VALUE..."),
-        .what = FLASH_TEXT("write a register and the ones after it"),
+        .what = FLASH_TEXT("write registers from REG on"),
         .details = COMMAND_DETAILS(
             "By name: values of registers. By address: bytes, 0 to 255. ID 254: all"),
         .example = COMMAND_DETAILS("write 1 GOAL_POSITION 512 300"),
@@ -116,8 +116,8 @@ static const CDS_FLASH struct command raw_rows[] = {
     },
     {
         .usage = FLASH_TEXT("action [ID|254]"),
-        .what = FLASH_TEXT("carry out what regwrite sent; no ID: all"),
-        .details = COMMAND_DETAILS("All start at the same moment"),
+        .what = FLASH_TEXT("carry out what regwrite sent"),
+        .details = COMMAND_DETAILS("All start at the same moment. No ID: all servos"),
         .example = COMMAND_DETAILS("action"),
         .begin = raw_begin,
         .poll = console_waits,

@@ -8,9 +8,8 @@
 #include "compiler.h" // NOINLINE
 #include "console/messages.h"
 
-static const CDS_FLASH char message_torque_is_off[] = "torque is off: it moves once torque is on";
-static const CDS_FLASH char message_limits_are_off[] =
-    "angle limits set to 0: it turns without end";
+static const CDS_FLASH char message_torque_is_off[] = "moves once torque is on";
+static const CDS_FLASH char message_limits_are_off[] = "angle limits are 0: endless turn";
 
 /* Registers that move reads first. */
 #define LOOK_FROM CDS_REG_CW_ANGLE_LIMIT

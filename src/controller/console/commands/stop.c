@@ -17,7 +17,7 @@ static const CDS_FLASH char message_alarms[] = ", alarms: %s";
 static const CDS_FLASH char message_presence[] = "servo %u: %s, torque %s";
 static const CDS_FLASH char message_on[] = "on";
 static const CDS_FLASH char message_off[] = "off";
-static const CDS_FLASH char message_lost[] = ", inhibited: lost its state, torque went off";
+static const CDS_FLASH char message_lost[] = ", inhibited: lost its state";
 static const CDS_FLASH char message_stopped[] = ", inhibited: stopped";
 static const CDS_FLASH char message_nobody[] = "no servo is known: 'scan' finds servos";
 
@@ -201,7 +201,7 @@ static bool servos_poll(struct console *console)
 const CDS_FLASH struct command stop_rows[] = {
     {
         .usage = FLASH_TEXT("stop"),
-        .what = FLASH_TEXT("torque off for all servos, at once"),
+        .what = FLASH_TEXT("torque off for all servos"),
         .details = COMMAND_DETAILS("Ctrl-X does the same at any time, before everything else. "
                                    "Driving is inhibited until release"),
         .example = COMMAND_DETAILS("stop"),
@@ -229,8 +229,9 @@ const CDS_FLASH struct command stop_rows[] = {
     },
     {
         .usage = FLASH_TEXT("servos [forget]"),
-        .what = FLASH_TEXT("the servos of the robot and their state"),
-        .details = COMMAND_DETAILS("scan finds servos. forget: empties the list"),
+        .what = FLASH_TEXT("servos of the robot and their state"),
+        .details = COMMAND_DETAILS("scan finds servos, the state check reads each once a second. "
+                                   "forget: empties the list"),
         .example = COMMAND_DETAILS("servos"),
         .begin = servos_begin,
         .poll = servos_poll,
