@@ -108,9 +108,12 @@ struct cds_motion_joint {
     int16_t mean_speed;  // of `distance` over the duration
     int16_t begin_speed; // when the move began
     int16_t end_speed;   // when it ends
+    int16_t trial_end;   // where the trial before ends
+    int16_t trial_speed; // speed there
     bool has_speeds : 1; // at the beginning or at the end
     bool is_known : 1;   // its position is
     bool is_moving : 1;  // takes part in the move
+    bool is_tried : 1;   // trial_end and trial_speed are set
 };
 
 /* What one moment of a move means for all its joints. The fields are internal. */
@@ -149,10 +152,11 @@ struct cds_motion_plan {
 /* A motion. Zero it (static storage is), then cds_motion_begin(). The program reads the first four
  * fields; the rest is internal. */
 struct cds_motion {
-    uint8_t result;       // of the last move: CDS_PENDING while it is under way or paused
-    uint8_t move_result;  // of the last cds_motion_move(): CDS_PENDING while it is checked, CDS_OK
-                          // once the move has begun, or why it was refused
-    uint8_t joint;        // for which the move was refused or ended
+    uint8_t result;      // of the last move: CDS_PENDING while it is under way or paused
+    uint8_t move_result; // of the last cds_motion_move() or cds_motion_try(): CDS_PENDING while the
+                         // move is checked, CDS_OK once it has begun or was tried, or why it was
+                         // refused
+    uint8_t joint;       // for which the move was refused or ended
     uint32_t shortest_ms; // refused as CDS_LIMIT: the time in which the move works, or 0: none
     // internal:
     struct cds_motion_config config;
@@ -160,6 +164,7 @@ struct cds_motion {
     uint8_t count;                 // of joints
     uint8_t index;                 // joint whose goal is set next; `count`: none in this period
     uint8_t begun;                 // joints before this one have begun the move
+    uint8_t cycle_begun;           // cycle->begun when the motion began
     uint8_t stage;                 // of the check
     uint8_t checked;               // joint that is checked next in this stage
     uint8_t outcome;               // of a motion that is ending
@@ -167,6 +172,8 @@ struct cds_motion {
     bool is_ready : 1;             // the move is checked, and begins with the next goals
     bool is_under_way : 1;
     bool is_ending : 1;                 // ends as soon as it is at rest
+    bool is_trial : 1;                  // the move that is checked does not begin
+    bool from_rest : 1;                 // the check takes the joints to be at rest
     uint32_t periods;                   // of the cycle, when the last goals were set
     uint32_t rate;                      // at which the time runs, in 1/65536
     uint32_t rate_goal;                 // the rate that `rate` approaches
@@ -185,17 +192,9 @@ struct cds_motion {
     bool has_speeds;                    // a joint moves when the move begins, or when it ends
 };
 
-/* Begins, at rest. CDS_OK; CDS_BAD_ARGUMENT: the cycle was not begun, or its period is shorter than
- * 200 us. */
+/* Begins, at rest. CDS_OK; CDS_BAD_ARGUMENT: the cycle was not begun, its period is shorter than
+ * 200 us, or period_us x full_speed_mrpm of a profile is below 12 210 000. */
 enum cds_result cds_motion_begin(struct cds_motion *motion, const struct cds_motion_config *config);
-
-/* Checks a step of a sequence before the sequence begins: the way of each joint from `from` to the
- * pose of `move`, by soft limits and speed. A joint with CDS_POSE_NONE in one of them is not
- * checked. `begins_moving`: the step before passes its pose. CDS_OK: cds_motion_move() may refuse
- * the move still, if its joints move at the beginning or the end. CDS_LIMIT: it will, see
- * motion.joint and motion.shortest_ms. CDS_BUSY: a move is under way or checked. */
-enum cds_result cds_motion_check_step(struct cds_motion *motion, const uint16_t *from,
-                                      const struct cds_move *move, bool begins_moving);
 
 /* Checks a move, then begins it: from where the joints are, or if they move, from the goals under
  * way with their speed. cds_motion_poll() checks one joint each time; until then a move under way
@@ -210,13 +209,23 @@ enum cds_result cds_motion_check_step(struct cds_motion *motion, const uint16_t 
  *   CDS_LIMIT         shortest_ms is not 0: the time is too short for motion.joint. shortest_ms is
  *                     the shortest time that works
  *   CDS_INHIBITED     motion.joint may not be driven
- *   CDS_TIMEOUT       the position of motion.joint is not known: the cycle has not read it yet
+ *   CDS_TIMEOUT       the position of motion.joint is not known: the cycle has not read it yet, or
+ *                     not in the last 0.5 s
  *
  * Returns CDS_OK: it is checked now. CDS_BUSY: the move before is still checked, or this move waits
  * and the motion is being aborted: try again when result is CDS_CANCELLED. CDS_BAD_ARGUMENT:
  * time, curve, acceleration or a position is out of range, or no joint is in the pose; nothing was
  * changed. */
 enum cds_result cds_motion_move(struct cds_motion *motion, const struct cds_move *move);
+
+/* Tries a move: checks it as cds_motion_move() does, and does not begin it. So a program checks the
+ * moves of a sequence one after the other before the first one begins. A joint starts from where
+ * the trial before ends, with the speed it has there; `is_first`, or no trial had this joint: from
+ * where it is. cds_motion_poll() goes on with the trial, and motion.move_result tells, as for
+ * cds_motion_move(). move->waits is not used. Returns as cds_motion_move(); CDS_BUSY, too, while a
+ * move is under way. */
+enum cds_result cds_motion_try(struct cds_motion *motion, const struct cds_move *move,
+                               bool is_first);
 
 /* True while cds_motion_move() returns CDS_BUSY for every move. */
 static inline bool cds_motion_is_busy(const struct cds_motion *motion)
@@ -231,7 +240,9 @@ static inline bool cds_motion_is_busy(const struct cds_motion *motion)
  *   CDS_OK         the last goals were sent, or nothing has moved yet
  *   CDS_CANCELLED  aborted; the joints stand still
  *   CDS_LIMIT, CDS_INHIBITED  the permit refused a goal of motion.joint; the other joints have
- *                  stopped where they were */
+ *                  stopped where they were
+ *   CDS_INHIBITED  also: the cycle was aborted, or begun again
+ *   CDS_TIMEOUT    when the move began, the last feedback of motion.joint was older than 0.5 s */
 enum cds_result cds_motion_poll(struct cds_motion *motion);
 
 /* Brings the joints to a standstill on their way, at `deceleration` at most (speed register units

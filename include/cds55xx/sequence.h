@@ -10,8 +10,8 @@
  *         cds_sequence_poll(&sequence);
  *     }
  *
- * The steps come from a function of the program, so they may stand in flash, RAM or EEPROM. Pause,
- * resume and override: those of the motion. All functions: main context. */
+ * The steps come from a function of the program, so they may stand in flash, RAM or EEPROM. The
+ * override is that of the motion. All functions: main context. */
 #ifndef CDS_SEQUENCE_H
 #define CDS_SEQUENCE_H
 
@@ -39,7 +39,8 @@ struct cds_sequence_config {
     void *context;             // handed to the functions
     /* Reads step `index`, 0 to 255, and its pose, CDS_POSE_NONE for each joint that takes no part.
      * False: there is no such step. Called for each step of a run and for the index behind its last
-     * step; perhaps twice for the index behind a step that passes. */
+     * step; perhaps twice for the index behind a step that passes. With checks_all also before
+     * the first step begins. */
     bool (*read)(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose);
     /* Asked again with each poll until it is true: may step `index` begin? Not asked for a step
      * that follows one that passes: the joints would have to stop at the pose. NULL: always. */
@@ -47,6 +48,9 @@ struct cds_sequence_config {
     void (*on_pose)(void *context, uint8_t index, uint8_t event); // the pose of this step was sent;
                                                                   // NULL: not called
     uint16_t repeats; // how often the sequence runs; 0: for ever
+    bool checks_all;  // the steps of the first two runs are checked before anything moves
+                      // (cds_motion_try()); each other run is as the second one. Takes up to 4
+                      // polls a joint and step. Not for a `read` that has steps for ever
 };
 
 /* A buffer for a step that was read. The fields are internal. */
@@ -57,7 +61,7 @@ struct cds_sequence_slot {
 };
 
 /* A sequence. Zero it (static storage is), then cds_sequence_begin(). The program reads the first
- * three fields; the rest is internal. */
+ * three fields and is_checking; the rest is internal. */
 struct cds_sequence {
     uint8_t result; // CDS_PENDING while it runs; then how it ended
     uint8_t step;   // under way, from 0 on
@@ -69,6 +73,8 @@ struct cds_sequence {
     uint8_t state;
     uint8_t event;          // of the step under way
     bool passes;            // the step under way passes its pose
+    bool is_checking;       // steps are checked, and none has begun: checks_all
+    bool is_paused;         // until cds_sequence_resume()
     uint16_t step_dwell_ms; // of the step under way
     uint16_t dwell_ms;      // of the pose where the joints are at rest
     uint32_t dwell_from_us; // when they came to rest
@@ -87,6 +93,11 @@ enum cds_result cds_sequence_begin(struct cds_sequence *sequence,
  *   else           why the move of sequence.step was refused or has ended: motion.h. A move behind
  *                  a passed pose is refused while the joints move: they come to rest */
 enum cds_result cds_sequence_poll(struct cds_sequence *sequence);
+
+/* Brings the joints to rest on their way, as cds_motion_pause() does. While they rest at a pose,
+ * the next step does not begin. */
+void cds_sequence_pause(struct cds_sequence *sequence, uint16_t deceleration);
+void cds_sequence_resume(struct cds_sequence *sequence);
 
 /* Ends the sequence: the joints come to rest as by cds_motion_abort(). */
 void cds_sequence_abort(struct cds_sequence *sequence, uint16_t deceleration);

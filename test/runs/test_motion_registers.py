@@ -94,6 +94,16 @@ class Registers(unittest.TestCase):
         self.assertEqual(replies[11], (0, bytes([0, 200, 0, 0, 0, 79])))
         self.assertEqual(replies[12:], [(RANGE, b"")] * 2)
 
+    def test_refused_pose_leaves_the_override_of_the_motion(self):
+        """The last line of the set-up begins a move of 5 s; a pose in 10 ms is refused."""
+        program = self.setup_lines(READY + ["pose low in 5s"])
+        for line in f"say {write(OVERRIDE, 50)[0].hex(' ')}\nhear 6 within 30\n", "text pose low in 10ms\nwait 100000\nrest\n", "":
+            program += line + f"wait {100 * MS}\n"
+        program += f"say {read(OVERRIDE)[0].hex(' ')}\nhear 7 within 30\n"
+        heard = self.run_program(program)
+        self.assertIn(b"error 57", b"".join(heard))
+        self.assertEqual(heard[-1][5], 50)
+
     def test_play_is_refused_as_at_the_console(self):
         replies = self.talk(write(PLAY, 3), write(OVERRIDE, 9), write(PLAY, LONG), wait(300), write(PLAY, BOW),
                             read(STATE), write(0x10, 1))

@@ -13,9 +13,9 @@ enum phase {
     CHECK_STEPS,    // one step of the sequence in each poll
     READ_POSITIONS, // until the positions of all servos are known
     READ_STATES,    // until mode and torque of all servos are known
-    CHECK_TIMES,    // of the sequence, one step in each poll
-    BEGIN,          // until the motion takes the move
-    CHECK_MOVE,     // until the move has begun
+    CHECK_SERVOS,   // of one step of the sequence in each poll
+    BEGIN,          // until the motion takes the move, or the sequence begins to check its steps
+    CHECK_MOVES,    // until the first move has begun
 } __attribute__((packed));
 
 static struct motion_start *start_of(const struct robot *robot)
@@ -99,6 +99,14 @@ static void set_sequence(const struct robot *robot, uint8_t place, uint16_t repe
     start->step = 0;
 }
 
+/* The start was refused: drops the group that was chosen for it, but not the group of another
+ * motion that is starting. */
+static void drop_group(struct robot *robot)
+{
+    if (robot->moves == NULL || !motion_is_starting(robot))
+        stored_group_drop(robot);
+}
+
 uint8_t motion_start_sequence(struct robot *robot, uint8_t place, uint16_t repeats)
 {
     uint8_t error = motion_may_start_sequence(robot, place);
@@ -110,7 +118,7 @@ uint8_t motion_start_sequence(struct robot *robot, uint8_t place, uint16_t repea
     if (error == 0)
         set_sequence(robot, place, repeats);
     else
-        stored_group_drop(robot);
+        drop_group(robot);
     return error;
 }
 
@@ -136,7 +144,7 @@ uint8_t motion_start_move(struct robot *robot, const struct cds_move *move)
     if (error == 0)
         error = begin(robot, READ_POSITIONS);
     if (error) {
-        stored_group_drop(robot);
+        drop_group(robot);
         return error;
     }
     start->is_sequence = false;
@@ -268,73 +276,30 @@ static uint8_t read_state(struct robot *robot, uint8_t id)
     return result == CDS_OK || result == CDS_BUSY ? (uint8_t)CDS_PENDING : (uint8_t)result;
 }
 
-/* Mode and torque are known: checks the servos of a move, or the times of a sequence. */
+/* Mode and torque are known: checks the servos of a move, or of a sequence step by step. */
 static uint8_t end_states(const struct robot *robot)
 {
     struct motion_start *start = start_of(robot);
 
-    start->phase = start->is_sequence ? CHECK_TIMES : BEGIN;
-    if (!start->is_sequence)
-        return check_servos(robot, start->move.pose);
+    start->phase = start->is_sequence ? CHECK_SERVOS : BEGIN;
     start->step = 0;
-    start->is_second_run = false;
-    start->passes = false;
-    memset(robot->moves->player.poses, UINT8_MAX, sizeof robot->moves->player.poses);
-    return CDS_PENDING;
+    return start->is_sequence ? (uint8_t)CDS_PENDING : check_servos(robot, start->move.pose);
 }
 
-/* The next step for check_times(); behind the last one the first one again, if the sequence is
- * repeated. False: all are checked. */
-static bool read_step(const struct robot *robot, struct motion_store_step *step)
+/* Checks the servos of a step. */
+static uint8_t check_step_servos(const struct robot *robot)
 {
     const struct motion_store *store = robot->moves->store;
     struct motion_start *start = start_of(robot);
-
-    if (!start->is_second_run && motion_store_read_step(store, start->place, start->step, step))
-        return true;
-    if (start->is_second_run ? start->step : start->repeats == 1)
-        return false;
-    start->is_second_run = true;
-    start->step = 0;
-    return motion_store_read_step(store, start->place, 0, step);
-}
-
-/* Can the servos go from pose to pose in the times of the steps? The motion itself checks the way
- * to the first pose, and moves through a pose more exactly. */
-static uint8_t check_times(const struct robot *robot)
-{
-    struct moves *moves = robot->moves;
-    struct motion_start *start = start_of(robot);
-    uint16_t *from = moves->player.poses, *pose = from + ROBOT_SERVOS; // free until it plays
     struct motion_store_step step;
-    struct cds_move move;
-    uint8_t result;
+    uint16_t pose[ROBOT_SERVOS];
 
-    if (!read_step(robot, &step)) {
+    if (!motion_store_read_step(store, start->place, start->step++, &step)) {
         start->phase = BEGIN;
         return CDS_PENDING;
     }
-    stored_pose_read(moves->store, &start->joints, motion_store_pose_of(moves->store, step.pose),
-                     pose);
-    result = check_servos(robot, pose);
-    if (result != CDS_PENDING)
-        return result;
-    move = (struct cds_move){.pose = pose,
-                             .time_ms = 10ul * step.time_10ms,
-                             .curve = step.curve,
-                             .next_pose = step.passes ? pose : NULL};
-    result = (uint8_t)cds_motion_check_step(&moves->motion, from, &move, start->passes);
-    if (result != CDS_OK) {
-        start->outcome = moves_refusal(robot, result);
-        start->outcome.step = start->step;
-        return start->outcome.result;
-    }
-    for (uint8_t i = 0; i < robot->group_count; i++)
-        if (pose[i] != CDS_POSE_NONE)
-            from[i] = pose[i];
-    start->passes = step.passes;
-    start->step++;
-    return CDS_PENDING;
+    stored_pose_read(store, &start->joints, motion_store_pose_of(store, step.pose), pose);
+    return check_servos(robot, pose);
 }
 
 /* The READ has ended. */
@@ -374,20 +339,28 @@ static uint8_t begin_motion(struct robot *robot)
                                  : moves_begin(robot, &start->move, moves->ends_cycle);
 
     if (result == CDS_OK)
-        start->phase = CHECK_MOVE;
+        start->phase = CHECK_MOVES;
     return result == CDS_OK || result == CDS_BUSY ? (uint8_t)CDS_PENDING : (uint8_t)result;
 }
 
-static uint8_t check_move(const struct robot *robot)
+static uint8_t check_moves(struct robot *robot)
 {
     const struct moves *moves = robot->moves;
     struct motion_start *start = start_of(robot);
     uint8_t result = moves->player.sequence.result;
 
+    if (result == CDS_PENDING && moves->player.sequence.is_checking)
+        return CDS_PENDING;
     if (result == CDS_OK || result == CDS_PENDING)
         result = moves->motion.move_result;
-    if (result == CDS_OK || result == CDS_PENDING)
+    if (result == CDS_PENDING)
         return result;
+    if (result == CDS_OK) {
+        stored_group_keep(robot);
+        if (!start->is_sequence)
+            moves_set_override(robot, 100);
+        return result;
+    }
     start->outcome = moves_refusal(robot, result);
     return start->outcome.result;
 }
@@ -396,16 +369,15 @@ static uint8_t poll_start(struct robot *robot)
 {
     const struct motion_start *start = start_of(robot);
 
-    if (start->is_sequence && start->phase < CHECK_MOVE &&
-        motion_store_is_saving(robot->moves->store))
+    if (start->is_sequence && motion_store_is_saving(robot->moves->store))
         return MOTION_SAVING; // a step that cannot be read is not the end of the sequence
     switch (start->phase) {
     case CHECK_STEPS: return check_step(robot);
     case READ_POSITIONS: return read_positions(robot);
     case READ_STATES: return read_states(robot);
-    case CHECK_TIMES: return check_times(robot);
+    case CHECK_SERVOS: return check_step_servos(robot);
     case BEGIN: return begin_motion(robot);
-    default: return check_move(robot);
+    default: return check_moves(robot);
     }
 }
 

@@ -57,10 +57,8 @@ struct motion_start {
     bool is_sequence;
     uint8_t place;           // of the sequence
     uint8_t step;            // that is checked next
-    bool is_second_run;      // the way from the last step to the first one is checked
-    bool passes;             // the step before passes its pose
     uint16_t repeats;        // of the sequence
-    uint32_t begun_us;       // when the cycle was started
+    uint32_t begun_us;       // when the start began
     uint8_t read_joint;      // whose mode and torque are read
     bool is_reading;         // `read` is on its way
     struct cds_request read; // READ of mode and torque

@@ -54,12 +54,11 @@ void moves_reserve(struct robot *robot, bool ends_cycle)
     cds_servos_reserve(&robot->servos, &robot->cycle->goals, robot->group, robot->group_count);
 }
 
-/* The motion has begun: its servos are reserved, and compared with their goals. */
+/* The motion is checked: its servos are reserved, and compared with their goals. */
 static void take_servos(struct robot *robot, bool ends_cycle)
 {
     struct moves *moves = robot->moves;
 
-    stored_group_keep(robot);
     moves_reserve(robot, ends_cycle);
     cds_follow_begin(&moves->follow, &(struct cds_follow_config){.cycle = robot->cycle,
                                                                  .joints = moves->follow_joints});
@@ -170,7 +169,8 @@ enum cds_result moves_begin(struct robot *robot, const struct cds_move *move, bo
 
     if (moves_is_playing(robot))
         return CDS_BUSY;
-    moves_set_override(robot, 100);
+    if (!moves_go_on(robot))
+        moves_set_override(robot, 100); // else when this move begins in place of the other one
     result = cds_motion_move(&moves->motion, move);
     if (result == CDS_BUSY)
         return result;
@@ -204,13 +204,19 @@ void moves_set_override(struct robot *robot, uint8_t percent)
 void moves_pause(struct robot *robot)
 {
     robot->moves->player.is_paused = true;
-    cds_motion_pause(&robot->moves->motion, CDS_MOTION_DECELERATION);
+    if (moves_is_playing(robot))
+        cds_sequence_pause(&robot->moves->player.sequence, CDS_MOTION_DECELERATION);
+    else
+        cds_motion_pause(&robot->moves->motion, CDS_MOTION_DECELERATION);
 }
 
 void moves_resume(struct robot *robot)
 {
     robot->moves->player.is_paused = false;
-    cds_motion_resume(&robot->moves->motion);
+    if (moves_is_playing(robot))
+        cds_sequence_resume(&robot->moves->player.sequence);
+    else
+        cds_motion_resume(&robot->moves->motion);
 }
 
 void moves_end(struct robot *robot)

@@ -23,14 +23,6 @@ static bool read_step(void *context, uint8_t index, struct cds_sequence_step *st
     return true;
 }
 
-static bool may_begin(void *context, uint8_t index)
-{
-    const struct player *player = context;
-
-    (void)index;
-    return !player->is_paused;
-}
-
 enum cds_result player_begin(struct player *player, struct cds_motion *motion,
                              const struct motion_store *store, const struct robot *robot,
                              uint8_t place, uint16_t repeats)
@@ -44,8 +36,8 @@ enum cds_result player_begin(struct player *player, struct cds_motion *motion,
                                                             .poses = player->poses,
                                                             .context = player,
                                                             .read = read_step,
-                                                            .may_begin = may_begin,
-                                                            .repeats = repeats});
+                                                            .repeats = repeats,
+                                                            .checks_all = true});
 }
 
 void player_abort(struct player *player)

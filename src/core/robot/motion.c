@@ -10,10 +10,10 @@
 
 #define JOINTS_PER_POLL 6
 #define BEGIN_COST      5 // joints less in this poll: a joint that begins a move divides
-/* 1023 steps are 300 degrees, and full speed is 1023 units: so many 1/16 units x microseconds x RPM
- * is one step per period. */
-#define SCALE        ((uint32_t)800000000)
-#define PERIOD_LEAST 200 // us: below, the scale of a joint does not fit into 16 bits
+/* Speed of one step per period, in 1/16 register unit, is SCALE / (period in us x full speed in
+ * RPM): 300 degrees are 1023 steps, and full speed is 1023 units. */
+#define SCALE      ((uint32_t)800000000)
+#define PERIOD_MIN 200 // us
 /* Added to the speed that leads to the next goal, in 1/16384 of the mean speed: a servo lags behind
  * moving goals, and must catch up before the end. */
 #define RESERVE       (CDS_CURVE_RATE_1 / 2)
@@ -83,6 +83,11 @@ static bool locate(const struct cds_motion *motion, uint8_t index,
     const struct cds_feedback *feedback = &motion->config.cycle->feedback[index];
     uint16_t steps;
 
+    if (motion->is_trial && joint->is_tried) {
+        way->position = joint->trial_end;
+        way->begin_speed = joint->trial_speed;
+        return true;
+    }
     way->position = position_of(joint, basis);
     way->begin_speed = 0;
     if (joint->is_moving && !basis->is_at_rest) {
@@ -168,6 +173,8 @@ void cds_motion_set_path(struct cds_motion_joint *joint, const struct cds_motion
     joint->mean_speed = mean_speed(joint, joint->distance, plan->duration);
 }
 
+static void end_soon(struct cds_motion *motion, enum cds_result outcome);
+
 /* Joint `index` begins the move that was checked. A joint that is not in the pose brakes, or if the
  * curve is linear or by servo, stops at its last goal. */
 static void begin_path(struct cds_motion *motion, uint8_t index)
@@ -179,7 +186,9 @@ static void begin_path(struct cds_motion *motion, uint8_t index)
     if (!is_in_pose && !joint->is_moving)
         return;
     if (!cds_motion_find_way(motion, index, &motion->last_basis, motion->plan.duration, &way)) {
-        joint->is_moving = false; // the feedback is older than 0.5 s: takes no part
+        joint->is_moving = false; // its feedback is older than 0.5 s
+        motion->joint = index;
+        end_soon(motion, CDS_TIMEOUT);
         return;
     }
     if (!is_in_pose) // it stays at its last goal, wherever it is
@@ -336,7 +345,7 @@ static void drop_next(struct cds_motion *motion, enum cds_result why)
 {
     if (motion->move_result == CDS_PENDING)
         motion->move_result = (uint8_t)why;
-    motion->is_ready = false;
+    motion->is_ready = motion->is_trial = false;
 }
 
 /* The joints come to rest on their way; the motion ends as `outcome`, and no other move begins. */
@@ -353,7 +362,7 @@ static void begin_period(struct cds_motion *motion)
     bool is_over = !motion->is_under_way || motion->basis.is_end;
 
     motion->periods = motion->config.cycle->counters.periods;
-    if (motion->basis.is_end)
+    if (motion->is_under_way && motion->basis.is_end)
         cds_motion_set_end(motion, &motion->basis);
     if (motion->is_ready && (is_over || !motion->next.waits)) {
         begin_move(motion);
@@ -422,21 +431,26 @@ enum cds_result cds_motion_begin(struct cds_motion *motion, const struct cds_mot
     const struct cds_register_profile *profile = &cds_profile_cds55xx;
     uint16_t period_us = config->cycle->period_us;
 
-    if (!config->cycle->bus || period_us < PERIOD_LEAST)
+    if (!config->cycle->bus || period_us < PERIOD_MIN)
         return CDS_BAD_ARGUMENT;
     *motion = (struct cds_motion){.config = *config,
                                   .count = config->cycle->count,
                                   .index = config->cycle->count,
                                   .begun = config->cycle->count,
+                                  .cycle_begun = config->cycle->begun,
                                   .basis.is_end = true,
                                   .basis.is_at_rest = true,
                                   .override = CDS_MOTION_RATE_1};
     motion->rate_step = override_step(motion);
     for (uint8_t i = 0; i < config->cycle->count; i++) {
+        uint32_t scale;
+
         if (config->profiles)
             profile = config->profiles[i];
-        config->joints[i] = (struct cds_motion_joint){
-            .scale = (uint16_t)(SCALE / period_us * 1000 / profile->full_speed_mrpm)};
+        scale = SCALE / period_us * 1000 / profile->full_speed_mrpm;
+        if (scale > UINT16_MAX)
+            return CDS_BAD_ARGUMENT;
+        config->joints[i] = (struct cds_motion_joint){.scale = (uint16_t)scale};
     }
     return CDS_OK;
 }
@@ -453,17 +467,42 @@ static bool is_pose(const uint16_t *pose, uint8_t count)
     return has_joint;
 }
 
+/* True if the arguments are in range, and a joint is in the pose. */
+static bool is_move(const struct cds_move *move, uint8_t count)
+{
+    if (move->next_pose && (!is_pose(move->next_pose, count) || move->next_ms == 0 ||
+                            move->next_ms > CDS_MOTION_TIME_MAX_MS))
+        return false;
+    return move->time_ms && move->time_ms <= CDS_MOTION_TIME_MAX_MS &&
+           move->curve <= CDS_MOTION_BY_SERVO &&
+           (move->curve != CDS_MOTION_TRAPEZOID || move->acceleration) &&
+           is_pose(move->pose, count);
+}
+
 enum cds_result cds_motion_move(struct cds_motion *motion, const struct cds_move *move)
 {
     if (cds_motion_is_busy(motion) || (move->waits && motion->is_ending))
         return CDS_BUSY;
-    if (move->time_ms == 0 || move->time_ms > CDS_MOTION_TIME_MAX_MS ||
-        move->curve > CDS_MOTION_BY_SERVO || !is_pose(move->pose, motion->count) ||
-        (move->curve == CDS_MOTION_TRAPEZOID && move->acceleration == 0) ||
-        (move->next_pose && (!is_pose(move->next_pose, motion->count) || move->next_ms == 0 ||
-                             move->next_ms > CDS_MOTION_TIME_MAX_MS)))
+    if (!is_move(move, motion->count))
         return CDS_BAD_ARGUMENT;
     motion->next = *move;
+    cds_motion_begin_check(motion);
+    return CDS_OK;
+}
+
+/* The moves of a sequence wait for the end of the move before: that decides how long they brake. */
+enum cds_result cds_motion_try(struct cds_motion *motion, const struct cds_move *move,
+                               bool is_first)
+{
+    if (motion->result == CDS_PENDING || cds_motion_is_busy(motion))
+        return CDS_BUSY;
+    if (!is_move(move, motion->count))
+        return CDS_BAD_ARGUMENT;
+    for (uint8_t i = 0; is_first && i < motion->count; i++)
+        motion->config.joints[i].is_tried = false;
+    motion->next = *move;
+    motion->next.waits = true;
+    motion->is_trial = true;
     cds_motion_begin_check(motion);
     return CDS_OK;
 }
@@ -471,6 +510,11 @@ enum cds_result cds_motion_move(struct cds_motion *motion, const struct cds_move
 /* A move was checked, perhaps one that a motion under way goes over to. */
 static void note_check(struct cds_motion *motion, enum cds_result result)
 {
+    if (motion->is_trial) {
+        motion->is_trial = result == CDS_PENDING;
+        motion->move_result = result;
+        return;
+    }
     if (result == CDS_OK) {
         motion->is_ready = true;
     } else if (result != CDS_PENDING) {
@@ -481,9 +525,28 @@ static void note_check(struct cds_motion *motion, enum cds_result result)
         motion->result = CDS_PENDING;
 }
 
+/* True if the goals of the motion are no longer sent: the cycle was aborted, or begun again. */
+static bool has_lost_cycle(const struct cds_motion *motion)
+{
+    const struct cds_cycle *cycle = motion->config.cycle;
+
+    return cycle->is_aborted || cycle->begun != motion->cycle_begun;
+}
+
+/* No goal leaves any more, so the joints cannot come to rest on their way. */
+static void end_without_cycle(struct cds_motion *motion)
+{
+    drop_next(motion, CDS_INHIBITED);
+    motion->index = motion->count;
+    if (motion->result == CDS_PENDING)
+        end(motion, CDS_INHIBITED);
+}
+
 enum cds_result cds_motion_poll(struct cds_motion *motion)
 {
-    if (motion->index < motion->count)
+    if (has_lost_cycle(motion))
+        end_without_cycle(motion);
+    else if (motion->index < motion->count)
         set_goals(motion);
     else if (motion->is_under_way ? motion->config.cycle->counters.periods != motion->periods
                                   : motion->is_ready)

@@ -10,7 +10,8 @@
 #define WINDOW_US ((uint32_t)250000) // braking lasts so long at most
 #define SAMPLES   16                 // speeds that are checked in a window and in a move
 
-/* What a poll checks: a joint in BRAKING, GOALS and SPEEDS; else it does a step of the plan. */
+/* What a poll does: it checks a joint in BRAKING, GOALS and SPEEDS, and notes one in TRIAL_END;
+ * else it does a step of the plan. */
 enum stage {
     BRAKING, // how long may a joint that moves brake?
     GOALS,   // within the limits? And how long does the joint take from rest?
@@ -18,6 +19,7 @@ enum stage {
     CURVE,
     SPEEDS, // of joints that move at begin or end; if one is too fast: DURATION again
     DECISION,
+    TRIAL_END, // of a trial only, which ends with it
     TIME,
     BRAKING_TIME,
     OVERRIDE,
@@ -56,7 +58,8 @@ void cds_motion_begin_check(struct cds_motion *motion)
     motion->shortest_ms = 0;
     motion->has_speeds = false;
     motion->checked = 0;
-    motion->stage = basis_before(motion)->is_at_rest ? GOALS : BRAKING;
+    motion->from_rest = basis_before(motion)->is_at_rest;
+    motion->stage = motion->from_rest && !motion->is_trial ? GOALS : BRAKING;
     motion->move_result = CDS_PENDING;
 }
 
@@ -200,51 +203,6 @@ static enum cds_result check_goal(struct cds_motion *motion, uint8_t index)
 }
 
 /* ---- the plan, when the goals of all joints are checked ---- */
-
-/* Notes `periods` of joint `index` if no joint of the step takes longer. */
-static void note_step(struct cds_motion *motion, uint8_t index, uint32_t periods)
-{
-    uint32_t ms = (periods * motion->config.cycle->period_us + 999) / 1000;
-
-    if (ms <= motion->shortest_ms)
-        return;
-    motion->shortest_ms = ms;
-    motion->joint = index;
-}
-
-/* Divides only for a joint that is too fast: a step has up to 18 joints. */
-enum cds_result cds_motion_check_step(struct cds_motion *motion, const uint16_t *from,
-                                      const struct cds_move *move, bool begins_moving)
-{
-    uint32_t periods = periods_of(motion, move->time_ms);
-    bool has_speed = begins_moving || move->next_pose;
-
-    if (motion->result == CDS_PENDING || cds_motion_is_busy(motion))
-        return CDS_BUSY;
-    motion->shortest_ms = 0;
-    for (uint8_t i = 0; i < motion->count; i++) {
-        const struct cds_servo_state *servo = servo_of(motion, i);
-        uint16_t goal = move->pose[i], fastest = servo ? servo->fastest : CDS_VALUE_MAX;
-        uint32_t units;
-
-        if (goal == CDS_POSE_NONE || from[i] == CDS_POSE_NONE)
-            continue;
-        if (fastest == 0 || (servo && (goal < servo->lowest || goal > servo->highest))) {
-            motion->shortest_ms = 0;
-            motion->joint = i;
-            return CDS_LIMIT;
-        }
-        units = (uint32_t)(goal > from[i] ? goal - from[i] : from[i] - goal) * CDS_MOTION_STEP;
-        units = (units * motion->config.joints[i].scale >> 7) + 1;
-        if (has_speed) // a servo catches up 1/8, as in check_speed()
-            fastest = (uint16_t)(fastest + fastest / 8);
-        else if (move->curve == CDS_MOTION_MINIMUM_JERK)
-            units = units * 15 / 8;
-        if (units > fastest * periods)
-            note_step(motion, i, (units + fastest - 1) / fastest);
-    }
-    return motion->shortest_ms ? CDS_LIMIT : CDS_OK;
-}
 
 /* Chooses the duration that is tried next. */
 static enum cds_result choose_duration(struct cds_motion *motion)
@@ -393,12 +351,31 @@ static uint32_t highest_rate(const struct cds_motion *motion)
     return (duration << 16) / shortest;
 }
 
+/* The next trial starts from where this one ends. A joint that is not in the pose rests. */
+static enum cds_result note_trial_end(struct cds_motion *motion, uint8_t index)
+{
+    struct cds_motion_joint *joint = &motion->config.joints[index];
+    struct cds_motion_way way;
+
+    if (motion->next.pose[index] == CDS_POSE_NONE) {
+        joint->trial_speed = 0;
+        return CDS_OK;
+    }
+    if (!cds_motion_find_way(motion, index, basis_before(motion), motion->next_plan.duration, &way))
+        return CDS_TIMEOUT;
+    joint->trial_end = way.goal;
+    joint->trial_speed = way.end_speed;
+    joint->is_tried = true;
+    return CDS_OK;
+}
+
 static enum cds_result check_joint(struct cds_motion *motion, uint8_t index)
 {
     switch (motion->stage) {
     case BRAKING: return check_braking(motion, index);
     case GOALS: return check_goal(motion, index);
-    default: return check_speed(motion, index);
+    case SPEEDS: return check_speed(motion, index);
+    default: return note_trial_end(motion, index);
     }
 }
 
@@ -424,16 +401,30 @@ static void go_on(struct cds_motion *motion, bool is_of_joints)
     if (is_of_joints && ++motion->checked < motion->count)
         return;
     motion->checked = 0;
-    motion->stage++;
+    if (motion->stage == TRIAL_END)
+        motion->stage = DONE;
+    else
+        motion->stage++;
     if (motion->stage == SPEEDS && !motion->has_speeds)
         motion->stage++;
+    if (motion->stage == TRIAL_END && !motion->is_trial)
+        motion->stage++;
+}
+
+static bool is_stage_of_joints(uint8_t stage)
+{
+    return stage <= GOALS || stage == SPEEDS || stage == TRIAL_END;
 }
 
 enum cds_result cds_motion_check(struct cds_motion *motion)
 {
-    bool is_of_joints = motion->stage <= GOALS || motion->stage == SPEEDS;
+    bool is_of_joints = is_stage_of_joints(motion->stage);
     enum cds_result result;
 
+    if (motion->from_rest && !basis_before(motion)->is_at_rest) { // resumed during the check
+        cds_motion_begin_check(motion);
+        return CDS_PENDING;
+    }
     motion->carry = CDS_MOTION_CARRY_1; // upper bound: begin_move() lowers it if the rate falls
     if (motion->rate > CDS_MOTION_RATE_1)
         motion->carry = (uint16_t)(motion->rate >> 4);

@@ -3,7 +3,11 @@
  * turns. */
 #include "cds55xx/sequence.h"
 
+#define RUNS_TRIED 2
+
 enum {
+    TRYING,   // the step in the slot is tried next; none has begun
+    TRIED,    // until the motion has tried it
     DWELLING, // until the next step may begin
     CHECKING, // the motion checks its move
     MOVING,
@@ -38,7 +42,8 @@ static bool read_behind(struct cds_sequence *sequence, uint8_t slot)
     return (repeats == 0 || run < repeats) && read_to(sequence, !slot, 0, run);
 }
 
-/* Submits the move of the step in `slot`. A step that passes needs the step behind it. */
+/* Submits the move of the step in `slot`, or tries it. A step that passes needs the step behind it.
+ */
 static enum cds_result submit(struct cds_sequence *sequence, uint8_t slot, bool waits)
 {
     const struct cds_sequence_step *step = &sequence->slots[slot].step;
@@ -56,7 +61,9 @@ static enum cds_result submit(struct cds_sequence *sequence, uint8_t slot, bool 
         move.next_pose = pose_of(sequence, !slot);
         move.next_ms = sequence->slots[!slot].step.time_ms;
     }
-    return cds_motion_move(sequence->config.motion, &move);
+    return sequence->is_checking ? cds_motion_try(sequence->config.motion, &move,
+                                                  sequence->step == 0 && sequence->run == 0)
+                                 : cds_motion_move(sequence->config.motion, &move);
 }
 
 static enum cds_result end(struct cds_sequence *sequence, enum cds_result result)
@@ -86,7 +93,52 @@ static void report_pose(const struct cds_sequence *sequence)
 
 static bool is_dwell_over(const struct cds_sequence *sequence)
 {
-    return cds_port_now_us() - sequence->dwell_from_us >= 1000ul * sequence->dwell_ms;
+    return !sequence->is_paused &&
+           cds_port_now_us() - sequence->dwell_from_us >= 1000ul * sequence->dwell_ms;
+}
+
+/* Reads the first step. False: there is none. */
+static bool rewind_to_first(struct cds_sequence *sequence)
+{
+    if (!read_to(sequence, 0, 0, 0))
+        return false;
+    note_step(sequence, 0);
+    return true;
+}
+
+/* The step in the slot was tried. Tries the next one, up to the end of the second run: a joint that
+ * is in a later pose only starts from elsewhere in the first run. All further runs are as the
+ * second one. Then the sequence begins. */
+static enum cds_result try_next(struct cds_sequence *sequence)
+{
+    if (read_behind(sequence, sequence->slot) &&
+        sequence->slots[!sequence->slot].run < RUNS_TRIED) {
+        note_step(sequence, !sequence->slot);
+        sequence->state = TRYING;
+        return CDS_PENDING;
+    }
+    sequence->is_checking = false;
+    sequence->state = DWELLING;
+    return rewind_to_first(sequence) ? CDS_PENDING : end(sequence, CDS_BAD_ARGUMENT);
+}
+
+static enum cds_result poll_trial(struct cds_sequence *sequence)
+{
+    enum cds_result result = submit(sequence, sequence->slot, false);
+
+    if (result != CDS_OK)
+        return end(sequence, result);
+    sequence->state = TRIED;
+    return CDS_PENDING;
+}
+
+static enum cds_result poll_tried(struct cds_sequence *sequence)
+{
+    enum cds_result result = (enum cds_result)sequence->config.motion->move_result;
+
+    if (result == CDS_OK)
+        return try_next(sequence);
+    return result == CDS_PENDING ? result : end(sequence, result);
 }
 
 static enum cds_result poll_dwell(struct cds_sequence *sequence)
@@ -182,10 +234,11 @@ enum cds_result cds_sequence_begin(struct cds_sequence *sequence,
 {
     if (config->motion->result == CDS_PENDING || cds_motion_is_busy(config->motion))
         return CDS_BUSY;
-    *sequence = (struct cds_sequence){.config = *config, .state = DWELLING};
-    if (!read_to(sequence, 0, 0, 0))
+    *sequence = (struct cds_sequence){.config = *config,
+                                      .state = config->checks_all ? TRYING : DWELLING,
+                                      .is_checking = config->checks_all};
+    if (!rewind_to_first(sequence))
         return CDS_BAD_ARGUMENT;
-    note_step(sequence, 0);
     sequence->result = CDS_PENDING;
     return CDS_OK;
 }
@@ -196,12 +249,26 @@ enum cds_result cds_sequence_poll(struct cds_sequence *sequence)
     if (sequence->result != CDS_PENDING)
         return (enum cds_result)sequence->result;
     switch (sequence->state) {
+    case TRYING: return poll_trial(sequence);
+    case TRIED: return poll_tried(sequence);
     case DWELLING: return poll_dwell(sequence);
     case CHECKING: return poll_check(sequence);
     case MOVING: return poll_way(sequence);
     case QUEUED: return poll_queue(sequence);
     default: return is_dwell_over(sequence) ? end(sequence, CDS_OK) : CDS_PENDING;
     }
+}
+
+void cds_sequence_pause(struct cds_sequence *sequence, uint16_t deceleration)
+{
+    sequence->is_paused = true;
+    cds_motion_pause(sequence->config.motion, deceleration);
+}
+
+void cds_sequence_resume(struct cds_sequence *sequence)
+{
+    sequence->is_paused = false;
+    cds_motion_resume(sequence->config.motion);
 }
 
 void cds_sequence_abort(struct cds_sequence *sequence, uint16_t deceleration)

@@ -230,6 +230,17 @@ void test_override_has_range_and_goes_to_motion(void)
     TEST_ASSERT_EQUAL_UINT32(2 * 65536, moves.motion.override);
 }
 
+/* The joints of the stored poses are its group. */
+void test_refused_start_keeps_the_group_of_a_start(void)
+{
+    write(0x70, 1);
+    moves.group_is_tried = true;
+    TEST_ASSERT_EQUAL_UINT8(MOTION_BUSY, motion_start_sequence(&robot, moves.start.place, 1));
+    TEST_ASSERT_EQUAL_UINT8(MOTION_BUSY,
+                            motion_start_move(&robot, &(struct cds_move){.time_ms = 1}));
+    TEST_ASSERT_EQUAL_UINT8(2, robot.group_count);
+}
+
 void test_play_and_override_in_one_write(void)
 {
     SAY(DEVICE_IS, CDS_WRITE, 0x70, 1, 50);

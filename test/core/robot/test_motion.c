@@ -267,6 +267,20 @@ void test_period_below_200_us_is_refused(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_begin(&motion, &config));
 }
 
+void test_servo_too_slow_for_the_numbers_of_a_motion_is_refused(void)
+{
+    static const struct cds_register_profile slow = {.full_speed_mrpm = 3051},
+                                             enough = {.full_speed_mrpm = 3052};
+    const struct cds_register_profile *profiles[JOINTS];
+    struct cds_motion_config config = {.cycle = &cycle, .joints = joints, .profiles = profiles};
+
+    for (uint8_t i = 0; i < JOINTS; i++)
+        profiles[i] = &enough;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_begin(&motion, &config));
+    profiles[JOINTS - 1] = &slow;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_motion_begin(&motion, &config));
+}
+
 void test_move_with_periods_of_65_ms_arrives_in_time(void)
 {
     static const uint32_t times_ms[] = {1, 65, 66, 600000 / FEW};
@@ -687,6 +701,41 @@ void test_motion_that_passes_ends_if_no_move_waits(void)
     TEST_ASSERT_EQUAL(CDS_INHIBITED, motion.result);
 }
 
+/* Goals go from 600 to 650, the shortest way. */
+static void check_goals_rise_to(uint16_t end)
+{
+    uint16_t last = goals[0];
+
+    while (motion.result == CDS_PENDING || motion.move_result == CDS_PENDING) {
+        pass_period();
+        TEST_ASSERT_GREATER_OR_EQUAL_UINT16(last, goals[0]);
+        TEST_ASSERT_LESS_OR_EQUAL_UINT16(end, goals[0]);
+        last = goals[0];
+        feedback[0].position = goals[0];
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, motion.result);
+    TEST_ASSERT_EQUAL_UINT16(end, goals[0]);
+}
+
+void test_move_after_a_pass_without_a_next_move_begins_at_rest(void)
+{
+    static uint16_t next[JOINTS];
+    struct cds_move it = {.pose = pose, .time_ms = 1000, .next_pose = next, .next_ms = 1000};
+
+    begin_motion(8000);
+    memcpy(next, pose, sizeof next);
+    pose[0] = 600;
+    next[0] = 700;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    check_goals_rise_to(600);
+    for (uint8_t i = 0; i < 20; i++)
+        pass_period();
+    pose[0] = 650;
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_motion_move(&motion, &(struct cds_move){.pose = pose, .time_ms = 2000}));
+    check_goals_rise_to(650);
+}
+
 /* The servo still reports that it is at 100. */
 void test_waiting_move_is_checked_from_end_of_last_move(void)
 {
@@ -775,6 +824,77 @@ static void go_half_way(void)
     move(1500, CDS_MOTION_LINEAR);
     for (uint16_t i = 0; i < 180; i++)
         pass_period();
+}
+
+/* A paused move stands at its goal when the next one is submitted, `polls` before it is resumed. */
+static void check_resumed_at(uint8_t polls)
+{
+    static uint16_t back[JOINTS];
+    uint16_t last;
+
+    go_half_way();
+    cds_motion_pause(&motion, 8000);
+    for (uint8_t i = 0; i < 60; i++)
+        pass_period();
+    last = feedback[0].position = goals[0];
+    memcpy(back, pose, sizeof back);
+    back[0] = 200;
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_motion_move(&motion, &(struct cds_move){.pose = back, .time_ms = 2000}));
+    for (uint8_t i = 0; i < polls; i++)
+        cds_motion_poll(&motion);
+    cds_motion_resume(&motion);
+    for (uint16_t i = 0; i < 700 && motion.result == CDS_PENDING; i++) {
+        send_goals();
+        for (uint8_t poll = 0; poll < 5; poll++) // the check lasts several periods
+            cds_motion_poll(&motion);
+        TEST_ASSERT_UINT16_WITHIN(12, last, goals[0]);
+        last = goals[0];
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, motion.result);
+    TEST_ASSERT_EQUAL_UINT16(200, goals[0]);
+}
+
+void test_move_submitted_before_a_resume_gives_no_jump(void)
+{
+    for (uint8_t polls = 0; polls < 3 * JOINTS; polls++)
+        check_resumed_at(polls);
+}
+
+void test_motion_without_its_cycle_ends_as_inhibited(void)
+{
+    for (uint8_t again = 0; again < 2; again++) {
+        begin_cycle(PERIOD_US);
+        pose[0] = 800;
+        move(1000, CDS_MOTION_LINEAR);
+        pass_period();
+        cds_cycle_abort(&cycle);
+        if (again)
+            rig_begin_cycle_again(PERIOD_US);
+        cds_motion_poll(&motion);
+        TEST_ASSERT_EQUAL(CDS_INHIBITED, motion.result);
+        TEST_ASSERT_FALSE(cds_motion_is_busy(&motion));
+    }
+}
+
+/* The move is checked; before it begins, a servo is silent for 0.6 s. */
+void test_joint_without_feedback_when_its_move_begins_ends_it(void)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 1000};
+
+    pose[0] = pose[1] = 800;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    while (!motion.is_ready)
+        cds_motion_poll(&motion);
+    for (uint8_t i = 0; i < JOINTS; i++)
+        feedback[i].time_us = port_fake.now_us + 600000 - (i == 1 ? 600000 : 0);
+    port_fake.now_us += 600000;
+    for (uint8_t i = 0; i < 60; i++)
+        cds_motion_poll(&motion);
+    for (uint8_t i = 0; i < 70; i++) // 250 ms
+        pass_period();
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, motion.result);
+    TEST_ASSERT_EQUAL_UINT8(1, motion.joint);
 }
 
 /* As `pause`, then `motion off`, while the next step of a sequence is checked. */

@@ -10,6 +10,12 @@
 
 #define PERIOD_US 4000
 
+#ifdef __AVR__
+#define RANDOM_SEQUENCES 8
+#else
+#define RANDOM_SEQUENCES 240
+#endif
+
 static struct cds_motion motion;
 static struct cds_motion_joint joints[JOINTS];
 static struct cds_sequence sequence;
@@ -25,6 +31,7 @@ static uint16_t periods; // since setUp()
 static uint16_t told_at[16];
 static uint8_t told[16], told_count;
 static bool may;
+static bool checks_all;
 
 static bool read_step(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose)
 {
@@ -58,6 +65,15 @@ static void add_step(uint16_t position, uint16_t time_ms, uint16_t dwell_ms, boo
     steps[step_count++].pose[1] = CDS_POSE_NONE;
 }
 
+static void begin_motion(uint16_t acceleration)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_begin(&motion, &(struct cds_motion_config){
+                                                            .cycle = &cycle,
+                                                            .servos = &servos,
+                                                            .joints = joints,
+                                                            .acceleration = acceleration}));
+}
+
 void setUp(void)
 {
     rig_begin_joints(500);
@@ -66,8 +82,8 @@ void setUp(void)
     step_count = told_count = 0;
     periods = 0;
     may = true;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_begin(&motion, &(struct cds_motion_config){
-                                                            .cycle = &cycle, .joints = joints}));
+    checks_all = false;
+    begin_motion(0);
 }
 
 void tearDown(void)
@@ -77,14 +93,15 @@ void tearDown(void)
 
 static void begin(uint16_t repeats)
 {
-    TEST_ASSERT_EQUAL(
-        CDS_OK, cds_sequence_begin(&sequence, &(struct cds_sequence_config){.motion = &motion,
-                                                                            .poses = poses,
-                                                                            .context = steps,
-                                                                            .read = read_step,
-                                                                            .may_begin = may_begin,
-                                                                            .on_pose = on_pose,
-                                                                            .repeats = repeats}));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sequence_begin(
+                                  &sequence, &(struct cds_sequence_config){.motion = &motion,
+                                                                           .poses = poses,
+                                                                           .context = steps,
+                                                                           .read = read_step,
+                                                                           .may_begin = may_begin,
+                                                                           .on_pose = on_pose,
+                                                                           .checks_all = checks_all,
+                                                                           .repeats = repeats}));
 }
 
 static void pass_period(void)
@@ -92,13 +109,17 @@ static void pass_period(void)
     for (uint8_t i = 0; i < 20; i++)
         cds_sequence_poll(&sequence);
     rig_send_goals();
+    for (uint8_t i = 0; i < JOINTS; i++) {
+        feedback[i].position = goals[i];
+        feedback[i].time_us = port_fake.now_us;
+    }
     periods++;
 }
 
 static void run_to_end(void)
 {
     while (sequence.result == CDS_PENDING) {
-        TEST_ASSERT_LESS_THAN_UINT16(3000, periods);
+        TEST_ASSERT_LESS_THAN_UINT16(6000, periods);
         pass_period();
     }
 }
@@ -182,6 +203,23 @@ void test_step_waits_until_it_may_begin(void)
     TEST_ASSERT_EQUAL_UINT16(500, goals[0]);
 }
 
+void test_pause_during_a_dwell_holds_the_next_step_back(void)
+{
+    add_step(600, 400, 200, false);
+    add_step(500, 400, 0, false);
+    begin(1);
+    while (told_count == 0)
+        pass_period();
+    cds_sequence_pause(&sequence, 8000);
+    for (uint8_t i = 0; i < 200; i++)
+        pass_period();
+    TEST_ASSERT_EQUAL_UINT16(600, goals[0]);
+    cds_sequence_resume(&sequence);
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_OK, sequence.result);
+    TEST_ASSERT_EQUAL_UINT16(500, goals[0]);
+}
+
 void test_step_that_is_too_fast_ends_the_sequence(void)
 {
     add_step(600, 400, 0, false);
@@ -240,4 +278,109 @@ void test_begin_without_steps_or_during_a_move_is_refused(void)
     pass_period();
     TEST_ASSERT_EQUAL(CDS_BUSY, cds_sequence_begin(&sequence, &config));
     run_to_end();
+}
+
+/* ---- all steps are checked first ---- */
+
+void test_too_fast_step_is_refused_before_the_first_one_begins(void)
+{
+    checks_all = true;
+    add_step(600, 400, 0, false);
+    add_step(400, 400, 0, true);
+    add_step(0, 40, 0, false);
+    begin(1);
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_LIMIT, sequence.result);
+    TEST_ASSERT_EQUAL_UINT8(2, sequence.step);
+    TEST_ASSERT_EQUAL_UINT16(500, goals[0]);
+}
+
+void test_way_back_to_the_first_step_is_checked_if_repeated(void)
+{
+    checks_all = true;
+    add_step(500, 40, 0, false);
+    add_step(1000, 1500, 0, false);
+    begin(2);
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_LIMIT, sequence.result);
+    TEST_ASSERT_EQUAL_UINT8(0, sequence.step);
+    TEST_ASSERT_EQUAL_UINT16(500, goals[0]);
+    begin(1);
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_OK, sequence.result);
+    TEST_ASSERT_EQUAL_UINT16(1000, goals[0]);
+}
+
+void test_checked_sequence_reports_each_pose_once(void)
+{
+    checks_all = true;
+    add_step(600, 400, 0, true);
+    add_step(700, 400, 0, false);
+    begin(2);
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_OK, sequence.result);
+    TEST_ASSERT_EQUAL_UINT8(4, told_count);
+}
+
+static uint16_t random_below(uint16_t end)
+{
+    static uint32_t state = 1;
+
+    state = state * 1664525u + 1013904223u;
+    return (uint16_t)((state >> 16) % end);
+}
+
+/* Result of a run of the steps. */
+static enum cds_result run_all(bool checks, uint16_t repeats)
+{
+    rig_begin_joints(500);
+    rig_begin_cycle(PERIOD_US);
+    begin_motion(8000);
+    told_count = 0;
+    periods = 0;
+    checks_all = checks;
+    begin(repeats);
+    run_to_end();
+    for (uint8_t i = 0; i < 100; i++) // comes to rest
+        pass_period();
+    return (enum cds_result)sequence.result;
+}
+
+/* What the check refuses is what the motion refuses under way, and nothing moves before. */
+void test_check_agrees_with_the_motion_at_random(void)
+{
+    uint8_t refused = 0, played = 0;
+
+    for (uint8_t trial = 0; trial < RANDOM_SEQUENCES; trial++) {
+        uint16_t repeats = (uint16_t)(1 + random_below(2));
+        enum cds_result result;
+        uint32_t shortest_ms;
+        uint8_t step;
+
+        step_count = 0;
+        for (uint8_t i = 0; i < 4; i++) {
+            add_step(random_below(1024), (uint16_t)(300 + random_below(2000)), 0, random_below(2));
+            if (random_below(2))
+                steps[i].pose[1] = random_below(1024);
+            steps[i].step.curve =
+                (uint8_t)(random_below(4) ? CDS_MOTION_MINIMUM_JERK : random_below(4));
+            steps[i].step.acceleration = 4000;
+        }
+        result = run_all(true, repeats);
+        if (result == CDS_OK) {
+            played++;
+            continue;
+        }
+        refused++;
+        TEST_ASSERT_EQUAL(CDS_LIMIT, result);
+        TEST_ASSERT_EQUAL_UINT16(500, goals[0]);
+        TEST_ASSERT_EQUAL_UINT16(500, goals[1]);
+        shortest_ms = motion.shortest_ms;
+        step = sequence.step;
+        TEST_ASSERT_EQUAL(CDS_LIMIT, run_all(false, repeats));
+        TEST_ASSERT_EQUAL_UINT8(step, sequence.step);
+        TEST_ASSERT_EQUAL_UINT32(shortest_ms, motion.shortest_ms);
+    }
+    TEST_ASSERT_GREATER_THAN_UINT8(RANDOM_SEQUENCES / 8, refused);
+    TEST_ASSERT_GREATER_THAN_UINT8(RANDOM_SEQUENCES / 8, played);
 }
