@@ -214,14 +214,15 @@ export class MotionDesk {
         });
     }
 
-    /* Adds a step to the pose that is shown, or to the last one. Begins a sequence if there is none. */
+    /* Adds a step to the pose that follows the last step's pose in the list; behind the last pose, to the first
+     * one. Begins a sequence if there is none. */
     async addStep() {
         if (!this.sequence) await this.newSequence();
         return this.edit((motions) => {
-            const pose = this.pose || [...motions.poses.keys()].at(-1);
+            const names = [...motions.poses.keys()];
 
-            if (!pose) throw new MotionError("motion-no-poses");
-            motions.addStep(this.sequence, { pose });
+            if (!names.length) throw new MotionError("motion-no-poses");
+            motions.addStep(this.sequence, { pose: names[(names.indexOf(this.steps.at(-1)?.pose) + 1) % names.length] });
             this.step = this.steps.length - 1;
         });
     }

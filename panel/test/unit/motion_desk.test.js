@@ -25,6 +25,28 @@ function ended(meanwhile) {
     return session.notices;
 }
 
+/* A desk with `names` as poses of servo 1. */
+function deskWith(...names) {
+    const session = new Session({ tables: tables() });
+    const desk = new MotionDesk(session);
+
+    for (const name of names) desk.motions.setPose(name, new Map([[1, 512]]));
+    return { session, desk };
+}
+
+const posesOf = (steps) => steps.map(({ pose }) => pose);
+
+test("step: each new one takes the next pose of the list, after the last pose the first", async () => {
+    const { desk } = deskWith("up", "down", "left");
+
+    desk.showPose("left");
+    for (let count = 0; count < 4; count++) await desk.addStep();
+    assert.deepEqual(posesOf(desk.steps), ["up", "down", "left", "up"]);
+    await desk.changeStep(3, { pose: "down" });
+    await desk.addStep();
+    assert.equal(desk.steps.at(-1).pose, "left");
+});
+
 test("motion: the notice of its end tells the error in words", () => {
     assert.equal(ended(() => {})[0].text, "The motion has ended with error 54: stopped: driving is inhibited.");
 });
