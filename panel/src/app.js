@@ -165,6 +165,7 @@ class App extends View {
                     <p>
                         ${notice.text}${notice.remedy ? html` <strong>${texts.remedy}</strong> ${notice.remedy}` : nothing}
                     </p>
+                    ${notice.undo ? html`<button class="undo" @click=${notice.undo}>${texts.undo}</button>` : nothing}
                     <button aria-label=${texts.dismiss} title=${texts.dismiss} @click=${() => this.session.dismiss(notice)}>×</button>
                 </div>`,
             )}

@@ -28,6 +28,7 @@ const motionNotices = {
         remedy: "Choose servos whose positions are known.",
     }),
     "motion-angle": ({ detail }) => ({ text: `An angle is out of range: ${detail}.`, remedy: "Give 0 to 300 degrees." }),
+    "motion-deleted": ({ detail }) => ({ text: `${detail} is deleted.`, remedy: "", level: "info" }),
     "motion-pose-used": ({ detail, users }) => ({
         text: `Pose “${detail}” is a step of ${users.join(", ")}.`,
         remedy: "Remove these steps first.",
@@ -839,6 +840,7 @@ export const texts = {
 
     notices: "Notices",
     dismiss: "Dismiss",
+    undo: "Undo",
     remedy: "What to do:",
 
     /* Codes of WireError and of notices of the wire. */

@@ -10,6 +10,7 @@ import { MotionError, Motions, STEPS_MAX, keywordsOf, stepOf } from "./motions.j
 import { pathOfPoints, pathOfSequence, tooFast } from "./path.js";
 import { Player } from "./player.js";
 import { Recorder, compare } from "./recording.js";
+import { texts } from "../texts.js";
 import { errorOf, thin, thinTo } from "./thin.js";
 import { DEGREES_MAX, degreesOf, rawOfDegrees } from "./units.js";
 
@@ -66,9 +67,32 @@ export class MotionDesk {
         return this.#attempt(async () => {
             const result = call(this.motions);
 
-            this.#changed();
+            this.#forgetUndo();
             return result;
         }).finally(() => this.#changed());
+    }
+
+    /* As edit(). The notice that `what` is deleted offers Undo until the next edit. */
+    #remove(what, call) {
+        const { motions, pose, sequence, step } = this;
+        const { isChanged } = motions;
+        const [poses, sequences] = [new Map(motions.poses), new Map(motions.sequences)];
+        const undo = () => {
+            // What was stored or saved since the deletion lacks what comes back.
+            Object.assign(motions, { poses, sequences, isChanged: isChanged || !motions.isChanged });
+            Object.assign(this, { pose, sequence, step });
+            this.#forgetUndo();
+            this.#changed();
+        };
+
+        return this.edit((edited) => {
+            call(edited);
+            return true;
+        }).then((isDone) => isDone && this.session.notify({ code: "motion-deleted", detail: what, undo }));
+    }
+
+    #forgetUndo() {
+        this.session.withdraw(["motion-deleted"]);
     }
 
     /* True if poses or sequences have changed since they were loaded, stored or saved, or a recording runs. */
@@ -163,7 +187,7 @@ export class MotionDesk {
     }
 
     deletePose(name) {
-        return this.edit((motions) => {
+        return this.#remove(`${texts.motion.pose} ${name}`, (motions) => {
             motions.deletePose(name);
             if (this.pose === name) this.pose = "";
         });
@@ -208,7 +232,7 @@ export class MotionDesk {
     }
 
     deleteSequence() {
-        return this.edit((motions) => {
+        return this.#remove(`${texts.motion.sequence} ${this.sequence}`, (motions) => {
             motions.deleteSequence(this.sequence);
             this.sequence = [...motions.sequences.keys()][0] ?? "";
         });
@@ -238,7 +262,7 @@ export class MotionDesk {
     }
 
     removeStep(index) {
-        return this.edit((motions) => {
+        return this.#remove(`${texts.motion.step} ${index + 1}`, (motions) => {
             motions.removeStep(this.sequence, index);
             this.step = Math.max(0, Math.min(this.step, this.steps.length - 1));
         });
@@ -508,6 +532,7 @@ export class MotionDesk {
     #takeMotions(motions) {
         this.motions = readMotions(textOfMotions(motions)).motions;
         this.motions.keywords = this.keywords;
+        this.#forgetUndo();
         this.pose = "";
         this.showSequence([...this.motions.sequences.keys()][0] ?? "");
     }

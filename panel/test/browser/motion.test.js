@@ -183,7 +183,7 @@ test("Stop is at hand while a question is open", async (t) => {
     assert.equal((await page.$$(".pose")).length, 1);
 });
 
-test("a damaged file changes nothing, a good one is shown", async (t) => {
+test("a damaged file changes nothing, a good one is shown, a deleted step comes back", async (t) => {
     const { page } = await start(t, { count: 1, viewport: PHONE });
     const open = (text) => page.$eval("input.import", (input, content) => {
         const files = new DataTransfer();
@@ -199,6 +199,9 @@ test("a damaged file changes nothing, a good one is shown", async (t) => {
     await open("group 1\npose set up 90\nsequence nod new up 1s\n");
     await shows(page, /up/, ".list .pose");
     assert.equal((await page.$$(".step")).length, 1);
+    await page.click(".step .remove");
+    await page.click(".notice .undo");
+    await page.waitForSelector(".step");
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "scrolls sideways");
 });
 

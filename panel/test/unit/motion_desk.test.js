@@ -47,6 +47,57 @@ test("step: each new one takes the next pose of the list, after the last pose th
     assert.equal(desk.steps.at(-1).pose, "left");
 });
 
+/* What a user can see of poses and sequences. */
+const shownBy = ({ motions, pose, sequence, step }) => [[...motions.poses], [...motions.sequences], pose, sequence, step, motions.isChanged];
+
+const deletions = {
+    "Pose left": (desk) => desk.deletePose("left"),
+    "Sequence seq1": (desk) => desk.deleteSequence(),
+    "Step 2": (desk) => desk.removeStep(1),
+};
+
+for (const [what, call] of Object.entries(deletions))
+    test(`undo: ${what} comes back as it was`, async () => {
+        const { session, desk } = deskWith("up", "left", "down");
+
+        await desk.addStep();
+        await desk.addStep();
+        await desk.changeStep(1, { pose: "down", time: 500 });
+        desk.showPose("left");
+        desk.motions.isChanged = false;
+        const before = shownBy(desk);
+
+        await call(desk);
+        assert.notDeepEqual(shownBy(desk), before);
+        assert.equal(session.notices[0].text, `${what} is deleted.`);
+        session.notices[0].undo();
+        assert.deepEqual(shownBy(desk), before);
+        assert.deepEqual(session.notices, []);
+    });
+
+test("undo: it is offered until the next edit, and not for a deletion that is refused", async () => {
+    const { session, desk } = deskWith("up", "down");
+    const codes = () => session.notices.map(({ code }) => code);
+
+    await desk.addStep();
+    await desk.deletePose("up");
+    assert.deepEqual(codes(), ["motion-pose-used"]);
+    await desk.deletePose("down");
+    assert.deepEqual(codes(), ["motion-pose-used", "motion-deleted"]);
+    await desk.addStep();
+    assert.deepEqual(codes(), ["motion-pose-used"]);
+});
+
+test("undo: after the deletion was saved, the page has unsaved changes", async () => {
+    const { session, desk } = deskWith("up", "down");
+
+    assert.ok(desk.text);
+    await desk.deletePose("down");
+    assert.ok(desk.text);
+    session.notices[0].undo();
+    assert.ok(desk.hasUnsaved);
+});
+
 test("motion: the notice of its end tells the error in words", () => {
     assert.equal(ended(() => {})[0].text, "The motion has ended with error 54: stopped: driving is inhibited.");
 });
