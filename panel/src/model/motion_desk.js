@@ -95,9 +95,10 @@ export class MotionDesk {
         this.session.withdraw(["motion-deleted"]);
     }
 
-    /* True if poses or sequences have changed since they were loaded, stored or saved, or a recording runs. */
+    /* True if poses or sequences have changed since they were loaded, stored or saved, or if a recording runs or is
+     * neither a sequence nor saved. */
     get hasUnsaved() {
-        return this.isRecording || this.motions.isChanged;
+        return this.isRecording || this.motions.isChanged || this.recording?.isKept === false;
     }
 
     /* ---- servos ---- */
@@ -304,14 +305,15 @@ export class MotionDesk {
     }
 
     endRecording() {
-        return this.#attempt(async () => this.#takeRecording(this.recorder.end()));
+        return this.#attempt(async () => {
+            const recording = this.recorder.end();
+
+            if (recording.length < SHORT_MS) throw new MotionError("motion-short");
+            this.#takeRecording(recording);
+        });
     }
 
     #takeRecording(recording) {
-        if (recording.length < SHORT_MS) {
-            this.session.notify({ code: "motion-short" });
-            return;
-        }
         this.recording = recording;
         this.replay = null;
         this.setTolerance(this.tolerance);
@@ -361,6 +363,7 @@ export class MotionDesk {
 
             for (const [pose, positions] of poses) motions.setPose(pose, positions);
             motions.setSequence(name, steps);
+            this.recording.isKept = true;
             this.sequence = name;
             this.step = 0;
         });
@@ -386,6 +389,8 @@ export class MotionDesk {
     /* The recording as lines of comma-separated values, in degrees. */
     get csv() {
         const { ids, samples } = this.recording;
+
+        this.recording.isKept = true;
         const rows = samples.map(({ t, raw }) => [(t / 1000).toFixed(3), ...raw.map((value) => degreesOf(value).toFixed(2))].join(","));
 
         return [["time s", ...ids.map((id) => `servo ${id} deg`)].join(","), ...rows].join("\n") + "\n";
@@ -476,7 +481,7 @@ export class MotionDesk {
             const recording = this.recorder.end(); // before the notice, which calls #follow() again
 
             this.session.notify({ code: "motion-record-cut" });
-            this.#takeRecording(recording);
+            if (recording.length >= SHORT_MS) this.#takeRecording(recording);
         }
         if (robot !== this.#robot) {
             this.#robot = robot;

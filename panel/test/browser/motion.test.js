@@ -48,6 +48,17 @@ async function fill(page, selector, text) {
     }, text);
 }
 
+/* The questions of the browser, which are answered with yes. */
+function questions(page) {
+    const asked = [];
+
+    page.on("dialog", (dialog) => {
+        asked.push(dialog.type());
+        return dialog.accept();
+    });
+    return asked;
+}
+
 test("teach two poses by hand, store them, and let the board play them", async (t) => {
     const { page, hand } = await start(t);
 
@@ -139,7 +150,7 @@ test("record a movement led by hand, replay it, and measure the error", async (t
     await shows(page, "Nothing plays", ".motion-state");
 });
 
-test("a recording ends with its connection, and is kept", async (t) => {
+test("a recording ends with its connection, is kept, and the browser asks before it leaves it", async (t) => {
     const { page } = await start(t);
 
     await page.click("button.torque-off");
@@ -150,16 +161,16 @@ test("a recording ends with its connection, and is kept", async (t) => {
     await shows(page, /recording has ended, since the connection is lost/, ".notice");
     await shows(page, /samples/, ".recorded");
     assert.equal(await page.$(".recording-length"), null);
+    const asked = questions(page);
+
+    await page.reload();
+    assert.deepEqual(asked, ["beforeunload"]);
 });
 
 test("the browser asks before it leaves poses that are not stored", async (t) => {
     const { page } = await start(t, { count: 1 });
-    const asked = [];
+    const asked = questions(page);
 
-    page.on("dialog", (dialog) => {
-        asked.push(dialog.type());
-        return dialog.accept();
-    });
     await page.reload();
     await shows(page, /room for \d+ more poses/, ".board");
     assert.deepEqual(asked, []);

@@ -98,6 +98,47 @@ test("undo: after the deletion was saved, the page has unsaved changes", async (
     assert.ok(desk.hasUnsaved);
 });
 
+/* A desk that records servo 1 for `ms`. */
+async function recording(ms) {
+    const { session, desk } = deskWith();
+    const servo = { id: 1, presence: "online", isOld: () => false, raw: { position: 512 }, updatedAt: 0 };
+    const robot = Object.assign(new EventTarget(), { ids: [1], servos: new Map([[1, servo]]) });
+
+    Object.assign(session, { state: "connected", robot });
+    await desk.record();
+    for (; servo.updatedAt <= ms; servo.updatedAt += 20) robot.dispatchEvent(new Event("feedback"));
+    return { session, desk };
+}
+
+for (const [what, keep] of [
+    ["a sequence", (desk) => desk.toSequence().then(() => desk.text)],
+    ["a file", (desk) => desk.csv],
+])
+    test(`recording: it is unsaved until it is ${what}`, async () => {
+        const { desk } = await recording(200);
+
+        assert.ok(desk.hasUnsaved);
+        await desk.endRecording();
+        assert.ok(desk.hasUnsaved);
+        assert.ok(await keep(desk));
+        assert.ok(!desk.hasUnsaved);
+    });
+
+for (const [what, ms, end, code, isTaken] of [
+    ["cut off", 200, (session) => session.disconnect(), "motion-record-cut", true],
+    ["cut off at once", 20, (session) => session.disconnect(), "motion-record-cut", false],
+    ["ended at once", 20, (_, desk) => desk.endRecording(), "motion-short", false],
+])
+    test(`recording: one that is ${what} has one notice`, async () => {
+        const { session, desk } = await recording(ms);
+
+        session.robot.end = () => {};
+        await end(session, desk);
+        assert.deepEqual(session.notices.map((notice) => notice.code), [code]);
+        assert.equal(desk.recording !== null, isTaken);
+        assert.equal(desk.hasUnsaved, isTaken);
+    });
+
 test("motion: the notice of its end tells the error in words", () => {
     assert.equal(ended(() => {})[0].text, "The motion has ended with error 54: stopped: driving is inhibited.");
 });
