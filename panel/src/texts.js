@@ -926,6 +926,10 @@ export const texts = {
             text: `Servo ${id} is of model ${found}, the backup of model ${model}. Nothing was written.`,
             remedy: "Choose a backup of a servo of the same model.",
         }),
+        "backup-crossed": ({ id, low, high }) => ({
+            text: `Servo ${id}: ${low} would be above ${high}. Nothing was written.`,
+            remedy: "Correct the file, or choose another one. If GOAL_POSITION is named, switch torque off first.",
+        }),
         "backup-changed": (detail) => ({
             text: `${servo(detail)} has changed since the file was compared. Nothing was written.`,
             remedy: "Choose the file again.",

@@ -2,6 +2,7 @@
 /* The registers of a servo: their rows out of the tables, values in units, and reading and writing them. */
 
 import { ERRORS_OF_PACKET, errorNames, read, word, wordAt, write } from "../wire/packet.js";
+import { texts } from "../texts.js";
 import { rawOf, valueOf } from "./units.js";
 
 export const TABLE_SIZE = 50; // bytes
@@ -38,6 +39,22 @@ export function shownValue(row, raw) {
     const scale = scaleOf(row, raw);
 
     return { number: valueOf(scale, raw).toFixed(scale.digits), unit: scale.name, bits: row.isBits ? errorNames(raw) : null };
+}
+
+export const unitText = (name) => texts.setup.units[name] ?? name;
+
+export function withUnit(number, name) {
+    const unit = unitText(name);
+
+    return unit === "°" ? number + unit : `${number} ${unit}`.trim();
+}
+
+export function valueText(row, raw) {
+    const { number, unit, bits } = shownValue(row, raw);
+
+    if (bits) return bits.join(", ") || texts.setup.noBits;
+    if (row.highest === 1 && !row.scale.name) return texts.setup.onOff[raw] ?? number;
+    return withUnit(number, unit);
 }
 
 /* Lowest and highest value in the unit of the register. */

@@ -2,7 +2,7 @@
 /* The registers of a servo: all of them with value, unit, range, area and help; one at a time can be edited. */
 
 import { html, nothing } from "lit";
-import { rangeOf, rawAt, shownValue, typedValue } from "../model/registers.js";
+import { rangeOf, rawAt, shownValue, typedValue, unitText, valueText, withUnit } from "../model/registers.js";
 import { texts } from "../texts.js";
 import { confirmed } from "./confirm.js";
 import { SetupPart } from "./setup_part.js";
@@ -11,21 +11,10 @@ const t = texts.setup;
 const PLACES = new Set(["ID", "BAUD_RATE"]); // have buttons of their own
 const FOCUSED = "panel-setup-registers .edit-form input";
 
-const unitText = (name) => t.units[name] ?? name;
-const spaced = (number, unit) => (unit === "°" ? number + unit : `${number} ${unit}`.trim());
-
-export function valueText(row, raw) {
-    const { number, unit, bits } = shownValue(row, raw);
-
-    if (bits) return bits.join(", ") || t.noBits;
-    if (row.highest === 1 && !row.scale.name) return t.onOff[raw] ?? number;
-    return spaced(number, unitText(unit));
-}
-
 function rangeText(row) {
     const [low, high] = rangeOf(row);
 
-    return t.to(low, spaced(high, unitText(row.scale.name)));
+    return t.to(low, withUnit(high, row.scale.name));
 }
 
 class RegistersPart extends SetupPart {
