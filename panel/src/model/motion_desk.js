@@ -448,6 +448,11 @@ export class MotionDesk {
         this.player.percent = this.percent;
     }
 
+    setLoop(isLoop) {
+        this.isLoop = isLoop;
+        this.#changed();
+    }
+
     setPercent(percent) {
         this.percent = Math.min(Math.max(percent, 10), 200);
         this.player.percent = this.percent;

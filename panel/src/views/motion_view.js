@@ -282,7 +282,7 @@ export class MotionView extends View {
                 </label>
                 <label>${t.times} <input class="times" type="number" min="1" max="65535" ?disabled=${desk.isLoop} .value=${live(String(desk.times))}
                     @change=${({ target }) => (desk.times = Math.min(65535, Math.max(1, Math.round(Number(target.value)) || 1)))} /></label>
-                <label><input class="loop" type="checkbox" .checked=${live(desk.isLoop)} @change=${({ target }) => desk.edit(() => (desk.isLoop = target.checked))} /> ${t.loop}</label>
+                <label><input class="loop" type="checkbox" .checked=${live(desk.isLoop)} @change=${({ target }) => desk.setLoop(target.checked)} /> ${t.loop}</label>
                 <label class="speed">${t.override}
                     <input class="override" type="range" min="10" max="200" step="5" .value=${live(String(desk.percent))} @change=${({ target }) => desk.setPercent(Number(target.value))} />
                     <output>${desk.percent} %</output>
