@@ -191,7 +191,7 @@ class App extends View {
     render() {
         if (this.isFramed) return html`<main><p>${texts.framed}</p></main>`;
         return html`
-            <header>
+            <header class=${this.session.state}>
                 <h1>${texts.name}</h1>
                 <div class="connection">${this.#connection()}</div>
                 ${this.#stop()} ${this.#stateLine()}

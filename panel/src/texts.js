@@ -787,6 +787,7 @@ export const texts = {
 
         sequence: "Sequence",
         choose: "Sequence",
+        noSequence: "none yet",
         noSequences: "Add a step to begin a sequence.",
         newSequence: "New",
         deleteSequence: "Delete sequence",

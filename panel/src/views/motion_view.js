@@ -75,8 +75,10 @@ export class MotionView extends View {
             ${desk.ids.length ? nothing : html`<p class="soft">${session.isConnected ? t.noServos : t.notConnected}</p>`}
             <fieldset class="chips" ?disabled=${isOff}>
                 <legend>${t.servos}</legend>
-                <button @click=${() => desk.chooseAll(true)}>${t.all}</button>
-                <button @click=${() => desk.chooseAll(false)}>${t.none}</button>
+                <span class="row">
+                    <button @click=${() => desk.chooseAll(true)}>${t.all}</button>
+                    <button @click=${() => desk.chooseAll(false)}>${t.none}</button>
+                </span>
                 ${desk.ids.map((id) => this.#chip(id))}
             </fieldset>
             <p class="row">
@@ -203,6 +205,7 @@ export class MotionView extends View {
             <p class="row">
                 <label>${t.choose}
                     <select class="choose" ?disabled=${!names.length} @change=${({ target }) => desk.showSequence(target.value)}>
+                        ${names.length ? nothing : html`<option disabled selected>${t.noSequence}</option>`}
                         ${names.map((name) => html`<option .selected=${live(name === desk.sequence)}>${name}</option>`)}
                     </select>
                 </label>
