@@ -535,7 +535,7 @@ export const texts = {
         quantities: "Graphs",
         servo: "Servo ",
         goal: "goal ",
-        dashed: "dashed: goal",
+        dotted: "dotted: goal",
         names: { position: "Position", speed: "Speed", load: "Load", voltage: "Voltage", temperature: "Temperature" },
         units: { position: "°", speed: "rpm, + counterclockwise", load: "%, + counterclockwise", voltage: "V", temperature: "°C" },
         pause: "Pause",

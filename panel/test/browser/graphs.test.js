@@ -40,7 +40,7 @@ async function save(page, folder) {
 const countPixels = (page, quantity) =>
     page.evaluate((name) => {
         const canvas = document.querySelector(`[data-quantity="${name}"] canvas`);
-        const color = getComputedStyle(document.querySelector(".colors .color-1")).color.match(/\d+/g).map(Number);
+        const color = getComputedStyle(document.querySelector(".mark .c0")).color.match(/\d+/g).map(Number);
         const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
         let count = 0;
 

@@ -5,6 +5,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { Robot } from "../../src/model/robot.js";
 import { BoardView } from "../../src/views/board_view.js";
+import { colourOf, dashesOf } from "../../src/views/lines.js";
 import { RobotView } from "../../src/views/robot_view.js";
 import { texts } from "../../src/texts.js";
 import { Decoder } from "../../src/model/decode.js";
@@ -125,4 +126,11 @@ test("send: a field that is empty yet is no error, and nothing can be sent", () 
 
         assert.ok(error && isOff, JSON.stringify(form));
     }
+});
+
+test("lines: those of 32 servos differ in colour or dashes", () => {
+    const looks = Array.from({ length: 32 }, (_, index) => `${colourOf(index)} ${dashesOf(index)}`);
+
+    assert.equal(new Set(looks).size, 32);
+    assert.deepEqual(dashesOf(7), [], "few servos have whole lines");
 });
