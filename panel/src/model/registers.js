@@ -3,7 +3,7 @@
 
 import { ERRORS_OF_PACKET, errorNames, read, word, wordAt, write } from "../wire/packet.js";
 import { texts } from "../texts.js";
-import { rawOf, valueOf } from "./units.js";
+import { rawOf, valueOf, withUnit } from "./units.js";
 
 export const TABLE_SIZE = 50; // bytes
 const BITS = new Set(["ALARM_LED", "ALARM_SHUTDOWN"]); // conditions, as the error bits of a packet
@@ -39,14 +39,6 @@ export function shownValue(row, raw) {
     const scale = scaleOf(row, raw);
 
     return { number: valueOf(scale, raw).toFixed(scale.digits), unit: scale.name, bits: row.isBits ? errorNames(raw) : null };
-}
-
-export const unitText = (name) => texts.setup.units[name] ?? name;
-
-export function withUnit(number, name) {
-    const unit = unitText(name);
-
-    return unit === "°" ? number + unit : `${number} ${unit}`.trim();
 }
 
 export function valueText(row, raw) {

@@ -2,7 +2,8 @@
 /* The registers of a servo: all of them with value, unit, range, area and help; one at a time can be edited. */
 
 import { html, nothing } from "lit";
-import { rangeOf, rawAt, shownValue, typedValue, unitText, valueText, withUnit } from "../model/registers.js";
+import { rangeOf, rawAt, shownValue, typedValue, valueText } from "../model/registers.js";
+import { unitText, withUnit } from "../model/units.js";
 import { texts } from "../texts.js";
 import { confirmed } from "./confirm.js";
 import { SetupPart } from "./setup_part.js";

@@ -57,6 +57,13 @@ test("compose: each instruction", () => {
     assert.equal(hexOf({ instruction: "hex", hex: "01 02 01" }), "FF FF 01 02 01 FB");
 });
 
+test("compose: a value may have the unit as the page writes it, or as the console does", () => {
+    for (const values of ["1000000", "1000000bit/s", "1000000 bps", "1raw"])
+        assert.equal(hexOf({ instruction: "WRITE", address: 0x04, values }).slice(0, -3), "FF FF 01 04 03 04 01", values);
+    for (const values of ["150°", "150 deg"]) assert.equal(hexOf({ instruction: "WRITE", values }).slice(18, -3), "00 02", values);
+    assert.equal(decoder.values(1, 0x04, [1, 1]), "BAUD_RATE 1000000 bit/s, RETURN_DELAY 2 us");
+});
+
 test("compose: registers of the device have no unit", () => {
     assert.equal(hexOf({ instruction: "WRITE", ids: "253", address: 0x0a, values: "500" }).slice(0, -3), "FF FF FD 05 03 0A F4 01");
 });
