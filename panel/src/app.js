@@ -11,7 +11,7 @@ import { WebSerialPort } from "./port/web_serial.js";
 import { WebSocketPort } from "./port/web_socket.js";
 import { Session } from "./model/session.js";
 import { takesSpace } from "./keys.js";
-import { texts } from "./texts.js";
+import { texts } from "./texts/texts.js";
 import { View } from "./views/view.js";
 import { VIEWS } from "./views/views.js";
 

@@ -15,7 +15,7 @@ import {
     toHex,
     wordAt,
 } from "../wire/packet.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { textOf } from "./units.js";
 
 const t = texts.decode;

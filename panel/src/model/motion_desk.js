@@ -10,7 +10,7 @@ import { MotionError, Motions, STEPS_MAX, keywordsOf, stepOf } from "./motions.j
 import { pathOfPoints, pathOfSequence, tooFast } from "./path.js";
 import { Player } from "./player.js";
 import { Recorder, compare } from "./recording.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { errorOf, thin, thinTo } from "./thin.js";
 import { DEGREES_MAX, degreesOf, rawOfDegrees } from "./units.js";
 

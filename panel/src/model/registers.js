@@ -2,7 +2,7 @@
 /* The registers of a servo: their rows out of the tables, values in units, and reading and writing them. */
 
 import { ERRORS_OF_PACKET, errorNames, read, word, wordAt, write } from "../wire/packet.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { rawOf, valueOf, withUnit } from "./units.js";
 
 export const TABLE_SIZE = 50; // bytes

@@ -7,7 +7,7 @@
 
 import { Wire } from "../wire/wire.js";
 import { pause, realClock } from "../wire/clock.js";
-import { noticeText } from "../texts.js";
+import { noticeText } from "../texts/texts.js";
 import { RecordingPort } from "../port/replay.js";
 import { Controller } from "./controller.js";
 import { Decoder } from "./decode.js";

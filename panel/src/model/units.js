@@ -2,7 +2,7 @@
 /* Register values and what they mean. The rows are `units` of the generated tables; `raw` is the value
  * of the register. */
 
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 
 export const POSITION_MAX = 1023; // raw, 300 degrees
 export const DEGREES_MAX = 300;

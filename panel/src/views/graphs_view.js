@@ -3,7 +3,7 @@
 
 import { html, nothing } from "lit";
 import { GraphWindow } from "../model/graph_window.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { colourOf, dashesOf, mark } from "./lines.js";
 import { Plot, isLoaded, load, valueText } from "./plot.js";
 import { saveFile } from "./save_file.js";

@@ -7,7 +7,7 @@ import { live } from "lit/directives/live.js";
 import { MotionDesk } from "../model/motion_desk.js";
 import { pathOfPoints } from "../model/path.js";
 import { degreesOf } from "../model/units.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { chart, legend } from "./motion_chart.js";
 import { saveFile } from "./save_file.js";

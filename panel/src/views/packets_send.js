@@ -6,7 +6,7 @@ import { INSTRUCTION, packet, toHex } from "../wire/packet.js";
 import { sendPacket } from "../model/by_hand.js";
 import { ComposeError, compose } from "../model/compose.js";
 import { hexByte } from "../model/decode.js";
-import { noticeText, texts } from "../texts.js";
+import { noticeText, texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { Part } from "./part.js";
 

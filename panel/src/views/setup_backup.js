@@ -3,7 +3,7 @@
 
 import { html, nothing } from "lit";
 import { Failure, valueText } from "../model/registers.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { saveFile } from "./save_file.js";
 import { SetupPart, nameOf } from "./setup_part.js";
 

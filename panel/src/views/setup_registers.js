@@ -4,7 +4,7 @@
 import { html, nothing } from "lit";
 import { rangeOf, rawAt, shownValue, typedValue, valueText } from "../model/registers.js";
 import { unitText, withUnit } from "../model/units.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { SetupPart } from "./setup_part.js";
 

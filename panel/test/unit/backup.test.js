@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { SIZE_MAX, backedUp, differences, entriesFor, entryOf, readBackup, textOfBackup } from "../../src/model/backup.js";
 import { registersOf } from "../../src/model/registers.js";
-import { noticeText } from "../../src/texts.js";
+import { noticeText } from "../../src/texts/texts.js";
 import { FakePort } from "../support/fake_port.js";
 import { tables } from "../support/tables.js";
 

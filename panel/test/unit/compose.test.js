@@ -6,7 +6,7 @@ import test from "node:test";
 import { compose, idsOfText, packetOfHex } from "../../src/model/compose.js";
 import { Decoder } from "../../src/model/decode.js";
 import { toHex } from "../../src/wire/packet.js";
-import { texts } from "../../src/texts.js";
+import { texts } from "../../src/texts/texts.js";
 import { tables } from "../support/tables.js";
 
 const all = tables();

@@ -7,7 +7,7 @@ import { Robot } from "../../src/model/robot.js";
 import { BoardView } from "../../src/views/board_view.js";
 import { colourOf, dashesOf } from "../../src/views/lines.js";
 import { RobotView } from "../../src/views/robot_view.js";
-import { texts } from "../../src/texts.js";
+import { texts } from "../../src/texts/texts.js";
 import { Decoder } from "../../src/model/decode.js";
 import "../../src/views/packets_send.js";
 import { tables } from "../support/tables.js";
