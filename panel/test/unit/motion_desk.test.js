@@ -105,20 +105,20 @@ async function recording(ms) {
     const robot = Object.assign(new EventTarget(), { ids: [1], servos: new Map([[1, servo]]) });
 
     Object.assign(session, { state: "connected", robot });
-    await desk.record();
+    await desk.recordings.begin();
     for (; servo.updatedAt <= ms; servo.updatedAt += 20) robot.dispatchEvent(new Event("feedback"));
     return { session, desk };
 }
 
 for (const [what, keep] of [
-    ["a sequence", (desk) => desk.toSequence().then(() => desk.text)],
-    ["a file", (desk) => desk.csv],
+    ["a sequence", (desk) => desk.recordings.toSequence().then(() => desk.text)],
+    ["a file", (desk) => desk.recordings.csv],
 ])
     test(`recording: it is unsaved until it is ${what}`, async () => {
         const { desk } = await recording(200);
 
         assert.ok(desk.hasUnsaved);
-        await desk.endRecording();
+        await desk.recordings.end();
         assert.ok(desk.hasUnsaved);
         assert.ok(await keep(desk));
         assert.ok(!desk.hasUnsaved);
@@ -127,7 +127,7 @@ for (const [what, keep] of [
 for (const [what, ms, end, code, isTaken] of [
     ["cut off", 200, (session) => session.disconnect(), "motion-record-cut", true],
     ["cut off at once", 20, (session) => session.disconnect(), "motion-record-cut", false],
-    ["ended at once", 20, (_, desk) => desk.endRecording(), "motion-short", false],
+    ["ended at once", 20, (_, desk) => desk.recordings.end(), "motion-short", false],
 ])
     test(`recording: one that is ${what} has one notice`, async () => {
         const { session, desk } = await recording(ms);
@@ -135,7 +135,7 @@ for (const [what, ms, end, code, isTaken] of [
         session.robot.end = () => {};
         await end(session, desk);
         assert.deepEqual(session.notices.map((notice) => notice.code), [code]);
-        assert.equal(desk.recording !== null, isTaken);
+        assert.equal(desk.recordings.latest !== null, isTaken);
         assert.equal(desk.hasUnsaved, isTaken);
     });
 
