@@ -95,7 +95,7 @@ class RegistersPart extends SetupPart {
             ${row.scale.name ? this.#field(row, false, unit, problem) : nothing} ${this.#field(row, true, raw, problem)}
             <button class="write" ?disabled=${Boolean(problem) || this.setup.isRunning} @click=${() => this.#write(row)}>${t.write}</button>
             <button class="cancel" @click=${() => this.#cancel(row.name)}>${t.cancel}</button>
-            <span id="edit-note" role="status" class=${problem ? "bad" : "soft"}>${problem ? `${t.problems[problem]} ` : nothing}${range}${row.scale.name ? `; ${t.to(row.lowest, spaced(row.highest, t.rawValue))}` : nothing}</span>
+            <span id="edit-note" role="status" class=${problem ? "bad" : "soft"}>${problem ? `${t.problems[problem]} ` : nothing}${range}${row.scale.name ? `; ${t.to(row.lowest, withUnit(row.highest, t.rawValue))}` : nothing}</span>
         </div>`;
     }
 
