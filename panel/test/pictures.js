@@ -44,12 +44,9 @@ async function begin(page) {
     await run(page, "play wave loop");
 }
 
+/* The view loads what the board has. */
 async function loadMotions(page) {
     await page.click("#tab-motion");
-    await page.waitForSelector("button.load:enabled");
-    await page.$eval("button.load", (button) => button.click());
-    await page.waitForSelector("dialog .yes, .step");
-    if (await page.$("dialog .yes")) await page.click("dialog .yes");
     await page.waitForSelector(".step");
 }
 
