@@ -13,6 +13,8 @@ import errors
 import registers
 import settings
 
+COUNTER = re.compile("BUS_(?!BAUD|STATE)|HOST_(?!BAUD)|BRIDGE_|DELAYS_")
+
 # value = raw * per / of, in the unit of the page.
 UNITS = {
     "NUMBER": {"name": "", "per": 1, "of": 1, "digits": 0},
@@ -30,17 +32,19 @@ UNITS = {
 
 
 def table_of_registers():
-    for name, address, width, access, area, initial, lowest, highest, unit in registers.rows():
+    for name, address, width, access, area, _, lowest, highest, unit in registers.rows():
         if name.startswith("RESERVED"):
             continue
         yield {"name": name, "address": int(address, 0), "bytes": width, "writable": access == "RW",
-               "area": area, "initial": initial, "lowest": lowest, "highest": highest, "unit": unit}
+               "area": area, "lowest": lowest, "highest": highest, "unit": unit}
 
 
 def table_of_device():
-    for name, address, count, access, lowest, highest, unit, what in device.rows():
-        yield {"name": name, "address": int(address, 0), "bytes": int(count), "writable": access == "RW",
-               "unit": "" if unit == "-" else unit, "what": what}
+    """A counter has `what`: what it counts."""
+    for name, address, count, access, _, _, unit, what in device.rows():
+        row = {"name": name, "address": int(address, 0), "bytes": int(count), "writable": access == "RW",
+               "unit": "" if unit == "-" else unit}
+        yield {**row, "what": what} if access != "RW" and COUNTER.match(name) else row
 
 
 def table_of_settings():

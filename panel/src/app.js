@@ -11,7 +11,7 @@ import { WebSerialPort } from "./port/web_serial.js";
 import { WebSocketPort } from "./port/web_socket.js";
 import { Session } from "./model/session.js";
 import { takesSpace } from "./keys.js";
-import { texts } from "./texts.js";
+import { texts } from "./texts/texts.js";
 import { View } from "./views/view.js";
 import { VIEWS } from "./views/views.js";
 
@@ -165,6 +165,7 @@ class App extends View {
                     <p>
                         ${notice.text}${notice.remedy ? html` <strong>${texts.remedy}</strong> ${notice.remedy}` : nothing}
                     </p>
+                    ${notice.undo ? html`<button class="undo" @click=${notice.undo}>${texts.undo}</button>` : nothing}
                     <button aria-label=${texts.dismiss} title=${texts.dismiss} @click=${() => this.session.dismiss(notice)}>×</button>
                 </div>`,
             )}
@@ -190,7 +191,7 @@ class App extends View {
     render() {
         if (this.isFramed) return html`<main><p>${texts.framed}</p></main>`;
         return html`
-            <header>
+            <header class=${this.session.state}>
                 <h1>${texts.name}</h1>
                 <div class="connection">${this.#connection()}</div>
                 ${this.#stop()} ${this.#stateLine()}

@@ -11,7 +11,7 @@ import { DESKTOP, PHONE, openPage, shows, startBrowser, startPanel } from "./sup
 const VIEWS = ["robot", "graphs", "setup", "motion", "packets", "board"];
 const SIZES = { desktop: DESKTOP, phone: PHONE };
 const POSES = ["group 1 2 3", "pose save up", "pose 100 200 130 in 0.5s", "motion wait", "pose save down",
-    "sequence wave new up 1.2s", "sequence wave add down 0.8s dwell 0.3s", "play wave loop"];
+    "sequence wave new up 1.2s", "sequence wave add down 0.8s dwell 0.3s"];
 
 const GRAPH_MS = 3000; // of a graph
 const [folder] = process.argv.slice(2);
@@ -33,20 +33,20 @@ const READY = {
     board: (page) => page.waitForSelector("#setting-cycle_us"),
 };
 
-/* Torque on for all servos, and a sequence that the board plays. */
+const run = (page, line) => page.evaluate((text) => document.querySelector("panel-app").session.controller.run(text), line);
+
+/* Torque on for all servos, and a sequence that the page has loaded and the board plays. */
 async function begin(page) {
     await page.click("button.torque-on");
     await page.waitForFunction(() => document.querySelectorAll(".torque input:checked").length === 18);
-    for (const line of POSES)
-        await page.evaluate((text) => document.querySelector("panel-app").session.controller.run(text), line);
+    for (const line of POSES) await run(page, line);
+    await loadMotions(page);
+    await run(page, "play wave loop");
 }
 
+/* The view loads what the board has. */
 async function loadMotions(page) {
     await page.click("#tab-motion");
-    await page.waitForSelector("button.load:enabled");
-    await page.$eval("button.load", (button) => button.click());
-    await page.waitForSelector("dialog .yes, .step");
-    if (await page.$("dialog .yes")) await page.click("dialog .yes");
     await page.waitForSelector(".step");
 }
 
@@ -62,10 +62,7 @@ async function takePictures(browser, url, size) {
     const page = await openPage(ending, browser, url, { viewport: SIZES[size], slow: 1 });
 
     await shows(page, "18 servos", ".state-line");
-    if (size === "desktop") {
-        await begin(page);
-        await loadMotions(page);
-    }
+    if (size === "desktop") await begin(page);
     for (const view of VIEWS)
         for (const scheme of ["light", "dark"]) {
             await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);

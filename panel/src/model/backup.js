@@ -8,7 +8,7 @@
  * where a servo answers. Values are raw. STATUS_RETURN_LEVEL is written last: at 0 a servo does not answer
  * the READ that checks a write. */
 
-import { Failure, rawAt } from "./registers.js";
+import { Failure, rawAt, valueText } from "./registers.js";
 
 export const FORMAT = "cds55xx-backup";
 export const VERSION = 1;
@@ -16,6 +16,9 @@ export const SIZE_MAX = 1000000; // characters of a file; 254 servos take a tent
 const LAST = "STATUS_RETURN_LEVEL";
 const KEPT_OUT = new Set(["ID", "BAUD_RATE"]);
 const ID_MAX = 253;
+const CW = "CW_ANGLE_LIMIT";
+const CCW = "CCW_ANGLE_LIMIT";
+const GOAL = "GOAL_POSITION";
 
 const damaged = (detail) => new Failure("backup-damaged", { detail });
 
@@ -90,6 +93,15 @@ function checkEntry(entry, rows) {
         if (!isWithin(registers[row.name], row.lowest, row.highest))
             throw damaged(`servo ${id}: ${row.name} is not a number from ${row.lowest} to ${row.highest}`);
     }
+    checkOrder(entry, registers, rows, [[CW, CCW], ["MIN_VOLTAGE", "MAX_VOLTAGE"]]);
+}
+
+/* Throws Failure if the value of the first register of a pair is above that of the second one. */
+function checkOrder({ id }, values, rows, pairs) {
+    const told = (name) => `${name} (${valueText(rows.find((row) => row.name === name), values[name])})`;
+    const crossed = pairs.find(([low, high]) => values[low] > values[high]);
+
+    if (crossed) throw new Failure("backup-crossed", { id, low: told(crossed[0]), high: told(crossed[1]) });
 }
 
 /* ---- what a restore would change ---- */
@@ -103,12 +115,18 @@ export function entriesFor(entries, id) {
     return own;
 }
 
-/* The registers that differ: [{row, now, file}]. `bytes`: the registers of the servo. */
+/* The registers that differ: [{row, now, file}]. `bytes`: the registers of the servo. A servo with torque that
+ * gets limits beyond its goal may move, so this throws Failure, too; without torque the goal does nothing. */
 export function differences(entry, bytes, rows) {
     const model = valueNamed(rows, bytes, "MODEL_NUMBER");
 
     if (model !== entry.model) throw new Failure("backup-other-model", { id: entry.id, model: entry.model, found: model });
-    return backedUp(rows)
+    const changes = backedUp(rows)
         .map((row) => ({ row, now: rawAt(bytes, row), file: entry.registers[row.name] }))
         .filter(({ now, file }) => now !== file);
+    const isLimited = entry.registers[CCW] > 0; // else endless turn, without a goal
+
+    if (isLimited && valueNamed(rows, bytes, "TORQUE_ENABLE") && changes.some(({ row }) => row.name === CW || row.name === CCW))
+        checkOrder(entry, { ...entry.registers, [GOAL]: valueNamed(rows, bytes, GOAL) }, rows, [[CW, GOAL], [GOAL, CCW]]);
+    return changes;
 }

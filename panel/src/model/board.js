@@ -2,7 +2,7 @@
 /* State and alarms of the controller: by the console, or, without one, by the registers of the device. */
 
 import { errorNames } from "../wire/packet.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 
 const t = texts.board;
 const NOBODY = 255;

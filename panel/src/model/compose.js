@@ -20,7 +20,7 @@ import {
     syncWrite,
     word,
 } from "../wire/packet.js";
-import { rawOf } from "./units.js";
+import { rawOf, unitText } from "./units.js";
 import { hexByte } from "./decode.js";
 
 /* `code` names an entry of texts.packets.malformed. */
@@ -82,12 +82,12 @@ export function idsOfText(text, max = ID_MAX) {
 /* The bytes of `text` for a register: "150", "150deg", "512raw", "0x200". Without unit: the unit of the
  * register. `unit`: its row of the units, or null: a number. */
 function bytesOfValue(text, row, unit) {
-    const match = /^(-?\d+(?:\.\d+)?|0x[0-9a-f]+)\s*([a-z%°]*)$/i.exec(text) ?? fail("value", { text, name: row.name });
+    const match = /^(-?\d+(?:\.\d+)?|0x[0-9a-f]+)\s*([a-z%°/]*)$/i.exec(text) ?? fail("value", { text, name: row.name });
     const [, number, suffix] = match;
     const isRaw = /^0x/i.test(number) || suffix.toLowerCase() === "raw" || !unit?.name;
-    const known = ["", "raw", unit?.name.toLowerCase(), unit?.name === "deg" ? "°" : ""];
+    const known = ["", "raw", unit?.name.toLowerCase(), unitText(unit?.name)?.toLowerCase()];
 
-    if (!known.includes(suffix.toLowerCase())) fail("unit", { text, name: row.name, unit: unit?.name ?? "" });
+    if (!known.includes(suffix.toLowerCase())) fail("unit", { text, name: row.name, unit: unitText(unit?.name ?? "") });
     const raw = isRaw ? Number(number) : rawOf(unit, Number(number));
 
     if (Number(number) < 0 && (isRaw || !unit.signed)) fail("fit", { text, name: row.name, bytes: row.bytes });

@@ -6,7 +6,6 @@
 
 import { wordAt } from "../wire/packet.js";
 
-const COUNTER = /^(?:BUS_(?!BAUD|STATE)|HOST_(?!BAUD)|BRIDGE_|DELAYS_)/;
 const LINE = /^([a-z ]+?) (\d+)(?:, of these (\d+) .*)?$/;
 const OF_SERVO = ["ok", "timeouts", "corrupt", "stale_replies", "duplicate_replies", "unexpected_packets", "echo_errors"];
 
@@ -19,7 +18,7 @@ const keyOf = (name) => name.replace(/^BUS_/, "").toLowerCase();
 
 /* Rows of the device that are counters. */
 export function counterRows(tables) {
-    return tables.device.filter((row) => COUNTER.test(row.name) && !row.writable);
+    return tables.device.filter((row) => row.what);
 }
 
 /* The lines of the command `counters`: {since, counts: Map of key to {count, ofScan}}. */

@@ -15,7 +15,7 @@ import {
     toHex,
     wordAt,
 } from "../wire/packet.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { textOf } from "./units.js";
 
 const t = texts.decode;
@@ -148,7 +148,7 @@ export class Decoder {
         return first === last ? first.name : t.range(first.name, last.name, count);
     }
 
-    /* "GOAL_POSITION 150.1 deg, MOVING_SPEED 20.0 rpm". A byte that begins no register: "0x13 = 0x00". */
+    /* "GOAL_POSITION 150.1°, MOVING_SPEED 20.0 rpm". A byte that begins no register: "0x13 = 0x00". */
     values(id, address, bytes) {
         const rows = this.registersOf(id);
         const parts = [];

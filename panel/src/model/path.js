@@ -122,3 +122,11 @@ export function positionsAt(points, t) {
 
     return one.raw.map((raw, joint) => raw + (other.raw[joint] - raw) * share);
 }
+
+/* Where the joints are at the end of the steps. */
+export function lastPositions(steps, poses) {
+    const all = new Map();
+
+    for (const { pose } of steps) for (const [id, raw] of poses.get(pose)) all.set(id, raw);
+    return all;
+}

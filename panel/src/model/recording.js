@@ -9,6 +9,7 @@ export class Recording {
         this.ids = ids;
         this.samples = []; // {t: ms from the begin, raw: position of each of `ids`}
         this.missing = 0; // samples of a servo that did not answer
+        this.isKept = false; // as a sequence or a file
     }
 
     get length() {

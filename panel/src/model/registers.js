@@ -2,7 +2,8 @@
 /* The registers of a servo: their rows out of the tables, values in units, and reading and writing them. */
 
 import { ERRORS_OF_PACKET, errorNames, read, word, wordAt, write } from "../wire/packet.js";
-import { rawOf, valueOf } from "./units.js";
+import { texts } from "../texts/texts.js";
+import { rawOf, valueOf, withUnit } from "./units.js";
 
 export const TABLE_SIZE = 50; // bytes
 const BITS = new Set(["ALARM_LED", "ALARM_SHUTDOWN"]); // conditions, as the error bits of a packet
@@ -38,6 +39,14 @@ export function shownValue(row, raw) {
     const scale = scaleOf(row, raw);
 
     return { number: valueOf(scale, raw).toFixed(scale.digits), unit: scale.name, bits: row.isBits ? errorNames(raw) : null };
+}
+
+export function valueText(row, raw) {
+    const { number, unit, bits } = shownValue(row, raw);
+
+    if (bits) return bits.join(", ") || texts.setup.noBits;
+    if (row.highest === 1 && !row.scale.name) return texts.setup.onOff[raw] ?? number;
+    return withUnit(number, unit);
 }
 
 /* Lowest and highest value in the unit of the register. */

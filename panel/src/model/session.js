@@ -7,7 +7,7 @@
 
 import { Wire } from "../wire/wire.js";
 import { pause, realClock } from "../wire/clock.js";
-import { noticeText } from "../texts.js";
+import { noticeText } from "../texts/texts.js";
 import { RecordingPort } from "../port/replay.js";
 import { Controller } from "./controller.js";
 import { Decoder } from "./decode.js";
@@ -38,7 +38,7 @@ export class Session extends EventTarget {
         this.state = "disconnected"; // disconnected, connecting, connected, silent
         this.stopState = "none"; // none, stopping, verified, unchecked (no servo was asked), unverified, failed
         this.stopOutcome = null;
-        this.notices = []; // {key, code, ids, text, remedy, level, time}
+        this.notices = []; // {key, code, ids, text, remedy, level, time, undo}; undo(): the button Undo
         this.traffic = new Traffic(new Decoder(tables, () => this.wire?.deviceId));
         this.recording = null; // the port of the last connection; `text` is the recording
         this.portName = "";
@@ -148,7 +148,7 @@ export class Session extends EventTarget {
             if (this.isConnected && BANNER.test(text)) this.#renew();
         });
         on(wire, "notice", (detail) => {
-            if (detail.code === "back") this.#withdraw(ANSWERED.back);
+            if (detail.code === "back") this.withdraw(ANSWERED.back);
             if (!this.isPortTaken) this.notify(detail);
         });
         on(wire, "state", (state) => this.#follow(state));
@@ -220,7 +220,7 @@ export class Session extends EventTarget {
             this.stopOutcome = await stop;
             this.stopState = stateOf(this.stopOutcome);
             this.robot.takeStop(this.stopOutcome);
-            if (this.stopState === "verified") this.#withdraw(ANSWERED.stop);
+            if (this.stopState === "verified") this.withdraw(ANSWERED.stop);
             if (this.stopState === "unverified") this.notify({ code: "stop-unverified", ...this.stopOutcome });
         } catch {
             this.stopState = "failed";
@@ -243,7 +243,7 @@ export class Session extends EventTarget {
     async release() {
         await this.attempt(async () => {
             await this.controller.release();
-            this.#withdraw(ANSWERED.release);
+            this.withdraw(ANSWERED.release);
             this.stopState = "none";
         });
     }
@@ -271,14 +271,15 @@ export class Session extends EventTarget {
         const key = `${code} ${isOfMany ? detail.why : detail.id ?? ""} ${detail.line ?? ""}`;
         const before = this.notices.find((shown) => shown.key === key)?.ids ?? [];
         const ids = isOfMany ? [...new Set([...before, detail.id])].sort((one, other) => one - other) : detail.ids;
-        const notice = { key, code, ids, time: this.clock.now(), ...noticeText({ ...detail, code, ids }) };
+        const notice = { key, code, ids, time: this.clock.now(), undo: detail.undo, ...noticeText({ ...detail, code, ids }) };
 
         if (code === "unexpected") console.error(what);
         this.notices = [...this.notices.filter((shown) => shown.key !== key), notice].slice(-NOTICES_MAX);
         this.#change();
     }
 
-    #withdraw(codes) {
+    /* Takes back the notices of these codes. */
+    withdraw(codes) {
         this.notices = this.notices.filter(({ code }) => !codes.includes(code));
     }
 

@@ -9,7 +9,7 @@
  * "noise"; a reply has the group of its request. */
 
 import { AT_ERROR, AT_ID, INSTRUCTION, repliesDue, toHex } from "../wire/packet.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { FEEDBACK, LIMITS, STATE } from "./blocks.js";
 import { DEVICE } from "./controller.js";
 import { idsOf, instructionName } from "./decode.js";

@@ -2,6 +2,8 @@
 /* Register values and what they mean. The rows are `units` of the generated tables; `raw` is the value
  * of the register. */
 
+import { texts } from "../texts/texts.js";
+
 export const POSITION_MAX = 1023; // raw, 300 degrees
 export const DEGREES_MAX = 300;
 export const RPM_MAX = 62;
@@ -39,9 +41,14 @@ export function rawOf(row, value) {
     return value < 0 && row.signed ? magnitude | CW : magnitude;
 }
 
-/* "150.1 deg" */
-export function textOf(row, raw) {
-    const number = valueOf(row, raw).toFixed(row.digits);
+/* A unit as the page writes it. `name`: as the console writes it. */
+export const unitText = (name) => texts.units[name] ?? name;
 
-    return row.name ? `${number} ${row.name}` : number;
+export function withUnit(number, name) {
+    const unit = unitText(name);
+
+    return unit === "°" ? number + unit : `${number} ${unit}`.trim();
 }
+
+/* "150.1°" */
+export const textOf = (row, raw) => withUnit(valueOf(row, raw).toFixed(row.digits), row.name);

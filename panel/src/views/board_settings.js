@@ -3,7 +3,7 @@
 
 import { html, nothing } from "lit";
 import { Settings, risksOf } from "../model/settings.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { Part } from "./part.js";
 

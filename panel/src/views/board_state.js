@@ -4,7 +4,7 @@
 
 import { html, nothing } from "lit";
 import { readAlarms, readStatus } from "../model/board.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { Part } from "./part.js";
 
 const t = texts.board;

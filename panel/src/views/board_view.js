@@ -2,7 +2,7 @@
 /* The controller: firmware, inhibit, alarms, status, settings. */
 
 import { html, nothing } from "lit";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { modeOf } from "./part.js";
 import { View } from "./view.js";
 import "./board_settings.js";

@@ -3,7 +3,8 @@
 
 import { html, nothing } from "lit";
 import { GraphWindow } from "../model/graph_window.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
+import { colourOf, dashesOf, mark } from "./lines.js";
 import { Plot, isLoaded, load, valueText } from "./plot.js";
 import { saveFile } from "./save_file.js";
 import { View } from "./view.js";
@@ -12,7 +13,6 @@ const t = texts.graphs;
 const GRAPHS = ["position", "speed", "load", "voltage", "temperature"];
 const SPANS = [5, 10, 30, 60, 300]; // seconds
 const DRAW_MS = 45; // between two drawings, so that they do not slow the feedback
-const COLORS = 8; // in graphs.css
 const SERVOS_AT_FIRST = 3;
 const HEIGHT_MIN = 150;
 const HEIGHT_MAX = 340;
@@ -71,9 +71,9 @@ export class GraphsView extends View {
         return { known, chosen: this.ids ? known.filter((id) => this.ids.has(id)) : known.slice(0, SERVOS_AT_FIRST) };
     }
 
-    /* The lines of a graph. Position has a dashed line of the goal. */
+    /* The lines of a graph. Position has a dotted line of the goal. */
     #linesOf(quantity, chosen, known) {
-        const lineOf = (id, name) => ({ id, quantity: name, color: 1 + (known.indexOf(id) % COLORS), isDashed: name === "goal" });
+        const lineOf = (id, name) => ({ id, quantity: name, index: known.indexOf(id) });
 
         return chosen.flatMap((id) => [lineOf(id, quantity), ...(quantity === "position" ? [lineOf(id, "goal")] : [])]);
     }
@@ -139,17 +139,17 @@ export class GraphsView extends View {
 
     #makePlots(size) {
         const { known, chosen } = this.#idsOf(this.#window.history);
-        const colorOf = (name) => getComputedStyle(this.querySelector(`.colors .${name}`)).color;
+        const colorOf = (css) => getComputedStyle(this.querySelector(css)).color;
 
         this.#plots.forEach((plot) => plot.end());
         this.#plots = new Map(
             this.#graphs.map((quantity) => {
-                const lines = this.#linesOf(quantity, chosen, known).map((line) => ({ ...line, color: colorOf(`color-${line.color}`) }));
+                const lines = this.#linesOf(quantity, chosen, known).map((line) => ({ ...line, color: colorOf(`.mark .${colourOf(line.index)}`), dashes: dashesOf(line.index) }));
 
                 return [quantity, new Plot(this.querySelector(`[data-quantity="${quantity}"] .plot`), {
                     quantity,
                     lines,
-                    colors: { ink: colorOf("ink"), line: colorOf("line") },
+                    colors: { ink: colorOf(".colors .ink"), line: colorOf(".colors .line") },
                     ...size,
                     onZoom: (from, to) => this.#do((shown) => shown.show(from, to)),
                     onReset: () => this.#do((shown) => shown.goOn()),
@@ -181,7 +181,7 @@ export class GraphsView extends View {
                 (id, index) => html`<label class="chip">
                     <input type="checkbox" value=${id} .checked=${set.has(id)}
                         @change=${({ target }) => this.#choose((this.ids = set), id, target.checked)} />
-                    <i class="swatch color-${1 + (index % COLORS)}"></i><span class="unseen">${t.servo}</span> ${id}
+                    ${mark(index)}<span class="unseen">${t.servo}</span> ${id}
                 </label>`,
             )}
         </fieldset>`;
@@ -227,10 +227,9 @@ export class GraphsView extends View {
     /* The value at the cursor, else the newest one. */
     #value(id, quantity, known) {
         const textOf = (name) => valueText(this.#window.history, { id, quantity: name }, this.#cursorTime) || texts.robot.noValue;
-        const [color] = this.#linesOf(quantity, [id], known).map((line) => line.color);
 
         return html`<span class="value ${quantity}"
-            ><i class="swatch color-${color}"></i><span class="unseen">${t.servo}</span>${id}: ${textOf(quantity)}
+            >${mark(known.indexOf(id))}<span class="unseen">${t.servo}</span>${id}: ${textOf(quantity)}
             ${quantity === "position" ? html`<span class="unit">→<span class="unseen">${t.goal}</span> ${textOf("goal")}</span>` : nothing}</span
         >`;
     }
@@ -239,7 +238,7 @@ export class GraphsView extends View {
         return html`<figure data-quantity=${quantity} aria-label=${t.names[quantity]}>
             <figcaption>
                 <strong>${t.names[quantity]}</strong> <span class="unit">${t.units[quantity]}</span>
-                ${quantity === "position" ? html`<span class="unit">${t.dashed}</span>` : nothing}
+                ${quantity === "position" ? html`<span class="unit">${t.dotted}</span>` : nothing}
                 ${chosen.map((id) => this.#value(id, quantity, known))}
             </figcaption>
             <div class="plot"></div>
@@ -260,9 +259,7 @@ export class GraphsView extends View {
                 ${chosen.length ? nothing : html`<p>${t.noServo}</p>`}
                 ${GRAPHS.map((quantity) => (this.quantities.has(quantity) ? this.#graph(quantity, chosen, known) : nothing))}
             </div>
-            <div class="colors" aria-hidden="true">
-                ${Array.from({ length: COLORS }, (_, index) => html`<i class="color-${index + 1}"></i>`)}<i class="ink"></i><i class="line"></i>
-            </div>
+            <div class="colors" aria-hidden="true"><i class="ink"></i><i class="line"></i></div>
         `;
     }
 }

@@ -3,6 +3,7 @@
 
 import { html, nothing, svg } from "lit";
 import { DEGREES_MAX, degreesOf } from "../model/units.js";
+import { colourOf, mark, polyline } from "./lines.js";
 
 const HEIGHT = 220;
 const LEFT = 40; // room for the angles
@@ -10,11 +11,8 @@ const RIGHT = 8;
 const TOP = 22; // room for names
 const BOTTOM = 22; // room for the times
 const SPAN_MIN = 20; // degrees
-const COLOURS = 8;
 const SAMPLES = 240;
 const LABEL = 7; // width of a character
-
-export const classOf = (index) => `joint c${index % COLOURS}${index >= COLOURS ? " dashed" : ""}`;
 
 /* Steps of 1, 2 or 5 that give about `count` lines over `span`. */
 function roundStep(span, count) {
@@ -104,12 +102,12 @@ export function chart({ path, width, label, sequence, other = [], points = [] })
 
     return html`<svg class="curves" role="img" aria-label=${label} width=${scale.width} height=${HEIGHT} viewBox="0 0 ${scale.width} ${HEIGHT}">
         ${sequence ? bands(scale, { ...sequence, begins: path.begins }) : nothing} ${grid(scale)}
-        ${rows.map((row, joint) => svg`<polyline class=${classOf(joint)} points=${scale.points(times, row)} />`)}
+        ${rows.map((row, joint) => polyline(joint, scale.points(times, row)))}
         ${second.map((row, joint) => other.length
-            ? svg`<polyline class="${classOf(joint)} other" points=${scale.points(other.map(({ t }) => t), row)} />`
+            ? svg`<polyline class="joint other" points=${scale.points(other.map(({ t }) => t), row)} />`
             : nothing)}
         ${points.flatMap(({ t, raw }) => raw.map((value, joint) =>
-            svg`<circle class=${classOf(joint)} r="2.5" cx=${scale.x(t)} cy=${scale.y(degreesOf(value))} />`))}
+            svg`<circle class="joint ${colourOf(joint)}" r="2.5" cx=${scale.x(t)} cy=${scale.y(degreesOf(value))} />`))}
     </svg>`;
 }
 
@@ -117,8 +115,7 @@ export function chart({ path, width, label, sequence, other = [], points = [] })
 export function legend(ids, nameOf) {
     return html`<ul class="legend">
         ${ids.map((id, index) => html`<li>
-            <svg width="22" height="10" aria-hidden="true"><line class=${classOf(index)} x1="1" x2="21" y1="5" y2="5" /></svg>
-            ${nameOf(id)}
+            ${mark(index)} ${nameOf(id)}
         </li>`)}
     </ul>`;
 }

@@ -7,7 +7,7 @@ import { live } from "lit/directives/live.js";
 import { MotionDesk } from "../model/motion_desk.js";
 import { pathOfPoints } from "../model/path.js";
 import { degreesOf } from "../model/units.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { chart, legend } from "./motion_chart.js";
 import { saveFile } from "./save_file.js";
@@ -68,15 +68,17 @@ export class MotionView extends View {
 
     #teach() {
         const { desk, session } = this;
-        const isOff = !session.isConnected || desk.isRecording;
+        const isOff = !session.isConnected || desk.recordings.isRecording;
 
         return html`<section class="panel teach" aria-labelledby="motion-teach">
             <h2 id="motion-teach">${t.teach}</h2>
             ${desk.ids.length ? nothing : html`<p class="soft">${session.isConnected ? t.noServos : t.notConnected}</p>`}
             <fieldset class="chips" ?disabled=${isOff}>
                 <legend>${t.servos}</legend>
-                <button @click=${() => desk.chooseAll(true)}>${t.all}</button>
-                <button @click=${() => desk.chooseAll(false)}>${t.none}</button>
+                <span class="row">
+                    <button @click=${() => desk.chooseAll(true)}>${t.all}</button>
+                    <button @click=${() => desk.chooseAll(false)}>${t.none}</button>
+                </span>
                 ${desk.ids.map((id) => this.#chip(id))}
             </fieldset>
             <p class="row">
@@ -88,10 +90,10 @@ export class MotionView extends View {
                 <button class="capture" title=${t.captureHint} ?disabled=${isOff}>${t.capture}</button>
             </form>
             <p class="row">
-                ${desk.isRecording
-                    ? html`<button class="record" @click=${() => desk.endRecording()}>${t.endRecording}</button>
-                          <span class="recording-length" role="timer">${seconds(desk.recorder.recording.length)} s</span>`
-                    : html`<button class="record" title=${t.recordHint} ?disabled=${isOff || desk.isPlaying} @click=${() => desk.record()}>${t.record}</button>
+                ${desk.recordings.isRecording
+                    ? html`<button class="record" @click=${() => desk.recordings.end()}>${t.endRecording}</button>
+                          <span class="recording-length" role="timer">${seconds(desk.recordings.recorder.recording.length)} s</span>`
+                    : html`<button class="record" title=${t.recordHint} ?disabled=${isOff || desk.isPlaying} @click=${() => desk.recordings.begin()}>${t.record}</button>
                           <span class="soft">${t.recordHint}</span>`}
             </p>
         </section>`;
@@ -203,6 +205,7 @@ export class MotionView extends View {
             <p class="row">
                 <label>${t.choose}
                     <select class="choose" ?disabled=${!names.length} @change=${({ target }) => desk.showSequence(target.value)}>
+                        ${names.length ? nothing : html`<option disabled selected>${t.noSequence}</option>`}
                         ${names.map((name) => html`<option .selected=${live(name === desk.sequence)}>${name}</option>`)}
                     </select>
                 </label>
@@ -222,10 +225,11 @@ export class MotionView extends View {
 
     #recording() {
         const { desk } = this;
-        const { recording, thinned, replay } = desk;
+        const { recordings } = desk;
+        const { latest: recording, thinned, replay } = recordings;
 
         if (!recording) return nothing;
-        const isOff = !this.session.isConnected || desk.isPlaying || desk.isRecording;
+        const isOff = !this.session.isConnected || desk.isPlaying || desk.recordings.isRecording;
         const path = pathOfPoints(recording.ids, recording.samples);
 
         return html`<section class="panel recording" aria-labelledby="motion-recording">
@@ -237,16 +241,16 @@ export class MotionView extends View {
             <div class="chart">${guard([desk.version, this.#width], () => html`${chart({ path, width: this.#width, label: t.chartOfRecording, other: replay?.samples ?? [], points: thinned.points })}${legend(recording.ids, t.angle)}`)}</div>
             <p class="row">
                 <label>${t.tolerance}
-                    <span class="unit"><input class="tolerance" type="number" min="0.1" max="60" step="0.1" .value=${live(desk.tolerance.toFixed(1))} @change=${({ target }) => desk.setTolerance(target.value)} />°</span>
+                    <span class="unit"><input class="tolerance" type="number" min="0.1" max="60" step="0.1" .value=${live(recordings.tolerance.toFixed(1))} @change=${({ target }) => recordings.setTolerance(target.value)} />°</span>
                 </label>
-                <button class="fit" @click=${() => desk.fit()}>${t.fit}</button>
+                <button class="fit" @click=${() => recordings.fit()}>${t.fit}</button>
                 <output class="thinned">${t.thinned({ steps: thinned.points.length, error: degrees(thinned.error), board: degrees(thinned.boardError) })}</output>
             </p>
             <p class="row">
                 <button class="replay" title=${t.replayHint} ?disabled=${isOff} @click=${() => desk.playRecording()}>${t.replay}</button>
                 <button class="replay-steps" ?disabled=${isOff} @click=${() => desk.playRecording({ isThinned: true })}>${t.replayThinned}</button>
-                <button class="to-sequence" @click=${() => desk.toSequence()}>${t.toSequence}</button>
-                <button @click=${() => saveFile("recording.csv", desk.csv, "text/csv")}>${t.saveRecording}</button>
+                <button class="to-sequence" @click=${() => recordings.toSequence()}>${t.toSequence}</button>
+                <button @click=${() => saveFile("recording.csv", recordings.csv, "text/csv")}>${t.saveRecording}</button>
             </p>
             ${replay ? html`<p class="replayed" role="status">${t.replayed({ largest: degrees(replay.largest), id: replay.id, mean: degrees(replay.mean) })}</p>` : nothing}
         </section>`;
@@ -282,7 +286,7 @@ export class MotionView extends View {
                 </label>
                 <label>${t.times} <input class="times" type="number" min="1" max="65535" ?disabled=${desk.isLoop} .value=${live(String(desk.times))}
                     @change=${({ target }) => (desk.times = Math.min(65535, Math.max(1, Math.round(Number(target.value)) || 1)))} /></label>
-                <label><input class="loop" type="checkbox" .checked=${live(desk.isLoop)} @change=${({ target }) => desk.edit(() => (desk.isLoop = target.checked))} /> ${t.loop}</label>
+                <label><input class="loop" type="checkbox" .checked=${live(desk.isLoop)} @change=${({ target }) => desk.setLoop(target.checked)} /> ${t.loop}</label>
                 <label class="speed">${t.override}
                     <input class="override" type="range" min="10" max="200" step="5" .value=${live(String(desk.percent))} @change=${({ target }) => desk.setPercent(Number(target.value))} />
                     <output>${desk.percent} %</output>

@@ -6,7 +6,7 @@ import { html, nothing } from "lit";
 import { repeat } from "lit/directives/repeat.js";
 import { sendLine } from "../model/by_hand.js";
 import { History, changesMode, complete } from "../model/console_line.js";
-import { noticeText, texts } from "../texts.js";
+import { noticeText, texts } from "../texts/texts.js";
 import { Part } from "./part.js";
 
 const t = texts.packets;

@@ -3,7 +3,7 @@
 
 import { html, nothing } from "lit";
 import { healthOf, readCounters } from "../model/counters.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { Part } from "./part.js";
 
 const t = texts.packets;

@@ -6,7 +6,7 @@ import { INSTRUCTION, packet, toHex } from "../wire/packet.js";
 import { sendPacket } from "../model/by_hand.js";
 import { ComposeError, compose } from "../model/compose.js";
 import { hexByte } from "../model/decode.js";
-import { noticeText, texts } from "../texts.js";
+import { noticeText, texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { Part } from "./part.js";
 
@@ -45,13 +45,16 @@ class SendPart extends Part {
         this.#set("address", address);
     }
 
-    /* The packet, or an error of what is typed: {bytes} or {error}. */
+    /* The packet, or an error of what is typed: {bytes} or {error}. A field that is empty yet is no error. */
     #packet() {
         try {
             return { bytes: compose(this.form, this.#decoder, this.session.tables.units) };
         } catch (error) {
             if (!(error instanceof ComposeError)) throw error;
-            return { error: t.malformed[error.code](error.detail) };
+            const { hex, values } = this.form;
+            const isEmpty = (error.code === "short" && !hex) || (error.code === "value" && !values);
+
+            return { error: isEmpty ? "" : t.malformed[error.code](error.detail) };
         }
     }
 
@@ -152,7 +155,7 @@ class SendPart extends Part {
     }
 
     #preview({ bytes, error }) {
-        if (error) return html`<p class="preview malformed" role="status">${error}</p>`;
+        if (!bytes) return html`<p class="preview malformed" role="status">${error}</p>`;
         const { name, text } = this.#decoder.instruction(bytes);
 
         return html`<p class="preview" role="status">
@@ -181,7 +184,7 @@ class SendPart extends Part {
                 </div>
                 <p class="hint">${t.explain[instruction]}</p>
                 ${this.#preview(made)}
-                <button class="send-button" ?disabled=${Boolean(made.error) || this.isSending || !this.session.isConnected}>
+                <button class="send-button" ?disabled=${!made.bytes || this.isSending || !this.session.isConnected}>
                     ${this.isSending ? t.sending : t.sendButton}
                 </button>
                 <p class="outcome ${this.outcome?.level ?? ""}" role="status" aria-live="polite">${this.outcome?.text ?? ""}</p>

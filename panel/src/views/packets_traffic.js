@@ -6,7 +6,7 @@ import { html, nothing } from "lit";
 import { repeat } from "lit/directives/repeat.js";
 import { AT_ID, INSTRUCTION } from "../wire/packet.js";
 import { hexByte } from "../model/decode.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { Part } from "./part.js";
 import { saveFile } from "./save_file.js";
 

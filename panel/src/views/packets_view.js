@@ -2,7 +2,7 @@
 /* Traffic, packets by hand, counters, console. Each is a part of its own. */
 
 import { html, nothing } from "lit";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { modeOf } from "./part.js";
 import { View } from "./view.js";
 import "./packets_console.js";

@@ -38,7 +38,7 @@ export class Plot {
     #range = [0, 1];
     isDragged = false;
 
-    /* `lines`: [{id, quantity, color, isDashed}]. `colors`: {ink, line}. onZoom(from, to), onReset(), onCursor(). */
+    /* `lines`: [{id, quantity, color, dashes}]. `colors`: {ink, line}. onZoom(from, to), onReset(), onCursor(). */
     constructor(element, { quantity, lines, colors, width, height, onZoom, onReset, onCursor }) {
         this.#series = lines;
         const axis = { stroke: colors.ink, font: FONT, grid: { stroke: colors.line, width: 1 }, ticks: { show: false } };
@@ -55,7 +55,7 @@ export class Plot {
             },
             scales: { x: { time: false, range: () => this.#range }, y: { range: rangeOf(LEAST_SPAN[quantity]) } },
             axes: [{ ...axis, size: 28, values: (plot, times) => times.map((time) => (time < 0 ? "" : `${+time.toFixed(3)} s`)) }, { ...axis, size: AXIS_WIDTH }],
-            series: [{}, ...lines.map(({ color, isDashed }) => ({ stroke: color, width: 1.5, dash: isDashed ? [6, 4] : [], points: { show: false } }))],
+            series: [{}, ...lines.map(({ quantity: shown, color, dashes }) => ({ stroke: color, ...(shown === "goal" ? { width: 1, dash: [1, 3] } : { width: 1.5, dash: dashes }), points: { show: false } }))],
             hooks: {
                 setSelect: [(plot) => this.#selected(plot, onZoom)],
                 setCursor: [onCursor],

@@ -11,7 +11,7 @@ import { degreesAt, degreesOfDrag } from "../model/dial.js";
 import { Jog } from "../model/jog.js";
 import { GOAL_RPM } from "../model/robot.js";
 import { DEGREES_MAX, RPM_MAX } from "../model/units.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { dialDrawing, pointIn, VIEW_BOX } from "./dial.js";
 import { View } from "./view.js";
 

@@ -2,11 +2,10 @@
 /* Backup of a servo or the robot as a file; restore, which shows first what differs. */
 
 import { html, nothing } from "lit";
-import { Failure } from "../model/registers.js";
-import { texts } from "../texts.js";
+import { Failure, valueText } from "../model/registers.js";
+import { texts } from "../texts/texts.js";
 import { saveFile } from "./save_file.js";
 import { SetupPart, nameOf } from "./setup_part.js";
-import { valueText } from "./setup_registers.js";
 
 const t = texts.setup;
 const FILE_MAX = 1000000; // bytes: a larger file is no backup

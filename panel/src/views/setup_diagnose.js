@@ -2,7 +2,7 @@
 /* Why a servo does not answer, in words. */
 
 import { html, nothing } from "lit";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { SetupPart } from "./setup_part.js";
 
 const t = texts.setup;

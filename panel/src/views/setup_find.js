@@ -2,7 +2,7 @@
 /* Search for servos, and the rate of the bus. */
 
 import { html, nothing } from "lit";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { RATES } from "../model/setup.js";
 import { SetupPart } from "./setup_part.js";
 

@@ -2,7 +2,7 @@
 /* Guided set-up of a new servo: the controller tells its steps. */
 
 import { html, nothing } from "lit";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { SetupPart } from "./setup_part.js";
 
 const t = texts.setup;

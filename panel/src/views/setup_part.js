@@ -3,7 +3,7 @@
  * servos. */
 
 import { LitElement, html, nothing } from "lit";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 
 const t = texts.setup;
 

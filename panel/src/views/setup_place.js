@@ -3,7 +3,7 @@
 
 import { html, nothing } from "lit";
 import { RATES } from "../model/setup.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { SetupPart } from "./setup_part.js";
 

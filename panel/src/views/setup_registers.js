@@ -2,8 +2,9 @@
 /* The registers of a servo: all of them with value, unit, range, area and help; one at a time can be edited. */
 
 import { html, nothing } from "lit";
-import { rangeOf, rawAt, shownValue, typedValue } from "../model/registers.js";
-import { texts } from "../texts.js";
+import { rangeOf, rawAt, shownValue, typedValue, valueText } from "../model/registers.js";
+import { unitText, withUnit } from "../model/units.js";
+import { texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { SetupPart } from "./setup_part.js";
 
@@ -11,21 +12,10 @@ const t = texts.setup;
 const PLACES = new Set(["ID", "BAUD_RATE"]); // have buttons of their own
 const FOCUSED = "panel-setup-registers .edit-form input";
 
-const unitText = (name) => t.units[name] ?? name;
-const spaced = (number, unit) => (unit === "°" ? number + unit : `${number} ${unit}`.trim());
-
-export function valueText(row, raw) {
-    const { number, unit, bits } = shownValue(row, raw);
-
-    if (bits) return bits.join(", ") || t.noBits;
-    if (row.highest === 1 && !row.scale.name) return t.onOff[raw] ?? number;
-    return spaced(number, unitText(unit));
-}
-
 function rangeText(row) {
     const [low, high] = rangeOf(row);
 
-    return t.to(low, spaced(high, unitText(row.scale.name)));
+    return t.to(low, withUnit(high, row.scale.name));
 }
 
 class RegistersPart extends SetupPart {
@@ -105,7 +95,7 @@ class RegistersPart extends SetupPart {
             ${row.scale.name ? this.#field(row, false, unit, problem) : nothing} ${this.#field(row, true, raw, problem)}
             <button class="write" ?disabled=${Boolean(problem) || this.setup.isRunning} @click=${() => this.#write(row)}>${t.write}</button>
             <button class="cancel" @click=${() => this.#cancel(row.name)}>${t.cancel}</button>
-            <span id="edit-note" role="status" class=${problem ? "bad" : "soft"}>${problem ? `${t.problems[problem]} ` : nothing}${range}${row.scale.name ? `; ${t.to(row.lowest, spaced(row.highest, t.rawValue))}` : nothing}</span>
+            <span id="edit-note" role="status" class=${problem ? "bad" : "soft"}>${problem ? `${t.problems[problem]} ` : nothing}${range}${row.scale.name ? `; ${t.to(row.lowest, withUnit(row.highest, t.rawValue))}` : nothing}</span>
         </div>`;
     }
 

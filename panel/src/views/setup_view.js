@@ -3,7 +3,7 @@
 
 import { html } from "lit";
 import { Setup } from "../model/setup.js";
-import { texts } from "../texts.js";
+import { texts } from "../texts/texts.js";
 import { View } from "./view.js";
 import "./setup_backup.js";
 import "./setup_diagnose.js";

@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { createServer, get } from "node:http";
 import test from "node:test";
-import { openPage, shows, startBrowser, startPanel, startRobot } from "../support/browser.js";
+import { DESKTOP, PHONE, openPage, shows, startBrowser, startPanel, startRobot } from "../support/browser.js";
 
 test("page finds the servos and shows their feedback", async (t) => {
     const { page } = await startRobot(t, { count: 18 });
@@ -95,3 +95,39 @@ test("only a page of this server gets the WebSocket", async (t) => {
     assert.equal(await handshake(port, "http://127.0.0.1:1"), 403);
     assert.equal(await handshake(port, "https://example.org"), 403);
 });
+
+const ZOOMED = { width: Math.floor(DESKTOP.width / 2), height: DESKTOP.height / 2, deviceScaleFactor: 2 };
+
+/* At the end of the page: the part of the screen that the header covers, and how far Stop is from the top. */
+const coveredBy = (page) =>
+    page.evaluate(() => {
+        scrollTo(0, document.body.scrollHeight);
+        const { bottom } = document.querySelector("header").getBoundingClientRect();
+
+        return { part: Math.max(bottom, 0) / innerHeight, stop: document.querySelector("button.stop").getBoundingClientRect().top };
+    });
+
+for (const [name, viewport] of Object.entries({ "a desktop at 200 %": ZOOMED, "a phone": PHONE }))
+    test(`layout on ${name}: header and notices leave room`, async (t) => {
+        const panel = await startPanel(t);
+        const page = await openPage(t, await startBrowser(t), panel.url.replace(/[?&]connect/, "") + "#motion", { viewport });
+
+        await page.click("header summary");
+        assert.ok((await coveredBy(page)).part < 1 / 3, "while not connected");
+        await page.click("button.socket");
+        await shows(page, /Connected .* 3 servos/, ".state-line");
+        await page.evaluate(() => document.querySelector("panel-app").session.notify({ code: "bad-address", detail: "ws://" + "x".repeat(99) }));
+        await page.waitForSelector(".notice");
+        const { part, stop } = await coveredBy(page);
+
+        assert.ok(part < 1 / 3 && stop >= 0, `${part} of the screen, Stop at ${stop}`);
+        const [text, button] = await page.evaluate(() => {
+            const words = document.createRange();
+
+            words.selectNodeContents(document.querySelector(".notice p"));
+            return [words.getBoundingClientRect().right, document.querySelector(".notice button").getBoundingClientRect().left];
+        });
+
+        assert.ok(text <= button, `text ends at ${text}, the button begins at ${button}`);
+        assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "scrolls sideways");
+    });

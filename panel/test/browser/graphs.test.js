@@ -40,7 +40,7 @@ async function save(page, folder) {
 const countPixels = (page, quantity) =>
     page.evaluate((name) => {
         const canvas = document.querySelector(`[data-quantity="${name}"] canvas`);
-        const color = getComputedStyle(document.querySelector(".colors .color-1")).color.match(/\d+/g).map(Number);
+        const color = getComputedStyle(document.querySelector(".mark .c0")).color.match(/\d+/g).map(Number);
         const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
         let count = 0;
 
@@ -55,7 +55,7 @@ test("graphs: values of a move are drawn, and saved as CSV", async (t) => {
     await moveThenShow(page);
     await page.click("button.pause");
     await shows(page, "Paused", ".toolbar .hint");
-    assert.ok((await countPixels(page, "position")) > 300, "a line is drawn");
+    assert.ok((await countPixels(page, "position")) > 120, "a line is drawn"); // its goal alone has fewer
     await shows(page, /1: 0\.\d/, '[data-quantity="position"] figcaption');
     const rows = await save(page, panel.folder);
     const positions = rows.map((row) => row.servo_1_position_deg).filter((value) => value !== null);

@@ -48,6 +48,17 @@ async function fill(page, selector, text) {
     }, text);
 }
 
+/* The questions of the browser, which are answered with yes. */
+function questions(page) {
+    const asked = [];
+
+    page.on("dialog", (dialog) => {
+        asked.push(dialog.type());
+        return dialog.accept();
+    });
+    return asked;
+}
+
 test("teach two poses by hand, store them, and let the board play them", async (t) => {
     const { page, hand } = await start(t);
 
@@ -139,7 +150,7 @@ test("record a movement led by hand, replay it, and measure the error", async (t
     await shows(page, "Nothing plays", ".motion-state");
 });
 
-test("a recording ends with its connection, and is kept", async (t) => {
+test("a recording ends with its connection, is kept, and the browser asks before it leaves it", async (t) => {
     const { page } = await start(t);
 
     await page.click("button.torque-off");
@@ -150,16 +161,16 @@ test("a recording ends with its connection, and is kept", async (t) => {
     await shows(page, /recording has ended, since the connection is lost/, ".notice");
     await shows(page, /samples/, ".recorded");
     assert.equal(await page.$(".recording-length"), null);
+    const asked = questions(page);
+
+    await page.reload();
+    assert.deepEqual(asked, ["beforeunload"]);
 });
 
 test("the browser asks before it leaves poses that are not stored", async (t) => {
     const { page } = await start(t, { count: 1 });
-    const asked = [];
+    const asked = questions(page);
 
-    page.on("dialog", (dialog) => {
-        asked.push(dialog.type());
-        return dialog.accept();
-    });
     await page.reload();
     await shows(page, /room for \d+ more poses/, ".board");
     assert.deepEqual(asked, []);
@@ -183,7 +194,7 @@ test("Stop is at hand while a question is open", async (t) => {
     assert.equal((await page.$$(".pose")).length, 1);
 });
 
-test("a damaged file changes nothing, a good one is shown", async (t) => {
+test("a damaged file changes nothing, a good one is shown, a deleted step comes back", async (t) => {
     const { page } = await start(t, { count: 1, viewport: PHONE });
     const open = (text) => page.$eval("input.import", (input, content) => {
         const files = new DataTransfer();
@@ -199,6 +210,9 @@ test("a damaged file changes nothing, a good one is shown", async (t) => {
     await open("group 1\npose set up 90\nsequence nod new up 1s\n");
     await shows(page, /up/, ".list .pose");
     assert.equal((await page.$$(".step")).length, 1);
+    await page.click(".step .remove");
+    await page.click(".notice .undo");
+    await page.waitForSelector(".step");
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "scrolls sideways");
 });
 

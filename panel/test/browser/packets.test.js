@@ -42,10 +42,10 @@ test("packets: sent by hand, shown decoded, and answered", async (t) => {
     await shows(page, "FF FF 02 07 03 1E 55 01 4A 01 34", ".preview");
     await page.click(".send-button");
     await shows(page, "Reply of 2: ok", ".outcome");
-    await shows(page, /2\s+WRITE GOAL_POSITION 100\.0 deg, MOVING_SPEED 20\.0 rpm/, ".traffic .out");
+    await shows(page, /2\s+WRITE GOAL_POSITION 100\.0°, MOVING_SPEED 20\.0 rpm/, ".traffic .out");
     await page.select(".send-instruction", "READ");
     await page.click(".send-button");
-    await shows(page, "GOAL_POSITION 100.0 deg", ".outcome");
+    await shows(page, "GOAL_POSITION 100.0°", ".outcome");
 });
 
 test("packets: raw bytes get a checksum, malformed ones are not sent", async (t) => {

@@ -154,7 +154,7 @@ test("traffic: what was sent by hand is told from the polling", async (t) => {
     await sendPacket(session, read(1, 0x1e, 2));
     const shown = session.traffic.select({ group: "READ", id: 1 }, 200).map((row) => session.traffic.describe(row));
 
-    assert.deepEqual(shown.map(({ name, text }) => `${name} ${text}`), ["READ GOAL_POSITION", "ok GOAL_POSITION 150.1 deg"]);
+    assert.deepEqual(shown.map(({ name, text }) => `${name} ${text}`), ["READ GOAL_POSITION", "ok GOAL_POSITION 150.1°"]);
     assert.equal(session.traffic.select({ group: "SYNC READ" }, 200).length, 0);
     assert.ok(session.traffic.select({ group: "SYNC READ", withPolling: true }, 200).length > 0);
 });

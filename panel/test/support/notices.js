@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The table of notices for docs/panel.md, from the texts of the page. */
 
-import { texts } from "../../src/texts.js";
+import { texts } from "../../src/texts/texts.js";
 
 /* Reads as text, as a list, and as an object with any field. */
 const ANY = new Proxy(["X"], { get: (list, key) => (key in list || typeof key === "symbol" ? list[key] : "X") });

@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { SIZE_MAX, backedUp, differences, entriesFor, entryOf, readBackup, textOfBackup } from "../../src/model/backup.js";
 import { registersOf } from "../../src/model/registers.js";
-import { noticeText } from "../../src/texts.js";
+import { noticeText } from "../../src/texts/texts.js";
 import { FakePort } from "../support/fake_port.js";
 import { tables } from "../support/tables.js";
 
@@ -13,6 +13,16 @@ const rows = registersOf(tables());
 const registersWith = (id) => new FakePort().addServo(id);
 const entry = (id = 1) => entryOf(rows, id, registersWith(id));
 const textOf = (...servos) => textOfBackup(servos, { page: "0.1.0", saved: "2026-01-31T12:00:00.000Z" });
+
+/* The text of the failure of `call`, as the user sees it. */
+function refusalOf(call) {
+    try {
+        call();
+    } catch (error) {
+        return noticeText({ ...error }).text;
+    }
+    return "taken";
+}
 
 /* The failure of readBackup(text), as the user sees it. */
 function refusal(text) {
@@ -73,6 +83,15 @@ test("readBackup: a damaged file is refused", () => {
     assert.match(refusal(changed((file, servo) => (servo.registers.ID = 5))), /has a register ID, which no backup has/);
 });
 
+test("readBackup: a lower limit above the upper one is refused, with both values", () => {
+    const crossed = (values) => refusalOf(() => readBackup(changed((file, servo) => Object.assign(servo.registers, values)), rows));
+
+    assert.equal(crossed({ CW_ANGLE_LIMIT: 682, CCW_ANGLE_LIMIT: 341 }), "Servo 1: CW_ANGLE_LIMIT (200.0°) would be above CCW_ANGLE_LIMIT (100.0°). Nothing was written.");
+    assert.equal(crossed({ MIN_VOLTAGE: 120, MAX_VOLTAGE: 119 }), "Servo 1: MIN_VOLTAGE (12.0 V) would be above MAX_VOLTAGE (11.9 V). Nothing was written.");
+    assert.equal(crossed({ CW_ANGLE_LIMIT: 341, CCW_ANGLE_LIMIT: 341 }), "taken");
+    assert.equal(crossed({ CW_ANGLE_LIMIT: 0, CCW_ANGLE_LIMIT: 0 }), "taken");
+});
+
 test("readBackup: each cut of a file is refused", () => {
     const text = textOf(entry()).trimEnd();
 
@@ -120,4 +139,23 @@ test("differences: a servo of another model is refused", () => {
 
     bytes[1] = 9;
     assert.throws(() => differences(entry(), bytes, rows), { code: "backup-other-model", id: 1, model: 1, found: 9 });
+});
+
+test("differences: limits beyond the goal are refused while torque is on", () => {
+    const restored = (low, high, { torque = 1, now = [0, 1023] } = {}) => {
+        const bytes = registersWith(1); // goal: 512
+        const saved = entry();
+
+        bytes[0x18] = torque;
+        bytes.set(now.flatMap((limit) => [limit & 0xff, limit >> 8]), 6);
+        Object.assign(saved.registers, { CW_ANGLE_LIMIT: low, CCW_ANGLE_LIMIT: high });
+        return refusalOf(() => differences(saved, bytes, rows));
+    };
+
+    assert.equal(restored(600, 1023), "Servo 1: CW_ANGLE_LIMIT (176.0°) would be above GOAL_POSITION (150.1°). Nothing was written.");
+    assert.equal(restored(0, 300), "Servo 1: GOAL_POSITION (150.1°) would be above CCW_ANGLE_LIMIT (88.0°). Nothing was written.");
+    assert.equal(restored(512, 512), "taken");
+    assert.equal(restored(0, 0), "taken", "endless turn");
+    assert.equal(restored(600, 1023, { torque: 0 }), "taken");
+    assert.equal(restored(600, 1023, { now: [600, 1023] }), "taken", "the restore changes no limit");
 });

@@ -8,7 +8,7 @@ import { counterRows, healthOf, parseCounters, readCounters } from "../../src/mo
 import { Session } from "../../src/model/session.js";
 import { Settings, risksOf } from "../../src/model/settings.js";
 import { INSTRUCTION } from "../../src/wire/packet.js";
-import { texts } from "../../src/texts.js";
+import { texts } from "../../src/texts/texts.js";
 import { FakeClock } from "../support/fake_clock.js";
 import { FakePort } from "../support/fake_port.js";
 import { tables } from "../support/tables.js";

@@ -6,7 +6,7 @@ import test from "node:test";
 import { compose, idsOfText, packetOfHex } from "../../src/model/compose.js";
 import { Decoder } from "../../src/model/decode.js";
 import { toHex } from "../../src/wire/packet.js";
-import { texts } from "../../src/texts.js";
+import { texts } from "../../src/texts/texts.js";
 import { tables } from "../support/tables.js";
 
 const all = tables();
@@ -55,6 +55,13 @@ test("compose: each instruction", () => {
     assert.equal(hexOf({ instruction: "SYNC_READ", ids: "1-2" }).slice(0, -3), "FF FF FE 06 84 1E 02 01 02");
     assert.equal(hexOf({ instruction: "BULK_READ", ids: "1-2" }).slice(0, -3), "FF FF FE 09 92 00 02 01 1E 02 02 1E");
     assert.equal(hexOf({ instruction: "hex", hex: "01 02 01" }), "FF FF 01 02 01 FB");
+});
+
+test("compose: a value may have the unit as the page writes it, or as the console does", () => {
+    for (const values of ["1000000", "1000000bit/s", "1000000 bps", "1raw"])
+        assert.equal(hexOf({ instruction: "WRITE", address: 0x04, values }).slice(0, -3), "FF FF 01 04 03 04 01", values);
+    for (const values of ["150°", "150 deg"]) assert.equal(hexOf({ instruction: "WRITE", values }).slice(18, -3), "00 02", values);
+    assert.equal(decoder.values(1, 0x04, [1, 1]), "BAUD_RATE 1000000 bit/s, RETURN_DELAY 2 us");
 });
 
 test("compose: registers of the device have no unit", () => {

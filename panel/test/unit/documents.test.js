@@ -6,7 +6,7 @@ import { existsSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import test from "node:test";
 import { build } from "esbuild";
-import { texts } from "../../src/texts.js";
+import { texts } from "../../src/texts/texts.js";
 import { withNotices } from "../support/notices.js";
 import { ROOT } from "../support/simulator.js";
 

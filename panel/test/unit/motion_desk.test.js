@@ -25,6 +25,120 @@ function ended(meanwhile) {
     return session.notices;
 }
 
+/* A desk with `names` as poses of servo 1. */
+function deskWith(...names) {
+    const session = new Session({ tables: tables() });
+    const desk = new MotionDesk(session);
+
+    for (const name of names) desk.motions.setPose(name, new Map([[1, 512]]));
+    return { session, desk };
+}
+
+const posesOf = (steps) => steps.map(({ pose }) => pose);
+
+test("step: each new one takes the next pose of the list, after the last pose the first", async () => {
+    const { desk } = deskWith("up", "down", "left");
+
+    desk.showPose("left");
+    for (let count = 0; count < 4; count++) await desk.addStep();
+    assert.deepEqual(posesOf(desk.steps), ["up", "down", "left", "up"]);
+    await desk.changeStep(3, { pose: "down" });
+    await desk.addStep();
+    assert.equal(desk.steps.at(-1).pose, "left");
+});
+
+/* What a user can see of poses and sequences. */
+const shownBy = ({ motions, pose, sequence, step }) => [[...motions.poses], [...motions.sequences], pose, sequence, step, motions.isChanged];
+
+const deletions = {
+    "Pose left": (desk) => desk.deletePose("left"),
+    "Sequence seq1": (desk) => desk.deleteSequence(),
+    "Step 2": (desk) => desk.removeStep(1),
+};
+
+for (const [what, call] of Object.entries(deletions))
+    test(`undo: ${what} comes back as it was`, async () => {
+        const { session, desk } = deskWith("up", "left", "down");
+
+        await desk.addStep();
+        await desk.addStep();
+        await desk.changeStep(1, { pose: "down", time: 500 });
+        desk.showPose("left");
+        desk.motions.isChanged = false;
+        const before = shownBy(desk);
+
+        await call(desk);
+        assert.notDeepEqual(shownBy(desk), before);
+        assert.equal(session.notices[0].text, `${what} is deleted.`);
+        session.notices[0].undo();
+        assert.deepEqual(shownBy(desk), before);
+        assert.deepEqual(session.notices, []);
+    });
+
+test("undo: it is offered until the next edit, and not for a deletion that is refused", async () => {
+    const { session, desk } = deskWith("up", "down");
+    const codes = () => session.notices.map(({ code }) => code);
+
+    await desk.addStep();
+    await desk.deletePose("up");
+    assert.deepEqual(codes(), ["motion-pose-used"]);
+    await desk.deletePose("down");
+    assert.deepEqual(codes(), ["motion-pose-used", "motion-deleted"]);
+    await desk.addStep();
+    assert.deepEqual(codes(), ["motion-pose-used"]);
+});
+
+test("undo: after the deletion was saved, the page has unsaved changes", async () => {
+    const { session, desk } = deskWith("up", "down");
+
+    assert.ok(desk.text);
+    await desk.deletePose("down");
+    assert.ok(desk.text);
+    session.notices[0].undo();
+    assert.ok(desk.hasUnsaved);
+});
+
+/* A desk that records servo 1 for `ms`. */
+async function recording(ms) {
+    const { session, desk } = deskWith();
+    const servo = { id: 1, presence: "online", isOld: () => false, raw: { position: 512 }, updatedAt: 0 };
+    const robot = Object.assign(new EventTarget(), { ids: [1], servos: new Map([[1, servo]]) });
+
+    Object.assign(session, { state: "connected", robot });
+    await desk.recordings.begin();
+    for (; servo.updatedAt <= ms; servo.updatedAt += 20) robot.dispatchEvent(new Event("feedback"));
+    return { session, desk };
+}
+
+for (const [what, keep] of [
+    ["a sequence", (desk) => desk.recordings.toSequence().then(() => desk.text)],
+    ["a file", (desk) => desk.recordings.csv],
+])
+    test(`recording: it is unsaved until it is ${what}`, async () => {
+        const { desk } = await recording(200);
+
+        assert.ok(desk.hasUnsaved);
+        await desk.recordings.end();
+        assert.ok(desk.hasUnsaved);
+        assert.ok(await keep(desk));
+        assert.ok(!desk.hasUnsaved);
+    });
+
+for (const [what, ms, end, code, isTaken] of [
+    ["cut off", 200, (session) => session.disconnect(), "motion-record-cut", true],
+    ["cut off at once", 20, (session) => session.disconnect(), "motion-record-cut", false],
+    ["ended at once", 20, (_, desk) => desk.recordings.end(), "motion-short", false],
+])
+    test(`recording: one that is ${what} has one notice`, async () => {
+        const { session, desk } = await recording(ms);
+
+        session.robot.end = () => {};
+        await end(session, desk);
+        assert.deepEqual(session.notices.map((notice) => notice.code), [code]);
+        assert.equal(desk.recordings.latest !== null, isTaken);
+        assert.equal(desk.hasUnsaved, isTaken);
+    });
+
 test("motion: the notice of its end tells the error in words", () => {
     assert.equal(ended(() => {})[0].text, "The motion has ended with error 54: stopped: driving is inhibited.");
 });

@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { rangeOf, rawAt, registersOf, shownValue, typedValue } from "../../src/model/registers.js";
-import { texts } from "../../src/texts.js";
+import { texts } from "../../src/texts/texts.js";
 import { tables } from "../support/tables.js";
 
 const rows = registersOf(tables());

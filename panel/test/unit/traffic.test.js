@@ -16,23 +16,23 @@ const POLL = syncRead(0x24, 8, [1, 2]);
 /* Instruction packets, what the decoder makes of them, and of a reply to them. */
 const PACKETS = [
     [ping(1), "PING", "", status(1), "ok", ""],
-    [read(1, 0x1e, 2), "READ", "GOAL_POSITION", status(1, 0, [0, 2]), "ok", "GOAL_POSITION 150.1 deg"],
+    [read(1, 0x1e, 2), "READ", "GOAL_POSITION", status(1, 0, [0, 2]), "ok", "GOAL_POSITION 150.1°"],
     [
         read(1, 0x24, 8),
         "READ",
         "PRESENT_POSITION to PRESENT_TEMPERATURE (8 bytes)",
         status(1, 0, [0xff, 3, 10, 4, 0, 0, 120, 32]),
         "ok",
-        "PRESENT_POSITION 300.0 deg, PRESENT_SPEED -0.6 rpm, PRESENT_LOAD 0.0 %, PRESENT_VOLTAGE 12.0 V, PRESENT_TEMPERATURE 32 C",
+        "PRESENT_POSITION 300.0°, PRESENT_SPEED -0.6 rpm, PRESENT_LOAD 0.0 %, PRESENT_VOLTAGE 12.0 V, PRESENT_TEMPERATURE 32 °C",
     ],
-    [read(1, 0x04, 1), "READ", "BAUD_RATE", status(1, 0, [1]), "ok", "BAUD_RATE 1000000 bps"],
+    [read(1, 0x04, 1), "READ", "BAUD_RATE", status(1, 0, [1]), "ok", "BAUD_RATE 1000000 bit/s"],
     [read(1, 0x13, 1), "READ", "1 byte from 0x13", status(1, 0, [7]), "ok", "0x13 = 0x07"],
     [read(1, 0x1f, 1), "READ", "1 byte from 0x1F", status(1, 0, [2]), "ok", "0x1F = 0x02"],
-    [write(1, 0x1e, [0, 2, 0x4a, 1]), "WRITE", "GOAL_POSITION 150.1 deg, MOVING_SPEED 20.0 rpm", status(1, 0x22), /^error: goal beyond the angle limits; overload; not carried out$/, ""],
+    [write(1, 0x1e, [0, 2, 0x4a, 1]), "WRITE", "GOAL_POSITION 150.1°, MOVING_SPEED 20.0 rpm", status(1, 0x22), /^error: goal beyond the angle limits; overload; not carried out$/, ""],
     [regWrite(1, 0x18, [1]), "REG WRITE", "TORQUE_ENABLE 1", status(1, 0x20), "error: overload", ""],
     [action(), "ACTION", "", null],
     [reset(4), "RESET", "", status(4, 0x40), "error: unknown instruction; not carried out", ""],
-    [syncWrite(0x1e, 2, [[1, [0, 2]], [2, [0, 0]]]), "SYNC WRITE", "1: GOAL_POSITION 150.1 deg; 2: GOAL_POSITION 0.0 deg", null],
+    [syncWrite(0x1e, 2, [[1, [0, 2]], [2, [0, 0]]]), "SYNC WRITE", "1: GOAL_POSITION 150.1°; 2: GOAL_POSITION 0.0°", null],
     [
         syncRead(0x18, 1, [1, 2]),
         "SYNC READ",
@@ -64,7 +64,7 @@ test("decoder: every kind of packet, and a reply to it", () => {
 test("decoder: each reply to a BULK READ has the registers of its servo", () => {
     const request = bulkRead([[1, 1, 0x18], [2, 2, 0x1e]]);
 
-    assert.equal(decoder.status(status(2, 0, [0, 2]), request, 1).text, "GOAL_POSITION 150.1 deg");
+    assert.equal(decoder.status(status(2, 0, [0, 2]), request, 1).text, "GOAL_POSITION 150.1°");
 });
 
 test("decoder: a status packet that no request asked for shows its bytes", () => {

@@ -5,8 +5,12 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { Robot } from "../../src/model/robot.js";
 import { BoardView } from "../../src/views/board_view.js";
+import { colourOf, dashesOf } from "../../src/views/lines.js";
 import { RobotView } from "../../src/views/robot_view.js";
-import { texts } from "../../src/texts.js";
+import { texts } from "../../src/texts/texts.js";
+import { Decoder } from "../../src/model/decode.js";
+import "../../src/views/packets_send.js";
+import { tables } from "../support/tables.js";
 import { attributeOf, valuesOf } from "../support/rendered.js";
 
 /* A browser that a view can be put into and taken out of. */
@@ -101,4 +105,32 @@ test("board: what is not known of driving is not shown as good", () => {
     assert.deepEqual(shown(null, false), ["", texts.board.unknownState]);
     assert.deepEqual(shown({ inhibit: 1 }), ["bad", texts.board.inhibited]);
     assert.deepEqual(shown({ inhibit: 0 }), ["good", texts.board.allowed]);
+});
+
+test("send: a field that is empty yet is no error, and nothing can be sent", () => {
+    const part = new (customElements.get("panel-send"))();
+    const shown = (form) => {
+        part.form = { ...part.form, hex: "", values: "", ...form };
+        const values = valuesOf(part.render());
+        const valueAfter = (text) => values.find(([before]) => before.includes(text))?.[1];
+
+        return [valueAfter("preview malformed"), valueAfter("?disabled=")];
+    };
+
+    part.session = { isConnected: true, tables: tables(), traffic: { decoder: new Decoder(tables(), () => 253) } };
+    assert.deepEqual(shown({ instruction: "PING" }), [undefined, false]);
+    assert.deepEqual(shown({ instruction: "hex" }), ["", true]);
+    assert.deepEqual(shown({ instruction: "WRITE" }), ["", true]);
+    for (const form of [{ instruction: "hex", hex: "01" }, { instruction: "WRITE", values: "150," }, { instruction: "WRITE", ids: "x" }]) {
+        const [error, isOff] = shown(form);
+
+        assert.ok(error && isOff, JSON.stringify(form));
+    }
+});
+
+test("lines: those of 32 servos differ in colour or dashes", () => {
+    const looks = Array.from({ length: 32 }, (_, index) => `${colourOf(index)} ${dashesOf(index)}`);
+
+    assert.equal(new Set(looks).size, 32);
+    assert.deepEqual(dashesOf(7), [], "few servos have whole lines");
 });

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+/* The recording of the page: how servos are led by hand, thinned out to steps, made into a sequence. `editor`
+ * (model/motion_editor.js) has the chosen servos, and takes the sequence. */
+
+import { MotionError, STEPS_MAX, stepOf } from "./motions.js";
+import { pathOfSequence } from "./path.js";
+import { Recorder } from "./recording.js";
+import { errorOf, thin, thinTo } from "./thin.js";
+import { DEGREES_MAX, degreesOf, rawOfDegrees } from "./units.js";
+
+const FIRST_MS = 2000; // the way to the first pose of a recording
+const TOLERANCE_DEGREES = 2;
+const SHORT_MS = 100;
+
+export class Recordings {
+    #editor;
+
+    constructor(editor) {
+        this.#editor = editor;
+        this.session = editor.session;
+        this.recorder = null;
+        this.latest = null; // Recording
+        this.tolerance = TOLERANCE_DEGREES;
+        this.thinned = null; // {points, error, boardError}
+        this.replay = null; // {samples, largest, mean, id}
+        this.session.addEventListener("change", () => this.#follow());
+    }
+
+    /* True if a recording runs, or the latest one is neither a sequence nor saved. */
+    get isUnsaved() {
+        return this.isRecording || this.latest?.isKept === false;
+    }
+
+    get isRecording() {
+        return Boolean(this.recorder?.isRecording);
+    }
+
+    begin() {
+        return this.session.attempt(async () => {
+            this.#editor.present();
+            this.recorder = new Recorder(this.session.robot, this.session.clock, { onEnd: (recording) => this.#takeRecording(recording) });
+            this.recorder.start(this.#editor.chosen);
+            this.#editor.changed();
+        });
+    }
+
+    end() {
+        return this.session.attempt(async () => {
+            const recording = this.recorder.end();
+
+            if (recording.length < SHORT_MS) throw new MotionError("motion-short");
+            this.#takeRecording(recording);
+        });
+    }
+
+    #takeRecording(recording) {
+        this.latest = recording;
+        this.replay = null;
+        this.setTolerance(this.tolerance);
+    }
+
+    /* Thins the recording out to steps within `degrees`. */
+    setTolerance(degrees) {
+        this.tolerance = Math.min(Math.max(Number(degrees) || 0, 0.1), DEGREES_MAX);
+        this.#takeThinned(thin(this.latest.samples, rawOfDegrees(this.tolerance)));
+    }
+
+    /* As many steps as a sequence of the board may have. */
+    fit() {
+        this.#takeThinned(thinTo(this.latest.samples, STEPS_MAX));
+        this.tolerance = Math.ceil(degreesOf(this.thinned.error) * 10) / 10;
+    }
+
+    #takeThinned(thinned) {
+        const { poses, steps } = this.#stepsOf(thinned.points, "r");
+        const path = pathOfSequence(steps.slice(1), poses, poses.get(steps[0].pose));
+        const points = this.latest.samples.map(({ t }) => ({ t: t - this.latest.samples[0].t, raw: path.at(t) }));
+
+        this.thinned = { ...thinned, boardError: errorOf(this.latest.samples, points) };
+        this.#editor.changed();
+    }
+
+    /* The points as poses and steps: the first one is the way to the begin, the others pass their poses. */
+    #stepsOf(points, name) {
+        const nameOf = (index) => `${name}x${index + 1}`;
+        const poses = new Map(points.map(({ raw }, index) => [nameOf(index), new Map(this.latest.ids.map((id, joint) => [id, raw[joint]]))]));
+        const steps = points.map(({ t }, index) => {
+            const isEnd = index === 0 || index === points.length - 1;
+
+            return stepOf({ pose: nameOf(index), time: index ? t - points[index - 1].t : FIRST_MS, passes: !isEnd });
+        });
+
+        return { poses, steps };
+    }
+
+    toSequence() {
+        return this.#editor.edit((motions) => {
+            const { points } = this.thinned;
+            const name = motions.freeName("rec", motions.sequences);
+
+            if (points.length > STEPS_MAX) throw new MotionError("motion-steps", { detail: name, count: points.length });
+            const { poses, steps } = this.#stepsOf(points, name);
+
+            for (const [pose, positions] of poses) motions.setPose(pose, positions);
+            motions.setSequence(name, steps);
+            this.latest.isKept = true;
+            Object.assign(this.#editor, { sequence: name, step: 0 });
+        });
+    }
+
+    /* The recording as lines of comma-separated values, in degrees. */
+    get csv() {
+        const { ids, samples } = this.latest;
+
+        this.latest.isKept = true;
+        const rows = samples.map(({ t, raw }) => [(t / 1000).toFixed(3), ...raw.map((value) => degreesOf(value).toFixed(2))].join(","));
+
+        return [["time s", ...ids.map((id) => `servo ${id} deg`)].join(","), ...rows].join("\n") + "\n";
+    }
+
+    /* The connection is lost: what was recorded before is kept. */
+    #follow() {
+        if (!this.isRecording || this.session.isConnected) return;
+        const recording = this.recorder.end(); // before the notice, which calls #follow() again
+
+        this.session.notify({ code: "motion-record-cut" });
+        if (recording.length >= SHORT_MS) this.#takeRecording(recording);
+    }
+}

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+/* The view Graphs. */
+
+export const graphs = {
+    notConnected: "Connect to a controller, or to the simulator, to record the servos.",
+    noServo: "Choose a servo.",
+    servos: "Servos",
+    quantities: "Graphs",
+    servo: "Servo ",
+    goal: "goal ",
+    dotted: "dotted: goal",
+    names: { position: "Position", speed: "Speed", load: "Load", voltage: "Voltage", temperature: "Temperature" },
+    units: { position: "°", speed: "rpm, + counterclockwise", load: "%, + counterclockwise", voltage: "V", temperature: "°C" },
+    pause: "Pause",
+    goOn: "Go on",
+    span: "Show",
+    spanOf: (seconds) => (seconds < 60 ? `${seconds} s` : `${seconds / 60} min`),
+    zoomIn: { sign: "+", label: "Zoom in" },
+    zoomOut: { sign: "−", label: "Zoom out" },
+    earlier: { sign: "←", label: "Earlier" },
+    later: { sign: "→", label: "Later" },
+    save: "Save as CSV",
+    fileName: "servos.csv",
+    hint: "Drag in a graph to zoom.",
+    paused: "Paused. Recording goes on. A double click shows the present again.",
+};

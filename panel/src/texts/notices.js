@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+/* What happened, then what to do: {text, remedy, level}. The level is error, if it is not given. */
+
+import { motionNotices } from "./motion.js";
+import { does, list, servo } from "./words.js";
+
+/* Codes of WireError and of notices of the wire. */
+export const wire = {
+    timeout: ({ detail }) => ({
+        text: `No reply came${detail ? " to " + detail : ""}.`,
+        remedy: "Check power, wiring, ID and rate of the servo. Then try again.",
+    }),
+    late: () => ({ text: "A packet was not sent: the wire was busy for too long.", remedy: "Try again." }),
+    stopped: () => ({ text: "Not sent: the robot was stopped first.", remedy: "Remove the cause, press Release, then try again." }),
+    closed: () => ({ text: "The port is closed.", remedy: "Connect again." }),
+    cancelled: () => ({ text: "This was taken back before it was sent.", remedy: "Start it again if you want it." }),
+    silent: () => ({
+        text: "The controller does not answer.",
+        remedy: "Check its power, the cable and the rate. Press reset on the board. If another program has the port, close it.",
+    }),
+    back: () => ({ text: "The controller answers again.", remedy: "", level: "info" }),
+    lost: ({ detail }) => ({
+        text: `The port was lost: ${detail}.`,
+        remedy: "Check the cable, then connect again. The robot goes on with what it was told last.",
+    }),
+    "lost-stopping": ({ detail }) => ({
+        text: `The port was lost during a stop: ${detail}. It is not known whether torque is off.`,
+        remedy: "Switch off the power of the servos.",
+    }),
+};
+
+/* Codes of PortError. */
+export const port = {
+    unsupported: () => ({
+        text: "This browser cannot open serial ports.",
+        remedy: "Use Chrome or Edge, and open the page at https or localhost.",
+    }),
+    "not-chosen": () => ({ text: "No port was chosen.", remedy: "Press the button again and choose a port.", level: "info" }),
+    denied: ({ detail }) => ({
+        text: `The browser did not give a port: ${detail}.`,
+        remedy: "Allow serial ports for this page in the settings of the browser.",
+    }),
+    "in-use": ({ detail }) => ({
+        text: `The port could not be opened: ${detail}.`,
+        remedy: "Close the other program or tab that has the port. On Linux your user must be in the group dialout.",
+    }),
+    "not-open": () => ({ text: "The port is not open.", remedy: "Connect again." }),
+    "bad-address": ({ detail }) => ({
+        text: `This is not an address of a WebSocket: ${detail}.`,
+        remedy: "Write it as ws://127.0.0.1:8055/websockify.",
+    }),
+    refused: ({ detail }) => ({
+        text: `Nothing answers at ${detail}.`,
+        remedy: "Start the simulator with make panel. Only one page at a time can be connected.",
+    }),
+    "no-answer": ({ detail }) => ({ text: `No answer from ${detail} within 5 s.`, remedy: "Check the address and the network." }),
+    "bad-recording": ({ detail }) => ({ text: `This is not a recording: ${detail}.`, remedy: "Choose a file that the page has saved." }),
+};
+
+/* Notices of the session and of the robot. */
+export const notice = {
+    "servo-silent": (detail) => ({
+        text: `${servo(detail)} ${does(detail)} not answer.`,
+        remedy: "Check power and plug, then try again. “Diagnosis” finds out why.",
+    }),
+    "register-not-taken": (detail) => ({
+        text: `${servo(detail)} did not take ${detail.register}: it has ${detail.now}, not ${detail.wanted}.`,
+        remedy: "See whether the servo is locked. Switch its power off and on, then try again.",
+    }),
+    "backup-damaged": ({ detail }) => ({
+        text: `The backup is damaged: ${detail}. Nothing was written.`,
+        remedy: "Choose another copy of the file, or save a new backup.",
+    }),
+    "backup-foreign": () => ({
+        text: "This file is no backup of servos. Nothing was written.",
+        remedy: "Choose a .json file that “Save servo” or “Save the robot” has made.",
+    }),
+    "backup-version": ({ found, known }) => ({
+        text: `The backup has version ${found.slice(0, 20)}, this page knows version ${known}. Nothing was written.`,
+        remedy: "Open the page that saved it.",
+    }),
+    "backup-other-id": ({ id, ids }) => ({
+        text: `The backup is of ${list(ids)}, not of servo ${id}. Nothing was written.`,
+        remedy: "Choose the servo of the file, or give this servo its ID first.",
+    }),
+    "backup-other-model": ({ id, model, found }) => ({
+        text: `Servo ${id} is of model ${found}, the backup of model ${model}. Nothing was written.`,
+        remedy: "Choose a backup of a servo of the same model.",
+    }),
+    "backup-crossed": ({ id, low, high }) => ({
+        text: `Servo ${id}: ${low} would be above ${high}. Nothing was written.`,
+        remedy: "Correct the file, or choose another one. If GOAL_POSITION is named, switch torque off first.",
+    }),
+    "backup-changed": (detail) => ({
+        text: `${servo(detail)} has changed since the file was compared. Nothing was written.`,
+        remedy: "Choose the file again.",
+    }),
+    "file-unread": ({ detail }) => ({ text: `The file cannot be read: ${detail}.`, remedy: "Choose it again." }),
+    "setting-refused": ({ setting }) => ({
+        text: `The controller did not take the setting ${setting}.`,
+        remedy: "Use a value within the range. While a motion is under way, end it first.",
+    }),
+    "not-saved": () => ({
+        text: "The settings were not saved: the EEPROM has failed, or a motion is under way.",
+        remedy: "End the motion and save again. If it fails again, replace the board.",
+    }),
+    "host-rate": () => ({
+        text: "The rate to this page has changed.",
+        remedy: "If the controller no longer answers, disconnect and connect at the new rate.",
+        level: "info",
+    }),
+    "clear-inhibited": () => ({
+        text: "The alarms were not cleared: driving is inhibited, and the command “clear” would end that, too.",
+        remedy: "Remove the cause, press Release, then clear the alarms.",
+    }),
+    "release-refused": () => ({
+        text: "The controller did not release the robot: torque off is under way.",
+        remedy: "Wait a moment, then press Release again.",
+    }),
+    "goal-unconfirmed": (detail) => ({
+        text: `${servo(detail)} did not confirm a goal. The goal was not sent again.`,
+        remedy: "If driving is inhibited, press Release. If the servo has limits (command “limits”), stay within them.",
+    }),
+    "goal-refused": (detail) => ({
+        text: `${servo(detail)} refused a goal: ${detail.why} error.`,
+        remedy: "Keep the goal within the angle limits of the servo.",
+    }),
+    "goal-not-kept": (detail) => ({
+        text: `${servo(detail)} ${does(detail)} not take a goal. Torque stays off.`,
+        remedy: "Hold the joint still, look for noise on the line, then try again.",
+    }),
+    inhibited: ({ id, ids = [id] }) => ({
+        text: `Torque of ${list(ids)} stays off: driving is inhibited.`,
+        remedy: "Remove the cause, press Release, then switch torque on.",
+    }),
+    refused: (detail) => ({
+        text: `${servo(detail)} refused the packet: ${detail.why} error.`,
+        remedy: "See whether the servo is locked, and whether its limits fit.",
+    }),
+    "stop-unverified": ({ inhibited, on, silent }) => ({
+        text: inhibited
+            ? `Driving is inhibited, but torque off is not confirmed for ${list([...on, ...silent])}.`
+            : "The controller does not confirm the stop.",
+        remedy: "Press Stop again. If the robot still moves, switch off the power of the servos.",
+    }),
+    "stop-not-sent": () => ({
+        text: "Not connected: the stop was not sent.",
+        remedy: "Switch off the power of the servos.",
+    }),
+    "stop-failed": () => ({
+        text: "The stop is not confirmed: the port was lost.",
+        remedy: "Switch off the power of the servos.",
+    }),
+    "other-version": ({ version, shown }) => ({
+        text: `The firmware has version ${version}, this page is made for ${shown}.`,
+        remedy: "Flash the firmware of this page, or open the page of that version. Commands that differ answer with an error.",
+        level: "warning",
+    }),
+    "port-taken": () => ({
+        text: "Another page or program is connected to the simulator.",
+        remedy: "Close it, then connect again.",
+    }),
+    reset: () => ({
+        text: "The controller was reset. A movement of a servo that was under way goes on.",
+        remedy: "Press Stop if the robot must not move. Check the supply and the cable of the controller; the view Board tells what has reset it. Then set torque and goals again.",
+        level: "warning",
+    }),
+    bridge: () => ({
+        text: "This firmware has the profile bridge: it has no console.",
+        remedy: "Robot, Graphs, Packets and Board work; Set-up can search, and has registers and backup; Motion records and plays from the page. For the rest flash the profile full.",
+        level: "warning",
+    }),
+    "no-device": () => ({
+        text: "The virtual device of the controller is off. There is no feedback, and a stop cannot be confirmed.",
+        remedy: "Type settings device_id 253 in the console, then connect again.",
+        level: "warning",
+    }),
+    console: () => ({
+        text: "This firmware has the profile console: it has no stored poses and sequences, and no diagnosis.",
+        remedy: "For these flash the profile full, on a board with 8 KB of RAM.",
+        level: "info",
+    }),
+    ...motionNotices,
+    command: ({ line, message, number, remedy }) => ({ text: `“${line}”: error ${number}, ${message}.`, remedy }),
+    unexpected: ({ message }) => ({
+        text: `The page failed: ${message}.`,
+        remedy: "Reload it. If it happens again, save the traffic of the view Packets and report it.",
+    }),
+};

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+/* Header, tabs and notices of the page; units. */
+
+import { many } from "./words.js";
+
+export const page = {
+    title: "CDS55xx control panel",
+    name: "CDS55xx",
+
+    framed: "The control panel stands in a frame of another page. It does not connect: that page could lead your clicks. Open it in a tab of its own.",
+
+    connect: {
+        serial: "Connect by USB",
+        serialHint: "A serial port of this machine",
+        rate: "Rate",
+        rateUnit: "bit/s",
+        socket: "Connect to the simulator",
+        socketHint: "A WebSocket",
+        more: "More",
+        address: "Address of the simulator",
+        replay: "Play a recording",
+        disconnect: "Disconnect",
+        noSerial: "This browser cannot open serial ports. Use Chrome or Edge, at https or localhost.",
+    },
+
+    stop: {
+        button: "Stop",
+        hint: "Torque off for all servos. Keys: Esc, Space",
+        none: "",
+        stopping: "Stopping …",
+        verified: "Torque is off",
+        unchecked: "Driving is inhibited. No servo was checked.",
+        unverified: "Stop not confirmed",
+        failed: "Stop not confirmed",
+        release: "Release",
+        releaseHint: "Allow driving again. Nothing moves",
+    },
+
+    state: {
+        disconnected: "Not connected",
+        connecting: "Connecting …",
+        connected: "Connected",
+        silent: "The controller does not answer",
+    },
+
+    status: {
+        firmware: ({ version, board, profile }) => `Firmware ${version}${board ? " for " + board : ""}, profile ${profile}`,
+        servos: (count) => many(count, "servo"),
+        rate: (rate) => `${rate} updates a second`,
+        inhibited: "Driving is inhibited",
+        old: "Values are old",
+    },
+
+    tabs: {
+        robot: "Robot",
+        graphs: "Graphs",
+        setup: "Set-up",
+        motion: "Motion",
+        packets: "Packets",
+        board: "Board",
+    },
+
+    units: { deg: "°", C: "°C", bps: "bit/s" },
+
+    notices: "Notices",
+    dismiss: "Dismiss",
+    undo: "Undo",
+    remedy: "What to do:",
+};
