@@ -35,7 +35,7 @@ extern "C" {
     X(CDS_LIMIT, 11, "the limits of the servo do not permit this",                                 \
       "stay within its limits; docs/safety.md lists what is refused")                              \
     X(CDS_INHIBITED, 12, "the servo may not be driven",                                            \
-      "the robot was stopped, or the servo lost its state: see to it, then release it")            \
+      "it lost its state, as by a loss of power, or was stopped: check it, then 'release'")        \
     X(CDS_TOO_EARLY, 13, "replies would come too early for this board",                            \
       "set the servo's RETURN_DELAY to shortest_delay (servos.h) or more")                         \
     X(CDS_RESERVED, 14, "a motion moves the servo", "wait until the motion has ended, or end it")

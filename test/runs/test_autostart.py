@@ -198,7 +198,10 @@ class Autostart(unittest.TestCase):
     def test_bad_arguments_are_refused(self):
         board = boards.WITH_MOTION[0]
         self.prepare(board, "! settings autostart wolk\n@expect text error 75:\n"
-                     "! settings autostart walk loop 128s\n@expect text error 33:\n"
+                     + "".join(f"! settings autostart walk {time}\n"
+                               f"@expect text error 33: DELAY {shown} is out of range: 1 to 127s\n"
+                               for time, shown in [("loop 128s", "128s"), ("0s", "0s"), ("1ms", "1ms"), ("1500ms", "1500ms"),
+                                                   ("loop 200", "200")]) +
                      "! settings autostart walk twice\n@expect text error 32:\n")
         without = [name for name in boards.with_profile("full") if name not in boards.WITH_MOTION]
         for board in without:

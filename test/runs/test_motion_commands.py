@@ -516,6 +516,20 @@ class Play(Motion):
         self.run_on_each(WALKING + "play walk loop\n@wait 700\n@power 2 off\n! motion wait\n"
                     "@expect text servo 2 is the cause\n@expect text error\n@expect servo 1 torque on\n")
 
+    def test_cycle_off_ends_the_motion_without_a_stop(self):
+        self.run_on(SWEEP + "cycle every 4ms\nplay sweep loop\n@wait 300\ncycle off\n! motion wait\n"
+                    "@expect text error 79:\nplay sweep at 200%\nmotion wait\n")
+
+    def test_servo_that_lost_its_power_is_released_before_it_plays(self):
+        self.run_on(SWEEP + "@power 2 off\n@wait 1500\n@power 2 on\n@wait 1500\n! play sweep\n"
+                    "@expect text servo 2 is the cause\n@expect text error 12:\nrelease\n! play sweep\n"
+                    "@expect text servo 2 is the cause\n@expect text error 84:\nteach off\nplay sweep at 200%\n"
+                    "motion wait\n")
+
+    def test_time_of_too_many_digits_has_no_range(self):
+        run = self.run_on(SWEEP + "! pose low in 99999999999s\n@expect text error 33: TIME 99999999999s: number out of range\n")
+        self.assertNotIn("0 to 0", run.output)
+
     def test_loss_of_the_host_link_ends_the_motion(self):
         self.run_on_each(SWEEP + "settings link_loss_ms 300\nplay sweep loop\n@wait 600\n! motion wait\n"
                     "@expect text error 65:\nmotion\n@expect text motion: none\n! play sweep\n"

@@ -91,7 +91,7 @@ test("profile full: search, other ID, other rate of all, factory values", async 
     assert.deepEqual(setup.found.map(({ id }) => id), [1, 2, 3]);
     assert.deepEqual(codes(session), []);
     await setup.changeId(2, 3);
-    assert.match(codes(session)[0], /error 50, servo 2: the new ID or rate is taken; nothing was written/);
+    assert.match(codes(session)[0], /error 50, servo 2: the new ID or rate is taken/);
 });
 
 test("profile full: a new servo gets its ID; not beside another", async (t) => {
@@ -147,5 +147,5 @@ test("refusals: a locked servo, a goal while driving is inhibited", async (t) =>
     assert.match(setup.restored[0].why, /locked until power-off/);
     await session.stop();
     assert.equal(await setup.write(2, row("TORQUE_ENABLE"), 1), undefined);
-    assert.match(session.notices.at(-1).text, /may not be driven/);
+    assert.match(session.notices.at(-1).text, /driving is inhibited/);
 });

@@ -21,11 +21,12 @@ static const CDS_FLASH char message_too_fine[] = "finer than the command takes";
 /* The values an argument may have. */
 struct range {
     uint16_t lowest, highest; // registers of `unit`, or the numbers themselves
-    uint8_t unit;             // enum cds_unit; UNIT_MS: milliseconds; UNIT_PERCENT
+    uint8_t unit;             // enum cds_unit; UNIT_MS, UNIT_S: whole seconds, UNIT_PERCENT
 };
 
 #define UNIT_MS      UINT8_MAX
 #define UNIT_PERCENT (UINT8_MAX - 1)
+#define UNIT_S       (UINT8_MAX - 2)
 #define CW_FULL      (0x400 | CDS_VALUE_MAX) // full speed CW (R35)
 
 /* By the name of the argument and, where it differs, the first letter of the command. */
@@ -50,6 +51,7 @@ static const CDS_FLASH struct {
     {"MS", 'c', {2, 65, UNIT_MS}},                // cycle
     {"N", 'p', {1, UINT16_MAX, CDS_UNIT_NUMBER}}, // play
     {"PERCENT", 0, {10, 200, UNIT_PERCENT}},
+    {"DELAY", 0, {1, 127, UNIT_S}},
     {"TIME", 0, {0, 0, UNIT_MS}}, // its range depends on the command
     {"SPEED|TIME", 0, {0, 0, UNIT_MS}},
 };
@@ -139,6 +141,9 @@ static uint8_t check(const struct number *number, const struct range *range)
     if (range->unit == UNIT_MS) {
         error = number_ms(number, UINT16_MAX, &ms);
         raw = (uint16_t)ms;
+    } else if (range->unit == UNIT_S) {
+        error = number_ms(number, range->highest * (uint32_t)1000, &ms);
+        raw = ms % 1000 ? 0 : (uint16_t)(ms / 1000);
     } else if (range->unit == UNIT_PERCENT) {
         error = number_percent(number, &percent);
         raw = percent;
@@ -188,8 +193,9 @@ static bool find_subject(const struct console *console, struct subject *subject)
     subject->number = NULL;
     if (is_of_word(console)) {
         subject->name = line->command ? line->usage : message_nothing;
-        subject->has_range =
-            console->error == ERROR_OUT_OF_RANGE && range_of(line, subject->name, &subject->range);
+        subject->has_range = console->error == ERROR_OUT_OF_RANGE &&
+                             range_of(line, subject->name, &subject->range) &&
+                             subject->range.lowest != subject->range.highest;
         return true;
     }
     for (uint8_t i = 0; line->error == 0 && line->command && i < line->numbers; i++) {
@@ -276,10 +282,12 @@ static void print_subject(struct console *console, const struct subject *subject
 
 static void print_bound(struct printer *printer, uint8_t unit, uint16_t value, bool with_unit)
 {
-    if (unit >= UNIT_PERCENT) {
+    if (unit >= UNIT_S) {
         printer_decimal(printer, value);
         if (with_unit && unit == UNIT_MS)
             printer_flash(printer, message_ms);
+        else if (with_unit && unit == UNIT_S)
+            printer_char(printer, 's');
         else if (with_unit)
             printer_char(printer, '%');
     } else if (with_unit) {

@@ -161,6 +161,11 @@ static bool is_torque_off(const struct cds_servo_state *servo)
     return !servo->torque;
 }
 
+static bool is_inhibited(const struct cds_servo_state *servo)
+{
+    return servo->inhibits;
+}
+
 static bool is_endless(const struct cds_servo_state *servo)
 {
     return (servo->held & (CDS_HELD_CW_0 | CDS_HELD_CCW_0)) == (CDS_HELD_CW_0 | CDS_HELD_CCW_0);
@@ -189,11 +194,14 @@ bool motion_group_is_endless(const struct robot *robot)
     return joint_of_pose(robot, NULL, is_endless) != MOTION_NO_JOINT;
 }
 
-/* CDS_PENDING: each servo of the pose has torque, and none is in endless turn. */
+/* CDS_PENDING: each servo of the pose has torque, and none is inhibited or in endless turn. */
 static uint8_t check_servos(const struct robot *robot, const uint16_t *pose)
 {
     struct motion_start *start = start_of(robot);
 
+    start->outcome.joint = joint_of_pose(robot, pose, is_inhibited);
+    if (start->outcome.joint != MOTION_NO_JOINT)
+        return CDS_INHIBITED;
     start->outcome.joint = joint_of_pose(robot, pose, is_endless);
     if (start->outcome.joint != MOTION_NO_JOINT)
         return MOTION_ENDLESS;

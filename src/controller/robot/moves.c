@@ -116,12 +116,14 @@ static struct motion_outcome ended(const struct robot *robot)
         outcome.joint = moves->follow.joint;
         return outcome;
     }
+    if (robot->work.cycle.cycle.is_aborted) {
+        outcome.result = robot_is_inhibited(robot) ? (uint8_t)ROBOT_STOPPED : (uint8_t)MOTION_NONE;
+        return outcome;
+    }
     if (result == CDS_OK || (result == CDS_CANCELLED && moves->motion.result != CDS_OK))
         result = moves->motion.result;
     outcome.result = result;
-    if (result == CDS_PENDING) // the cycle has ended before the motion
-        outcome.result = ROBOT_STOPPED;
-    else if (result == CDS_CANCELLED)
+    if (result == CDS_CANCELLED)
         outcome.result = MOTION_NONE;
     else if (result != CDS_OK)
         outcome = moves_refusal(robot, result);

@@ -111,23 +111,24 @@ static bool show_poll(struct console *console)
 
 /* ---- settings autostart NAME ---- */
 
-/* Seconds, rounded up, of the time in the line. Returns an error or 0. */
+/* Takes the delay of the line, whole seconds, to *delay. Returns an error or 0. */
 static uint8_t take_delay(struct console *console, uint8_t *delay)
 {
-    uint32_t ms = DELAY_DEFAULT_S * 1000;
-    uint8_t error = console->line.numbers ? console_move_ms(console, 0, &ms) : 0;
+    uint32_t ms;
+    uint8_t error = number_ms(&console->line.number[0], AUTOSTART_DELAY_MAX * (uint32_t)1000, &ms);
 
-    if (error == ERROR_TIME || (error == 0 && ms > AUTOSTART_DELAY_MAX * 1000ul))
-        error = ERROR_OUT_OF_RANGE;
-    *delay = (uint8_t)((ms + 999) / 1000);
-    return error;
+    if (error)
+        return error;
+    *delay = (uint8_t)(ms / 1000);
+    return ms % 1000 || ms == 0 ? (uint8_t)ERROR_OUT_OF_RANGE : 0;
 }
 
 /* `loop`: 0 or AUTOSTART_LOOP. */
 static uint8_t set(struct console *console, uint8_t loop)
 {
     struct autostart_job *job = console_job(console);
-    uint8_t delay, error = take_delay(console, &delay);
+    uint8_t delay = DELAY_DEFAULT_S;
+    uint8_t error = console->line.numbers ? take_delay(console, &delay) : 0;
 
     if (console->robot->moves == NULL)
         return ERROR_OMITTED;
@@ -165,18 +166,18 @@ static const CDS_FLASH struct command autostart_rows[] = {
         .poll = show_poll,
     },
     {
-        .usage = FLASH_TEXT("settings autostart NAME [TIME]"),
+        .usage = FLASH_TEXT("settings autostart NAME [DELAY]"),
         .what = FLASH_TEXT("play a sequence after power-up"),
         .details = COMMAND_DETAILS(
-            "Kept at once, without save. Only if the reset was power-on, no byte came from the "
-            "host for TIME (1 to 127s, default 3s), every servo is well, and each pose is within "
-            "its angle limits"),
+            "Kept at once, without save. Only if the reset was power-on, no byte comes from the "
+            "host in DELAY (1s to 127s, whole seconds, default 3s) and while the servos are "
+            "checked, every servo passes, and each pose is within its angle limits"),
         .example = COMMAND_DETAILS("settings autostart walk 5s"),
         .begin = once_begin,
         .poll = stored_save_poll,
     },
     {
-        .usage = FLASH_TEXT("settings autostart NAME loop [TIME]"),
+        .usage = FLASH_TEXT("settings autostart NAME loop [DELAY]"),
         .what = FLASH_TEXT("play a sequence again and again after power-up"),
         .details = COMMAND_DETAILS("Until motion off or stop"),
         .example = COMMAND_DETAILS("settings autostart walk loop"),
