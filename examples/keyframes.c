@@ -5,6 +5,7 @@
 #include <cds55xx/sequence.h>
 #include <cds55xx/avr.h>
 #include <avr/pgmspace.h>
+#include "stop_report.h"
 
 #define JOINT(id, name)                                                                            \
     CDS_JOINT(id, CDS_FORWARD, 150000, -90000, 90000, 31000, CDS_JOINT_CDS55XX, name)
@@ -33,7 +34,7 @@ static struct cds_motion_joint motion_joints[JOINTS];
 static struct cds_sequence sequence;
 static uint16_t poses[2 * JOINTS];
 
-/* Hands a key frame to the sequence. False: there is no such one. */
+/* Hands a key frame to the sequence. False: there is no key frame `index`. */
 static bool read_frame(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose)
 {
     struct frame frame;
@@ -50,20 +51,24 @@ static bool read_frame(void *context, uint8_t index, struct cds_sequence_step *s
     return true;
 }
 
-static void poll_sequence(struct cds_robot *it)
+static void poll_sequence(struct cds_robot *self)
 {
     if (cds_sequence_poll(&sequence) != CDS_PENDING)
-        cds_robot_stop(it); // sequence.result tells why, for motion.joint
+        cds_robot_stop(self); // sequence.result tells why, for motion.joint
 }
 
-static void on_event(struct cds_robot *it)
+static void on_event(struct cds_robot *self)
 {
-    if (it->event.kind != CDS_ROBOT_STARTED)
+    stop_report_note(self);
+    if (self->event.kind != CDS_ROBOT_EVENT_STARTED)
         return;
-    cds_robot_begin_motion(it, &motion, motion_joints, NULL);
-    cds_sequence_begin(&sequence, &(struct cds_sequence_config){
-                                      .motion = &motion, .poses = poses, .read = read_frame});
-    it->on_poll = poll_sequence; // in place of the poll of the motion
+    cds_robot_begin_motion(self, &motion, motion_joints, NULL);
+    cds_sequence_begin(&sequence,
+                       &(struct cds_sequence_config){.motion = &motion,
+                                                     .poses = poses,
+                                                     .read = read_frame,
+                                                     .checks_all = true}); // before anything moves
+    self->on_poll = poll_sequence; // in place of the poll of the motion
 }
 
 int main(void)
@@ -75,4 +80,5 @@ int main(void)
     cds_robot_start(&robot);
     while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED) {
     }
+    stop_report(&robot, &motion);
 }

@@ -4,6 +4,7 @@
  * gait(). Nothing here waits. */
 #include <cds55xx/robot.h>
 #include <cds55xx/avr.h>
+#include "stop_report.h"
 
 /* 62 degrees to both sides of the middle, 31 RPM. */
 #define LEG(id, direction, name)                                                                   \
@@ -18,14 +19,19 @@ CDS_JOINTS(joints) = {
 CDS_ROBOT(robot, joints);
 CDS_AVR_ROBOT(robot, 0)
 
-/* Goals of period `now`: each joint swings 37.5 degrees to both sides, hips and knees in opposite
+/* Goals of `period`: each joint swings 37.5 degrees to both sides, hips and knees in opposite
  * directions. */
-static void gait(uint16_t now)
+static void gait(uint16_t period)
 {
-    int16_t phase = now & 0x1FF, swing = phase < 0x100 ? phase : 0x200 - phase;
+    int16_t phase = period & 0x1FF, swing = phase < 0x100 ? phase : 0x200 - phase;
 
     for (uint8_t joint = 0; joint < CDS_JOINT_COUNT(joints); joint++)
         cds_robot_set_goal_mdeg(&robot, joint, (swing - 128) * 293l);
+}
+
+static void on_event(struct cds_robot *self)
+{
+    stop_report_note(self);
 }
 
 int main(void)
@@ -35,10 +41,12 @@ int main(void)
     cds_avr_clock_open();
     sei();
     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
+    robot.on_event = on_event;
     cds_robot_start(&robot);
     while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED)
         if (robot.state == CDS_ROBOT_RUNNING && (uint16_t)robot.cycle.counters.periods != now) {
             now = (uint16_t)robot.cycle.counters.periods;
             gait(now);
         }
+    stop_report(&robot, NULL);
 }

@@ -4,6 +4,7 @@
 #include <cds55xx/motion.h>
 #include <cds55xx/robot.h>
 #include <cds55xx/avr.h>
+#include "stop_report.h"
 
 CDS_JOINTS(joints) = {
     CDS_JOINT(1, CDS_FORWARD, 150000, -90000, 90000, 31000, CDS_JOINT_CDS55XX, "left"),
@@ -16,10 +17,11 @@ static struct cds_motion motion;
 static struct cds_motion_joint motion_joints[CDS_JOINT_COUNT(joints)];
 static uint16_t pose[CDS_JOINT_COUNT(joints)]; // stays in place until the move is over
 
-static void on_event(struct cds_robot *it)
+static void on_event(struct cds_robot *self)
 {
-    if (it->event.kind == CDS_ROBOT_STARTED)
-        cds_robot_begin_motion(it, &motion, motion_joints, NULL);
+    stop_report_note(self);
+    if (self->event.kind == CDS_ROBOT_EVENT_STARTED)
+        cds_robot_begin_motion(self, &motion, motion_joints, NULL);
 }
 
 static void move_to(int32_t left_mdeg, int32_t right_mdeg)
@@ -50,4 +52,5 @@ int main(void)
             move_to(mdeg, mdeg / 2);
         mdeg = -mdeg;
     }
+    stop_report(&robot, &motion);
 }

@@ -56,7 +56,7 @@ endif
 endif
 run-example: build/$(BOARD)/examples/$(EXAMPLE).elf build/host/cds55xx-sim
 	$(clear)
-	@build/host/cds55xx-sim firmware $< --board $(BOARD) --servos $(SERVOS) --seconds $(SECONDS) --follow --plot build/$(EXAMPLE).svg
+	@build/host/cds55xx-sim firmware $< --board $(BOARD) --servos $(SERVOS) --seconds $(SECONDS) $(if $(shell grep -l BOARD_HOST_USART $(BOARD_FOLDER)/board.h),--host stdout) --follow --plot build/$(EXAMPLE).svg
 	@echo "picture: build/$(EXAMPLE).svg"
 
 HOST_BAUD ?= board

@@ -126,21 +126,21 @@ static bool read_step(void *context, uint8_t index, struct cds_sequence_step *st
     return true;
 }
 
-static void poll_sequence(struct cds_robot *it)
+static void poll_sequence(struct cds_robot *self)
 {
     if (cds_sequence_poll(&sequence) != CDS_PENDING)
-        cds_robot_stop(it);
+        cds_robot_stop(self);
 }
 
-static void on_event(struct cds_robot *it)
+static void on_event(struct cds_robot *self)
 {
-    if (it->event.kind != CDS_ROBOT_STARTED)
+    if (self->event.kind != CDS_ROBOT_EVENT_STARTED)
         return;
-    cds_robot_begin_motion(it, &motion, motion_joints, NULL);
+    cds_robot_begin_motion(self, &motion, motion_joints, NULL);
     cds_sequence_begin(&sequence, &(struct cds_sequence_config){.motion = &motion,
                                                                 .poses = sequence_poses,
                                                                 .read = read_step});
-    it->on_poll = poll_sequence; // in place of the poll of the motion
+    self->on_poll = poll_sequence; // in place of the poll of the motion
 }
 
 int main(void)

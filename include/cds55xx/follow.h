@@ -29,15 +29,15 @@ extern "C" {
 #define CDS_FOLLOW_STEPS 80
 #define CDS_FOLLOW_MS    200
 
-/* A joint that has come nearer to its goal by so many steps is on its way. */
+/* A joint follows if it comes nearer to its goal by at least this distance. */
 #define CDS_FOLLOW_PROGRESS_STEPS 3
 
 /* What is compared. It is copied; what the pointers point to stays in place. */
 struct cds_follow_config {
     const struct cds_cycle *cycle;   // begun
     struct cds_follow_joint *joints; // one for each servo of the cycle
-    uint16_t steps;   // a joint may be so far from its goal, 1 to 1023; 0: CDS_FOLLOW_STEPS
-    uint16_t time_ms; // a joint may be further away for so long, up to 60000; 0: CDS_FOLLOW_MS
+    uint16_t steps;   // permitted distance from the goal, 1 to 1023; 0: CDS_FOLLOW_STEPS
+    uint16_t time_ms; // permitted time beyond that distance, up to 60000; 0: CDS_FOLLOW_MS
 };
 
 /* One joint. The fields are internal. */

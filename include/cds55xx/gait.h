@@ -25,11 +25,11 @@
 extern "C" {
 #endif
 
-#define CDS_GAIT_SINES         3     // of a joint
-#define CDS_GAIT_MULTIPLES     4     // a sine has the base period, or 1/2, 1/3 or 1/4 of it
-#define CDS_GAIT_GROUPS        4     // of sines that have a common scale
-#define CDS_GAIT_TIME_LEAST_MS 100   // of the base period
-#define CDS_GAIT_TIME_MAX_MS   60000 // of the base period and the ramp
+#define CDS_GAIT_SINES       3     // of a joint
+#define CDS_GAIT_MULTIPLES   4     // a sine has the base period, or 1/2, 1/3 or 1/4 of it
+#define CDS_GAIT_GROUPS      4     // of sines that have a common scale
+#define CDS_GAIT_TIME_MIN_MS 100   // of the base period
+#define CDS_GAIT_TIME_MAX_MS 60000 // of the base period and the ramp
 
 /* `degrees`, 0 to 65535, as the phase of a sine: 360 are a turn. A constant. */
 #define CDS_GAIT_PHASE(degrees) ((uint16_t)(65536ul * (degrees) / 360))
@@ -76,7 +76,7 @@ struct cds_gait_config {
     const CDS_GAIT_FLASH struct cds_gait_joint *joints; // CDS_GAIT_TABLE(): one for each servo
     struct cds_gait_state *states;                      // one for each servo
     const struct cds_register_profile *const *profiles; // one for each servo; NULL: all CDS55xx
-    uint16_t period_ms; // base period: CDS_GAIT_TIME_LEAST_MS to CDS_GAIT_TIME_MAX_MS
+    uint16_t period_ms; // base period: CDS_GAIT_TIME_MIN_MS to CDS_GAIT_TIME_MAX_MS
     uint16_t ramp_ms;   // of start, stop and each change: period_ms to CDS_GAIT_TIME_MAX_MS
 };
 

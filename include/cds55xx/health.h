@@ -47,16 +47,16 @@ struct cds_health {
     struct cds_servos *servos;
     struct cds_cycle *cycle; // or NULL
     struct cds_request request;
-    uint32_t step_us; // from one servo to the next
-    uint32_t look_us; // when the next servo is asked
-    uint32_t seek_us; // when the next servo is asked that is OFFLINE or RETURNED
-    uint8_t turn;     // entry of the servo that is asked next
-    uint8_t sought;   // entry of the servo that is OFFLINE or RETURNED, or CDS_NO_ID
-    uint8_t news;     // of the servos, when it was chosen
-    bool is_chosen;   // `sought` was not asked yet
-    bool is_running;  // begun, and not aborted
-    uint8_t asked;    // presence of the servo asked last when it was asked; CDS_PRESENCE_OFFLINE:
-                      // its answer was taken, or needs no more
+    uint32_t step_us;    // from one servo to the next
+    uint32_t look_us;    // when the next servo is asked
+    uint32_t seek_us;    // when the next servo is asked that is OFFLINE or RETURNED
+    uint8_t turn;        // entry of the servo that is asked next
+    uint8_t sought;      // entry of the servo that is OFFLINE or RETURNED, or CDS_NO_ID
+    uint8_t event_count; // of the servos, when it was chosen
+    bool is_chosen;      // `sought` was not asked yet
+    bool is_running;     // begun, and not aborted
+    uint8_t asked; // presence of the servo asked last when it was asked; CDS_PRESENCE_OFFLINE:
+                   // its answer was taken, or needs no more
     uint8_t packet[CDS_PACKET_SIZE(2)];
     uint8_t reply; // to the READ
 };

@@ -14,7 +14,7 @@
  *     }
  *
  * The program sets no goals (cds_cycle_goal()) of joints that move. Manual: 2.4.7, registers 0x1E
- * and 0x20; R8, R10. All functions: main context. */
+ * and 0x20; rulings R8, R10 (docs/internals/rulings.md). All functions: main context. */
 #ifndef CDS_MOTION_H
 #define CDS_MOTION_H
 
@@ -79,11 +79,12 @@ struct cds_move {
     uint8_t curve;        // enum cds_motion_curve
     bool may_take_longer; // a time that is too short is stretched, not refused
     bool waits;           // for the end of the move under way; else it begins at once, in its place
-    uint16_t acceleration;     // of a trapezoid: of the joint with the longest way, in speed
+    uint16_t acceleration;     // of a trapezoid: of the joint with the longest distance, in speed
                                // register units per second, 1 or more; config.acceleration at most
-    const uint16_t *next_pose; // NULL: the joints stop at the pose. Else they pass it on their way
-    uint32_t next_ms;          // to this pose, which they reach in this time: the next move, which
-                               // waits
+    const uint16_t *next_pose; // NULL: the joints stop at `pose`. Else they pass `pose` without a
+                               // stop, towards next_pose
+    uint32_t next_ms;          // time from `pose` to next_pose. The program submits that move with
+                               // `waits`
 };
 
 /* The curve that all joints of a move share. Its fields are internal. */
@@ -97,12 +98,12 @@ struct cds_curve {
 /* One joint. A position is in 1/8 step, a speed in 1/16 of a register's unit. The fields are
  * internal. */
 struct cds_motion_joint {
-    uint16_t scale;   // speed of one step per period
+    uint16_t scale;   // speed of one step per period, in 1/16 of a register's unit
     uint16_t fastest; // the most that is sent, in 1/4 of a register's unit
     int16_t lowest;   // soft limits
     int16_t highest;
     uint16_t start;      // where the move began
-    int16_t distance;    // that the curve takes it
+    int16_t distance;    // that follows the curve
     int16_t braking;     // twice the distance in which it brakes from begin_speed
     int16_t passing;     // twice the distance in which it speeds up to end_speed
     int16_t mean_speed;  // of `distance` over the duration
@@ -110,23 +111,23 @@ struct cds_motion_joint {
     int16_t end_speed;   // when it ends
     int16_t trial_end;   // where the trial before ends
     int16_t trial_speed; // speed there
-    bool has_speeds : 1; // at the beginning or at the end
-    bool is_known : 1;   // its position is
+    bool has_speeds : 1; // begin_speed or end_speed is not 0
+    bool is_known : 1;   // the position of the joint is known
     bool is_moving : 1;  // takes part in the move
     bool is_tried : 1;   // trial_end and trial_speed are set
 };
 
 /* What one moment of a move means for all its joints. The fields are internal. */
 struct cds_motion_basis {
-    uint16_t way;          // of the curve, in 1/65536 of the distance
-    uint16_t rate;         // of the curve, in 1/16384 of the mean speed
-    uint16_t sent_rate;    // `rate`, and a reserve
-    uint16_t braking_way;  // in 1/65536 of `braking`
-    uint16_t braking_rate; // in 1/16384 of the speed at the beginning
-    uint16_t passing_way;  // in 1/65536 of `passing`
-    uint16_t passing_rate; // in 1/16384 of the speed at the end
-    bool is_end;           // the whole way
-    bool is_at_rest;       // no speed
+    uint16_t progress;         // of the curve, in 1/65536 of the distance
+    uint16_t rate;             // of the curve, in 1/16384 of the mean speed
+    uint16_t sent_rate;        // `rate`, and a reserve
+    uint16_t braking_progress; // in 1/65536 of `braking`
+    uint16_t braking_rate;     // in 1/16384 of the speed at the beginning
+    uint16_t passing_progress; // in 1/65536 of `passing`
+    uint16_t passing_rate;     // in 1/16384 of the speed at the end
+    bool is_end;               // the move is over
+    bool is_at_rest;           // all speeds are 0
 };
 
 /* A time that passes from 0 to 1, in 1/2^32, the low part in 1/2^48. The fields are internal. */
@@ -187,7 +188,7 @@ struct cds_motion {
     struct cds_motion_plan next_plan;   // of that move
     uint32_t shortest_periods;          // that it takes at least, as far as is checked
     uint32_t requested;                 // periods that the program asks for
-    uint32_t longest_way;               // of its joints: register units x periods
+    uint32_t longest_distance;          // of its joints: register units x periods
     uint32_t longest_window;            // periods in which all joints brake within their limits
     bool has_speeds;                    // a joint moves when the move begins, or when it ends
 };
@@ -247,14 +248,15 @@ enum cds_result cds_motion_poll(struct cds_motion *motion);
 
 /* Brings the joints to a standstill on their way, at `deceleration` at most (speed register units
  * per second, 1 or more; what the curve itself slows down adds to that). cds_motion_resume() speeds
- * up at the same rate. A move that is still checked, or waits, begins only when it is resumed. A
- * move by the servo (CDS_MOTION_BY_SERVO) goes on to its goal. Does nothing if no move is under way
- * or checked. */
+ * up at the same rate. A move that is still checked, or waits, begins paused: move_result is
+ * CDS_OK, no joint moves, and cds_motion_is_busy() is true until cds_motion_resume(). A move by the
+ * servo (CDS_MOTION_BY_SERVO) goes on to its goal. Does nothing if no move is under way or checked.
+ */
 void cds_motion_pause(struct cds_motion *motion, uint16_t deceleration);
 void cds_motion_resume(struct cds_motion *motion);
 
-/* As cds_motion_pause(), then the move has ended as CDS_CANCELLED. A move that is checked is not
- * begun. */
+/* Brings the joints to a standstill as cds_motion_pause() does, then ends the move as
+ * CDS_CANCELLED. A move that is checked is not begun. */
 void cds_motion_abort(struct cds_motion *motion, uint16_t deceleration);
 
 /* Lets the time of this and later moves run at `percent`, 10 to 200, as far as speed limits and

@@ -47,7 +47,7 @@ enum cds_joint_profile { CDS_JOINT_CDS55XX, CDS_JOINT_AX12 } __attribute__((pack
 
 #define CDS_JOINT_NAME_SIZE 9 // 8 characters and a 0
 
-/* 0. A constant `name` of more than 8 characters is an error: an array has a negative size. */
+/* Expands to 0. A `name` of more than 8 characters does not compile: an array of negative size. */
 #define CDS_JOINT_NAME_CHECK(name) (0 * sizeof(char[sizeof(name) <= CDS_JOINT_NAME_SIZE ? 1 : -1]))
 
 /* One joint. Its angle is 0 where its servo is at offset_mdeg. */
@@ -117,12 +117,13 @@ enum cds_robot_state {
 
 /* What has happened to a robot. */
 enum cds_robot_event_kind {
-    CDS_ROBOT_STARTED,      // torque is on
-    CDS_ROBOT_START_FAILED, // `joint` is not well: `why`, `result`. One event for each such joint
-    CDS_ROBOT_ALARM,        // `joint` reports CDS_ERROR_* bits of a condition: `alarms`
-    CDS_ROBOT_OFFLINE,      // `joint` does not answer any more
-    CDS_ROBOT_STATE_LOST,   // `joint` had torque on and has it off: power failed, or an alarm
-    CDS_ROBOT_WAS_STOPPED,  // the stop is over: `result` of cds_torque_off_poll()
+    CDS_ROBOT_EVENT_STARTED,      // torque is on
+    CDS_ROBOT_EVENT_START_FAILED, // `joint` is not well: `why`, `result`. One event for each such
+                                  // joint
+    CDS_ROBOT_EVENT_ALARM,        // `joint` reports CDS_ERROR_* bits of a condition: `alarms`
+    CDS_ROBOT_EVENT_OFFLINE,      // `joint` does not answer any more
+    CDS_ROBOT_EVENT_STATE_LOST,   // `joint` had torque on and has it off: power failed, or an alarm
+    CDS_ROBOT_EVENT_STOPPED,      // the stop is over: `result` of cds_torque_off_poll()
 } __attribute__((packed));
 
 /* An event; a field that its kind does not name is 0. */
@@ -137,18 +138,19 @@ struct cds_robot_event {
 /* The return delay that every servo gets, unless the program sets another one. */
 #define CDS_ROBOT_RETURN_DELAY_US 10
 
-/* For so long after cds_robot_start() a servo may be silent: it starts up. */
-#define CDS_ROBOT_PATIENCE_US 2000000ul
+/* Time after cds_robot_start() in which a servo may be silent while it starts up. */
+#define CDS_ROBOT_START_TIMEOUT_US 2000000ul
 
 /* A robot; CDS_ROBOT() defines one. The program reads `state` and `event`, sets the fields from
- * `tolerates` to `context` after cds_robot_open(), and uses the parts from `bus` to `torque_off` by
+ * `tolerates` to `context` after cds_robot_open(), and uses the parts from `servos` to `bus` by
  * their own headers. */
 struct cds_robot {
     uint8_t state;                // enum cds_robot_state
     struct cds_robot_event event; // the last one
     // the program may set:
-    uint8_t tolerates;        // bits 1 << CDS_ROBOT_ALARM, _OFFLINE, _STATE_LOST: events after
-                              // which the robot goes on. After the others it stops. At first 0
+    uint8_t tolerates; // bits 1 << CDS_ROBOT_EVENT_ALARM, _OFFLINE, _STATE_LOST: after these
+                       // events the robot keeps running. After each of the three whose bit is 0
+                       // it stops. At first 0
     uint16_t return_delay_us; // of all servos, 0 to 508, 2 or more if the board has enables:
                               // register 0x05. At first 10
     uint16_t period_us;       // of the cycle. At first CDS_CYCLE_PERIOD_US
@@ -157,7 +159,7 @@ struct cds_robot {
     // cds_robot_begin_motion() sets on_poll and context, to poll the motion. A program with a
     // sequence sets on_poll behind that call, and polls the sequence instead.
     void (*on_poll)(struct cds_robot *robot); // from each cds_robot_poll() until the robot has
-                                              // stopped. NULL: none
+                                              // stopped, which makes it NULL. NULL: none
     void *context;                            // of on_poll
     // internal:
     const struct cds_robot_config *config; // in flash
@@ -165,7 +167,7 @@ struct cds_robot {
     uint8_t joint;                         // of the step of the start
     uint8_t phase;                         // of the start
     uint8_t next_checked_joint;            // its state is checked for events next
-    uint8_t last_event_count;              // servos.news when the last round of checks began
+    uint8_t last_event_count;              // servos.event_count when the last round of checks began
     uint8_t blind_delay_writes;            // WRITEs of the return delay of `joint` without a reply
     bool is_delay_written;                 // return delay of `joint`, after it was read
     bool has_failed;                       // a joint is not well
@@ -177,7 +179,7 @@ struct cds_robot {
     uint8_t reply[CDS_TORQUE_ON_READ_SIZE];
     // the parts:
     struct cds_servos servos;         // what is known of each servo
-    struct cds_cycle cycle;           // goals and feedback; begins with CDS_ROBOT_STARTED
+    struct cds_cycle cycle;           // goals and feedback; begins with CDS_ROBOT_EVENT_STARTED
     struct cds_health health;         // the state check
     struct cds_torque_off torque_off; // the stop
     struct cds_queue queue;           // requests that wait
@@ -192,20 +194,22 @@ struct cds_robot {
 enum cds_result cds_robot_open(struct cds_robot *robot, const struct cds_robot_config *config,
                                uint8_t port, uint8_t baud_reg);
 
-/* Begins to start the robot; cds_robot_poll() goes on with it, until CDS_ROBOT_STARTED or
- * CDS_ROBOT_START_FAILED:
+/* Begins to start the robot; cds_robot_poll() goes on with it, until CDS_ROBOT_EVENT_STARTED or
+ * CDS_ROBOT_EVENT_START_FAILED:
  *
  *   1. Each servo is read: it is there, has no alarm, is in position mode, and its voltage and its
  *      position are within their limits. Its return delay is set if it differs (EEPROM).
- *   2. If all are well, inhibits end, and each servo gets its position as its goal.
+ *   2. If all pass, driving is allowed again, and the goal of each servo becomes its present
+ *      position.
  *   3. Torque is switched on, servo by servo, and the cycle begins.
  *
- * If a servo is not well, the robot stops as by cds_robot_stop(). A silent servo is asked for
- * CDS_ROBOT_PATIENCE_US. The start also writes its return delay without reading it first: a servo
- * with a short delay may reply before the board can receive. CDS_OK; CDS_BUSY: the robot is
- * starting, running or stopping; CDS_BAD_ARGUMENT: it was not opened well, return_delay_us is out
- * of range, or goals of all joints do not fit period_us; the state is CDS_ROBOT_STOPPED. So a
- * program may ignore the results of open and start if its main loop ends with that state. */
+ * If a servo fails the check, the robot stops as by cds_robot_stop(). A silent servo is asked
+ * again until CDS_ROBOT_START_TIMEOUT_US after cds_robot_start(). The start also writes its return
+ * delay without reading it first: a servo with a short delay may reply before the board can
+ * receive. CDS_OK; CDS_BUSY: the robot is starting, running or stopping; CDS_BAD_ARGUMENT: it was
+ * not opened well, return_delay_us is out of range, or goals of all joints do not fit period_us;
+ * the state is CDS_ROBOT_STOPPED. So a program may ignore the results of open and start if its main
+ * loop ends with that state. */
 enum cds_result cds_robot_start(struct cds_robot *robot);
 
 /* Moves all of the robot on: bus, start, cycle, state check, stop. Call it from the main loop, as
@@ -243,10 +247,11 @@ enum cds_result cds_robot_to_position(const struct cds_robot *robot, uint8_t joi
 enum cds_result cds_robot_joint(const struct cds_robot *robot, uint8_t joint,
                                 struct cds_joint *row);
 
-/* Begins timed moves of all joints; call it after each CDS_ROBOT_STARTED. cds_robot_poll() then
- * polls `motion`, too; after a stop a move under way ends as CDS_INHIBITED. `joints`: one for each
- * joint. `profiles`: as in struct cds_motion_config. A program that does not call it does not link
- * motion.h. CDS_OK; CDS_INHIBITED: the robot is not running; else as cds_motion_begin(). */
+/* Prepares timed moves; call it after each CDS_ROBOT_EVENT_STARTED. The program then calls
+ * cds_motion_move(). cds_robot_poll() polls `motion`, too; after a stop a move under way ends as
+ * CDS_INHIBITED. `joints`: one for each joint. `profiles`: as in struct cds_motion_config; required
+ * if a joint is CDS_JOINT_AX12. A program that does not call it does not link motion.c. CDS_OK;
+ * CDS_INHIBITED: the robot is not running; else as cds_motion_begin(). */
 enum cds_result cds_robot_begin_motion(struct cds_robot *robot, struct cds_motion *motion,
                                        struct cds_motion_joint *joints,
                                        const struct cds_register_profile *const *profiles);

@@ -140,7 +140,7 @@ struct cds_servos {
     uint8_t reserved_count; // servos that are reserved: cds_servos_reserve()
     bool is_full;           // a servo was met for which the list has no room
     uint8_t alarms;         // of all servos, known or not, until acknowledged
-    uint8_t news;           // counts changes of error bits or presence, modulo 256
+    uint8_t event_count;    // counts changes of error bits or presence, modulo 256
     uint8_t refused_id;     // of the servo for which the last refused packet was refused
     uint16_t too_early;     // packets refused as CDS_TOO_EARLY, modulo 65536
     uint16_t epoch;         // counts changes of what the permit's answers use; never 0

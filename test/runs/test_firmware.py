@@ -149,6 +149,16 @@ class Programs(unittest.TestCase):
         source = text[text.index("#include"):].strip()
         self.assertIn(source, (ROOT / "docs/motion.md").read_text())
 
+    def test_example_tells_why_it_has_stopped(self):
+        with tempfile.TemporaryDirectory() as folder:
+            script = pathlib.Path(folder) / "script"
+            script.write_text("@wait 1500\n@power 2 off\n@wait 1500\n")
+            for example in "keyframes", "timed_move":
+                run = Run(f"build/atmega128/examples/{example}.elf", "--echo", servos="1-3", script=script.read_text())
+                self.assertRegex(run.output, r"\njoint 1, (elbow|right): offline\n", run.output)
+        run = Run("build/atmega128/examples/keyframes.elf", "--host", "stdout", "--seconds", "4", servos="1,3")
+        self.assertIn("joint 1, elbow: no reply\n", run.output)
+
     def test_motion_page_shows_the_table_of_keyframes(self):
         text = (ROOT / "examples/keyframes.c").read_text()
         self.assertIn(re.search(r"static const struct frame .*?;\n", text, re.S)[0], (ROOT / "docs/motion.md").read_text())

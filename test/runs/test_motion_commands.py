@@ -10,7 +10,7 @@ import unittest
 
 import boards
 
-from simulator import ROOT, SIM, controller
+from simulator import ROOT, SIM, Process, controller
 
 # Boards with the commands of this group.
 FULL = [name for name in boards.CONSOLES if boards.BOARDS[name].profile == "full"]
@@ -566,6 +566,31 @@ class Errors(unittest.TestCase):
         numbers = {n for n in map(int, re.findall(r"X\(ERROR_\w+, (\d+),", table)) if n >= 70 and n not in others}
         self.assertGreater(len(numbers), 10)
         self.assertEqual({n for n in numbers if not re.search(rf"error {n}:|, {n}\)", text)}, set())
+
+
+class SendLines(unittest.TestCase):
+    """scripts/send-lines.py, with the console of the simulator as its port."""
+    POSES = "group 1 2 3\npose set left 448raw 576raw 512raw\npose set right 576raw 448raw 512raw\n" \
+            "sequence wave new left 0.8s\nsequence wave add right 0.8s\n"
+
+    def send(self, lines, path):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "poses"
+            file.write_text(lines)
+            return subprocess.run([ROOT / "scripts/send-lines.py", path, file], capture_output=True, text=True)
+
+    def test_lines_are_stored_and_the_first_refused_one_ends_it(self):
+        board = MOVING[0]
+        with Process("firmware", ROOT / f"build/{board}/controller.elf", "--board", board, "--servos", "1-3",
+                     "--host", "pty") as sim:
+            done = self.send(self.POSES + "pose show\nsequence show\n", sim.path)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(done.stdout.count(": ok\n"), 7)
+            done = self.send("pose set x 1\npose list\n", sim.path)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("pose set x 1: error 46", done.stdout)
+            self.assertIn("line 1 was refused; the lines after it were not sent", done.stderr)
+            self.assertNotIn("pose list", done.stdout)
 
 
 if __name__ == "__main__":

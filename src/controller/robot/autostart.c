@@ -202,7 +202,7 @@ static enum cds_result switch_on(struct robot *robot, struct autostart *autostar
         return result;
     outcome.result =
         motion_start_alone(robot, autostart->place, autostart->delay & AUTOSTART_LOOP ? 0 : 1);
-    autostart->state = AUTOSTART_LOOKING;
+    autostart->state = AUTOSTART_READING_POSITIONS;
     if (outcome.result == CDS_OK)
         return CDS_PENDING;
     moves_note_outcome(robot, &outcome);
@@ -215,13 +215,13 @@ static enum cds_result poll_cycle(struct robot *robot, struct autostart *autosta
 {
     enum cds_result result;
 
-    if (autostart->state == AUTOSTART_LOOKING && autostart->failsafe->watching) {
+    if (autostart->state == AUTOSTART_READING_POSITIONS && autostart->failsafe->watching) {
         autostart->state = AUTOSTART_HOST;
         motion_end(robot);
     }
     result = motion_cycle.poll(robot);
-    if (autostart->state == AUTOSTART_LOOKING && !motion_is_starting(robot)) {
-        autostart->state = AUTOSTART_PLAYED;
+    if (autostart->state == AUTOSTART_READING_POSITIONS && !motion_is_starting(robot)) {
+        autostart->state = AUTOSTART_BEGUN;
         if (robot->moves->start.outcome.result != CDS_OK)
             refuse(autostart, &robot->moves->start.outcome);
     }
@@ -295,7 +295,7 @@ static enum cds_result poll(struct robot *robot)
     if (autostart->is_switching_off)
         return switch_off(robot, autostart);
     result = go_on(robot, autostart);
-    if (result == CDS_PENDING || autostart->state == AUTOSTART_PLAYED || autostart->is_aborted ||
+    if (result == CDS_PENDING || autostart->state == AUTOSTART_BEGUN || autostart->is_aborted ||
         !autostart->has_switched_on)
         return result;
     begin_switching_off(robot, autostart);

@@ -18,9 +18,9 @@ enum autostart_state {
     AUTOSTART_WAITING, // for a byte of the host, or the end of the delay
     AUTOSTART_CHECKING_SERVOS,
     AUTOSTART_CHECKING_POSES,
-    AUTOSTART_SWITCHING_ON, // servos get torque
-    AUTOSTART_LOOKING,      // the cycle reads where the servos are
-    AUTOSTART_PLAYED,       // the sequence has begun
+    AUTOSTART_SWITCHING_ON,      // servos get torque
+    AUTOSTART_READING_POSITIONS, // the cycle reads where the servos are
+    AUTOSTART_BEGUN,             // the sequence has begun
     // it does not play:
     AUTOSTART_RESET,    // the reset was not power-on
     AUTOSTART_HOST,     // a byte came from the host

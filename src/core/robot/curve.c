@@ -92,7 +92,7 @@ static uint16_t trapezoid_rate(const struct cds_curve *curve, uint16_t time)
 }
 
 /* The second half of each curve is the first one, turned. */
-uint16_t cds_curve_way(const struct cds_curve *curve, uint16_t time)
+uint16_t cds_curve_progress(const struct cds_curve *curve, uint16_t time)
 {
     uint16_t first = time > HALF ? (uint16_t)(0u - time) : time, way = first;
 
@@ -116,7 +116,7 @@ uint16_t cds_curve_rate(const struct cds_curve *curve, uint16_t time)
 
 /* t - t^3 + t^4 / 2. The square is rounded down, so the product may exceed the 1/2 at the end of
  * the way. */
-uint16_t cds_curve_braking_way(uint16_t time)
+uint16_t cds_curve_braking_progress(uint16_t time)
 {
     uint16_t square = (uint16_t)((uint32_t)time * time >> 16);
     uint32_t factor = 65536 - ((uint32_t)square * (uint32_t)(65536 - time / 2u) >> 16);

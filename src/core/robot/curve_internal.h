@@ -22,7 +22,7 @@ void cds_curve_set(struct cds_curve *curve, uint8_t kind);
 void cds_curve_set_trapezoid(struct cds_curve *curve, uint16_t bend);
 
 /* Returns the share of the way, in 1/65536, after the share `time` of the time, in 1/65536. */
-uint16_t cds_curve_way(const struct cds_curve *curve, uint16_t time);
+uint16_t cds_curve_progress(const struct cds_curve *curve, uint16_t time);
 
 /* Returns the speed after the share `time` of the time, in 1/16384 of the mean speed. */
 uint16_t cds_curve_rate(const struct cds_curve *curve, uint16_t time);
@@ -30,7 +30,7 @@ uint16_t cds_curve_rate(const struct cds_curve *curve, uint16_t time);
 /* A joint that moves at a speed when the move begins brakes to 0 within a window: returns how far
  * it goes until the share `time` of the window, in 1/65536 of speed x window. The whole way is
  * 1/2. */
-uint16_t cds_curve_braking_way(uint16_t time);
+uint16_t cds_curve_braking_progress(uint16_t time);
 
 /* Returns the speed that is left, in 1/16384 of the speed at the beginning. */
 uint16_t cds_curve_braking_rate(uint16_t time);

@@ -260,7 +260,7 @@ enum cds_result cds_gait_begin(struct cds_gait *gait, const struct cds_gait_conf
 
     if (gait->result == CDS_PENDING && !has_lost_cycle(gait))
         return CDS_BUSY;
-    if (!config->cycle->bus || config->period_ms < CDS_GAIT_TIME_LEAST_MS ||
+    if (!config->cycle->bus || config->period_ms < CDS_GAIT_TIME_MIN_MS ||
         config->ramp_ms < config->period_ms || config->ramp_ms > CDS_GAIT_TIME_MAX_MS)
         return CDS_BAD_ARGUMENT;
     *gait = (struct cds_gait){

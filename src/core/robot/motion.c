@@ -20,16 +20,17 @@
 #define CARRY_QUARTER (CDS_MOTION_CARRY_1 / CDS_MOTION_QUARTERS)
 #define HALF          ((int32_t)32768)
 #define OLD_US        ((uint32_t)500000) // older feedback is ignored
-#define OVERRIDE_US   ((uint32_t)250000) // a change of the override takes so long at most
+#define OVERRIDE_US   ((uint32_t)250000) // longest time of a change of the override
 
 /* ---- one joint ---- */
 
-/* What the speeds at begin and end add to a way. */
-static int32_t way_of_speeds(const struct cds_motion_joint *joint,
-                             const struct cds_motion_basis *basis)
+/* What the speeds at begin and end add to the offset from the start, in 1/65536 of the unit of
+ * positions. */
+static int32_t offset_of_speeds(const struct cds_motion_joint *joint,
+                                const struct cds_motion_basis *basis)
 {
-    return (int32_t)joint->braking * basis->braking_way +
-           (int32_t)joint->passing * basis->passing_way;
+    return (int32_t)joint->braking * basis->braking_progress +
+           (int32_t)joint->passing * basis->passing_progress;
 }
 
 static int32_t speed_of_speeds(const struct cds_motion_joint *joint,
@@ -39,30 +40,30 @@ static int32_t speed_of_speeds(const struct cds_motion_joint *joint,
            (int32_t)joint->end_speed * basis->passing_rate;
 }
 
-/* Returns `way`, in 1/65536 of the unit of positions, or where the limit of the joint is if `way`
- * leads a joint that brakes beyond it. */
-static NOINLINE int32_t way_within_limits(const struct cds_motion_joint *joint, int32_t way)
+/* Returns `offset`, in 1/65536 of the unit of positions, or where the limit of the joint is if
+ * `offset` leads a joint that brakes beyond it. */
+static NOINLINE int32_t offset_within_limits(const struct cds_motion_joint *joint, int32_t offset)
 {
     int16_t start = (int16_t)joint->start;
     int32_t lowest = (int32_t)(joint->lowest - start) * 65536;
     int32_t highest = (int32_t)(joint->highest - start) * 65536;
 
     if (joint->begin_speed == 0)
-        return way;
-    return way < lowest ? lowest : way > highest ? highest : way;
+        return offset;
+    return offset < lowest ? lowest : offset > highest ? highest : offset;
 }
 
 static int16_t position_of(const struct cds_motion_joint *joint,
                            const struct cds_motion_basis *basis)
 {
-    int32_t way = (int32_t)joint->distance * basis->way;
+    int32_t offset = (int32_t)joint->distance * basis->progress;
 
     if (basis->is_end)
-        way = ((int32_t)joint->distance + joint->braking / 2 + joint->passing / 2) * 65536;
+        offset = ((int32_t)joint->distance + joint->braking / 2 + joint->passing / 2) * 65536;
     else if (joint->has_speeds)
-        way += way_of_speeds(joint, basis);
-    way = way_within_limits(joint, way);
-    return (int16_t)(joint->start + (uint16_t)((uint32_t)(way + HALF) >> 16));
+        offset += offset_of_speeds(joint, basis);
+    offset = offset_within_limits(joint, offset);
+    return (int16_t)(joint->start + (uint16_t)((uint32_t)(offset + HALF) >> 16));
 }
 
 /* The result is in 1/4 unit: a shift by 16 bits drops two bytes, no instruction. */
@@ -77,21 +78,21 @@ int16_t cds_motion_speed(const struct cds_motion_joint *joint, const struct cds_
 
 /* Where the joint is, and its speed. False: not known. */
 static bool locate(const struct cds_motion *motion, uint8_t index,
-                   const struct cds_motion_basis *basis, struct cds_motion_way *way)
+                   const struct cds_motion_basis *basis, struct cds_motion_path *path)
 {
     const struct cds_motion_joint *joint = &motion->config.joints[index];
     const struct cds_feedback *feedback = &motion->config.cycle->feedback[index];
     uint16_t steps;
 
     if (motion->is_trial && joint->is_tried) {
-        way->position = joint->trial_end;
-        way->begin_speed = joint->trial_speed;
+        path->position = joint->trial_end;
+        path->begin_speed = joint->trial_speed;
         return true;
     }
-    way->position = position_of(joint, basis);
-    way->begin_speed = 0;
+    path->position = position_of(joint, basis);
+    path->begin_speed = 0;
     if (joint->is_moving && !basis->is_at_rest) {
-        way->begin_speed =
+        path->begin_speed =
             (int16_t)((int32_t)cds_motion_speed(joint, basis) * motion->carry / CARRY_QUARTER);
         return true;
     }
@@ -99,77 +100,78 @@ static bool locate(const struct cds_motion *motion, uint8_t index,
         (joint->is_moving && motion->next.waits &&
          motion->is_under_way)) // ends at the goal of the move under way
         return joint->is_known;
-    steps = (uint16_t)((int16_t)feedback->position - way->position / CDS_MOTION_STEP +
+    steps = (uint16_t)((int16_t)feedback->position - path->position / CDS_MOTION_STEP +
                        CDS_MOTION_NEAR_STEPS);
     if (!joint->is_known || steps > 2 * CDS_MOTION_NEAR_STEPS)
-        way->position = (int16_t)(feedback->position * CDS_MOTION_STEP);
+        path->position = (int16_t)(feedback->position * CDS_MOTION_STEP);
     return true;
 }
 
-/* Mean speed of a way, in 1/16 unit; INT16_MAX, or minus that, if it is beyond any speed. */
-static int16_t mean_speed(const struct cds_motion_joint *joint, int16_t way, uint32_t duration)
+/* Mean speed over `distance`, in 1/16 unit; INT16_MAX, or minus that, if it is beyond any speed. */
+static int16_t mean_speed(const struct cds_motion_joint *joint, int16_t distance, uint32_t duration)
 {
-    int32_t speed = ((int32_t)way * (int32_t)joint->scale >> 3) / (int32_t)duration;
+    int32_t speed = ((int32_t)distance * (int32_t)joint->scale >> 3) / (int32_t)duration;
 
     if (speed > INT16_MAX)
         return INT16_MAX;
     return speed < -INT16_MAX ? -INT16_MAX : (int16_t)speed;
 }
 
-/* The speed with which the joint passes the pose: between its mean speeds before and behind it, and
- * less than twice the lower one, so that it turns back on neither way. 0 if it turns there. */
+/* The speed with which the joint passes the pose: between its mean speeds before and after it, and
+ * less than twice the lower one, so that it turns back neither before nor after. 0 if it turns
+ * there. */
 static int16_t passing_speed(const struct cds_motion *motion, uint8_t index,
-                             const struct cds_motion_way *way, uint32_t duration)
+                             const struct cds_motion_path *path, uint32_t duration)
 {
     const struct cds_motion_joint *joint = &motion->config.joints[index];
-    int16_t on = (int16_t)(motion->next.next_pose[index] * CDS_MOTION_STEP);
-    int32_t before, behind;
+    int16_t next = (int16_t)(motion->next.next_pose[index] * CDS_MOTION_STEP);
+    int32_t speed_before, speed_after;
 
     if (motion->next.next_pose[index] == CDS_POSE_NONE)
         return 0;
-    before = mean_speed(joint, (int16_t)(way->goal - way->position), duration);
-    behind = mean_speed(joint, (int16_t)(on - way->goal), motion->next_plan.next_duration);
-    if ((before < 0) != (behind < 0) || before == 0 || behind == 0)
+    speed_before = mean_speed(joint, (int16_t)(path->goal - path->position), duration);
+    speed_after = mean_speed(joint, (int16_t)(next - path->goal), motion->next_plan.next_duration);
+    if ((speed_before < 0) != (speed_after < 0) || speed_before == 0 || speed_after == 0)
         return 0;
-    return (int16_t)(2 * before * behind / (before + behind));
+    return (int16_t)(2 * speed_before * speed_after / (speed_before + speed_after));
 }
 
-bool cds_motion_find_way(const struct cds_motion *motion, uint8_t index,
-                         const struct cds_motion_basis *basis, uint32_t duration,
-                         struct cds_motion_way *way)
+bool cds_motion_find_path(const struct cds_motion *motion, uint8_t index,
+                          const struct cds_motion_basis *basis, uint32_t duration,
+                          struct cds_motion_path *path)
 {
     uint8_t curve = motion->next.curve;
 
-    if (!locate(motion, index, basis, way))
+    if (!locate(motion, index, basis, path))
         return false;
-    way->goal = (int16_t)(motion->next.pose[index] * CDS_MOTION_STEP);
-    way->end_speed = 0;
+    path->goal = (int16_t)(motion->next.pose[index] * CDS_MOTION_STEP);
+    path->end_speed = 0;
     if (curve != CDS_MOTION_MINIMUM_JERK && curve != CDS_MOTION_TRAPEZOID)
-        way->begin_speed = 0;
+        path->begin_speed = 0;
     else if (motion->next.next_pose && motion->next.pose[index] != CDS_POSE_NONE)
-        way->end_speed = passing_speed(motion, index, way, duration);
+        path->end_speed = passing_speed(motion, index, path, duration);
     return true;
 }
 
 /* Twice the distance in which a joint brakes from `speed` within `window` periods. */
-static int16_t braking(const struct cds_motion_joint *joint, int16_t speed, uint32_t window)
+static int16_t twice_distance(const struct cds_motion_joint *joint, int16_t speed, uint32_t window)
 {
     if (speed == 0)
         return 0; // without the division
     return (int16_t)((int32_t)speed * (int32_t)(window * CDS_MOTION_STEP) / (int32_t)joint->scale);
 }
 
-void cds_motion_set_path(struct cds_motion_joint *joint, const struct cds_motion_way *way,
+void cds_motion_set_path(struct cds_motion_joint *joint, const struct cds_motion_path *path,
                          const struct cds_motion_plan *plan)
 {
-    joint->start = (uint16_t)way->position;
-    joint->begin_speed = way->begin_speed;
-    joint->end_speed = way->end_speed;
-    joint->has_speeds = way->begin_speed || way->end_speed;
-    joint->braking = braking(joint, way->begin_speed, plan->window);
-    joint->passing = braking(joint, way->end_speed, plan->duration);
+    joint->start = (uint16_t)path->position;
+    joint->begin_speed = path->begin_speed;
+    joint->end_speed = path->end_speed;
+    joint->has_speeds = path->begin_speed || path->end_speed;
+    joint->braking = twice_distance(joint, path->begin_speed, plan->window);
+    joint->passing = twice_distance(joint, path->end_speed, plan->duration);
     joint->distance =
-        (int16_t)(way->goal - way->position - joint->braking / 2 - joint->passing / 2);
+        (int16_t)(path->goal - path->position - joint->braking / 2 - joint->passing / 2);
     joint->mean_speed = mean_speed(joint, joint->distance, plan->duration);
 }
 
@@ -181,24 +183,24 @@ static void begin_path(struct cds_motion *motion, uint8_t index)
 {
     struct cds_motion_joint *joint = &motion->config.joints[index];
     bool is_in_pose = motion->next.pose[index] != CDS_POSE_NONE;
-    struct cds_motion_way way;
+    struct cds_motion_path path;
 
     if (!is_in_pose && !joint->is_moving)
         return;
-    if (!cds_motion_find_way(motion, index, &motion->last_basis, motion->plan.duration, &way)) {
+    if (!cds_motion_find_path(motion, index, &motion->last_basis, motion->plan.duration, &path)) {
         joint->is_moving = false; // its feedback is older than 0.5 s
         motion->joint = index;
         end_soon(motion, CDS_TIMEOUT);
         return;
     }
     if (!is_in_pose) // it stays at its last goal, wherever it is
-        way.goal = way.position = position_of(joint, &motion->last_basis);
-    cds_motion_set_path(joint, &way, &motion->plan);
+        path.goal = path.position = position_of(joint, &motion->last_basis);
+    cds_motion_set_path(joint, &path, &motion->plan);
     if (!is_in_pose) {
         joint->distance = 0;
         joint->mean_speed = 0;
     }
-    joint->is_moving = is_in_pose || way.begin_speed;
+    joint->is_moving = is_in_pose || path.begin_speed;
     if (joint->is_moving)
         joint->is_known = true;
 }
@@ -209,15 +211,15 @@ static enum cds_result set_goal(struct cds_motion *motion, uint8_t index,
                                 const struct cds_motion_joint *joint)
 {
     const struct cds_motion_basis *basis = &motion->basis;
-    int32_t way = (int32_t)joint->distance * basis->way;
+    int32_t offset = (int32_t)joint->distance * basis->progress;
     int32_t speed = (int32_t)joint->mean_speed * basis->sent_rate;
     uint16_t position, quarters;
 
     if (joint->has_speeds) {
-        way = way_within_limits(joint, way + way_of_speeds(joint, basis));
+        offset = offset_within_limits(joint, offset + offset_of_speeds(joint, basis));
         speed += speed_of_speeds(joint, basis);
     }
-    position = (uint16_t)(joint->start + (uint16_t)((uint32_t)(way + HALF) >> 16));
+    position = (uint16_t)(joint->start + (uint16_t)((uint32_t)(offset + HALF) >> 16));
     quarters = (uint16_t)((uint32_t)(speed < 0 ? -speed : speed) >> 16);
     if (motion->rate != CDS_MOTION_RATE_1)
         quarters = (uint16_t)((uint32_t)quarters * (uint16_t)(motion->rate >> 4) >> 12);
@@ -275,16 +277,16 @@ static void set_basis(struct cds_motion *motion)
     basis->is_end = !advance(&motion->plan.time, motion->rate);
     after = share(&motion->plan.time);
     half = middle(before, after);
-    basis->way = cds_curve_way(&motion->plan.curve, after);
+    basis->progress = cds_curve_progress(&motion->plan.curve, after);
     basis->is_at_rest = motion->plan.curve.kind == CDS_MOTION_BY_SERVO; // where the servo says
     if (basis->is_at_rest)
-        basis->way = UINT16_MAX;
+        basis->progress = UINT16_MAX;
     basis->rate = cds_curve_rate(&motion->plan.curve, half);
     basis->sent_rate = basis->rate;
     if (!basis->is_at_rest)
         basis->sent_rate = (uint16_t)(basis->rate + RESERVE);
     if (motion->plan.passes) {
-        basis->passing_way = (uint16_t)(HALF - cds_curve_braking_way((uint16_t)~after));
+        basis->passing_progress = (uint16_t)(HALF - cds_curve_braking_progress((uint16_t)~after));
         basis->passing_rate = cds_curve_braking_rate((uint16_t)~half);
     }
     if (braking_before == UINT16_MAX) {
@@ -293,7 +295,7 @@ static void set_basis(struct cds_motion *motion)
     }
     advance(&motion->plan.braking_time, motion->rate);
     after = share(&motion->plan.braking_time);
-    basis->braking_way = cds_curve_braking_way(after);
+    basis->braking_progress = cds_curve_braking_progress(after);
     basis->braking_rate = cds_curve_braking_rate(middle(braking_before, after));
 }
 

@@ -13,7 +13,7 @@
 #define CDS_MOTION_RATE_1   ((uint32_t)65536)
 
 /* From where to where, and with which speeds, in 1/16 unit. */
-struct cds_motion_way {
+struct cds_motion_path {
     int16_t position, goal, begin_speed, end_speed;
 };
 
@@ -27,15 +27,15 @@ enum cds_result cds_motion_check(struct cds_motion *motion);
 /* Returns by how much `acceleration` changes a speed in a period, in 1/16 unit, 1 or more. */
 uint32_t cds_motion_speed_change(const struct cds_motion *motion, uint16_t acceleration);
 
-/* Finds the way of joint `index` in motion->next, which takes `duration` periods: from where it is
+/* Finds the path of joint `index` in motion->next, which takes `duration` periods: from where it is
  * at `basis`, and with the speed it has there; at rest perhaps from where the servo says it is.
  * False: not known. */
-bool cds_motion_find_way(const struct cds_motion *motion, uint8_t index,
-                         const struct cds_motion_basis *basis, uint32_t duration,
-                         struct cds_motion_way *way);
+bool cds_motion_find_path(const struct cds_motion *motion, uint8_t index,
+                          const struct cds_motion_basis *basis, uint32_t duration,
+                          struct cds_motion_path *path);
 
-/* Sets the path of *joint to `way`, in the duration and window of `plan`. */
-void cds_motion_set_path(struct cds_motion_joint *joint, const struct cds_motion_way *way,
+/* Sets the path of *joint to `path`, in the duration and window of `plan`. */
+void cds_motion_set_path(struct cds_motion_joint *joint, const struct cds_motion_path *path,
                          const struct cds_motion_plan *plan);
 
 /* Sets *basis to the end of the move under way. */

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* Is a move possible? See motion.h and docs/internals/motion.md. A way is counted in register units
- * of speed x periods: divided by the duration it is the mean speed. */
+/* Is a move possible? See motion.h and docs/internals/motion.md. A distance is counted in register
+ * units of speed x periods: divided by the duration it is the mean speed. */
 #include <stdlib.h> // abs()
 
 #include "cds55xx/control_table.h" // CDS_VALUE_MAX
 #include "robot/curve_internal.h"
 #include "robot/motion_internal.h"
 
-#define WINDOW_US ((uint32_t)250000) // braking lasts so long at most
+#define WINDOW_US ((uint32_t)250000) // longest time of braking
 #define SAMPLES   16                 // speeds that are checked in a window and in a move
 
 /* What a poll does: it checks a joint in BRAKING, GOALS and SPEEDS, and notes one in TRIAL_END;
@@ -53,7 +53,7 @@ void cds_motion_begin_check(struct cds_motion *motion)
     else
         motion->longest_window = WINDOW_US / motion->config.cycle->period_us + 1;
     motion->shortest_periods = 1;
-    motion->longest_way = 0;
+    motion->longest_distance = 0;
     motion->requested = plan->duration;
     motion->shortest_ms = 0;
     motion->has_speeds = false;
@@ -85,29 +85,32 @@ static uint32_t root_up(uint32_t square)
     return root * root < square ? root + 1 : root;
 }
 
-/* Periods that a trapezoid takes at least for `way`. It reaches the speed `fastest` only if the way
- * is long enough; else it is a triangle. */
-static uint32_t shortest_trapezoid(uint32_t way, uint16_t fastest, uint32_t change)
+/* Periods that a trapezoid takes at least for `distance`. It reaches the speed `fastest` only if
+ * the distance is long enough; else it is a triangle. */
+static uint32_t shortest_trapezoid(uint32_t distance, uint16_t fastest, uint32_t change)
 {
     uint32_t to_fastest = ((uint32_t)fastest * CDS_MOTION_UNIT + change - 1) / change;
 
-    if (to_fastest * fastest <= way)
-        return (way + fastest - 1) / fastest + to_fastest;
-    return 2 * root_up(way * CDS_MOTION_UNIT / change + 1);
+    if (to_fastest * fastest <= distance)
+        return (distance + fastest - 1) / fastest + to_fastest;
+    return 2 * root_up(distance * CDS_MOTION_UNIT / change + 1);
 }
 
-/* Periods that a joint takes at least for `way` from rest. */
-static uint32_t shortest_from_rest(const struct cds_motion *motion, uint32_t way, uint16_t fastest)
+/* Periods that a joint takes at least for `distance` from rest. */
+static uint32_t shortest_from_rest(const struct cds_motion *motion, uint32_t distance,
+                                   uint16_t fastest)
 {
     uint16_t most = motion->config.acceleration;
-    uint32_t by_speed = (way + fastest - 1) / fastest, by_acceleration = 0;
+    uint32_t by_speed = (distance + fastest - 1) / fastest, by_acceleration = 0;
 
     switch (motion->next.curve) {
-    case CDS_MOTION_TRAPEZOID: return shortest_trapezoid(way, fastest, trapezoid_change(motion));
-    case CDS_MOTION_MINIMUM_JERK: // peaks: 15/8 of the mean speed, 5.774 way / time^2
-        by_speed = (way * 15 / 8 + fastest - 1) / fastest;
+    case CDS_MOTION_TRAPEZOID:
+        return shortest_trapezoid(distance, fastest, trapezoid_change(motion));
+    case CDS_MOTION_MINIMUM_JERK: // peaks: 15/8 of the mean speed, 5.774 distance / time^2
+        by_speed = (distance * 15 / 8 + fastest - 1) / fastest;
         if (most)
-            by_acceleration = root_up(way * 370 / 4 / cds_motion_speed_change(motion, most) + 1);
+            by_acceleration =
+                root_up(distance * 370 / 4 / cds_motion_speed_change(motion, most) + 1);
         break;
     default: break;
     }
@@ -115,14 +118,14 @@ static uint32_t shortest_from_rest(const struct cds_motion *motion, uint32_t way
 }
 
 /* Shortens the windows so that the joint brakes within its limits. */
-static void narrow_window(struct cds_motion *motion, const struct cds_motion_way *way,
+static void narrow_window(struct cds_motion *motion, const struct cds_motion_path *path,
                           const struct cds_motion_joint *joint)
 {
-    int16_t end = way->begin_speed > 0 ? joint->highest : joint->lowest;
-    uint16_t room = (uint16_t)abs(end - way->position), speed = (uint16_t)abs(way->begin_speed);
+    int16_t end = path->begin_speed > 0 ? joint->highest : joint->lowest;
+    uint16_t room = (uint16_t)abs(end - path->position), speed = (uint16_t)abs(path->begin_speed);
     uint32_t periods = 1;
 
-    if ((end > way->position) == (way->begin_speed > 0) && room > CDS_MOTION_STEP)
+    if ((end > path->position) == (path->begin_speed > 0) && room > CDS_MOTION_STEP)
         periods = (uint32_t)(room - CDS_MOTION_STEP) * joint->scale / ((uint32_t)speed * 4);
     if (periods < motion->longest_window)
         motion->longest_window = periods ? periods : 1;
@@ -131,14 +134,14 @@ static void narrow_window(struct cds_motion *motion, const struct cds_motion_way
 /* Notes how many periods joint `index` takes at least. A joint that moves at the beginning or at
  * the end is checked later, when the curve is known. */
 static void note_shortest(struct cds_motion *motion, uint8_t index,
-                          const struct cds_motion_way *way, uint16_t fastest)
+                          const struct cds_motion_path *path, uint16_t fastest)
 {
     uint16_t scale = motion->config.joints[index].scale;
-    uint32_t units = ((uint32_t)abs(way->position - way->goal) * scale >> 7) + 1, periods;
+    uint32_t units = ((uint32_t)abs(path->position - path->goal) * scale >> 7) + 1, periods;
 
-    if (units > motion->longest_way)
-        motion->longest_way = units;
-    if (way->begin_speed || way->end_speed) {
+    if (units > motion->longest_distance)
+        motion->longest_distance = units;
+    if (path->begin_speed || path->end_speed) {
         motion->has_speeds = true;
         return;
     }
@@ -161,17 +164,18 @@ static enum cds_result check_braking(struct cds_motion *motion, uint8_t index)
 {
     struct cds_motion_joint *joint = &motion->config.joints[index];
     const struct cds_servo_state *servo;
-    struct cds_motion_way way;
+    struct cds_motion_path path;
 
     if (motion->next.pose[index] == CDS_POSE_NONE && !joint->is_moving)
         return CDS_OK;
-    if (!cds_motion_find_way(motion, index, basis_before(motion), motion->next_plan.duration, &way))
+    if (!cds_motion_find_path(motion, index, basis_before(motion), motion->next_plan.duration,
+                              &path))
         return CDS_TIMEOUT;
     servo = servo_of(motion, index);
     joint->lowest = servo ? (int16_t)(servo->lowest * CDS_MOTION_STEP) : 0;
     joint->highest = (int16_t)((servo ? servo->highest : CDS_VALUE_MAX) * CDS_MOTION_STEP);
-    if (way.begin_speed)
-        narrow_window(motion, &way, joint);
+    if (path.begin_speed)
+        narrow_window(motion, &path, joint);
     return CDS_OK;
 }
 
@@ -181,11 +185,12 @@ static enum cds_result check_goal(struct cds_motion *motion, uint8_t index)
     uint16_t goal = motion->next.pose[index], lowest = 0, highest = CDS_VALUE_MAX,
              fastest = CDS_VALUE_MAX;
     const struct cds_servo_state *servo;
-    struct cds_motion_way way;
+    struct cds_motion_path path;
 
     if (goal == CDS_POSE_NONE)
         return CDS_OK;
-    if (!cds_motion_find_way(motion, index, basis_before(motion), motion->next_plan.duration, &way))
+    if (!cds_motion_find_path(motion, index, basis_before(motion), motion->next_plan.duration,
+                              &path))
         return CDS_TIMEOUT;
     servo = servo_of(motion, index);
     if (servo) {
@@ -198,7 +203,7 @@ static enum cds_result check_goal(struct cds_motion *motion, uint8_t index)
     if (goal < lowest || goal > highest || fastest == 0)
         return CDS_LIMIT;
     motion->config.joints[index].fastest = (uint16_t)(fastest * CDS_MOTION_QUARTERS);
-    note_shortest(motion, index, &way, fastest);
+    note_shortest(motion, index, &path, fastest);
     return CDS_OK;
 }
 
@@ -220,7 +225,7 @@ static enum cds_result choose_duration(struct cds_motion *motion)
 static void set_curve(struct cds_motion *motion)
 {
     struct cds_motion_plan *plan = &motion->next_plan;
-    uint32_t mean_speed = motion->longest_way * CDS_MOTION_UNIT / plan->duration;
+    uint32_t mean_speed = motion->longest_distance * CDS_MOTION_UNIT / plan->duration;
     uint32_t bend = CDS_CURVE_TRIANGLE;
 
     if (motion->next.curve == CDS_MOTION_TRAPEZOID) {
@@ -289,13 +294,13 @@ static enum cds_result check_speed(struct cds_motion *motion, uint8_t index)
 {
     const struct cds_motion_plan *plan = &motion->next_plan;
     struct cds_motion_joint joint = motion->config.joints[index];
-    struct cds_motion_way way;
+    struct cds_motion_path path;
 
     if (!motion->has_speeds || motion->next.pose[index] == CDS_POSE_NONE)
         return CDS_OK;
-    if (!cds_motion_find_way(motion, index, basis_before(motion), plan->duration, &way))
+    if (!cds_motion_find_path(motion, index, basis_before(motion), plan->duration, &path))
         return CDS_TIMEOUT;
-    cds_motion_set_path(&joint, &way, plan);
+    cds_motion_set_path(&joint, &path, plan);
     // what is sent is limited to joint.fastest: a servo catches up 1/8
     if (is_slow(plan, &joint, (uint16_t)(joint.fastest + joint.fastest / 8)))
         return CDS_OK;
@@ -355,16 +360,17 @@ static uint32_t highest_rate(const struct cds_motion *motion)
 static enum cds_result note_trial_end(struct cds_motion *motion, uint8_t index)
 {
     struct cds_motion_joint *joint = &motion->config.joints[index];
-    struct cds_motion_way way;
+    struct cds_motion_path path;
 
     if (motion->next.pose[index] == CDS_POSE_NONE) {
         joint->trial_speed = 0;
         return CDS_OK;
     }
-    if (!cds_motion_find_way(motion, index, basis_before(motion), motion->next_plan.duration, &way))
+    if (!cds_motion_find_path(motion, index, basis_before(motion), motion->next_plan.duration,
+                              &path))
         return CDS_TIMEOUT;
-    joint->trial_end = way.goal;
-    joint->trial_speed = way.end_speed;
+    joint->trial_end = path.goal;
+    joint->trial_speed = path.end_speed;
     joint->is_tried = true;
     return CDS_OK;
 }

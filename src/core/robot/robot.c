@@ -195,7 +195,7 @@ static void run(struct cds_robot *robot)
         &(struct cds_health_config){.servos = &robot->servos, .period_us = CDS_HEALTH_PERIOD_US});
     cds_health_set_cycle(&robot->health, &robot->cycle);
     robot->state = CDS_ROBOT_RUNNING;
-    report(robot, CDS_ROBOT_STARTED, 0, CDS_OK, 0);
+    report(robot, CDS_ROBOT_EVENT_STARTED, 0, CDS_OK, 0);
 }
 
 static void poll_start(struct cds_robot *robot)
@@ -226,11 +226,11 @@ static void report_new(struct cds_robot *robot, uint8_t joint, uint8_t found)
 
     *reported = found;
     if (alarms)
-        report_trouble(robot, CDS_ROBOT_ALARM, joint, alarms);
+        report_trouble(robot, CDS_ROBOT_EVENT_ALARM, joint, alarms);
     if (fresh & WAS_OFFLINE)
-        report_trouble(robot, CDS_ROBOT_OFFLINE, joint, 0);
+        report_trouble(robot, CDS_ROBOT_EVENT_OFFLINE, joint, 0);
     if (fresh & WAS_STATE_LOST)
-        report_trouble(robot, CDS_ROBOT_STATE_LOST, joint, 0);
+        report_trouble(robot, CDS_ROBOT_EVENT_STATE_LOST, joint, 0);
 }
 
 /* Reports what is new of one joint. */
@@ -259,8 +259,8 @@ static void poll_run(struct cds_robot *robot)
     cds_health_poll(&robot->health);
     if (robot->next_checked_joint < robot->count) {
         check_joint(robot);
-    } else if (robot->last_event_count != robot->servos.news) {
-        robot->last_event_count = robot->servos.news;
+    } else if (robot->last_event_count != robot->servos.event_count) {
+        robot->last_event_count = robot->servos.event_count;
         robot->next_checked_joint = 0;
     }
 }
@@ -286,7 +286,7 @@ static void poll_stop(struct cds_robot *robot)
         return;
     robot->on_poll = NULL;
     robot->state = CDS_ROBOT_STOPPED;
-    report(robot, CDS_ROBOT_WAS_STOPPED, 0, (uint8_t)result, 0);
+    report(robot, CDS_ROBOT_EVENT_STOPPED, 0, (uint8_t)result, 0);
 }
 
 /* ---- */

@@ -90,7 +90,7 @@ static enum cds_result fail(struct cds_robot *robot, uint8_t why, enum cds_resul
     if (robot->phase == CHECK)
         end = go_on(robot);
     robot->event = (struct cds_robot_event){
-        .kind = CDS_ROBOT_START_FAILED,
+        .kind = CDS_ROBOT_EVENT_START_FAILED,
         .joint = joint,
         .why = why,
         .result = (uint8_t)result,
@@ -106,7 +106,7 @@ static enum cds_result fail(struct cds_robot *robot, uint8_t why, enum cds_resul
  * write its EEPROM each time. */
 static enum cds_result ask_again(struct cds_robot *robot, enum cds_result result)
 {
-    bool is_over = cds_port_now_us() - robot->begun_us >= CDS_ROBOT_PATIENCE_US;
+    bool is_over = cds_port_now_us() - robot->begun_us >= CDS_ROBOT_START_TIMEOUT_US;
 
     if (robot->blind_delay_writes < (is_over ? 2 : 1)) {
         robot->blind_delay_writes++;

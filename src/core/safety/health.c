@@ -29,7 +29,7 @@ enum cds_result cds_health_begin(struct cds_health *health, const struct cds_hea
         .step_us = servos->count ? config->period_us / servos->count : config->period_us,
         .look_us = now_us,
         .seek_us = now_us,
-        .news = (uint8_t)(servos->news - 1u), // a servo may have RETURNED
+        .event_count = (uint8_t)(servos->event_count - 1u), // a servo may have RETURNED
         .asked = CDS_PRESENCE_OFFLINE,
     };
     return CDS_OK;
@@ -117,7 +117,7 @@ static NOINLINE void take_returned(struct cds_health *health)
         return;
     servo->status_return_level = 0;
     servo->presence = CDS_PRESENCE_ONLINE;
-    servos->news++;
+    servos->event_count++;
     cds_servos_inhibit(servos, servo, CDS_INHIBIT_STATE_LOST);
 }
 
@@ -153,9 +153,10 @@ static void choose(struct cds_health *health, uint32_t now_us)
             (presence == CDS_PRESENCE_OFFLINE && health->sought == CDS_NO_ID))
             health->sought = index;
     }
-    if (is_at_once || (presence == CDS_PRESENCE_RETURNED && health->news != servos->news))
+    if (is_at_once ||
+        (presence == CDS_PRESENCE_RETURNED && health->event_count != servos->event_count))
         health->seek_us = now_us;
-    health->news = servos->news;
+    health->event_count = servos->event_count;
     health->is_chosen = true;
 }
 
@@ -189,7 +190,7 @@ void cds_health_poll(struct cds_health *health)
     now_us = cds_port_now_us();
     if (health->asked != CDS_PRESENCE_OFFLINE)
         take_answer(health, now_us);
-    if (!health->is_chosen || health->news != health->servos->news)
+    if (!health->is_chosen || health->event_count != health->servos->event_count)
         choose(health, now_us);
     else if (health->sought < health->servos->count && is_due(health->seek_us, now_us))
         seek(health, now_us);

@@ -249,7 +249,7 @@ static void learn_torque(struct cds_servos *servos, struct cds_servo_state *serv
         servos->move_is_valid = false;
         forget(servo);
     }
-    servos->news++;
+    servos->event_count++;
     cds_servos_note_change(servos, servo->id);
 }
 
@@ -286,14 +286,14 @@ static NOINLINE void note_error(struct cds_servos *servos, struct cds_servo_stat
         servo->alarms |= error;
     }
     if (error & (uint8_t)~known)
-        servos->news++;
+        servos->event_count++;
 }
 
 static void set_presence(struct cds_servos *servos, struct cds_servo_state *servo,
                          enum cds_presence presence)
 {
     servo->presence = presence & 3u;
-    servos->news++;
+    servos->event_count++;
     if (presence != CDS_PRESENCE_ONLINE) // else the permit's answers stay the same
         cds_servos_note_change(servos, servo->id);
 }

@@ -360,7 +360,7 @@ uint8_t cds_servos_acknowledge(struct cds_servos *servos, struct cds_servo_state
         servos->alarms |= each->alarms;
     }
     if (alarms)
-        servos->news++;
+        servos->event_count++;
     return alarms;
 }
 

@@ -49,7 +49,7 @@ void test_minimum_jerk_is_its_polynomial(void)
         double t = share(time);
 
         assert_near(65536.0 * t * t * t * (10 + t * (6 * t - 15)),
-                    cds_curve_way(&curve, (uint16_t)time), WAY_BOUND, time);
+                    cds_curve_progress(&curve, (uint16_t)time), WAY_BOUND, time);
         assert_near(16384.0 * 30 * t * t * (1 - t) * (1 - t),
                     cds_curve_rate(&curve, (uint16_t)time), RATE_BOUND, time);
     }
@@ -61,7 +61,7 @@ void test_linear_is_the_share_of_time(void)
 
     cds_curve_set(&curve, CDS_MOTION_LINEAR);
     for (uint32_t time = 0; time < 65536; time += TIME_STEP) {
-        assert_near(65536 * share(time), cds_curve_way(&curve, (uint16_t)time), 0, time);
+        assert_near(65536 * share(time), cds_curve_progress(&curve, (uint16_t)time), 0, time);
         TEST_ASSERT_EQUAL_UINT16(16384, cds_curve_rate(&curve, (uint16_t)time));
     }
 }
@@ -101,8 +101,8 @@ static void check_trapezoid(uint16_t bend)
         ramp = 1 / 64.0;
     cds_curve_set_trapezoid(&curve, bend);
     for (uint32_t time = 0; time < 65536; time += 127) {
-        assert_near(65536.0 * trapezoid(ramp, share(time)), cds_curve_way(&curve, (uint16_t)time),
-                    16, time);
+        assert_near(65536.0 * trapezoid(ramp, share(time)),
+                    cds_curve_progress(&curve, (uint16_t)time), 16, time);
         assert_near(16384 * trapezoid_rate(ramp, share(time)),
                     cds_curve_rate(&curve, (uint16_t)time), 32, time);
     }
@@ -121,7 +121,7 @@ void test_braking_ends_at_rest_after_half_the_way(void)
         double t = share(time);
 
         assert_near(65536 * (t - t * t * t + t * t * t * t / 2),
-                    cds_curve_braking_way((uint16_t)time), WAY_BOUND, time);
+                    cds_curve_braking_progress((uint16_t)time), WAY_BOUND, time);
         assert_near(16384 * (1 - 3 * t * t + 2 * t * t * t), cds_curve_braking_rate((uint16_t)time),
                     RATE_BOUND, time);
     }
@@ -131,7 +131,7 @@ void test_braking_ends_at_rest_after_half_the_way(void)
 void test_braking_way_never_exceeds_its_half(void)
 {
     for (uint32_t time = 0; time < 65536; time += TIME_STEP)
-        TEST_ASSERT_LESS_OR_EQUAL_UINT16(32768, cds_curve_braking_way((uint16_t)time));
+        TEST_ASSERT_LESS_OR_EQUAL_UINT16(32768, cds_curve_braking_progress((uint16_t)time));
 }
 
 void test_no_curve_goes_back(void)
@@ -144,7 +144,7 @@ void test_no_curve_goes_back(void)
 
         cds_curve_set_trapezoid(&curve, bends[i]);
         for (uint32_t time = 0; time < 65536; time += TIME_STEP) {
-            uint16_t way = cds_curve_way(&curve, (uint16_t)time);
+            uint16_t way = cds_curve_progress(&curve, (uint16_t)time);
 
             TEST_ASSERT_GREATER_OR_EQUAL_UINT16(last, way);
             last = way;

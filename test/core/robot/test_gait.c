@@ -425,7 +425,7 @@ void test_bad_tables_are_refused(void)
 
 void test_begin_refuses_times_out_of_range(void)
 {
-    config.period_ms = CDS_GAIT_TIME_LEAST_MS - 1;
+    config.period_ms = CDS_GAIT_TIME_MIN_MS - 1;
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_gait_begin(&gait, &config));
     config.period_ms = RAMP_MS + 1;
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_gait_begin(&gait, &config));

@@ -44,9 +44,9 @@ static void on_event(struct cds_robot *it)
 {
     if (told.count < 8)
         told.events[told.count++] = it->event;
-    if (stops && it->event.kind == CDS_ROBOT_START_FAILED)
+    if (stops && it->event.kind == CDS_ROBOT_EVENT_START_FAILED)
         cds_robot_stop(it);
-    if (restarts && it->event.kind == CDS_ROBOT_WAS_STOPPED) {
+    if (restarts && it->event.kind == CDS_ROBOT_EVENT_STOPPED) {
         restarts = false;
         TEST_ASSERT_EQUAL(CDS_OK, cds_robot_start(it));
     }
@@ -352,7 +352,7 @@ void test_start_sets_positions_as_goals_before_torque_on(void)
 
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, cds_robot_position_mdeg(&robot, 0, &mdeg));
     start();
-    assert_told(0, CDS_ROBOT_STARTED, 0, CDS_REASON_NONE);
+    assert_told(0, CDS_ROBOT_EVENT_STARTED, 0, CDS_REASON_NONE);
     TEST_ASSERT_EQUAL_UINT8(2, seen.first_goals);
     TEST_ASSERT_EQUAL_UINT16(2, seen.torque_on);
     TEST_ASSERT_EQUAL_UINT16(4, seen.drives);
@@ -402,12 +402,12 @@ void test_start_without_a_servo_tells_which(void)
 {
     servos.servo[0].there = false;
     fail_to_start();
-    TEST_ASSERT_UINT32_WITHIN(300000, CDS_ROBOT_PATIENCE_US, port_fake.now_us);
-    assert_told(0, CDS_ROBOT_START_FAILED, 0, CDS_REASON_NO_REPLY);
+    TEST_ASSERT_UINT32_WITHIN(300000, CDS_ROBOT_START_TIMEOUT_US, port_fake.now_us);
+    assert_told(0, CDS_ROBOT_EVENT_START_FAILED, 0, CDS_REASON_NO_REPLY);
     TEST_ASSERT_EQUAL_UINT8(CDS_TIMEOUT, told.events[0].result);
     TEST_ASSERT_EQUAL_UINT16(0, seen.drives);
     TEST_ASSERT_EQUAL_UINT16(6, seen.delays); // two and their retries, in case it answers too soon
-    assert_told(1, CDS_ROBOT_WAS_STOPPED, 0, CDS_REASON_NONE);
+    assert_told(1, CDS_ROBOT_EVENT_STOPPED, 0, CDS_REASON_NONE);
     TEST_ASSERT_EQUAL_UINT8(CDS_TIMEOUT, told.events[1].result);
     TEST_ASSERT_EQUAL_UINT8(2, told.count);
 }
@@ -417,8 +417,8 @@ void test_start_tells_of_each_servo_that_is_not_well(void)
     put_word(table_of(0) + CDS_REG_CCW_ANGLE_LIMIT, 0);
     table_of(1)[CDS_REG_PRESENT_VOLTAGE] = 59;
     fail_to_start();
-    assert_told(0, CDS_ROBOT_START_FAILED, 0, CDS_REASON_MODE);
-    assert_told(1, CDS_ROBOT_START_FAILED, 1, CDS_REASON_VOLTAGE);
+    assert_told(0, CDS_ROBOT_EVENT_START_FAILED, 0, CDS_REASON_MODE);
+    assert_told(1, CDS_ROBOT_EVENT_START_FAILED, 1, CDS_REASON_VOLTAGE);
     TEST_ASSERT_EQUAL_UINT16(0, seen.drives);
     TEST_ASSERT_EQUAL_UINT8(3, told.count);
 }
@@ -427,7 +427,7 @@ void test_start_tells_of_each_servo_that_is_not_well(void)
 static void assert_reason(uint8_t why, uint8_t alarms)
 {
     fail_to_start();
-    assert_told(0, CDS_ROBOT_START_FAILED, 1, why);
+    assert_told(0, CDS_ROBOT_EVENT_START_FAILED, 1, why);
     TEST_ASSERT_EQUAL_HEX8(alarms, told.events[0].alarms);
     TEST_ASSERT_EQUAL_UINT16(0, seen.drives);
     TEST_ASSERT_EQUAL_UINT8(2, told.count);
@@ -477,7 +477,7 @@ void test_start_with_a_servo_that_refuses_its_goal_fails(void)
     start_until_first_goal();
     table_of(1)[CDS_REG_LOCK] = 1; // the fake then refuses any WRITE
     run_until(CDS_ROBOT_STOPPED);
-    assert_told(0, CDS_ROBOT_START_FAILED, 1, CDS_REASON_REFUSED);
+    assert_told(0, CDS_ROBOT_EVENT_START_FAILED, 1, CDS_REASON_REFUSED);
     TEST_ASSERT_EQUAL_UINT16(0, seen.torque_on);
 }
 
@@ -486,7 +486,7 @@ void test_start_of_a_joint_that_leaves_its_limits_fails(void)
     start_until_first_goal();
     put_word(table_of(1) + CDS_REG_PRESENT_POSITION, 649);
     run_until(CDS_ROBOT_STOPPED);
-    assert_told(0, CDS_ROBOT_START_FAILED, 1, CDS_REASON_POSITION);
+    assert_told(0, CDS_ROBOT_EVENT_START_FAILED, 1, CDS_REASON_POSITION);
     TEST_ASSERT_EQUAL_UINT8(CDS_LIMIT, told.events[0].result);
     TEST_ASSERT_EQUAL_UINT8(1, seen.first_goals);
     TEST_ASSERT_EQUAL_UINT16(0, seen.torque_on);
@@ -497,7 +497,7 @@ void test_start_that_the_program_inhibits_fails(void)
     start_until_first_goal();
     cds_servos_inhibit_all(&robot.servos);
     run_until(CDS_ROBOT_STOPPED);
-    assert_told(0, CDS_ROBOT_START_FAILED, 1, CDS_REASON_INHIBITED);
+    assert_told(0, CDS_ROBOT_EVENT_START_FAILED, 1, CDS_REASON_INHIBITED);
     TEST_ASSERT_EQUAL_UINT16(1, seen.drives);
 }
 
@@ -506,7 +506,7 @@ void test_start_with_a_reserved_servo_fails(void)
     start_until_first_goal();
     cds_servos_reserve(&robot.servos, NULL, robot_ids, JOINTS);
     run_until(CDS_ROBOT_STOPPED);
-    assert_told(0, CDS_ROBOT_START_FAILED, 1, CDS_REASON_INHIBITED);
+    assert_told(0, CDS_ROBOT_EVENT_START_FAILED, 1, CDS_REASON_INHIBITED);
     TEST_ASSERT_EQUAL_UINT8(CDS_RESERVED, told.events[0].result);
 }
 
@@ -515,7 +515,7 @@ void test_start_with_a_servo_that_dies_fails(void)
     start_until_first_goal();
     servos.servo[0].there = false;
     run_until(CDS_ROBOT_STOPPED);
-    assert_told(0, CDS_ROBOT_START_FAILED, 0, CDS_REASON_NO_REPLY);
+    assert_told(0, CDS_ROBOT_EVENT_START_FAILED, 0, CDS_REASON_NO_REPLY);
     TEST_ASSERT_EQUAL_UINT16(0, seen.torque_on);
     TEST_ASSERT_EQUAL_UINT8(1, seen.looks); // the start ends at once
 }
@@ -629,9 +629,9 @@ void test_alarm_stops_the_robot(void)
     start();
     servos.servo[1].error = CDS_ERROR_OVERLOAD;
     run_until(CDS_ROBOT_STOPPED);
-    assert_told(1, CDS_ROBOT_ALARM, 1, CDS_REASON_NONE);
+    assert_told(1, CDS_ROBOT_EVENT_ALARM, 1, CDS_REASON_NONE);
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, told.events[1].alarms);
-    assert_told(2, CDS_ROBOT_WAS_STOPPED, 0, CDS_REASON_NONE);
+    assert_told(2, CDS_ROBOT_EVENT_STOPPED, 0, CDS_REASON_NONE);
     TEST_ASSERT_EQUAL_UINT8(CDS_OK, told.events[2].result);
     TEST_ASSERT_EQUAL_UINT8(0, table_of(0)[CDS_REG_TORQUE_ENABLE]);
     servos.servo[1].error = 0;
@@ -643,17 +643,17 @@ void test_alarm_stops_the_robot(void)
 void test_tolerated_alarm_is_told_once_until_acknowledged(void)
 {
     start();
-    robot.tolerates = 1 << CDS_ROBOT_ALARM;
+    robot.tolerates = 1 << CDS_ROBOT_EVENT_ALARM;
     servos.servo[1].error = CDS_ERROR_OVERLOAD;
     pass_ms(50);
     TEST_ASSERT_EQUAL_UINT8(2, told.count);
     servos.servo[0].error = CDS_ERROR_OVERHEATING;
     pass_ms(50);
-    assert_told(2, CDS_ROBOT_ALARM, 0, CDS_REASON_NONE);
+    assert_told(2, CDS_ROBOT_EVENT_ALARM, 0, CDS_REASON_NONE);
     TEST_ASSERT_EQUAL_UINT8(3, told.count);
     cds_servos_acknowledge(&robot.servos, &robot.servos.states[1]);
     pass_ms(50);
-    assert_told(3, CDS_ROBOT_ALARM, 1, CDS_REASON_NONE);
+    assert_told(3, CDS_ROBOT_EVENT_ALARM, 1, CDS_REASON_NONE);
     TEST_ASSERT_EQUAL_UINT8(4, told.count);
     TEST_ASSERT_EQUAL(CDS_ROBOT_RUNNING, robot.state);
 }
@@ -661,12 +661,12 @@ void test_tolerated_alarm_is_told_once_until_acknowledged(void)
 void test_lost_torque_with_a_tolerated_alarm_stops_the_robot(void)
 {
     start();
-    robot.tolerates = 1 << CDS_ROBOT_ALARM;
+    robot.tolerates = 1 << CDS_ROBOT_EVENT_ALARM;
     servos.servo[1].error = CDS_ERROR_OVERLOAD;
     table_of(1)[CDS_REG_TORQUE_ENABLE] = 0;
     run_until(CDS_ROBOT_STOPPED);
-    assert_told(1, CDS_ROBOT_ALARM, 1, CDS_REASON_NONE);
-    assert_told(2, CDS_ROBOT_STATE_LOST, 1, CDS_REASON_NONE);
+    assert_told(1, CDS_ROBOT_EVENT_ALARM, 1, CDS_REASON_NONE);
+    assert_told(2, CDS_ROBOT_EVENT_STATE_LOST, 1, CDS_REASON_NONE);
     TEST_ASSERT_EQUAL_UINT8(4, told.count);
 }
 
@@ -675,7 +675,7 @@ void test_servo_that_does_not_answer_stops_the_robot(void)
     start();
     servos.servo[0].there = false;
     run_until(CDS_ROBOT_STOPPED);
-    assert_told(1, CDS_ROBOT_OFFLINE, 0, CDS_REASON_NONE);
+    assert_told(1, CDS_ROBOT_EVENT_OFFLINE, 0, CDS_REASON_NONE);
     TEST_ASSERT_EQUAL_UINT8(3, told.count);
 }
 
@@ -684,7 +684,7 @@ void test_lost_torque_stops_the_robot(void)
     start();
     table_of(1)[CDS_REG_TORQUE_ENABLE] = 0;
     run_until(CDS_ROBOT_STOPPED);
-    assert_told(1, CDS_ROBOT_STATE_LOST, 1, CDS_REASON_NONE);
+    assert_told(1, CDS_ROBOT_EVENT_STATE_LOST, 1, CDS_REASON_NONE);
 }
 
 /* ---- stop ---- */

@@ -36,7 +36,7 @@ static void on_event(struct cds_robot *it)
     say("why", it->event.why);
     say("result", it->event.result);
     say("alarms", it->event.alarms);
-    if (it->event.kind == CDS_ROBOT_STARTED)
+    if (it->event.kind == CDS_ROBOT_EVENT_STARTED)
         begin_move();
 }
 

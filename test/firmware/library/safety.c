@@ -88,10 +88,10 @@ static void begin_anew(void)
 
 static void note_events(void)
 {
-    if (seen_epoch == servos.epoch && seen_news == servos.news)
+    if (seen_epoch == servos.epoch && seen_news == servos.event_count)
         return;
     seen_epoch = servos.epoch;
-    seen_news = servos.news;
+    seen_news = servos.event_count;
     for (uint8_t i = 0; i < SERVOS; i++) {
         if (!has_changed(i))
             continue;

@@ -15,7 +15,7 @@ static const CDS_FLASH char message_by_action[] = " action";
 static const CDS_FLASH char message_by_sync[] = " sync";
 static const CDS_FLASH char message_one_more[] = " %u";
 static const CDS_FLASH char message_group[] = "group %u";
-static const CDS_FLASH char message_armed[] = ", may still be registered";
+static const CDS_FLASH char message_registered[] = ", may still be registered";
 static const CDS_FLASH char message_servo_failed[] = "servo %u%s: %s";
 
 /* 20 RPM, the default speed. */
@@ -197,7 +197,7 @@ static bool action_poll(struct console *console)
         if (goal->result == CDS_OK || goal->result == CDS_PENDING)
             continue;
         console->printer.values[0].number = goal->id;
-        console->printer.values[1].text = goal->registered ? message_armed : message_nothing;
+        console->printer.values[1].text = goal->registered ? message_registered : message_nothing;
         console->printer.values[2].text = error_text(goal->result);
         printer_line(&console->printer, message_servo_failed);
         return true;
