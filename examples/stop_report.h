@@ -119,6 +119,10 @@ static inline void stop_report_robot(const struct cds_robot *robot)
 {
     const struct cds_robot_event *event = &stop_report_event;
 
+    if (event->kind == CDS_ROBOT_EVENT_LINE_BUSY) {
+        stop_report_flash(PSTR("line low or disturbed\n"));
+        return;
+    }
     stop_report_joint(robot, event->joint);
     switch (event->kind) {
     case CDS_ROBOT_EVENT_START_FAILED: stop_report_reason(event->why); break;

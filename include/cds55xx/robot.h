@@ -124,6 +124,8 @@ enum cds_robot_event_kind {
     CDS_ROBOT_EVENT_OFFLINE,      // `joint` does not answer any more
     CDS_ROBOT_EVENT_STATE_LOST,   // `joint` had torque on and has it off: power failed, or an alarm
     CDS_ROBOT_EVENT_STOPPED,      // the stop is over: `result` of cds_torque_off_poll()
+    CDS_ROBOT_EVENT_LINE_BUSY, // the line was low or disturbed for CDS_ROBOT_LINE_US, and nothing
+                               // could be sent: the robot stops
 } __attribute__((packed));
 
 /* An event; a field that its kind does not name is 0. */
@@ -140,6 +142,9 @@ struct cds_robot_event {
 
 /* Time after cds_robot_start() in which a servo may be silent while it starts up. */
 #define CDS_ROBOT_START_TIMEOUT_US 2000000ul
+
+/* The longest time for which a running robot cannot send because the line is low or disturbed. */
+#define CDS_ROBOT_LINE_US 500000ul
 
 /* A robot; CDS_ROBOT() defines one. The program reads `state` and `event`, sets the fields from
  * `tolerates` to `context` after cds_robot_open(), and uses the parts from `servos` to `bus` by
@@ -173,6 +178,9 @@ struct cds_robot {
     bool has_failed;                       // a joint is not well
     bool has_goals;                        // goals were set and not committed
     uint32_t begun_us;                     // when the start began
+    uint32_t blocked_us;                   // since when the line is not quiet and nothing was sent
+    uint16_t sent;                         // packets of the bus before that
+    bool is_line_blocked;                  // blocked_us is set
     struct cds_torque_on torque_on;        // of `joint`
     struct cds_request request;            // of the start
     uint8_t packet[CDS_TORQUE_ON_PACKET_SIZE];
@@ -218,7 +226,8 @@ enum cds_robot_state cds_robot_poll(struct cds_robot *robot);
 
 /* Stops the robot: inhibits driving, ends start and cycle, and switches torque off for all servos
  * on the bus (torque_off.h), before any other request. Begins again if the robot has stopped. Does
- * nothing while it is stopping, or if it was not opened well. */
+ * nothing while it is stopping, or if it was not opened well. On a line that is never quiet the
+ * robot is stopping until torque off could be sent. */
 void cds_robot_stop(struct cds_robot *robot);
 
 /* Sets the goal of `joint` (index in the table) to the angle `mdeg`, at the speed of its limit. All

@@ -88,6 +88,17 @@ class Robot(unittest.TestCase):
                 # within two periods of the state check, or a silence or two of its feedback
                 self.assertLess(self.check_lets_go(run), 3.5e3 * CYCLES_MS)
 
+    def test_line_held_low_stops_all_when_the_line_is_free(self):
+        with tempfile.TemporaryDirectory() as folder:
+            script = pathlib.Path(folder, "script")
+            script.write_text("@wait 2100\n@fault stuck low\n@wait 5000\n@expect servo 1 torque on\n@fault stuck off\n"
+                              f"@wait 1000\n@expect servo 1-{SERVOS} torque off\n")
+            for board in ["atmega128", "arbotix"]:
+                run = Run(f"build/{board}/examples/robot.elf", "--script", script, "--rules", "warn", "--echo",
+                          board=board, servos=f"1-{SERVOS}")
+                self.assertEqual(run.status, 0, run.output)
+                self.assertIn("line low or disturbed", run.output)
+
     def test_a_missing_servo_is_found_before_anything_moves(self):
         run = self.runs("--fault", "brownout 7 60000")
         self.check_lets_go(run)

@@ -247,6 +247,24 @@ static void check_joint(struct cds_robot *robot)
     report_new(robot, joint, found);
 }
 
+/* True if nothing could be sent for too long: the line is low, or never quiet. No servo counts as
+ * OFFLINE then, since no servo was asked. */
+static bool is_line_lost(struct cds_robot *robot)
+{
+    uint16_t sent = robot->bus.stats.sent;
+
+    if (cds_bus_line(&robot->bus) == CDS_BUS_LINE_QUIET || sent != robot->sent) {
+        robot->sent = sent;
+        robot->is_line_blocked = false;
+        return false;
+    }
+    if (robot->is_line_blocked)
+        return cds_port_now_us() - robot->blocked_us > CDS_ROBOT_LINE_US;
+    robot->is_line_blocked = true;
+    robot->blocked_us = cds_port_now_us();
+    return false;
+}
+
 /* Goals are committed while no packet of goals is on its way. Otherwise the next goals would find
  * their packet in use (CDS_BUSY). */
 static void poll_run(struct cds_robot *robot)
@@ -257,6 +275,11 @@ static void poll_run(struct cds_robot *robot)
     }
     cds_cycle_poll(&robot->cycle);
     cds_health_poll(&robot->health);
+    if (is_line_lost(robot)) {
+        report(robot, CDS_ROBOT_EVENT_LINE_BUSY, 0, CDS_LINE_BUSY, 0);
+        cds_robot_stop(robot);
+        return;
+    }
     if (robot->next_checked_joint < robot->count) {
         check_joint(robot);
     } else if (robot->last_event_count != robot->servos.event_count) {
@@ -284,6 +307,10 @@ static void poll_stop(struct cds_robot *robot)
     if (cds_cycle_poll(&robot->cycle) == CDS_PENDING || result == CDS_PENDING ||
         robot->request.result == CDS_PENDING || robot->health.request.result == CDS_PENDING)
         return;
+    if (result == CDS_LINE_BUSY) { // servos have torque still
+        cds_torque_off_begin(&robot->torque_off, &robot->servos);
+        return;
+    }
     robot->on_poll = NULL;
     robot->state = CDS_ROBOT_STOPPED;
     report(robot, CDS_ROBOT_EVENT_STOPPED, 0, (uint8_t)result, 0);

@@ -679,6 +679,36 @@ void test_servo_that_does_not_answer_stops_the_robot(void)
     TEST_ASSERT_EQUAL_UINT8(3, told.count);
 }
 
+/* The line is low for 5 s: longer than one torque off tries. */
+void test_low_line_stops_the_robot_when_the_line_is_free(void)
+{
+    start();
+    pass_ms(100);
+    port_fake.low = true;
+    pass_ms(5000);
+    TEST_ASSERT_EQUAL(CDS_ROBOT_STOPPING, robot.state);
+    assert_told((uint8_t)(told.count - 1), CDS_ROBOT_EVENT_LINE_BUSY, 0, 0);
+    TEST_ASSERT_EQUAL_UINT8(1, table_of(0)[CDS_REG_TORQUE_ENABLE]);
+    seen.drives = 0;
+    port_fake.low = false;
+    run_until(CDS_ROBOT_STOPPED);
+    TEST_ASSERT_EQUAL_UINT16(0, seen.drives);
+    TEST_ASSERT_EQUAL_UINT8(0, table_of(0)[CDS_REG_TORQUE_ENABLE]);
+    TEST_ASSERT_EQUAL_UINT8(0, table_of(1)[CDS_REG_TORQUE_ENABLE]);
+}
+
+void test_line_low_for_a_moment_does_not_stop_the_robot(void)
+{
+    start();
+    for (uint8_t again = 0; again < 3; again++) {
+        port_fake.low = true;
+        pass_ms(400);
+        port_fake.low = false;
+        pass_ms(50);
+    }
+    TEST_ASSERT_EQUAL(CDS_ROBOT_RUNNING, robot.state);
+}
+
 void test_lost_torque_stops_the_robot(void)
 {
     start();
