@@ -18,22 +18,21 @@ static const CDS_FLASH char message_how_servo[] = "%s after %u s; not begun: ser
 static const CDS_FLASH char message_how_refused[] = "%s after %u s; not begun: %s";
 static const CDS_FLASH char message_loop[] = " loop";
 
-/* In the order of enum autostart_state. */
 static const CDS_FLASH char *const CDS_FLASH state_texts[] = {
-    FLASH_TEXT("from the next power-up on"),
-    FLASH_TEXT("waits"),
-    FLASH_TEXT("checks the servos"),
-    FLASH_TEXT("checks the poses"),
-    FLASH_TEXT("switches torque on"),
-    FLASH_TEXT("begins"),
-    FLASH_TEXT("has begun"),
-    FLASH_TEXT("not begun: the last reset was not power-on"),
-    FLASH_TEXT("not begun: a byte came from the host"),
-    FLASH_TEXT("not begun: an alarm, or driving is inhibited"),
-    FLASH_TEXT("not begun: the sequence, its joints or a pose is missing"),
-    NULL, // the error of the servo
-    FLASH_TEXT("a pose is beyond its angle limits"),
-    NULL, // the error of the motion
+    [AUTOSTART_OFF] = FLASH_TEXT("from the next power-up on"),
+    [AUTOSTART_WAITING] = FLASH_TEXT("waits"),
+    [AUTOSTART_CHECKING_SERVOS] = FLASH_TEXT("checks the servos"),
+    [AUTOSTART_CHECKING_POSES] = FLASH_TEXT("checks the poses"),
+    [AUTOSTART_SWITCHING_ON] = FLASH_TEXT("switches torque on"),
+    [AUTOSTART_READING_POSITIONS] = FLASH_TEXT("begins"),
+    [AUTOSTART_BEGUN] = FLASH_TEXT("has begun"),
+    [AUTOSTART_RESET] = FLASH_TEXT("not begun: the last reset was not power-on"),
+    [AUTOSTART_HOST] = FLASH_TEXT("not begun: a byte came from the host"),
+    [AUTOSTART_ALARM] = FLASH_TEXT("not begun: an alarm, or driving is inhibited"),
+    [AUTOSTART_MISSING] = FLASH_TEXT("not begun: the sequence, its joints or a pose is missing"),
+    [AUTOSTART_NOT_WELL] = NULL, // the error of the servo
+    [AUTOSTART_LIMITS] = FLASH_TEXT("a pose is beyond its angle limits"),
+    [AUTOSTART_REFUSED] = NULL, // the error of the motion
 };
 
 struct autostart_job {
