@@ -46,7 +46,7 @@ CDS_GAIT_TABLE(tripod) = {
 static struct cds_gait_state states[CDS_JOINT_COUNT(joints)];
 static struct cds_gait gait;
 
-/* False: the table or a time of the gait is out of range. */
+/* False: the cycle was not begun, or a time of the gait is out of range. */
 static bool begin_to_walk(void)
 {
     struct cds_gait_config config = {.cycle = &robot.cycle,
@@ -80,7 +80,7 @@ int main(void)
             continue;
         if (!walks)
             walks = begin_to_walk();
-        if (robot.cycle.counters.periods == WALK_PERIODS)
+        if (robot.cycle.counters.periods >= WALK_PERIODS)
             cds_gait_stop(&gait);
         if (!walks || !walk())
             cds_robot_stop(&robot);

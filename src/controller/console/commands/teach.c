@@ -10,7 +10,7 @@
 #include "console/errors.h"
 #include "console/messages.h"
 
-enum choice { CHOICE_ON = 1, CHOICE_OFF } __attribute__((packed));
+enum choice { HAND_MOVES = 1, SERVO_HOLDS } __attribute__((packed)); // teach on, teach off
 
 struct teach_job {
     struct cds_torque_on torque_on; // of servo line.id
@@ -48,7 +48,7 @@ static bool begin_servo(struct console *console)
     if (console->index == job->count)
         return false;
     line->id = job->ids[console->index];
-    if (line->choice == CHOICE_OFF)
+    if (line->choice == SERVO_HOLDS)
         begun = cds_torque_on_begin(&job->torque_on,
                                     &(struct cds_torque_on_config){.bus = console->bus,
                                                                    .request = line->request,
@@ -95,7 +95,7 @@ static uint8_t poll_servo(struct console *console)
 {
     if (console->part) // it did not begin
         return console->part;
-    if (console->line.choice == CHOICE_OFF)
+    if (console->line.choice == SERVO_HOLDS)
         return switch_on(console);
     return console_waits(console) ? (uint8_t)CDS_PENDING : servo_outcome(console);
 }
