@@ -233,10 +233,10 @@ SCRIPT = {
              + error(43, "bus 57600") + error(43, "cycle every 4ms") + error(43, "servos forget")
              + "led 1 off\n" + servo("1 LED 0") + "cycle off\n" + error(44, "cycle"),
     "stop": "torque 254 on\n" + servo("1-3 torque on") + "stop\n" + servo("1-3 torque off")
-            + "servos\n" + text("servo 2: online, torque off, inhibited: stopped") + error(12, "torque 1 on")
-            + error(12, "move 1 90") + "torque 1 off\n@power 3 off\n" + error(2, "stop")
+            + "servos\n" + text("servo 2: online, torque off, inhibited: stopped") + error(54, "torque 1 on")
+            + error(54, "move 1 90") + "torque 1 off\n@power 3 off\n" + error(2, "stop")
             + text("servo 3: no answer") + "@power 3 on\n@wait 1500\n",
-    "release": error(54, "release 1") + error(12, "torque 2 on") + "release\ntorque 1 on\ntorque 2 on\n"
+    "release": error(54, "release 1") + error(54, "torque 2 on") + "release\ntorque 1 on\ntorque 2 on\n"
                + servo("1,2 torque on") + error(48, "release 77"),
     "factory": error(53, "factory 254") + error(50, "factory 3") + "set 1 MIN_VOLTAGE 7V\n"
                + "factory 1\n" + text("ID 1 at 1000000bps") + servo("1 MIN_VOLTAGE 60")
