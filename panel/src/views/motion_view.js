@@ -11,6 +11,7 @@ import { texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { chart, legend } from "./motion_chart.js";
 import { saveFile } from "./save_file.js";
+import { keepsTyping, taken } from "./typing.js";
 import { View } from "./view.js";
 
 const t = texts.motion;
@@ -28,12 +29,13 @@ export class MotionView extends View {
     });
 
     connectedCallback() {
-        if (!this.desk) this.#makeDesk();
+        if (!this.desk) this.#makeView();
         super.connectedCallback();
     }
 
     /* The browser asks before it leaves the page, if the desk has unsaved changes. */
-    #makeDesk() {
+    #makeView() {
+        keepsTyping(this);
         this.desk = new MotionDesk(this.session, { ask: (text) => confirmed({ text, yes: t.replace, no: t.cancel }) });
         addEventListener("beforeunload", (event) => this.desk.hasUnsaved && event.preventDefault());
     }
@@ -122,7 +124,7 @@ export class MotionView extends View {
 
         return html`<div class="editor">
             <p class="row">
-                <label>${t.name} <input size="9" maxlength="8" title=${t.nameHint} .value=${live(name)} @change=${({ target }) => desk.renamePose(target.value.trim())} /></label>
+                <label>${t.name} <input size="9" maxlength="8" title=${t.nameHint} .value=${taken(name)} @change=${({ target }) => desk.renamePose(target.value.trim())} /></label>
                 <button ?disabled=${!this.session.isConnected} @click=${() => desk.recapture()}>${t.fromServos}</button>
             </p>
             <div class="angles">
@@ -130,7 +132,7 @@ export class MotionView extends View {
                     ([id, raw]) => html`<label>
                         ${t.angle(id)}
                         <span class="unit">
-                            <input type="number" min="0" max="300" step="0.1" data-id=${id} .value=${live(degrees(raw))}
+                            <input type="number" min="0" max="300" step="0.1" data-id=${id} .value=${taken(degrees(raw))}
                                 @change=${({ target }) => desk.setAngle(id, target.value === "" ? NaN : Number(target.value))} />°
                         </span>
                         <button class="delete" aria-label=${t.angleOut(id)} title=${t.angleOut(id)} ?disabled=${pose.size === 1}
@@ -157,7 +159,7 @@ export class MotionView extends View {
         const number = index + 1;
         const time = (name, value) => html`<label>
             <span class="cap">${t[name]}</span>
-            <input type="number" class=${name} min="0" max="600" step="0.01" aria-label=${t.ofStep(t[name], number)} .value=${live(seconds(value, 2))}
+            <input type="number" class=${name} min="0" max="600" step="0.01" aria-label=${t.ofStep(t[name], number)} .value=${taken(seconds(value, 2))}
                 ?disabled=${name === "dwell" && step.passes} @change=${(event) => desk.changeStep(index, { [name]: milliseconds(event) })} />
         </label>`;
         const button = (name, sign, isOff, call) => html`<button class=${name} title=${t.ofStep(t[name], number)}
@@ -210,7 +212,7 @@ export class MotionView extends View {
                     </select>
                 </label>
                 ${desk.sequence
-                    ? html`<label>${t.name} <input class="sequence-name" size="9" maxlength="8" title=${t.nameHint} .value=${live(desk.sequence)} @change=${({ target }) => desk.renameSequence(target.value.trim())} /></label>
+                    ? html`<label>${t.name} <input class="sequence-name" size="9" maxlength="8" title=${t.nameHint} .value=${taken(desk.sequence)} @change=${({ target }) => desk.renameSequence(target.value.trim())} /></label>
                           <button @click=${() => desk.deleteSequence()}>${t.deleteSequence}</button>`
                     : nothing}
                 <button class="new" @click=${() => desk.newSequence()}>${t.newSequence}</button>
@@ -241,7 +243,7 @@ export class MotionView extends View {
             <div class="chart">${guard([desk.version, this.#width], () => html`${chart({ path, width: this.#width, label: t.chartOfRecording, other: replay?.samples ?? [], points: thinned.points })}${legend(recording.ids, t.angle)}`)}</div>
             <p class="row">
                 <label>${t.tolerance}
-                    <span class="unit"><input class="tolerance" type="number" min="0.1" max="60" step="0.1" .value=${live(recordings.tolerance.toFixed(1))} @change=${({ target }) => recordings.setTolerance(target.value)} />°</span>
+                    <span class="unit"><input class="tolerance" type="number" min="0.1" max="60" step="0.1" .value=${taken(recordings.tolerance.toFixed(1))} @change=${({ target }) => recordings.setTolerance(target.value)} />°</span>
                 </label>
                 <button class="fit" @click=${() => recordings.fit()}>${t.fit}</button>
                 <output class="thinned">${t.thinned({ steps: thinned.points.length, error: degrees(thinned.error), board: degrees(thinned.boardError) })}</output>
@@ -284,11 +286,11 @@ export class MotionView extends View {
                         <option value="page" .selected=${live(desk.playedBy === "page")}>${t.byPage}</option>
                     </select>
                 </label>
-                <label>${t.times} <input class="times" type="number" min="1" max="65535" ?disabled=${desk.isLoop} .value=${live(String(desk.times))}
+                <label>${t.times} <input class="times" type="number" min="1" max="65535" ?disabled=${desk.isLoop} .value=${taken(String(desk.times))}
                     @change=${({ target }) => (desk.times = Math.min(65535, Math.max(1, Math.round(Number(target.value)) || 1)))} /></label>
                 <label><input class="loop" type="checkbox" .checked=${live(desk.isLoop)} @change=${({ target }) => desk.setLoop(target.checked)} /> ${t.loop}</label>
                 <label class="speed">${t.override}
-                    <input class="override" type="range" min="10" max="200" step="5" .value=${live(String(desk.percent))} @change=${({ target }) => desk.setPercent(Number(target.value))} />
+                    <input class="override" type="range" min="10" max="200" step="5" .value=${taken(String(desk.percent))} @change=${({ target }) => desk.setPercent(Number(target.value))} />
                     <output>${desk.percent} %</output>
                 </label>
             </p>
