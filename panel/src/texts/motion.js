@@ -44,9 +44,8 @@ export const motion = {
     recording: "Recording",
     recordingIs: ({ seconds, samples, rate, servos }) =>
         `${seconds} s of ${many(servos, "servo")}, ${samples} samples, ${rate} a second`,
-    missing: (count) => `${count} positions are missing`,
+    missing: (count) => `${many(count, "position is", "positions are")} missing`,
     tolerance: "Error of the steps, at most",
-    degrees: "°",
     fit: `Fit into one sequence`,
     thinned: ({ steps, error, board }) => `${steps} steps, error ${error}°; as a sequence ${board}°`,
     replay: "Replay",
@@ -101,7 +100,7 @@ export const motion = {
     load: "Load from the board",
     exportFile: "Save as a file",
     importFile: "Open a file",
-    room: ({ poses, sequences }) => `The board has room for ${poses} more poses and ${sequences} more sequences.`,
+    room: ({ poses, sequences }) => `The board has room for ${many(poses, "more pose")} and ${many(sequences, "more sequence")}.`,
     storing: "Storing …",
     loading: "Loading …",
     askReplaceBoard: (names) => `The board has other contents under these names: ${names.join(", ")}. Replace them?`,
@@ -165,11 +164,11 @@ export const motionNotices = {
         remedy: "Delete poses, here or on the board, or take servos out of them.",
     }),
     "motion-file": ({ line, why }) => ({
-        text: `Line ${line} of the file is damaged: ${why}. Nothing was taken over.`,
+        text: `Line ${line} of the file is damaged: ${why}. Nothing was loaded.`,
         remedy: "Choose a file that this page has saved, or lines of “pose show” and “sequence show”.",
     }),
     "motion-file-empty": () => ({
-        text: "The file has neither poses nor sequences. Nothing was taken over.",
+        text: "The file has neither poses nor sequences. Nothing was loaded.",
         remedy: "Choose a file that this page has saved, or lines of “pose show” and “sequence show”.",
     }),
     "motion-gone": ({ names }) => ({
@@ -192,7 +191,7 @@ export const motionNotices = {
         level: "info",
     }),
     "motion-taken-back": () => ({
-        text: "Not all could be stored. What this action had stored was taken back: the board has what it had before.",
+        text: "Not all could be stored. The board has what it had before: what this action had stored was deleted again.",
         remedy: "Remove the cause, then store again.",
         level: "warning",
     }),

@@ -13,7 +13,7 @@ export const wire = {
     late: () => ({ text: "A packet was not sent: the wire was busy for too long.", remedy: "Try again." }),
     stopped: () => ({ text: "Not sent: the robot was stopped first.", remedy: "Remove the cause, press Release, then try again." }),
     closed: () => ({ text: "The port is closed.", remedy: "Connect again." }),
-    cancelled: () => ({ text: "This was taken back before it was sent.", remedy: "Start it again if you want it." }),
+    cancelled: () => ({ text: "Cancelled before it was sent.", remedy: "Start it again if you want it." }),
     silent: () => ({
         text: "The controller does not answer.",
         remedy: "Check its power, the cable and the rate. Press reset on the board. If another program has the port, close it.",
@@ -126,7 +126,7 @@ export const notice = {
         remedy: "Keep the goal within the angle limits of the servo.",
     }),
     "goal-not-kept": (detail) => ({
-        text: `${servo(detail)} ${does(detail)} not take a goal. Torque stays off.`,
+        text: `${servo(detail)} did not keep the goal that was written before torque on. Torque stays off.`,
         remedy: "Hold the joint still, look for noise on the line, then try again.",
     }),
     inhibited: ({ id, ids = [id] }) => ({

@@ -4,7 +4,6 @@
 import { many } from "./words.js";
 
 export const page = {
-    title: "CDS55xx control panel",
     name: "CDS55xx",
 
     framed: "The control panel stands in a frame of another page. It does not connect: that page could lead your clicks. Open it in a tab of its own.",

@@ -30,7 +30,7 @@ export const setup = {
     sameRate: "as the bus",
     noModel: "not read",
     busRate: "Set the bus to",
-    busRateHint: "Only servos that have this rate answer. “save” in the view Board keeps it over power-off.",
+    busRateHint: "Only servos that have this rate answer. “Save” in the view Board keeps it over power-off.",
     setBusRate: "Set",
 
     newServo: "New servo",
@@ -45,8 +45,8 @@ export const setup = {
 
     diagnosis: "Diagnosis",
     diagnoseHint: "Finds out why a servo does not answer. It writes nothing.",
-    whom: "Servo",
-    anyServo: "any servo",
+    servoChoice: "Servo",
+    anyServo: "any servo that answers",
     allServos: "each servo of the robot",
     otherId: "another ID …",
     otherIdLabel: "ID",
@@ -114,7 +114,7 @@ export const setup = {
     },
 
     backup: "Backup and restore",
-    backupHint: "A file has the registers in EEPROM that may be written, but ID and rate. A restore shows first what differs.",
+    backupHint: "A file holds all writable EEPROM registers except ID and BAUD_RATE. A restore shows the differences before it writes.",
     saveOne: (id) => `Save servo ${id}`,
     saveAll: "Save the robot",
     saving: "Reading …",
@@ -173,7 +173,7 @@ export const registers = {
     DCC: "How fast the speed falls.",
     PRESENT_POSITION: "Where the output is.",
     PRESENT_SPEED: "How fast the output turns; more than 0: counterclockwise.",
-    PRESENT_LOAD: "Torque of the motor; more than 0: counterclockwise.",
+    PRESENT_LOAD: "Load at the output. More than 0: the load pushes counterclockwise, the motor clockwise.",
     PRESENT_VOLTAGE: "Supply at the servo.",
     PRESENT_TEMPERATURE: "Temperature in the servo.",
     REGISTERED_INSTRUCTION: "1: a write waits for the instruction ACTION.",

@@ -48,7 +48,7 @@ class DiagnosePart extends SetupPart {
 
         return html`<p class="hint">${t.diagnoseHint}</p>
             <div class="controls">
-                <label>${t.whom}
+                <label>${t.servoChoice}
                     <select class="whom" ?disabled=${setup.isRunning} @change=${({ target }) => this.#set("who", target.value)}>${this.#choices()}</select>
                 </label>
                 ${this.#who === OTHER
