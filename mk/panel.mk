@@ -54,7 +54,8 @@ build/panel.eeprom: sim/panel.script | build/$(PANEL_BOARD)/controller.elf build
 panel: build/panel/app.js build/$(PANEL_BOARD)/controller.elf build/host/cds55xx-sim build/panel.eeprom
 	$(clear)
 	@scripts/panel.py build/$(PANEL_BOARD)/controller.elf --board $(PANEL_BOARD) --servos $(SERVOS) \
-	  --eeprom build/panel.eeprom --port $(PANEL_PORT)
+	  --eeprom build/panel.eeprom --port $(PANEL_PORT) -- --poke build/$(PANEL_BOARD)/poke \
+	  --poke-hint 'make poke BOARD=$(PANEL_BOARD) DO="load 1 300"'
 
 # Suites: `unit` has no simulator.
 # `session` has the firmware in the simulator, and no browser.

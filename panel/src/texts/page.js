@@ -27,12 +27,12 @@ export const page = {
         hint: "Torque off for all servos. Keys: Esc, Space",
         none: "",
         stopping: "Stopping …",
-        verified: "Torque is off",
+        verified: "Torque is off, driving is inhibited",
         unchecked: "Driving is inhibited. No servo was checked.",
         unverified: "Stop not confirmed",
         failed: "Stop not confirmed",
         release: "Release",
-        releaseHint: "Allow driving again. Nothing moves",
+        releaseHint: "Allow driving again. Nothing moves, torque stays off",
     },
 
     state: {

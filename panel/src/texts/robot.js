@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 /* The view Robot. */
 
+import { many } from "./words.js";
+
 export const robot = {
     find: "Find servos",
     finding: "Searching …",
+    found: (count) => (count ? `${many(count, "servo")} found.` : ""),
     none: "No servo is known. Connect servos, then press “Find servos”.",
     notConnected: "Connect to a controller, or to the simulator, to see the servos.",
     servo: "Servo",
@@ -11,10 +14,10 @@ export const robot = {
     torqueOf: (id) => `Torque of servo ${id}`,
     allOn: "Torque all on",
     allOff: "Torque all off",
-    pace: "Speed of moves",
-    paceHint: "Speed of each goal that this page sends",
+    speedOfMoves: "Speed of moves",
+    speedHint: "Speed of each goal that this page sends",
     clearAlarms: "Clear alarms",
-    keys: "Drag a dial, or focus it: ← → jog while held, ↑ ↓ step 1°, Page keys 10°. Digits choose a servo. Esc or Space stops all.",
+    keys: "Drag a dial, or focus it: ← → jog while held, ↑ ↓ step 1°, Page keys 10°. Digits choose a servo: 1 2 is servo 12. Esc or Space stops all. ▲ position, ● goal, ○ goal not confirmed yet.",
     dialOf: (id) => `Goal of servo ${id}`,
     dialValue: (goal, position, isOff) => `goal ${goal}, position ${position}${isOff ? ", torque is off" : ""}`,
     endless: "Endless turn",

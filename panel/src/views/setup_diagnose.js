@@ -3,11 +3,11 @@
 
 import { html, nothing } from "lit";
 import { texts } from "../texts/texts.js";
+import { ID_MAX } from "../wire/packet.js";
 import { SetupPart } from "./setup_part.js";
 
 const t = texts.setup;
 const OTHER = "other";
-const ID_MAX = 253;
 
 class DiagnosePart extends SetupPart {
     #who = "";

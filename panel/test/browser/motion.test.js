@@ -74,7 +74,7 @@ test("fields keep what is typed slowly, while feedback comes", async (t) => {
     await page.click("button.capture");
     await page.click("button.open");
     await type(page, '.editor input[data-id="1"]', "100.2");
-    await type(page, ".editor input[maxlength]", "wave");
+    await type(page, ".editor .own-name", "wave");
     await shows(page, "wave", ".pose");
     await page.click("button.add-step");
     await type(page, '[data-step="1"] .time', "2.50");
