@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* What happened, then what to do: {text, remedy, level}. The level is error, if it is not given. */
 
+import { board } from "./board.js";
 import { motionNotices } from "./motion.js";
 import { does, list, servo } from "./words.js";
 
@@ -167,7 +168,7 @@ export const notice = {
     }),
     bridge: () => ({
         text: "This firmware has the profile bridge: it has no console.",
-        remedy: "Robot, Graphs, Packets and Board work; Set-up can search, and has registers and backup; Motion records and plays from the page. For the rest flash the profile full.",
+        remedy: board.offers.bridge,
         level: "warning",
     }),
     "no-device": () => ({

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The view Robot. */
 
+import { alarms } from "./alarms.js";
 import { many } from "./words.js";
 
 export const robot = {
@@ -41,15 +42,6 @@ export const robot = {
         dropped: "The last goal was dropped, it was not sent.",
         refused: "The servo refused the goal.",
     },
-    /* What the console calls each alarm: what it means and what to do. */
-    alarms: {
-        "input voltage": "Alarm: voltage out of its limits. Check supply, cable and the limits of voltage.",
-        "angle limit": "Alarm: a goal beyond the angle limits. Stay within the marks.",
-        overheating: "Alarm: too hot. Switch torque off and let it cool down.",
-        range: "Alarm: a value out of range. Check what was written.",
-        checksum: "Alarm: a damaged packet. Check the wiring and other senders.",
-        overload: "Alarm: overload. Switch torque off, remove the load or the block.",
-        instruction: "Alarm: an unknown instruction. Check what was sent.",
-    },
+    alarm: (name) => `Alarm: ${name}. ${alarms[name] ?? ""}`,
     noValue: "–",
 };

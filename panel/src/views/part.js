@@ -2,14 +2,10 @@
 /* A part of a view that is rendered only when its own fields change, not with each feedback of the
  * servos. `session` as in a view. The view sets `mode` to modeOf(): a new value renders the part again. */
 
-import { LitElement } from "lit";
+import { LightElement } from "./light_element.js";
 
-export class Part extends LitElement {
+export class Part extends LightElement {
     static properties = { session: { attribute: false }, mode: { attribute: false } };
-
-    createRenderRoot() {
-        return this;
-    }
 }
 
 /* A text that changes with the connection, the firmware or the inhibit. */

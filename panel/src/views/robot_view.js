@@ -314,7 +314,7 @@ export class RobotView extends View {
 
     /* What a user should know of this servo, with what to do. */
     #notes(servo) {
-        const notes = servo.alarms.map((name) => ({ level: "bad", text: t.alarms[name] ?? name }));
+        const notes = servo.alarms.map((name) => ({ level: "bad", text: t.alarm(name) }));
 
         if (servo.presence === "offline") notes.push({ level: "bad", text: t.offlineRemedy });
         if (servo.inhibit) notes.push({ level: "warn", text: t[servo.inhibit], isInhibit: servo.inhibit === "lost" });
