@@ -91,7 +91,7 @@ test("graphs: all servos can be chosen at once, or none", async (t) => {
 
     await page.click("#tab-graphs");
     await page.click(".servos .all");
-    await shows(page, "4: 150.0", '[data-quantity="position"] figcaption');
+    await shows(page, "4: 150", '[data-quantity="position"] figcaption');
     await page.click(".servos .none");
     await shows(page, "Choose a servo.", ".graphs");
 });
