@@ -108,8 +108,8 @@ export class Recordings {
         });
     }
 
-    /* The recording as lines of comma-separated values, in degrees. */
-    get csv() {
+    /* The recording as lines of comma-separated values, in degrees. It is saved. */
+    exportCsv() {
         const { ids, samples } = this.latest;
 
         this.latest.isKept = true;

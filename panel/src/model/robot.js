@@ -9,7 +9,7 @@
  * controller has been reset: its RESET_CAUSE is another one, it echoes a line, or it has forgotten its servos. */
 
 import { ERRORS_OF_PACKET, errorNames, syncRead, word, wordAt, write } from "../wire/packet.js";
-import { groupsOf } from "../wire/stop.js";
+import { groupsOfIds } from "../wire/stop.js";
 import { pause } from "../wire/clock.js";
 import { WireError } from "../wire/wire_error.js";
 import { FEEDBACK, LIMITS, REGISTER, STATE } from "./blocks.js";
@@ -290,7 +290,7 @@ export class Robot extends EventTarget {
 
     /* Reads a block of all servos. A servo that failed has bytes FF. */
     async #readAll({ address, count }, take) {
-        for (const group of groupsOf(this.ids, count)) {
+        for (const group of groupsOfIds(this.ids, count)) {
             const { parameters } = await this.#wire.request(syncRead(address, count, group));
 
             group.forEach((id, index) => {

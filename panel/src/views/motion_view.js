@@ -56,7 +56,7 @@ export class MotionView extends View {
         const hint = torque === null ? t.isUnknown(id) : torque ? t.isHeld(id) : t.isLimp(id);
 
         return html`<label class="chip ${torque ? "held" : "limp"}" title=${hint}>
-            <input type="checkbox" .checked=${live(!desk.left.has(id))} aria-label=${hint} @change=${({ target }) => desk.choose(id, target.checked)} />
+            <input type="checkbox" .checked=${live(!desk.unchosen.has(id))} aria-label=${hint} @change=${({ target }) => desk.choose(id, target.checked)} />
             ${id} <span class="at">${position === null ? t.noValue : `${position.toFixed(0)}°`}</span>
         </label>`;
     }
@@ -280,7 +280,7 @@ export class MotionView extends View {
                 <button class="replay" title=${t.replayHint} ?disabled=${isOff} @click=${() => desk.playRecording()}>${t.replay}</button>
                 <button class="replay-steps" ?disabled=${isOff} @click=${() => desk.playRecording({ isThinned: true })}>${t.replayThinned}</button>
                 <button class="to-sequence" @click=${() => recordings.toSequence()}>${t.toSequence}</button>
-                <button @click=${() => saveFile("recording.csv", recordings.csv, "text/csv")}>${t.saveRecording}</button>
+                <button @click=${() => saveFile("recording.csv", recordings.exportCsv(), "text/csv")}>${t.saveRecording}</button>
             </p>
             ${replay
                 ? html`<p class="replayed" role="status">${t.replayed({ largest: degrees(replay.largest), id: replay.id, mean: degrees(replay.mean) })}</p>`
@@ -365,7 +365,7 @@ export class MotionView extends View {
                 </button>
             </p>
             <p class="row">
-                <button class="export" ?disabled=${desk.motions.isEmpty} @click=${() => saveFile("motions.txt", desk.text)}>${t.exportFile}</button>
+                <button class="export" ?disabled=${desk.motions.isEmpty} @click=${() => saveFile("motions.txt", desk.exportText())}>${t.exportFile}</button>
                 <label>${t.importFile} <input class="import" type="file" accept=".txt,text/plain" @change=${this.#open} /></label>
             </p>
             ${session.isConnected && !canStore ? html`<p class="warn missing">${t.noStore}</p>` : nothing}

@@ -130,7 +130,7 @@ export function bulkRead(blocks) {
 
 /* Number of status packets that answer an instruction packet. */
 export function repliesDue(bytes) {
-    const instruction = bytes[AT_ERROR];
+    const instruction = bytes[AT_INSTRUCTION];
 
     if (instruction === INSTRUCTION.BULK_READ) return (bytes[AT_LENGTH] - 3) / 3;
     if (instruction === INSTRUCTION.SYNC_READ || instruction === INSTRUCTION.PING) return 1;

@@ -56,11 +56,11 @@ export class Wire extends EventTarget {
         this.state = "closed";
         this.hasConsole = true; // false: the firmware takes no text (profile bridge)
         this.hasDevice = true; // false: the device does not answer under deviceId
-        this.isLost = false; // the controller does not answer; the wire asks again and again
+        this.isUnresponsive = false; // the controller does not answer; the wire asks again and again
         this.#demux = new Demux({
             onPacket: (status, bytes) => this.#takePacket(status, bytes),
             onLine: (text) => this.#takeLine(text),
-            onNoise: (bytes) => this.#tell("in", "noise", { bytes, text: toHex(bytes) }),
+            onNoise: (bytes) => this.#emitTraffic("in", "noise", { bytes, text: toHex(bytes) }),
         });
     }
 
@@ -92,11 +92,11 @@ export class Wire extends EventTarget {
         this.#port.onClose = (reason) => this.#closed(reason);
         await this.#port.open();
         this.#demux.clear();
-        this.isLost = false;
+        this.isUnresponsive = false;
         this.#setState("synchronising");
         this.#isOpening = true;
         try {
-            while (!(await this.#makesContact())) await this.#stopping.catch(() => {});
+            while (!(await this.#tryFirstContact())) await this.#stopping.catch(() => {});
         } catch (error) {
             await this.close();
             throw error;
@@ -106,7 +106,7 @@ export class Wire extends EventTarget {
     }
 
     /* False: a stop came between. */
-    async #makesContact() {
+    async #tryFirstContact() {
         try {
             await this.#firstContact(this.#epoch);
             return true;
@@ -148,7 +148,7 @@ export class Wire extends EventTarget {
 
     sendStop() {
         this.#write(Uint8Array.of(CTRL_X));
-        this.#tell("out", "stop", { bytes: Uint8Array.of(CTRL_X), text: "Ctrl-X" });
+        this.#emitTraffic("out", "stop", { bytes: Uint8Array.of(CTRL_X), text: "Ctrl-X" });
     }
 
     async close() {
@@ -207,7 +207,7 @@ export class Wire extends EventTarget {
     #begin(job) {
         this.#current = job;
         this.#write(job.bytes);
-        this.#tell("out", job.kind === "line" || job.kind === "marker" ? "line" : "packet", {
+        this.#emitTraffic("out", job.kind === "line" || job.kind === "marker" ? "line" : "packet", {
             bytes: job.bytes,
             text: job.line,
             source: job.source,
@@ -264,7 +264,7 @@ export class Wire extends EventTarget {
         const job = this.#current;
         const isExpected = Boolean(job && !job.isOver && job.accepts(status));
 
-        this.#tell("in", "packet", { bytes, status, isExpected });
+        this.#emitTraffic("in", "packet", { bytes, status, isExpected });
         if (!isExpected) return;
         job.take(status);
         if (job.isOver) this.#finish(job);
@@ -276,7 +276,7 @@ export class Wire extends EventTarget {
         const text = line.replace(/^(?:> )+/, "");
         const job = this.#current;
 
-        this.#tell("in", "line", { text });
+        this.#emitTraffic("in", "line", { text });
         if (!text || text === ">") return;
         if (!job || job.isOver || !job.takeLine(text)) {
             this.dispatchEvent(new CustomEvent("text", { detail: text }));
@@ -336,10 +336,10 @@ export class Wire extends EventTarget {
         if (!device && !console) throw new WireError("silent");
         this.hasDevice = device;
         this.hasConsole = console;
-        this.#isReady();
+        this.#becomeReady();
     }
 
-    async #answers(epoch, isText) {
+    async #waitForAnswer(epoch, isText) {
         if (this.hasDevice && !(await this.#attempt(epoch, FENCE_ATTEMPTS, () => this.#nextFence()))) return false;
         if (!this.hasConsole || (!isText && this.hasDevice)) return true;
         return this.#attempt(epoch, MARKER_ATTEMPTS, () => this.#nextMarker());
@@ -347,27 +347,27 @@ export class Wire extends EventTarget {
 
     /* A reply is missing, or text may come that no command asked for. */
     async #resynchronise(epoch, isText) {
-        if (!this.isLost) this.#setState("synchronising");
+        if (!this.isUnresponsive) this.#setState("synchronising");
         try {
-            if (await this.#answers(epoch, isText)) this.#isReady();
-            else this.#isSilent(epoch);
+            if (await this.#waitForAnswer(epoch, isText)) this.#becomeReady();
+            else this.#becomeSilent(epoch);
         } catch (error) {
             if (!(error instanceof WireError)) throw error; // a stop or a close goes on from here
         }
     }
 
-    #isReady() {
-        const wasSilent = this.isLost;
+    #becomeReady() {
+        const wasSilent = this.isUnresponsive;
 
-        this.isLost = false;
+        this.isUnresponsive = false;
         this.#setState("ready");
         if (wasSilent) this.#notice("back");
         this.#pump();
     }
 
-    #isSilent(epoch) {
-        if (!this.isLost) this.#notice("silent");
-        this.isLost = true;
+    #becomeSilent(epoch) {
+        if (!this.isUnresponsive) this.#notice("silent");
+        this.isUnresponsive = true;
         this.#setState("silent");
         this.#failAll("silent");
         this.#clock.after(RETRY_MS, () => {
@@ -456,7 +456,7 @@ export class Wire extends EventTarget {
         this.dispatchEvent(new CustomEvent("notice", { detail: { code, ...more } }));
     }
 
-    #tell(direction, kind, more) {
+    #emitTraffic(direction, kind, more) {
         this.dispatchEvent(new CustomEvent("traffic", { detail: { direction, kind, time: this.#clock.now(), ...more } }));
     }
 }
