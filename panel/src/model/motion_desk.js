@@ -63,7 +63,7 @@ export class MotionDesk extends MotionEditor {
         });
     }
 
-    /* Who plays: the page if the board cannot. */
+    /* "board" or "page": the page plays if the board cannot. */
     get playedBy() {
         return this.store.canPlay ? this.by : "page";
     }
@@ -180,8 +180,8 @@ export class MotionDesk extends MotionEditor {
         this.#loadedFrom = controller;
     }
 
-    /* The view is shown: reads what the board has; a page that has nothing takes it over. A load that fails is
-     * tried again by play(), and not by each rendering of the view. */
+    /* Loads once per connection. If the page has no poses, those of the board become the page's. A failed load is
+     * retried by play(), not here: show() runs on every render. */
     async show() {
         if (!this.store.canStore || this.task || this.#shownOf === this.session.controller) return;
         this.#shownOf = this.session.controller;

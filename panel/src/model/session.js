@@ -16,8 +16,8 @@ import { Robot } from "./robot.js";
 import { Traffic } from "./traffic.js";
 
 const NOTICES_MAX = 20;
-const LISTS_SERVOS = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "refused", "servo-silent"]); // one lists all servos
-const WITHDRAWN_BY = { // notices that are withdrawn
+const LISTS_SERVOS = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "refused", "servo-silent"]); // one notice lists all servos
+const WITHDRAWN_BY = { // notices that an event withdraws
     release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-unverified", "stopped"],
     stop: ["lost-stopping", "stop-failed", "stop-not-sent", "stop-unverified"],
     back: ["silent"],
@@ -45,7 +45,7 @@ export class Session extends EventTarget {
         this.wire = null;
         this.controller = null;
         this.robot = null;
-        this.history = null; // of the servos, since the connection began
+        this.history = null; // History of the servos, since the connection began
     }
 
     get isConnected() {
@@ -65,8 +65,8 @@ export class Session extends EventTarget {
 
     /* ---- connection ---- */
 
-    /* As connect(), at the load of the page: the page before it may not be gone yet, so a port that is taken is
-     * tried again. */
+    /* As connect(), when the page loads. The previous page may still hold the port, so connectAtLoad() retries for
+     * TAKEN_MS. */
     async connectAtLoad(makePort) {
         const end = this.clock.now() + TAKEN_MS;
 
@@ -81,8 +81,8 @@ export class Session extends EventTarget {
         this.notify({ code: "port-taken" });
     }
 
-    /* Opens the port and asks what the controller has. Never throws: a failure is a notice; but `isPatient`: a
-     * port that is taken is none. */
+    /* Opens the port and asks what the controller has. Never throws: a failure becomes a notice. With `isPatient` a
+     * port that another client has gives no notice; the caller tries again. */
     async connect(port, { isPatient = false } = {}) {
         if (this.state !== "disconnected") await this.disconnect();
         this.#clear(port);
@@ -278,7 +278,7 @@ export class Session extends EventTarget {
         this.#change();
     }
 
-    /* Takes back the notices of these codes. */
+    /* Removes the notices of these codes. */
     withdraw(codes) {
         this.notices = this.notices.filter(({ code }) => !codes.includes(code));
     }

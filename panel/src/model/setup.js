@@ -15,7 +15,7 @@ const SEARCH_MS = 15000; // `new` and `diagnose` say nothing while they search, 
 const CHANGE_MS = 10000; // a change of the rate of a servo
 const ID_LIMIT = 253;
 const ERROR_KEY = 49; // the user has ended a command
-const FATAL_CODES = new Set(["stopped", "closed", "silent", "cancelled"]); // of the wire: what follows would fail, too
+const FATAL_CODES = new Set(["stopped", "closed", "silent", "cancelled"]); // errors of the wire after which the next job would fail, too
 
 export class Setup extends EventTarget {
     #wire = null; // of the connection that the results belong to
@@ -30,16 +30,16 @@ export class Setup extends EventTarget {
     }
 
     #clear() {
-        this.operation = null; // {kind, lines, done, total, isEnding, end()}
-        this.found = null; // of the last search: [{id, model, rate}]; null: there was none
+        this.operation = null; // {kind, lines, done, total, signal, end(), isEnding()}
+        this.found = null; // servos of the last search: [{id, model, rate}]; null: no search yet
         this.remarks = []; // lines of the last search behind the servos
-        this.isPartial = false; // the last search has ended before all IDs were asked
-        this.steps = []; // of the last set-up of a new servo: lines
-        this.outcome = null; // of the last change: {kind, lines}
-        this.findings = []; // of the last diagnosis: [{id, number, text, remedy, place, isGood}]
+        this.isPartial = false; // true until the last search has asked all IDs
+        this.steps = []; // lines of the last set-up of a new servo
+        this.outcome = null; // outcome of the last change: {kind, lines}
+        this.findings = []; // findings of the last diagnosis: [{id, number, text, remedy, place, isGood}]
         this.chosen = null; // ID of the servo whose registers are shown
         this.registers = null; // {id, bytes, at}
-        this.plan = null; // of a restore: {scope, servos: [{id, entry, changes}]}
+        this.plan = null; // plan of a restore: {scope, servos: [{id, entry, changes}]}
         this.restored = null; // outcome of a restore: [{id, row, file, now, why}]; why "": written
     }
 
@@ -158,7 +158,7 @@ export class Setup extends EventTarget {
                     onProgress: (line) => this.#takeSearch(operation, line),
                 });
 
-            this.isPartial = true; // a stop or a failure ends it, too
+            this.isPartial = true; // until the search has asked all IDs
             this.isPartial = !(await this.#endable(operation, scan)) || operation.isEnding();
             if (wire.hasConsole) await this.#findServos();
             else if (!this.isPartial) robot.setServos(this.found.map(({ id }) => id));
@@ -177,10 +177,10 @@ export class Setup extends EventTarget {
             this.steps = [];
             this.outcome = null;
             const onLine = (line) => {
-                const step = /^step (\d) of (\d)|step (\d) of (\d)/.exec(line);
+                const step = /step (\d) of (\d)/.exec(line);
 
                 this.steps.push(line);
-                if (step) [operation.done, operation.total] = [Number(step[1] ?? step[3]), 4];
+                if (step) [operation.done, operation.total] = step.slice(1).map(Number);
                 this.#take(operation, line);
             };
             const run = () => this.session.controller.run(`new ${id}`, { onLine, signal: operation.signal, timeout: SEARCH_MS });

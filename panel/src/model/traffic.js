@@ -2,7 +2,7 @@
 /* What went over the wire, in rows that can be filtered and described.
  *
  * The loop that reads feedback makes some hundred rows a second. They have a short list of their own,
- * so that they do not push out the other rows; a row is described only when somebody looks at it.
+ * so that they do not push out the other rows; a row is described only when the list or the filter needs its text.
  *
  * A row: {number, time, direction, kind, bytes, line, request, index, ids, group, isPolling, isError,
  * isUnanswered}. `request`: the row that it answers. `group`: the instruction's name, "line", "stop" or

@@ -90,7 +90,7 @@ export class PacketJob extends Job {
 
 /* A READ of the first bytes of the device. Replies that came before its reply are stale. Successive
  * fences read different numbers of bytes, so the reply to one is not taken for that to another. `older`:
- * fences whose reply does as well, if it comes late. */
+ * earlier fences; their late reply also counts. */
 export class FenceJob extends PacketJob {
     constructor(bytes, options) {
         super(bytes, options);
@@ -138,8 +138,8 @@ export class LineJob extends Job {
     }
 }
 
-/* `help NAME`: its reply begins with the usage of the command. The reply to the line before it, if it
- * comes late, does not. Ctrl-C ends a command that a key ends, and drops a line that was begun. */
+/* `help NAME`: its reply begins with the usage of the command. A late reply to the line before it does
+ * not begin so. Ctrl-C ends a command that a key ends, and drops a line that was begun. */
 export class MarkerJob extends LineJob {
     constructor(name, options) {
         super(`help ${name}`, options);

@@ -24,15 +24,17 @@ export const LINE_MS = 3000; // a command: the longest time without a line of it
 export const CTRL_X = 0x18;
 
 const DEVICE_ID = 253;
-const SILENCE_MS = 200; // an unfinished packet is none; a busy machine passes bytes on with gaps
-const STOP_FENCE_MS = 100; // to the next fence: the controller drops a packet that waits for 15 ms behind a SYNC READ
+const SILENCE_MS = 200; // an unfinished packet is then given up; a busy machine passes bytes on with gaps
+/* Timeout of a fence during a stop. Short, because the controller drops a packet that waits more than 15 ms behind a
+ * SYNC READ. */
+const STOP_FENCE_MS = 100;
 const OPEN_MS = 6000; // a board that the opening of its port resets, with its boot loader
 const MARKER_MS = 500;
 const RETRY_MS = 1000; // between two attempts while the controller is silent
 const FENCE_ATTEMPTS = 3;
 const MARKER_ATTEMPTS = 6;
 const MARKERS = ["id", "ping", "stop", "release", "scan"];
-const FENCE_SIZES = [2, 3, 4, 5, 6, 7, 8]; // bytes; the device has 16 at its begin
+const FENCE_SIZES = [2, 3, 4, 5, 6, 7, 8]; // bytes; the device has 16 at its start
 
 export class Wire extends EventTarget {
     #port;
@@ -40,7 +42,7 @@ export class Wire extends EventTarget {
     #demux;
     #queue = [];
     #current = null;
-    #timeout = null; // of the current job
+    #timeout = null; // timeout of the current job
     #silence = null; // timeout of an unfinished packet
     #fences = 0;
     #markers = 0;
@@ -105,7 +107,7 @@ export class Wire extends EventTarget {
         }
     }
 
-    /* False: a stop came between. */
+    /* Returns false if a stop interrupted it. */
     async #tryFirstContact() {
         try {
             await this.#firstContact(this.#epoch);
@@ -183,7 +185,7 @@ export class Wire extends EventTarget {
         job.promise.finally(() => signal.removeEventListener("abort", abort)).catch(() => {});
     }
 
-    /* A job that waits is taken back; a line under way gets a key, and its reply still comes. */
+    /* Cancels a job that waits. A line under way gets a key that ends it, and its reply still comes. */
     #abort(job) {
         const index = this.#queue.indexOf(job);
 
@@ -287,7 +289,7 @@ export class Wire extends EventTarget {
         }
     }
 
-    /* ---- to be in step with the controller ---- */
+    /* ---- resynchronisation ---- */
 
     #nextFence({ timeout = REPLY_MS, older } = {}) {
         const size = FENCE_SIZES[this.#fences++ % FENCE_SIZES.length];
@@ -345,7 +347,7 @@ export class Wire extends EventTarget {
         return this.#attempt(epoch, MARKER_ATTEMPTS, () => this.#nextMarker());
     }
 
-    /* A reply is missing, or text may come that no command asked for. */
+    /* Called after a missing reply or a stop: makes sure that no stale reply or text is on its way. */
     async #resynchronise(epoch, isText) {
         if (!this.isUnresponsive) this.#setState("synchronising");
         try {
@@ -377,8 +379,7 @@ export class Wire extends EventTarget {
 
     /* ---- stop ---- */
 
-    /* The fences of a stop follow one another quickly. Each waits as long as another packet for its reply: the
-     * reply to an older one of this stop does as well. */
+    /* During a stop a fence is sent every STOP_FENCE_MS. The reply to any fence of the last REPLY_MS counts. */
     async #stop(servos) {
         let sent = []; // [fence, time], newest first
         const fence = () => {
