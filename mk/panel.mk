@@ -54,9 +54,12 @@ build/panel.eeprom: sim/panel.script | build/$(PANEL_BOARD)/controller.elf build
 panel: build/panel/app.js build/$(PANEL_BOARD)/controller.elf build/host/cds55xx-sim build/panel.eeprom
 	$(clear)
 	@scripts/panel.py build/$(PANEL_BOARD)/controller.elf --board $(PANEL_BOARD) --servos $(SERVOS) \
-	  --eeprom build/panel.eeprom --port $(PANEL_PORT)
+	  --eeprom build/panel.eeprom --port $(PANEL_PORT) -- --poke build/$(PANEL_BOARD)/poke \
+	  --poke-hint 'make poke BOARD=$(PANEL_BOARD) DO="load 1 300"'
 
-# Suites: `unit` without a simulator, `session` with the firmware in the simulator, `browser` with Chromium, too.
+# Suites: `unit` has no simulator.
+# `session` has the firmware in the simulator, and no browser.
+# `browser` has the firmware in the simulator and the page in Chromium.
 PANEL_SUITES := $(sort $(wildcard panel/test/unit/*.test.js panel/test/session/*.test.js panel/test/browser/*.test.js))
 PANEL_NEEDS := $(PANEL_MODULES) build/panel/app.js build/panel.eeprom build/host/cds55xx-sim \
 	$(foreach b,atmega128 arduino-mega arbotix,build/$(b)/controller.elf) build/atmega128/bridge.elf
@@ -84,5 +87,5 @@ panel-pictures: $(PANEL_NEEDS)
 	@node panel/test/pictures.js build/panel-pictures
 	$(call built,build/panel-pictures)
 
-# `make test` runs them, too, if Chromium is installed. PANEL=no leaves them out.
+# `make test` also runs the suites of the panel if Chromium is installed. PANEL=no leaves them out.
 PANEL ?= $(if $(wildcard /usr/bin/chromium),yes,no)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Runs the control panel: the simulator with the firmware, behind a WebSocket that also serves the page.
 
-The page may connect only if it comes from this very server (websockify's ExpectOrigin), so no other
+The page may connect only if it was loaded from this server (websockify's ExpectOrigin), so no other
 page that is open in the browser can drive the robot. Ctrl-C ends all of it.
 """
 import argparse
@@ -65,7 +65,7 @@ def wait_for_server(server, port):
 
 
 def parse(arguments):
-    """What stands behind `--` is for the simulator; argparse would take the ELF file for it."""
+    """Options after `--` go to the simulator. They are split off first, because argparse would read the ELF file as one of them."""
     split = arguments.index("--") if "--" in arguments else len(arguments)
     parser = argparse.ArgumentParser(description=__doc__, usage="%(prog)s ELF --board BOARD --eeprom FILE "
                                      "[--servos IDS] [--port N] [-- OPTION_OF_THE_SIMULATOR...]")

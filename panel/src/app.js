@@ -38,8 +38,8 @@ class App extends View {
     /* ---- keys ---- */
 
     #key(event) {
-        if (event.repeat || event.isComposing || event.ctrlKey || event.altKey || event.metaKey) return;
-        const isSpace = event.key === " " && !takesSpace(event.target);
+        if (event.repeat || event.isComposing) return;
+        const isSpace = event.key === " " && !(event.ctrlKey || event.altKey || event.metaKey || takesSpace(event.target));
 
         if (event.key !== "Escape" && !isSpace) return;
         if (isSpace) event.preventDefault(); // the page would scroll
@@ -196,8 +196,9 @@ class App extends View {
                 <div class="connection">${this.#connection()}</div>
                 ${this.#stop()} ${this.#stateLine()}
             </header>
-            ${this.#tabs()} ${this.#notices()}
+            ${this.#tabs()}
             <main id="view" role="tabpanel" aria-labelledby="tab-${this.tab.id}">${this.#elementOf(this.tab)}</main>
+            ${this.#notices()}
         `;
     }
 }

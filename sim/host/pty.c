@@ -175,10 +175,10 @@ void pty_report(const struct pty *pty, FILE *out)
     if (pty->master < 0) {
         return;
     }
-    fprintf(out, "pty:     %" PRIu64 " bytes from clients, %" PRIu64 " for them\n", pty->bytes_in,
+    fprintf(out, "pty:     %" PRIu64 " bytes from clients, %" PRIu64 " to clients\n", pty->bytes_in,
             pty->bytes_out);
     if (pty->lost) {
-        fprintf(out, "pty:     %" PRIu64 " of these lost: the client did not read them\n",
+        fprintf(out, "pty:     %" PRIu64 " bytes lost: the client did not read them\n",
                 pty->lost);
     }
     if (pty->flushes) {

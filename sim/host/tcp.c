@@ -10,7 +10,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#define BACKLOG 8 // clients that wait for tcp_read()
+#define BACKLOG 8 // connections that wait to be accepted
 
 static const char busy[] = "cds55xx-sim: another client is connected; close it first\r\n";
 
@@ -56,8 +56,8 @@ void tcp_hang_up(struct tcp *tcp)
 
 static bool poll_for(int file, short events)
 {
-    struct pollfd line = {.fd = file, .events = events};
-    return poll(&line, 1, 0) > 0;
+    struct pollfd entry = {.fd = file, .events = events};
+    return poll(&entry, 1, 0) > 0;
 }
 
 /* shutdown() ends the connection before close() resets it, which close() does if input of the
@@ -78,21 +78,21 @@ static void take(struct tcp *tcp, int client)
     tcp->client = client;
 }
 
-/* A client that has left may have unread bytes: then those who wait go on waiting. The listener is
- * polled before the client, so that a client that comes after the other has left is never refused.
- */
+/* If the client has closed its end but its bytes are not read yet, new clients stay in the backlog.
+ * The listener is polled before the client, so that a client that comes after the other has left is
+ * never refused. */
 static void take_clients(struct tcp *tcp)
 {
     while (poll_for(tcp->listener, POLLIN)) {
-        bool has_input = tcp->client >= 0 && !tcp->input_ended;
-        if (has_input && poll_for(tcp->client, POLLRDHUP)) {
+        bool is_connected = tcp->client >= 0 && !tcp->input_ended;
+        if (is_connected && poll_for(tcp->client, POLLRDHUP)) {
             return;
         }
         int client = accept4(tcp->listener, 0, 0, SOCK_NONBLOCK | SOCK_CLOEXEC);
         if (client < 0) {
             return;
         }
-        if (has_input) {
+        if (is_connected) {
             refuse(tcp, client);
         } else {
             take(tcp, client);
@@ -145,10 +145,10 @@ void tcp_report(const struct tcp *tcp, FILE *out)
     if (tcp->listener < 0) {
         return;
     }
-    fprintf(out, "tcp:     %" PRIu64 " bytes from clients, %" PRIu64 " for them\n", tcp->bytes_in,
+    fprintf(out, "tcp:     %" PRIu64 " bytes from clients, %" PRIu64 " to clients\n", tcp->bytes_in,
             tcp->bytes_out);
     if (tcp->lost) {
-        fprintf(out, "tcp:     %" PRIu64 " of these lost: the client did not read them\n",
+        fprintf(out, "tcp:     %" PRIu64 " bytes lost: the client did not read them\n",
                 tcp->lost);
     }
     if (tcp->refused) {

@@ -4,8 +4,8 @@
  * {"format": "cds55xx-backup", "version": 1, "page": "0.1.0", "saved": "2026-01-31T12:00:00.000Z",
  *  "servos": [{"id": 1, "model": 1, "firmware": 1, "registers": {"RETURN_DELAY": 1, ...}}]}
  *
- * The registers are those in EEPROM that may be written, but ID and BAUD_RATE: a restore never changes
- * where a servo answers. Values are raw. STATUS_RETURN_LEVEL is written last: at 0 a servo does not answer
+ * A file holds all writable EEPROM registers except ID and BAUD_RATE: a restore never changes where a servo
+ * answers. Values are raw. STATUS_RETURN_LEVEL is written last: at 0 a servo does not answer
  * the READ that checks a write. */
 
 import { Failure, rawAt, valueText } from "./registers.js";

@@ -5,7 +5,7 @@ import { errorNames } from "../wire/packet.js";
 import { texts } from "../texts/texts.js";
 
 const t = texts.board;
-const NOBODY = 255;
+const NO_ID = 255;
 const OF_MEMORY = /^(?:poses|EEPROM|stack)$/;
 
 /* The lines of `status` as {label, text, isMemory}; a line without colon begins with its label. */
@@ -39,7 +39,7 @@ export function parseAlarms(lines) {
 
 export async function readAlarms(session) {
     if (session.wire.hasConsole) return parseAlarms(await session.controller.run("alarms"));
-    const { alarms = 0, alarmId = NOBODY } = session.robot.device ?? {};
+    const { alarms = 0, alarmId = NO_ID } = session.robot.device ?? {};
 
-    return errorNames(alarms).map((condition) => ({ who: alarmId === NOBODY ? t.someServo : t.servoName(alarmId), condition }));
+    return errorNames(alarms).map((condition) => ({ who: alarmId === NO_ID ? t.someServo : t.servoName(alarmId), condition }));
 }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 /* Packets and lines that a user has written. They go over the same wire as all others, in turn. */
 
-import { AT_ERROR, INSTRUCTION } from "../wire/packet.js";
+import { AT_INSTRUCTION, INSTRUCTION } from "../wire/packet.js";
 import { silenceOf } from "./console_line.js";
 
 const MANY_MS = 3000; // for the replies of many servos
 
 /* Sends a packet. Resolves with its status packets (an array, empty: none is due); throws WireError. */
 export async function sendPacket(session, bytes) {
-    const isMany = bytes[AT_ERROR] >= INSTRUCTION.SYNC_WRITE;
+    const isMany = bytes[AT_INSTRUCTION] >= INSTRUCTION.SYNC_WRITE;
     const reply = await session.wire.request(bytes, { source: "hand", ...(isMany ? { timeout: MANY_MS } : {}) });
 
     return reply === null ? [] : [reply].flat();

@@ -37,7 +37,7 @@ const fail = (code, detail) => {
     throw new ComposeError(code, detail);
 };
 
-/* A packet from hexadecimal bytes. FF FF at the begin and the checksum at the end may be left out. */
+/* A packet from hexadecimal bytes. FF FF at the start and the checksum at the end may be left out. */
 export function packetOfHex(text) {
     let bytes;
 
@@ -62,7 +62,7 @@ export function packetOfHex(text) {
     return Uint8Array.from(bytes);
 }
 
-/* "1-3,5" as IDs. */
+/* Returns the IDs of a list such as "1-3,5". */
 export function idsOfText(text, max = ID_MAX) {
     const ids = [];
 

@@ -5,15 +5,15 @@ const HISTORY_MAX = 100;
 const SILENT_MS = 10000;
 const LONG_MS = 600000; // `scan rescue` says nothing for nine minutes
 const LONG = /^(?:scan +rescue|motion +wait|new|diagnose)\b/i;
-const OF_PAGE = /^(?:mode|echo)\b|^settings +echo +\S/i;
+const CHANGES_MODE = /^(?:mode|echo)\b|^settings +echo +\S/i;
 
 /* The longest time without a line of the reply. */
 export const silenceOf = (line) => (LONG.test(line.trim()) ? LONG_MS : SILENT_MS);
 
 /* True for a line that would take the mode away in which the page works. */
-export const changesMode = (line) => OF_PAGE.test(line.trim());
+export const changesMode = (line) => CHANGES_MODE.test(line.trim());
 
-export class History {
+export class LineHistory {
     #lines = [];
     #at = 0;
     #draft = "";
@@ -41,7 +41,7 @@ export class History {
 
 const startsWith = (word, begin) => word.toLowerCase().startsWith(begin.toLowerCase());
 
-function sharedBegin(words) {
+function commonPrefix(words) {
     let length = words[0].length;
 
     for (const word of words) while (!startsWith(word, words[0].slice(0, length))) length--;
@@ -73,7 +73,7 @@ export function complete(line, tables) {
     const choices = words.filter((one) => startsWith(one, word));
 
     if (!choices.length) return { line, choices };
-    const begin = before + sharedBegin(choices);
+    const begin = before + commonPrefix(choices);
 
     return { line: choices.length === 1 ? `${begin} ` : begin, choices };
 }

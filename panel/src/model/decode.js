@@ -5,7 +5,7 @@
  * packet that it answers. */
 
 import {
-    AT_ERROR,
+    AT_INSTRUCTION,
     AT_ID,
     AT_PARAMETERS,
     BROADCAST_ID,
@@ -27,7 +27,7 @@ export const hexByte = (value) => "0x" + value.toString(16).toUpperCase().padSta
 
 /* The name of the instruction of a packet, as "SYNC READ". */
 export function instructionName(bytes) {
-    return NAMES.get(bytes[AT_ERROR]) ?? t.unknownInstruction(hexByte(bytes[AT_ERROR]));
+    return NAMES.get(bytes[AT_INSTRUCTION]) ?? t.unknownInstruction(hexByte(bytes[AT_INSTRUCTION]));
 }
 
 /* The blocks [id, address, count] that an instruction packet reads or writes; `bytes`: what it writes. */
@@ -36,7 +36,7 @@ function blocksOf(packet) {
     const parameters = packet.slice(AT_PARAMETERS, -1);
     const [first, second] = parameters;
 
-    switch (packet[AT_ERROR]) {
+    switch (packet[AT_INSTRUCTION]) {
         case INSTRUCTION.READ:
             return [{ id, address: first, count: second }];
         case INSTRUCTION.WRITE:
@@ -45,20 +45,20 @@ function blocksOf(packet) {
         case INSTRUCTION.SYNC_READ:
             return Array.from(parameters.slice(2), (servo) => ({ id: servo, address: first, count: second }));
         case INSTRUCTION.SYNC_WRITE:
-            return groupsOf(parameters.slice(2), second + 1).map(([servo, ...bytes]) => ({
+            return splitBytes(parameters.slice(2), second + 1).map(([servo, ...bytes]) => ({
                 id: servo,
                 address: first,
                 count: second,
                 bytes,
             }));
         case INSTRUCTION.BULK_READ:
-            return groupsOf(parameters.slice(1), 3).map(([count, servo, address]) => ({ id: servo, address, count }));
+            return splitBytes(parameters.slice(1), 3).map(([count, servo, address]) => ({ id: servo, address, count }));
         default:
             return [];
     }
 }
 
-function groupsOf(bytes, size) {
+function splitBytes(bytes, size) {
     const groups = [];
 
     for (let at = 0; at + size <= bytes.length; at += size) groups.push([...bytes.slice(at, at + size)]);
@@ -189,8 +189,8 @@ export class Decoder {
     #reply(request, parameters, index) {
         const blocks = blocksOf(request);
 
-        if (request[AT_ERROR] === INSTRUCTION.SYNC_READ) return this.#replyOfMany(blocks, parameters);
-        const block = request[AT_ERROR] === INSTRUCTION.BULK_READ ? blocks[index] : blocks[0];
+        if (request[AT_INSTRUCTION] === INSTRUCTION.SYNC_READ) return this.#replyOfMany(blocks, parameters);
+        const block = request[AT_INSTRUCTION] === INSTRUCTION.BULK_READ ? blocks[index] : blocks[0];
 
         return block && !block.bytes ? this.values(block.id, block.address, parameters) : toHex(parameters);
     }

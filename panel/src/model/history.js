@@ -25,7 +25,7 @@ export class History {
     #capacity;
     #times; // ms of the clock
     #columns = new Map(); // of ID: {position: Int16Array, ...}
-    #end = 0; // number of samples since the begin
+    #end = 0; // number of samples since the start
 
     constructor(start, { capacity = CAPACITY } = {}) {
         this.start = start; // ms of the clock
@@ -33,11 +33,12 @@ export class History {
         this.#times = new Float64Array(capacity);
     }
 
-    /* Number of the oldest sample that is kept, and the one behind the newest. */
+    /* Number of the oldest sample that is kept. */
     get first() {
         return Math.max(0, this.#end - this.#capacity);
     }
 
+    /* Number of the newest sample + 1. */
     get end() {
         return this.#end;
     }
@@ -115,8 +116,8 @@ export class History {
         return low;
     }
 
-    /* Lines to draw: [times, values of the first of `series`, ...]. `series`: [{id, quantity}]. Of more
-     * samples than `points` each pair of points is the least and the greatest value of several. */
+    /* Lines to draw: [times, values of the first of `series`, ...]. `series`: [{id, quantity}]. If there
+     * are more samples than `points`, each pair of points is the minimum and the maximum of several samples. */
     lines(series, from, to, points) {
         const first = Math.max(this.first, this.sampleAt(from) - 1);
         const end = Math.min(this.#end, this.sampleAt(to) + 1);

@@ -63,7 +63,7 @@ export class MotionDesk extends MotionEditor {
         });
     }
 
-    /* Who plays: the page if the board cannot. */
+    /* "board" or "page": the page plays if the board cannot. */
     get playedBy() {
         return this.store.canPlay ? this.by : "page";
     }
@@ -180,8 +180,8 @@ export class MotionDesk extends MotionEditor {
         this.#loadedFrom = controller;
     }
 
-    /* The view is shown: reads what the board has; a page that has nothing takes it over. A load that fails is
-     * tried again by play(), and not by each rendering of the view. */
+    /* Loads once per connection. If the page has no poses, those of the board become the page's. A failed load is
+     * retried by play(), not here: show() runs on every render. */
     async show() {
         if (!this.store.canStore || this.task || this.#shownOf === this.session.controller) return;
         this.#shownOf = this.session.controller;
@@ -208,7 +208,7 @@ export class MotionDesk extends MotionEditor {
                 await this.store.load();
                 this.#takeMotions(this.store.stored);
                 if (this.store.gone.length) this.session.notify({ code: "motion-gone", names: this.store.gone });
-                this.#tell("motion-loaded");
+                this.#notifyCounts("motion-loaded");
             }),
         );
     }
@@ -227,7 +227,7 @@ export class MotionDesk extends MotionEditor {
                 if (names.length && !(await this.ask(textOfQuestion(names)))) return;
                 await store.store(this.#newOf(motions));
                 motions.isChanged = false;
-                this.#tell("motion-stored");
+                this.#notifyCounts("motion-stored");
             }),
         );
     }
@@ -243,11 +243,12 @@ export class MotionDesk extends MotionEditor {
         return part;
     }
 
-    #tell(code) {
+    #notifyCounts(code) {
         this.session.notify({ code, poses: this.motions.poses.size, sequences: this.motions.sequences.size });
     }
 
-    get text() {
+    /* The text of a file. What it has is saved. */
+    exportText() {
         this.motions.isChanged = false;
         return textOfMotions(this.motions);
     }
@@ -264,6 +265,6 @@ export class MotionDesk extends MotionEditor {
         if (!motions || (this.motions.isChanged && !(await this.ask(askFirst)))) return;
         this.#takeMotions(motions);
         this.motions.isChanged = true; // the board does not have it
-        this.#tell("motion-loaded");
+        this.#notifyCounts("motion-loaded");
     }
 }

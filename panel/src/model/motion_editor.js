@@ -12,7 +12,7 @@ export class MotionEditor {
         this.session = session;
         this.keywords = keywordsOf(session.tables);
         this.motions = new Motions({ keywords: this.keywords });
-        this.left = new Set(); // IDs that are not chosen
+        this.unchosen = new Set(); // IDs that are not chosen
         this.pose = ""; // that is shown
         this.sequence = "";
         this.step = 0;
@@ -69,17 +69,17 @@ export class MotionEditor {
     }
 
     get chosen() {
-        return this.ids.filter((id) => !this.left.has(id));
+        return this.ids.filter((id) => !this.unchosen.has(id));
     }
 
     choose(id, isChosen) {
-        if (isChosen) this.left.delete(id);
-        else this.left.add(id);
+        if (isChosen) this.unchosen.delete(id);
+        else this.unchosen.add(id);
         this.changed();
     }
 
     chooseAll(isChosen) {
-        this.left = new Set(isChosen ? [] : this.ids);
+        this.unchosen = new Set(isChosen ? [] : this.ids);
         this.changed();
     }
 

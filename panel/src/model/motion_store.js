@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* Poses and sequences on the board: load, store, delete, play. To store is a number of commands; none is left
- * half done: if a line fails, what this action has stored is taken back. If that fails too, as when the
- * port is lost, the error says what the board may have.
+/* Poses and sequences on the board: load, store, delete, play. store() sends several
+ * commands. If one fails, store() deletes what it has stored and restores what it has replaced. If that fails too,
+ * for example because the port is lost, the notice names what may be on the board.
  *
  * Throws MotionError, CommandError, WireError. */
 

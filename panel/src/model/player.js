@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/* Plays a path from the page: first all servos go to its begin together, then each gets at most 20 goals a
+/* Plays a path from the page: first all servos go to the start of the path together, then each gets at most 20 goals a
  * second, each with the speed that leads to it. A goal is never sent late: if the page is held up, or a
  * stop comes, the replay ends and the servos stay at their last goals.
  *
@@ -13,7 +13,7 @@ import { degreesOf, RPM_MAX } from "./units.js";
 export const TICK_MS = GOAL_PERIOD_MS;
 export const AHEAD_MS = 100; // a goal is where the servo shall be so much later
 
-const RPM = 20; // on the way to the begin
+const RPM = 20; // on the way to the start
 const ARRIVED_RAW = 7; // 2 degrees
 const ARRIVE_MS = 2000; // beyond the time that the way takes
 const LATE_MS = 400; // a page that is held up for longer ends the replay
@@ -27,7 +27,7 @@ export class Player {
 
     constructor(session) {
         this.#session = session;
-        this.state = "idle"; // idle, begin (on the way to it), playing
+        this.state = "idle"; // idle, begin (the servos go to the start of the path), playing
         this.time = 0; // of the path, ms
         this.percent = 100; // of the speed
         this.isPaused = false;

@@ -7,7 +7,7 @@ export const LENGTH_MAX_MS = 120000; // then the recording ends by itself
 export class Recording {
     constructor(ids) {
         this.ids = ids;
-        this.samples = []; // {t: ms from the begin, raw: position of each of `ids`}
+        this.samples = []; // {t: ms from the start, raw: position of each of `ids`}
         this.missing = 0; // samples of a servo that did not answer
         this.isKept = false; // as a sequence or a file
     }

@@ -80,7 +80,8 @@ export class Recordings {
         this.#editor.changed();
     }
 
-    /* The points as poses and steps: the first one is the way to the begin, the others pass their poses. */
+    /* The points as poses and steps. Step 1 goes to the first point and stops. The last step stops. The steps between
+     * pass their poses. */
     #stepsOf(points, name) {
         const nameOf = (index) => `${name}x${index + 1}`;
         const poses = new Map(points.map(({ raw }, index) => [nameOf(index), new Map(this.latest.ids.map((id, joint) => [id, raw[joint]]))]));
@@ -108,8 +109,8 @@ export class Recordings {
         });
     }
 
-    /* The recording as lines of comma-separated values, in degrees. */
-    get csv() {
+    /* The recording as lines of comma-separated values, in degrees. It is saved. */
+    exportCsv() {
         const { ids, samples } = this.latest;
 
         this.latest.isKept = true;

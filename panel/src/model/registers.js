@@ -21,7 +21,7 @@ export class Failure extends Error {
 }
 
 /* The rows of the table, each with its unit. */
-export function registersOf(tables) {
+export function registerRows(tables) {
     return tables.registers.map((row) => ({ ...row, scale: tables.units[row.unit] ?? tables.units.NUMBER, isBits: BITS.has(row.name) }));
 }
 

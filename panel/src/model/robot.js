@@ -9,7 +9,7 @@
  * controller has been reset: its RESET_CAUSE is another one, it echoes a line, or it has forgotten its servos. */
 
 import { ERRORS_OF_PACKET, errorNames, syncRead, word, wordAt, write } from "../wire/packet.js";
-import { groupsOf } from "../wire/stop.js";
+import { groupsOfIds } from "../wire/stop.js";
 import { pause } from "../wire/clock.js";
 import { WireError } from "../wire/wire_error.js";
 import { FEEDBACK, LIMITS, REGISTER, STATE } from "./blocks.js";
@@ -38,9 +38,9 @@ export class Robot extends EventTarget {
     #controller;
     #clock;
     #isRunning = false;
-    #goals = new Map(); // of each servo: the goal that waits, {raw, speed, at}
-    #goalSentAt = new Map();
-    #due = new Map(); // of each slow read: when it is due
+    #goals = new Map(); // goals that wait, by servo ID: {raw, speed, at}
+    #goalSentAt = new Map(); // time of the last goal, by servo ID
+    #due = new Map(); // time of the next slow read, by its name
     #rounds = []; // times of the last feedback
     #isListed = false; // the command `servos` has listed servos
 
@@ -49,13 +49,13 @@ export class Robot extends EventTarget {
         this.#controller = controller;
         this.#wire = controller.wire;
         this.#clock = controller.wire.clock;
-        this.servos = new Map(); // of ID, in the order of IDs
+        this.servos = new Map(); // servos by ID, in the order of IDs
         this.device = null; // {saving, busState, resetCause, linkLost, alarms, alarmId, failed, inhibit}; null: not known
         this.motion = null; // {play, override, paused, state, step, error}; null: the firmware has none
     }
 
-    /* The line `text` leaves for the console. After a scan, or `servos forget`, the controller may know no servo
-     * without a reset. */
+    /* Called for each line that is sent. After `scan` or `servos forget` an empty list of servos does not mean a
+     * reset. */
     noteLine(text) {
         if (/^\s*(scan|servos\s+forget)\b/i.test(text)) this.#isListed = false;
     }
@@ -290,7 +290,7 @@ export class Robot extends EventTarget {
 
     /* Reads a block of all servos. A servo that failed has bytes FF. */
     async #readAll({ address, count }, take) {
-        for (const group of groupsOf(this.ids, count)) {
+        for (const group of groupsOfIds(this.ids, count)) {
             const { parameters } = await this.#wire.request(syncRead(address, count, group));
 
             group.forEach((id, index) => {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* What the page knows of one servo. Register values are raw; the getters give units. null: not known. */
 
-import { AT_POSITION, AT_STATE, AT_LIMITS } from "./blocks.js";
+import { FEEDBACK_OFFSET, STATE_OFFSET, LIMITS_OFFSET } from "./blocks.js";
 import { degreesOf, percentOf, rpmOf, voltsOf } from "./units.js";
 import { wordAt } from "../wire/packet.js";
 
@@ -71,27 +71,27 @@ export class Servo {
 
     /* Takes the 8 bytes from PRESENT_POSITION on. */
     takeFeedback(bytes, now) {
-        this.raw.position = wordAt(bytes, AT_POSITION.position);
-        this.raw.speed = wordAt(bytes, AT_POSITION.speed);
-        this.raw.load = wordAt(bytes, AT_POSITION.load);
-        this.raw.voltage = bytes[AT_POSITION.voltage];
-        this.raw.temperature = bytes[AT_POSITION.temperature];
+        this.raw.position = wordAt(bytes, FEEDBACK_OFFSET.position);
+        this.raw.speed = wordAt(bytes, FEEDBACK_OFFSET.speed);
+        this.raw.load = wordAt(bytes, FEEDBACK_OFFSET.load);
+        this.raw.voltage = bytes[FEEDBACK_OFFSET.voltage];
+        this.raw.temperature = bytes[FEEDBACK_OFFSET.temperature];
         this.presence = "online";
         this.updatedAt = now;
     }
 
     /* Takes the 10 bytes from TORQUE_ENABLE on. */
     takeState(bytes) {
-        this.torque = { 0: false, 1: true }[bytes[AT_STATE.torque]] ?? null;
-        this.led = bytes[AT_STATE.led] === 1;
-        this.raw.goal = wordAt(bytes, AT_STATE.goal);
-        this.raw.goalSpeed = wordAt(bytes, AT_STATE.speed);
+        this.torque = { 0: false, 1: true }[bytes[STATE_OFFSET.torque]] ?? null;
+        this.led = bytes[STATE_OFFSET.led] === 1;
+        this.raw.goal = wordAt(bytes, STATE_OFFSET.goal);
+        this.raw.goalSpeed = wordAt(bytes, STATE_OFFSET.speed);
     }
 
     /* Takes the 4 bytes from CW_ANGLE_LIMIT on. */
     takeLimits(bytes) {
-        this.raw.low = wordAt(bytes, AT_LIMITS.low);
-        this.raw.high = wordAt(bytes, AT_LIMITS.high);
+        this.raw.low = wordAt(bytes, LIMITS_OFFSET.low);
+        this.raw.high = wordAt(bytes, LIMITS_OFFSET.high);
     }
 
     /* Takes a line of the command `servos`: "servo 1: online, torque on, inhibited: stopped, alarms: range". */

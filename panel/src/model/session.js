@@ -16,8 +16,8 @@ import { Robot } from "./robot.js";
 import { Traffic } from "./traffic.js";
 
 const NOTICES_MAX = 20;
-const OF_MANY = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "refused", "servo-silent"]); // one lists all servos
-const ANSWERED = { // notices that are withdrawn
+const LISTS_SERVOS = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "refused", "servo-silent"]); // one notice lists all servos
+const WITHDRAWN_BY = { // notices that an event withdraws
     release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-unverified", "stopped"],
     stop: ["lost-stopping", "stop-failed", "stop-not-sent", "stop-unverified"],
     back: ["silent"],
@@ -45,7 +45,7 @@ export class Session extends EventTarget {
         this.wire = null;
         this.controller = null;
         this.robot = null;
-        this.history = null; // of the servos, since the connection began
+        this.history = null; // History of the servos, since the connection began
     }
 
     get isConnected() {
@@ -65,8 +65,8 @@ export class Session extends EventTarget {
 
     /* ---- connection ---- */
 
-    /* As connect(), at the load of the page: the page before it may not be gone yet, so a port that is taken is
-     * tried again. */
+    /* As connect(), when the page loads. The previous page may still hold the port, so connectAtLoad() retries for
+     * TAKEN_MS. */
     async connectAtLoad(makePort) {
         const end = this.clock.now() + TAKEN_MS;
 
@@ -81,8 +81,8 @@ export class Session extends EventTarget {
         this.notify({ code: "port-taken" });
     }
 
-    /* Opens the port and asks what the controller has. Never throws: a failure is a notice; but `isPatient`: a
-     * port that is taken is none. */
+    /* Opens the port and asks what the controller has. Never throws: a failure becomes a notice. With `isPatient` a
+     * port that another client has gives no notice; the caller tries again. */
     async connect(port, { isPatient = false } = {}) {
         if (this.state !== "disconnected") await this.disconnect();
         this.#clear(port);
@@ -148,7 +148,7 @@ export class Session extends EventTarget {
             if (this.isConnected && BANNER.test(text)) this.#renew();
         });
         on(wire, "notice", (detail) => {
-            if (detail.code === "back") this.withdraw(ANSWERED.back);
+            if (detail.code === "back") this.withdraw(WITHDRAWN_BY.back);
             if (!this.isPortTaken) this.notify(detail);
         });
         on(wire, "state", (state) => this.#follow(state));
@@ -220,7 +220,7 @@ export class Session extends EventTarget {
             this.stopOutcome = await stop;
             this.stopState = stateOf(this.stopOutcome);
             this.robot.takeStop(this.stopOutcome);
-            if (this.stopState === "verified") this.withdraw(ANSWERED.stop);
+            if (this.stopState === "verified") this.withdraw(WITHDRAWN_BY.stop);
             if (this.stopState === "unverified") this.notify({ code: "stop-unverified", ...this.stopOutcome });
         } catch {
             this.stopState = "failed";
@@ -243,7 +243,7 @@ export class Session extends EventTarget {
     async release() {
         await this.attempt(async () => {
             await this.controller.release();
-            this.withdraw(ANSWERED.release);
+            this.withdraw(WITHDRAWN_BY.release);
             this.stopState = "none";
         });
     }
@@ -267,7 +267,7 @@ export class Session extends EventTarget {
     notify(what) {
         const detail = what.name === "CommandError" ? this.#ofCommand(what) : { ...what, message: what.message };
         const code = detail.code ?? "unexpected";
-        const isOfMany = OF_MANY.has(code);
+        const isOfMany = LISTS_SERVOS.has(code);
         const key = `${code} ${isOfMany ? detail.why : detail.id ?? ""} ${detail.line ?? ""}`;
         const before = this.notices.find((shown) => shown.key === key)?.ids ?? [];
         const ids = isOfMany ? [...new Set([...before, detail.id])].sort((one, other) => one - other) : detail.ids;
@@ -278,7 +278,7 @@ export class Session extends EventTarget {
         this.#change();
     }
 
-    /* Takes back the notices of these codes. */
+    /* Removes the notices of these codes. */
     withdraw(codes) {
         this.notices = this.notices.filter(({ code }) => !codes.includes(code));
     }

@@ -129,12 +129,12 @@ export class Settings {
         try {
             return await call();
         } finally {
-            while (!(await this.#takesMode(controller))) await controller.wire.whenReady();
+            while (!(await this.#takeMode(controller))) await controller.wire.whenReady();
             controller.hasOwnMode = true;
         }
     }
 
-    async #takesMode(controller) {
+    async #takeMode(controller) {
         try {
             await controller.run(`settings echo ${MODE_OF_PAGE}`);
             return true;

@@ -6,7 +6,7 @@
 
 import { CommandError } from "./controller.js";
 import { differences, entriesFor, entryOf, readBackup, textOfBackup } from "./backup.js";
-import { Failure, rawAt, readRegisters, registersOf, writeRegister } from "./registers.js";
+import { Failure, rawAt, readRegisters, registerRows, writeRegister } from "./registers.js";
 
 /* The rates at which a search looks, bit/s. */
 export const RATES = [1000000, 500000, 250000, 115200, 57600, 19200];
@@ -15,7 +15,7 @@ const SEARCH_MS = 15000; // `new` and `diagnose` say nothing while they search, 
 const CHANGE_MS = 10000; // a change of the rate of a servo
 const ID_LIMIT = 253;
 const ERROR_KEY = 49; // the user has ended a command
-const ENDINGS = new Set(["stopped", "closed", "silent", "cancelled"]); // of the wire: what follows would fail, too
+const FATAL_CODES = new Set(["stopped", "closed", "silent", "cancelled"]); // errors of the wire after which the next job would fail, too
 
 export class Setup extends EventTarget {
     #wire = null; // of the connection that the results belong to
@@ -23,23 +23,23 @@ export class Setup extends EventTarget {
     constructor(session) {
         super();
         this.session = session;
-        this.rows = registersOf(session.tables);
+        this.rows = registerRows(session.tables);
         this.#wire = session.wire;
         session.addEventListener("change", () => this.#follow());
         this.#clear();
     }
 
     #clear() {
-        this.operation = null; // {kind, lines, done, total, isEnding, end()}
-        this.found = null; // of the last search: [{id, model, rate}]; null: there was none
+        this.operation = null; // {kind, lines, done, total, signal, end(), isEnding()}
+        this.found = null; // servos of the last search: [{id, model, rate}]; null: no search yet
         this.remarks = []; // lines of the last search behind the servos
-        this.hasEnded = false; // the last search has ended before all IDs were asked
-        this.steps = []; // of the last set-up of a new servo: lines
-        this.outcome = null; // of the last change: {kind, lines}
-        this.findings = []; // of the last diagnosis: [{id, number, text, remedy, place, isGood}]
+        this.isPartial = false; // true until the last search has asked all IDs
+        this.steps = []; // lines of the last set-up of a new servo
+        this.outcome = null; // outcome of the last change: {kind, lines}
+        this.findings = []; // findings of the last diagnosis: [{id, number, text, remedy, place, isGood}]
         this.chosen = null; // ID of the servo whose registers are shown
         this.registers = null; // {id, bytes, at}
-        this.plan = null; // of a restore: {scope, servos: [{id, entry, changes}]}
+        this.plan = null; // plan of a restore: {scope, servos: [{id, entry, changes}]}
         this.restored = null; // outcome of a restore: [{id, row, file, now, why}]; why "": written
     }
 
@@ -158,10 +158,10 @@ export class Setup extends EventTarget {
                     onProgress: (line) => this.#takeSearch(operation, line),
                 });
 
-            this.hasEnded = true; // a stop or a failure ends it, too
-            this.hasEnded = !(await this.#endable(operation, scan)) || operation.isEnding();
+            this.isPartial = true; // until the search has asked all IDs
+            this.isPartial = !(await this.#endable(operation, scan)) || operation.isEnding();
             if (wire.hasConsole) await this.#findServos();
-            else if (!this.hasEnded) robot.setServos(this.found.map(({ id }) => id));
+            else if (!this.isPartial) robot.setServos(this.found.map(({ id }) => id));
         });
     }
 
@@ -177,10 +177,10 @@ export class Setup extends EventTarget {
             this.steps = [];
             this.outcome = null;
             const onLine = (line) => {
-                const step = /^step (\d) of (\d)|step (\d) of (\d)/.exec(line);
+                const step = /step (\d) of (\d)/.exec(line);
 
                 this.steps.push(line);
-                if (step) [operation.done, operation.total] = [Number(step[1] ?? step[3]), 4];
+                if (step) [operation.done, operation.total] = step.slice(1).map(Number);
                 this.#take(operation, line);
             };
             const run = () => this.session.controller.run(`new ${id}`, { onLine, signal: operation.signal, timeout: SEARCH_MS });
@@ -373,7 +373,7 @@ export class Setup extends EventTarget {
             await writeRegister(this.session.controller, id, row, file);
             outcome.why = "";
         } catch (error) {
-            if (ENDINGS.has(error.code)) throw error;
+            if (FATAL_CODES.has(error.code)) throw error;
             outcome.why = error instanceof CommandError ? [error.message, error.remedy].filter((part) => part).join("; ") : (error.why ?? error.code);
         }
     }
@@ -384,7 +384,7 @@ export class Setup extends EventTarget {
 
         if (!own.length) return;
         const bytes = await readRegisters(this.session.wire, id).catch((error) => {
-            if (ENDINGS.has(error.code)) throw error;
+            if (FATAL_CODES.has(error.code)) throw error;
             return null;
         });
 

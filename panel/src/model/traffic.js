@@ -2,13 +2,13 @@
 /* What went over the wire, in rows that can be filtered and described.
  *
  * The loop that reads feedback makes some hundred rows a second. They have a short list of their own,
- * so that they do not push out the other rows; a row is described only when somebody looks at it.
+ * so that they do not push out the other rows; a row is described only when the list or the filter needs its text.
  *
  * A row: {number, time, direction, kind, bytes, line, request, index, ids, group, isPolling, isError,
  * isUnanswered}. `request`: the row that it answers. `group`: the instruction's name, "line", "stop" or
  * "noise"; a reply has the group of its request. */
 
-import { AT_ERROR, AT_ID, INSTRUCTION, repliesDue, toHex } from "../wire/packet.js";
+import { AT_ERROR, AT_ID, AT_INSTRUCTION, AT_PARAMETERS, INSTRUCTION, repliesDue, toHex } from "../wire/packet.js";
 import { texts } from "../texts/texts.js";
 import { FEEDBACK, LIMITS, STATE } from "./blocks.js";
 import { DEVICE } from "./controller.js";
@@ -24,11 +24,11 @@ const POLLED_LINE = "servos";
 
 /* True for a packet that the loop of the robot sends again and again. */
 function isPollingPacket(bytes) {
-    const [address, count] = [bytes[5], bytes[6]];
+    const [address, count] = [bytes[AT_PARAMETERS], bytes[AT_PARAMETERS + 1]];
 
-    if (bytes[AT_ERROR] === INSTRUCTION.SYNC_READ)
+    if (bytes[AT_INSTRUCTION] === INSTRUCTION.SYNC_READ)
         return POLLED.some((block) => block.address === address && block.count === count);
-    return bytes[AT_ERROR] === INSTRUCTION.READ && POLLED_OF_DEVICE.includes(address) && count > 2;
+    return bytes[AT_INSTRUCTION] === INSTRUCTION.READ && POLLED_OF_DEVICE.includes(address) && count > 2;
 }
 
 class Rows {

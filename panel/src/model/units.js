@@ -7,7 +7,7 @@ import { texts } from "../texts/texts.js";
 export const POSITION_MAX = 1023; // raw, 300 degrees
 export const DEGREES_MAX = 300;
 export const RPM_MAX = 62;
-const CW = 0x400; // bit of a signed register: clockwise
+const CW_BIT = 0x400; // bit of a signed register: clockwise
 const BAUD_CLOCK = 2000000; // bit/s at raw 0
 
 export const degreesOf = (raw) => (raw * DEGREES_MAX) / POSITION_MAX;
@@ -18,13 +18,13 @@ export const rawOfDegrees = (degrees) =>
 export const rawOfRpm = (rpm) => Math.min(POSITION_MAX, Math.max(1, Math.round((rpm * POSITION_MAX) / RPM_MAX)));
 
 /* A speed of endless turn: more than 0 is counterclockwise, 0 stands. */
-export const rawOfTurn = (rpm) => (rpm === 0 ? 0 : rawOfRpm(Math.abs(rpm)) | (rpm < 0 ? CW : 0));
+export const rawOfTurn = (rpm) => (rpm === 0 ? 0 : rawOfRpm(Math.abs(rpm)) | (rpm < 0 ? CW_BIT : 0));
 export const rpmOf = (raw) => (signed(raw) * RPM_MAX) / POSITION_MAX;
 export const percentOf = (raw) => (signed(raw) * 100) / POSITION_MAX;
 export const voltsOf = (raw) => raw / 10;
 
 function signed(raw) {
-    return raw & CW ? -(raw & (CW - 1)) : raw;
+    return raw & CW_BIT ? -(raw & (CW_BIT - 1)) : raw;
 }
 
 /* The number that `raw` means in the unit `row`. */
@@ -38,7 +38,7 @@ export function rawOf(row, value) {
     if (row.name === "bps") return Math.round(BAUD_CLOCK / value) - 1;
     const magnitude = Math.round((Math.abs(value) * row.of) / row.per);
 
-    return value < 0 && row.signed ? magnitude | CW : magnitude;
+    return value < 0 && row.signed ? magnitude | CW_BIT : magnitude;
 }
 
 /* A unit as the page writes it. `name`: as the console writes it. */

@@ -3,8 +3,8 @@
  * web_serial.js.
  *
  * A recording is lines of text. `out HEX` is what the page wrote, `in HEX` what came, in order; a line
- * that begins with # is a comment. The search begins behind the last answer and goes on from the
- * begin, so a page that asks at other times than the recorded one is answered, too. */
+ * that begins with # is a comment. The search starts behind the last answer and goes on from the
+ * start of the recording, so a page that asks at other times than the recorded one is answered, too. */
 
 import { fromHex, toHex } from "../wire/packet.js";
 import { PortError } from "./web_serial.js";
@@ -27,10 +27,10 @@ export function parseRecording(text) {
     return steps;
 }
 
-const FIRST_MAX = 400; // pieces that are kept from the begin: there the page asks what the firmware has
+const FIRST_MAX = 400; // pieces that are kept from the start: there the page asks what the firmware has
 const LAST_MAX = 20000; // pieces that are kept from the end: some minutes of feedback
 
-/* Does what `port` does, and keeps a recording: `text`. A long one has a gap behind its begin. */
+/* Does what `port` does, and keeps a recording: `text`. A long one has a gap behind its start. */
 export class RecordingPort {
     #first = []; // {direction, bytes}
     #last = [];

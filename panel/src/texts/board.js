@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The view Board. */
 
+import { alarms } from "./alarms.js";
 import { many } from "./words.js";
 
 export const board = {
@@ -19,17 +20,15 @@ export const board = {
     offers: {
         full: "All views.",
         console: "All views. Diagnosis, the guided set-up and the store of the board need the profile full; Motion records and plays from the page.",
-        bridge: "Robot, Graphs, Packets without console, and Board with settings by packets. Set-up searches, and has registers and backup. Motion records and plays from the page. The rest needs the profile full.",
+        bridge: "Robot, Graphs, Packets without console, and Board with settings by packets. Set-up searches, and has registers and backup. Motion records and plays from the page. For the rest flash the profile full.",
     },
-    otherVersion: ({ version, shown }) =>
-        `The firmware has version ${version}, this page is made for ${shown}. What both know works. A command that the firmware does not know answers with an error. Flash the firmware of this page, or open the page of that version.`,
     driving: "Driving",
     allowed: "Driving is allowed.",
     inhibited: "Driving is inhibited: the controller sends no packet that can move a servo.",
     linkLost: "The controller lost the link to this machine.",
     unknownState: "Not known: the virtual device is off.",
     release: "Release",
-    releaseHint: "Allow driving again, after a lost link, too. Nothing moves; torque stays as it is.",
+    releaseHint: "Allows driving again, also after a lost link. Nothing moves; torque stays as it is.",
     status: "Status",
     notRead: "Not read yet.",
     memory: "Memory and EEPROM",
@@ -40,23 +39,13 @@ export const board = {
     alarms: "Alarms",
     noAlarms: "No alarm since they were cleared.",
     clear: "Clear alarms",
-    clearHint: "Forgets the alarms. An inhibit stays until “Release”",
+    clearHint: "Forgets the alarms. An inhibit stays until “Release”.",
     alarmOf: (who, what) => `${who}: ${what}`,
     servoName: (id) => `Servo ${id}`,
     others: "Other servos",
     someServo: "One of the servos",
-    conditions: {
-        "input voltage": "Measure the supply at the servo. Set MIN_VOLTAGE and MAX_VOLTAGE if it is right.",
-        "angle limit": "A goal was beyond the angle limits. Correct the goal or the limits.",
-        overheating: "Switch torque off and let the servo cool down. Look for a blocked or heavy joint.",
-        range: "A packet had a value out of range. Look at the view Packets for it.",
-        checksum: "Packets come damaged. Look for noise and a loose wire; read the counters in the view Packets.",
-        overload: "The servo has lowered its torque. Take the load off.",
-        instruction: "A packet had an instruction that the servo does not know. Look at the view Packets for it.",
-    },
+    conditions: alarms,
     settings: "Settings",
-    setting: "Setting",
-    value: "Value",
     range: (lowest, highest, initial) => `${lowest} to ${highest}, default ${initial}`,
     rate: (bps) => `${bps} bit/s`,
     ownRate: "the board’s own rate",
@@ -66,10 +55,11 @@ export const board = {
         link_loss_action: ["only show it", "inhibit driving", "inhibit driving and torque off"],
         alarm_report: ["tell alarms to a person only", "tell each alarm at once"],
     },
+    echoHint: "0 is the mode of the page itself. If the page was reloaded, check this before you save.",
     choice: (value, text) => `${value}: ${text}`,
     atStart: (origin) => `At the start of the controller: ${origin}.`,
     changed: (count) => `${many(count, "setting is", "settings are")} changed here, and not sent.`,
-    notSaved: "In force, but not saved: gone after power-off.",
+    notSaved: "Changed, but not saved: lost at power-off.",
     saved: "As saved.",
     unknownSaved: "Press “Save” to keep these settings over power-off.",
     apply: "Apply",
@@ -88,6 +78,5 @@ export const board = {
     applyAllTheSame: "Apply all the same",
     cancel: "Cancel",
     notInRange: ({ name, lowest, highest }) => `${name}: write a whole number from ${lowest} to ${highest}.`,
-    hostBaud: "The rate to this page has changed. If the controller no longer answers, disconnect and connect at the new rate.",
-    modeNote: "The page works in the mode for programs. The setting echo is what “Save” keeps for the next reset; the page puts its own mode back at once.",
+    modeNote: "The page works in the mode for programs. “Save” stores the setting echo for the next reset; the page puts its own mode back at once.",
 };

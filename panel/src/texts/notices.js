@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* What happened, then what to do: {text, remedy, level}. The level is error, if it is not given. */
 
+import { board } from "./board.js";
 import { motionNotices } from "./motion.js";
 import { does, list, servo } from "./words.js";
 
@@ -13,7 +14,7 @@ export const wire = {
     late: () => ({ text: "A packet was not sent: the wire was busy for too long.", remedy: "Try again." }),
     stopped: () => ({ text: "Not sent: the robot was stopped first.", remedy: "Remove the cause, press Release, then try again." }),
     closed: () => ({ text: "The port is closed.", remedy: "Connect again." }),
-    cancelled: () => ({ text: "This was taken back before it was sent.", remedy: "Start it again if you want it." }),
+    cancelled: () => ({ text: "Cancelled before it was sent.", remedy: "Start it again if you want it." }),
     silent: () => ({
         text: "The controller does not answer.",
         remedy: "Check its power, the cable and the rate. Press reset on the board. If another program has the port, close it.",
@@ -126,7 +127,7 @@ export const notice = {
         remedy: "Keep the goal within the angle limits of the servo.",
     }),
     "goal-not-kept": (detail) => ({
-        text: `${servo(detail)} ${does(detail)} not take a goal. Torque stays off.`,
+        text: `${servo(detail)} did not keep the goal that was written before torque on. Torque stays off.`,
         remedy: "Hold the joint still, look for noise on the line, then try again.",
     }),
     inhibited: ({ id, ids = [id] }) => ({
@@ -167,7 +168,7 @@ export const notice = {
     }),
     bridge: () => ({
         text: "This firmware has the profile bridge: it has no console.",
-        remedy: "Robot, Graphs, Packets and Board work; Set-up can search, and has registers and backup; Motion records and plays from the page. For the rest flash the profile full.",
+        remedy: board.offers.bridge,
         level: "warning",
     }),
     "no-device": () => ({

@@ -4,7 +4,6 @@
 import { many } from "./words.js";
 
 export const page = {
-    title: "CDS55xx control panel",
     name: "CDS55xx",
 
     framed: "The control panel stands in a frame of another page. It does not connect: that page could lead your clicks. Open it in a tab of its own.",
@@ -28,12 +27,12 @@ export const page = {
         hint: "Torque off for all servos. Keys: Esc, Space",
         none: "",
         stopping: "Stopping …",
-        verified: "Torque is off",
+        verified: "Torque is off, driving is inhibited",
         unchecked: "Driving is inhibited. No servo was checked.",
         unverified: "Stop not confirmed",
         failed: "Stop not confirmed",
         release: "Release",
-        releaseHint: "Allow driving again. Nothing moves",
+        releaseHint: "Allow driving again. Nothing moves, torque stays off",
     },
 
     state: {

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 /* The view Robot. */
 
+import { alarms } from "./alarms.js";
+import { many } from "./words.js";
+
 export const robot = {
     find: "Find servos",
     finding: "Searching …",
+    found: (count) => (count ? `${many(count, "servo")} found.` : ""),
     none: "No servo is known. Connect servos, then press “Find servos”.",
     notConnected: "Connect to a controller, or to the simulator, to see the servos.",
     servo: "Servo",
@@ -11,10 +15,10 @@ export const robot = {
     torqueOf: (id) => `Torque of servo ${id}`,
     allOn: "Torque all on",
     allOff: "Torque all off",
-    pace: "Speed of moves",
-    paceHint: "Speed of each goal that this page sends",
+    speedOfMoves: "Speed of moves",
+    speedHint: "Speed of each goal that this page sends",
     clearAlarms: "Clear alarms",
-    keys: "Drag a dial, or focus it: ← → jog while held, ↑ ↓ step 1°, Page keys 10°. Digits choose a servo. Esc or Space stops all.",
+    keys: "Drag a dial, or focus it: ← → jog while held, ↑ ↓ step 1°, Page keys 10°. Digits choose a servo: 1 2 is servo 12. Esc or Space stops all. ▲ position, ● goal, ○ goal not confirmed yet.",
     dialOf: (id) => `Goal of servo ${id}`,
     dialValue: (goal, position, isOff) => `goal ${goal}, position ${position}${isOff ? ", torque is off" : ""}`,
     endless: "Endless turn",
@@ -38,15 +42,6 @@ export const robot = {
         dropped: "The last goal was dropped, it was not sent.",
         refused: "The servo refused the goal.",
     },
-    /* What the console calls each alarm: what it means and what to do. */
-    alarms: {
-        "input voltage": "Alarm: voltage out of its limits. Check supply, cable and the limits of voltage.",
-        "angle limit": "Alarm: a goal beyond the angle limits. Stay within the marks.",
-        overheating: "Alarm: too hot. Switch torque off and let it cool down.",
-        range: "Alarm: a value out of range. Check what was written.",
-        checksum: "Alarm: a damaged packet. Check the wiring and other senders.",
-        overload: "Alarm: overload. Switch torque off, remove the load or the block.",
-        instruction: "Alarm: an unknown instruction. Check what was sent.",
-    },
+    alarm: (name) => `Alarm: ${name}. ${alarms[name] ?? ""}`,
     noValue: "–",
 };

@@ -113,14 +113,15 @@ class SettingsPart extends Part {
     #field({ name, lowest, highest }) {
         const text = this.#changes.get(name) ?? String(this.#settings.values.get(name) ?? "");
         const choices = t.choices[name];
-        const common = { id: `setting-${name}` };
+        const id = `setting-${name}`;
+        const option = (choice, value) => html`<option value=${value} .selected=${String(value) === text}>${t.choice(value, choice)}</option>`;
 
         if (choices)
-            return html`<select id=${common.id} aria-describedby="help-${name}" @change=${({ target }) => this.#type(name, target.value)}>
-                ${choices.map((choice, value) => html`<option value=${value} .selected=${String(value) === text}>${t.choice(value, choice)}</option>`)}
+            return html`<select id=${id} aria-describedby="help-${name}" @change=${({ target }) => this.#type(name, target.value)}>
+                ${choices.map(option)}
             </select>`;
         return html`<input
-            id=${common.id}
+            id=${id}
             type="number"
             min=${lowest}
             max=${highest}
@@ -136,13 +137,15 @@ class SettingsPart extends Part {
         const isWrong = this.#isWrong(row);
         const value = Number(this.#changes.get(name) ?? this.#settings.values.get(name));
         const meaning = isWrong ? "" : meaningOf(name, value);
+        const shownUnit = /^[a-z]+$/.test(unit) && unit !== "register" ? unit : "";
 
         return html`<div class="setting ${this.#changes.has(name) ? "changed" : ""}" data-name=${name}>
             <label for="setting-${name}">${name}</label>
-            <div class="value">${this.#field(row)} <span class="unit">${meaning || (/^[a-z]+$/.test(unit) && unit !== "register" ? unit : "")}</span></div>
+            <div class="value">${this.#field(row)} <span class="unit">${meaning || shownUnit}</span></div>
             <p class="help" id="help-${name}">
                 ${what}. <span class="soft">${t.range(lowest, highest, initial)}</span>
                 ${isWrong ? html`<strong class="bad">${t.notInRange(row)}</strong>` : nothing}
+                ${name === "echo" && value === 0 ? html`<strong class="warn">${t.echoHint}</strong>` : nothing}
             </p>
         </div>`;
     }

@@ -9,6 +9,11 @@ import { Part } from "./part.js";
 
 const t = texts.board;
 
+/* A list of names with their values. */
+export function factList(facts, name = "") {
+    return html`<dl class="facts ${name}">${facts.map(([label, text]) => html`<div><dt>${label}</dt><dd>${text}</dd></div>`)}</dl>`;
+}
+
 class BoardStatePart extends Part {
     static properties = { alarms: { attribute: false } };
 
@@ -16,7 +21,7 @@ class BoardStatePart extends Part {
 
     constructor() {
         super();
-        this.list = null; // of alarms
+        this.list = null; // alarms of the controller; null: not read
         this.status = null;
     }
 
@@ -62,7 +67,7 @@ class BoardStatePart extends Part {
                       )}
                   </ul>`
                 : html`<p role="status">${this.list ? t.noAlarms : t.notRead}</p>`}
-            <button class="clear-alarms" title=${t.clearHint} @click=${this.#clear}>${t.clear}</button>
+            <button class="clear-alarms" @click=${this.#clear}>${t.clear}</button>
             <p class="hint">${t.clearHint}</p>
         </section>`;
     }
@@ -70,7 +75,7 @@ class BoardStatePart extends Part {
     #facts(isMemory) {
         const rows = (this.status ?? []).filter((row) => row.isMemory === isMemory);
 
-        return html`<dl class="facts">${rows.map(({ label, text }) => html`<div><dt>${label}</dt><dd>${text}</dd></div>`)}</dl>`;
+        return factList(rows.map(({ label, text }) => [label, text]));
     }
 
     #status() {

@@ -2,17 +2,18 @@
 /* The controller: firmware, inhibit, alarms, status, settings. */
 
 import { html, nothing } from "lit";
-import { texts } from "../texts/texts.js";
+import { noticeText, texts } from "../texts/texts.js";
 import { modeOf } from "./part.js";
 import { View } from "./view.js";
 import "./board_settings.js";
-import "./board_state.js";
+import { factList } from "./board_state.js";
 
 const t = texts.board;
 
 export class BoardView extends View {
     #controller() {
         const { controller, wire } = this.session;
+        const other = noticeText({ code: "other-version", version: controller.version, shown: controller.shownVersion });
         const facts = [
             [t.firmware, controller.version],
             [t.page, controller.shownVersion],
@@ -23,9 +24,9 @@ export class BoardView extends View {
 
         return html`<section aria-labelledby="controller-title">
             <h2 id="controller-title">${t.controller}</h2>
-            <dl class="facts firmware">${facts.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
+            ${factList(facts, "firmware")}
             ${controller.isOtherVersion
-                ? html`<p class="other-version">${t.otherVersion({ version: controller.version, shown: controller.shownVersion })}</p>`
+                ? html`<p class="other-version">${other.text} ${other.remedy}</p>`
                 : nothing}
             <p class="offers"><b>${t.offered}:</b> ${t.offers[controller.profile]}</p>
         </section>`;
@@ -48,9 +49,7 @@ export class BoardView extends View {
         return html`<section aria-labelledby="driving-title">
             <h2 id="driving-title">${t.driving}</h2>
             <p class="driving ${style}" role="status">${text} ${device?.linkLost ? t.linkLost : nothing}</p>
-            <button class="board-release" title=${t.releaseHint} ?disabled=${device?.inhibit === 0 && !device.linkLost} @click=${() => session.release()}>
-                ${t.release}
-            </button>
+            <button class="board-release" ?disabled=${device?.inhibit === 0 && !device.linkLost} @click=${() => session.release()}>${t.release}</button>
             <p class="hint">${t.releaseHint}</p>
         </section>`;
     }

@@ -24,8 +24,8 @@ const HAND = svg`<path d="M0 -36.5L3.5 -28H-3.5Z" />`;
 const GOAL = svg`<circle cy="-40" r="5" />`;
 const LIMIT = svg`<path d="M0 -47V-33" />`;
 
-/* `wish`: degrees of a goal that is not confirmed, or null. */
-export function dialDrawing(servo, wish) {
+/* `pendingGoal`: degrees of a goal that is not confirmed, or null. */
+export function dialDrawing(servo, pendingGoal) {
     const { low, high } = servo;
     const hasLimits = low !== null && !servo.isEndless && (low > 0 || high < DEGREES_MAX);
 
@@ -40,7 +40,7 @@ export function dialDrawing(servo, wish) {
         <path class="ticks" d=${TICKS} />
         ${mark("hand", servo.position, HAND)}
         ${servo.isEndless ? nothing : mark("goal-mark", servo.goal, GOAL)}
-        ${mark("wish-mark", wish, GOAL)}
+        ${mark("pending-mark", pendingGoal, GOAL)}
         <path class="grip" d=${RING} />`;
 }
 

@@ -2,6 +2,7 @@
 /* Graphs of the chosen servos and quantities, over the last seconds or a part of the last minutes. */
 
 import { html, nothing } from "lit";
+import { live } from "lit/directives/live.js";
 import { GraphWindow } from "../model/graph_window.js";
 import { texts } from "../texts/texts.js";
 import { colourOf, dashesOf, mark } from "./lines.js";
@@ -88,6 +89,11 @@ export class GraphsView extends View {
         this.#ask();
     }
 
+    #chooseAll(ids) {
+        this.ids = new Set(ids);
+        this.#ask();
+    }
+
     /* ---- time ---- */
 
     #setSpan({ target }) {
@@ -106,7 +112,7 @@ export class GraphsView extends View {
         const { known, chosen } = this.#idsOf(history);
         const lines = this.#graphs.flatMap((quantity) => this.#linesOf(quantity, chosen, known));
 
-        saveFile(t.fileName, history.csv(lines, ...range), "text/csv");
+        saveFile(t.fileName(new Date().toISOString().slice(0, 19).replace(/:/g, "")), history.csv(lines, ...range), "text/csv");
     };
 
     /* ---- plots ---- */
@@ -144,7 +150,8 @@ export class GraphsView extends View {
         this.#plots.forEach((plot) => plot.end());
         this.#plots = new Map(
             this.#graphs.map((quantity) => {
-                const lines = this.#linesOf(quantity, chosen, known).map((line) => ({ ...line, color: colorOf(`.mark .${colourOf(line.index)}`), dashes: dashesOf(line.index) }));
+                const colored = (line) => ({ ...line, color: colorOf(`.mark .${colourOf(line.index)}`), dashes: dashesOf(line.index) });
+                const lines = this.#linesOf(quantity, chosen, known).map(colored);
 
                 return [quantity, new Plot(this.querySelector(`[data-quantity="${quantity}"] .plot`), {
                     quantity,
@@ -177,6 +184,8 @@ export class GraphsView extends View {
 
         return html`<fieldset class="choice servos">
             <legend>${t.servos}</legend>
+            <button class="all" @click=${() => this.#chooseAll(known)}>${t.all}</button>
+            <button class="none" @click=${() => this.#chooseAll([])}>${t.none}</button>
             ${known.map(
                 (id, index) => html`<label class="chip">
                     <input type="checkbox" value=${id} .checked=${set.has(id)}
@@ -202,6 +211,8 @@ export class GraphsView extends View {
 
     #toolbar() {
         const shown = this.#window;
+        const [from, to] = shown.range;
+        const isZoomed = Math.abs(to - from - shown.span) > 0.05;
         const button = (name, text, call) =>
             html`<button class=${name} aria-label=${text.label ?? text} title=${text.label ?? text} @click=${() => this.#do(call)}>
                 ${text.sign ?? text}
@@ -212,14 +223,15 @@ export class GraphsView extends View {
             <label>
                 ${t.span}
                 <select class="span" @change=${(event) => this.#setSpan(event)}>
-                    ${SPANS.map((span) => html`<option value=${span} ?selected=${span === shown.span}>${t.spanOf(span)}</option>`)}
+                    ${isZoomed ? html`<option .selected=${true} disabled>${t.spanOf(to - from)}</option>` : nothing}
+                    ${SPANS.map((span) => html`<option value=${span} .selected=${live(!isZoomed && span === shown.span)}>${t.spanOf(span)}</option>`)}
                 </select>
             </label>
             <span class="group">
                 ${button("zoom-in", t.zoomIn, () => shown.zoomIn())} ${button("zoom-out", t.zoomOut, () => shown.zoomOut())}
                 ${button("earlier", t.earlier, () => shown.move(-1))} ${button("later", t.later, () => shown.move(1))}
             </span>
-            <button class="save" @click=${this.#save}>${t.save}</button>
+            <button class="save" title=${t.saveHint} @click=${this.#save}>${t.save}</button>
             <p class="hint">${shown.isPaused ? t.paused : t.hint}</p>
         </div>`;
     }

@@ -11,6 +11,7 @@ import { texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { chart, legend } from "./motion_chart.js";
 import { saveFile } from "./save_file.js";
+import { keepsTyping, taken } from "./typing.js";
 import { View } from "./view.js";
 
 const t = texts.motion;
@@ -28,12 +29,13 @@ export class MotionView extends View {
     });
 
     connectedCallback() {
-        if (!this.desk) this.#makeDesk();
+        if (!this.desk) this.#makeView();
         super.connectedCallback();
     }
 
     /* The browser asks before it leaves the page, if the desk has unsaved changes. */
-    #makeDesk() {
+    #makeView() {
+        keepsTyping(this);
         this.desk = new MotionDesk(this.session, { ask: (text) => confirmed({ text, yes: t.replace, no: t.cancel }) });
         addEventListener("beforeunload", (event) => this.desk.hasUnsaved && event.preventDefault());
     }
@@ -54,7 +56,7 @@ export class MotionView extends View {
         const hint = torque === null ? t.isUnknown(id) : torque ? t.isHeld(id) : t.isLimp(id);
 
         return html`<label class="chip ${torque ? "held" : "limp"}" title=${hint}>
-            <input type="checkbox" .checked=${live(!desk.left.has(id))} aria-label=${hint} @change=${({ target }) => desk.choose(id, target.checked)} />
+            <input type="checkbox" .checked=${live(!desk.unchosen.has(id))} aria-label=${hint} @change=${({ target }) => desk.choose(id, target.checked)} />
             ${id} <span class="at">${position === null ? t.noValue : `${position.toFixed(0)}°`}</span>
         </label>`;
     }
@@ -64,6 +66,13 @@ export class MotionView extends View {
         const input = this.querySelector(".pose-name");
 
         if (await this.desk.capture(input.value.trim())) input.value = this.desk.motions.freeName("pose");
+    };
+
+    /* The box of the recording stands below the sequence: brings it into sight. */
+    #endRecording = async () => {
+        await this.desk.recordings.end();
+        await this.updateComplete;
+        this.querySelector(".recording")?.scrollIntoView({ block: "nearest" });
     };
 
     #teach() {
@@ -86,14 +95,16 @@ export class MotionView extends View {
                 <button class="hold" title=${t.holdHint} ?disabled=${isOff} @click=${() => desk.setTorque(true)}>${t.hold}</button>
             </p>
             <form class="row" @submit=${this.#capture}>
-                <label>${t.poseName} <input class="pose-name" size="9" maxlength="8" title=${t.nameHint} autocomplete="off" spellcheck="false" value="pose1" /></label>
+                <label>${t.poseName}
+                    <input class="pose-name" size="9" title=${t.nameHint} autocomplete="off" spellcheck="false" value="pose1" /></label>
                 <button class="capture" title=${t.captureHint} ?disabled=${isOff}>${t.capture}</button>
             </form>
             <p class="row">
                 ${desk.recordings.isRecording
-                    ? html`<button class="record" @click=${() => desk.recordings.end()}>${t.endRecording}</button>
+                    ? html`<button class="record" @click=${this.#endRecording}>${t.endRecording}</button>
                           <span class="recording-length" role="timer">${seconds(desk.recordings.recorder.recording.length)} s</span>`
-                    : html`<button class="record" title=${t.recordHint} ?disabled=${isOff || desk.isPlaying} @click=${() => desk.recordings.begin()}>${t.record}</button>
+                    : html`<button class="record" title=${t.recordHint} ?disabled=${isOff || desk.isPlaying}
+                              @click=${() => desk.recordings.begin()}>${t.record}</button>
                           <span class="soft">${t.recordHint}</span>`}
             </p>
         </section>`;
@@ -122,7 +133,9 @@ export class MotionView extends View {
 
         return html`<div class="editor">
             <p class="row">
-                <label>${t.name} <input size="9" maxlength="8" title=${t.nameHint} .value=${live(name)} @change=${({ target }) => desk.renamePose(target.value.trim())} /></label>
+                <label>${t.name}
+                    <input class="own-name" size="9" title=${t.nameHint} .value=${taken(name)}
+                        @change=${({ target }) => desk.renamePose(target.value.trim())} /></label>
                 <button ?disabled=${!this.session.isConnected} @click=${() => desk.recapture()}>${t.fromServos}</button>
             </p>
             <div class="angles">
@@ -130,7 +143,7 @@ export class MotionView extends View {
                     ([id, raw]) => html`<label>
                         ${t.angle(id)}
                         <span class="unit">
-                            <input type="number" min="0" max="300" step="0.1" data-id=${id} .value=${live(degrees(raw))}
+                            <input type="number" min="0" max="300" step="0.1" data-id=${id} .value=${taken(degrees(raw))}
                                 @change=${({ target }) => desk.setAngle(id, target.value === "" ? NaN : Number(target.value))} />°
                         </span>
                         <button class="delete" aria-label=${t.angleOut(id)} title=${t.angleOut(id)} ?disabled=${pose.size === 1}
@@ -157,7 +170,7 @@ export class MotionView extends View {
         const number = index + 1;
         const time = (name, value) => html`<label>
             <span class="cap">${t[name]}</span>
-            <input type="number" class=${name} min="0" max="600" step="0.01" aria-label=${t.ofStep(t[name], number)} .value=${live(seconds(value, 2))}
+            <input type="number" class=${name} min="0" max="600" step="0.01" aria-label=${t.ofStep(t[name], number)} .value=${taken(seconds(value, 2))}
                 ?disabled=${name === "dwell" && step.passes} @change=${(event) => desk.changeStep(index, { [name]: milliseconds(event) })} />
         </label>`;
         const button = (name, sign, isOff, call) => html`<button class=${name} title=${t.ofStep(t[name], number)}
@@ -165,7 +178,8 @@ export class MotionView extends View {
 
         return html`<li class=${index === desk.step ? "step selected" : "step"} data-step=${number} aria-current=${index === desk.step}>
             <label class="number"><span class="cap">${t.step}</span>
-                <span><input type="radio" name="motion-step" .checked=${live(index === desk.step)} aria-label=${`${t.step} ${number}`} @change=${() => desk.showStep(index)} />${number}</span>
+                <span><input type="radio" name="motion-step" .checked=${live(index === desk.step)} aria-label=${`${t.step} ${number}`}
+                    @change=${() => desk.showStep(index)} />${number}</span>
             </label>
             <label><span class="cap">${t.pose}</span>
                 <select aria-label=${t.ofStep(t.pose, number)} @change=${({ target }) => desk.changeStep(index, { pose: target.value })}>
@@ -174,7 +188,8 @@ export class MotionView extends View {
             </label>
             ${time("time", step.time)} ${time("dwell", step.dwell)}
             <label class="pass" title=${t.passHint}><span class="cap">${t.pass}</span>
-                <input type="checkbox" .checked=${live(step.passes)} aria-label=${t.ofStep(t.pass, number)} @change=${({ target }) => desk.changeStep(index, { passes: target.checked })} />
+                <input type="checkbox" .checked=${live(step.passes)} aria-label=${t.ofStep(t.pass, number)}
+                    @change=${({ target }) => desk.changeStep(index, { passes: target.checked })} />
             </label>
             <span class="buttons">
                 ${button("up", "↑", index === 0, () => desk.moveStep(index, -1))}
@@ -190,10 +205,11 @@ export class MotionView extends View {
 
         if (!steps.length) return html`<p class="soft">${t.noSequences}</p>`;
         const label = `${t.chart}: ${t.chartText({ steps: steps.length, seconds: seconds(path.duration, 2), servos: path.ids.length })}`;
+        const sequence = { steps, selected: desk.step, onSelect: (index) => desk.showStep(index) };
+        const needs = (ms) => (Math.ceil(ms / 10) / 100).toFixed(2);
 
-        return html`${chart({ path, width: this.#width, label, sequence: { steps, selected: desk.step, onSelect: (index) => desk.showStep(index) } })}
-            ${legend(path.ids, t.angle)}
-            ${desk.tooFast.map(({ index, id, needed }) => html`<p class="warn">${t.tooFast({ step: index + 1, id, needed: (Math.ceil(needed / 10) / 100).toFixed(2) })}</p>`)}`;
+        return html`${chart({ path, width: this.#width, label, sequence })} ${legend(path.ids, t.angle)}
+            ${desk.tooFast.map(({ index, id, needed }) => html`<p class="warn">${t.tooFast({ step: index + 1, id, needed: needs(needed) })}</p>`)}`;
     }
 
     #sequence() {
@@ -210,7 +226,9 @@ export class MotionView extends View {
                     </select>
                 </label>
                 ${desk.sequence
-                    ? html`<label>${t.name} <input class="sequence-name" size="9" maxlength="8" title=${t.nameHint} .value=${live(desk.sequence)} @change=${({ target }) => desk.renameSequence(target.value.trim())} /></label>
+                    ? html`<label>${t.name}
+                              <input class="sequence-name" size="9" title=${t.nameHint} .value=${taken(desk.sequence)}
+                                  @change=${({ target }) => desk.renameSequence(target.value.trim())} /></label>
                           <button @click=${() => desk.deleteSequence()}>${t.deleteSequence}</button>`
                     : nothing}
                 <button class="new" @click=${() => desk.newSequence()}>${t.newSequence}</button>
@@ -218,10 +236,19 @@ export class MotionView extends View {
             <div class="chart">${guard([desk.version, this.#width, desk.isLoop], () => this.#sequenceChart())}</div>
             <ol class="steps">${desk.steps.map((step, index) => this.#stepRow(step, index))}</ol>
             <p class="row"><button class="add-step" @click=${() => desk.addStep()}>${t.addStep}</button></p>
+            ${desk.steps.length ? html`<p class="soft">${t.stepsHint}</p>` : nothing}
         </section>`;
     }
 
     /* ---- recording ---- */
+
+    #recordingChart() {
+        const { latest: recording, thinned, replay } = this.desk.recordings;
+        const path = pathOfPoints(recording.ids, recording.samples);
+        const curves = { path, width: this.#width, label: t.chartOfRecording, other: replay?.samples ?? [], points: thinned.points };
+
+        return html`${chart(curves)}${legend(recording.ids, t.angle)}`;
+    }
 
     #recording() {
         const { desk } = this;
@@ -229,30 +256,35 @@ export class MotionView extends View {
         const { latest: recording, thinned, replay } = recordings;
 
         if (!recording) return nothing;
-        const isOff = !this.session.isConnected || desk.isPlaying || desk.recordings.isRecording;
-        const path = pathOfPoints(recording.ids, recording.samples);
+        const isOff = !this.session.isConnected || desk.isPlaying || recordings.isRecording;
+        const facts = { seconds: seconds(recording.length, 2), samples: recording.samples.length, rate: recording.rate.toFixed(0), servos: recording.ids.length };
 
         return html`<section class="panel recording" aria-labelledby="motion-recording">
             <h2 id="motion-recording">${t.recording}</h2>
             <p class="recorded">
-                ${t.recordingIs({ seconds: seconds(recording.length, 2), samples: recording.samples.length, rate: recording.rate.toFixed(0), servos: recording.ids.length })}
+                ${t.recordingIs(facts)}
                 ${recording.missing ? html`<span class="warn">${t.missing(recording.missing)}</span>` : nothing}
             </p>
-            <div class="chart">${guard([desk.version, this.#width], () => html`${chart({ path, width: this.#width, label: t.chartOfRecording, other: replay?.samples ?? [], points: thinned.points })}${legend(recording.ids, t.angle)}`)}</div>
+            <div class="chart">${guard([desk.version, this.#width], () => this.#recordingChart())}</div>
             <p class="row">
                 <label>${t.tolerance}
-                    <span class="unit"><input class="tolerance" type="number" min="0.1" max="60" step="0.1" .value=${live(recordings.tolerance.toFixed(1))} @change=${({ target }) => recordings.setTolerance(target.value)} />°</span>
+                    <span class="unit"><input class="tolerance" type="number" min="0.1" max="60" step="0.1" .value=${taken(recordings.tolerance.toFixed(1))}
+                        @change=${({ target }) => recordings.setTolerance(target.value)} />°</span>
                 </label>
-                <button class="fit" @click=${() => recordings.fit()}>${t.fit}</button>
-                <output class="thinned">${t.thinned({ steps: thinned.points.length, error: degrees(thinned.error), board: degrees(thinned.boardError) })}</output>
+                <button class="fit" title=${t.fitHint} @click=${() => recordings.fit()}>${t.fit}</button>
+                <output class="thinned">${t.thinned({
+                    steps: thinned.points.length, error: degrees(thinned.error), board: degrees(thinned.boardError),
+                })}</output>
             </p>
             <p class="row">
                 <button class="replay" title=${t.replayHint} ?disabled=${isOff} @click=${() => desk.playRecording()}>${t.replay}</button>
                 <button class="replay-steps" ?disabled=${isOff} @click=${() => desk.playRecording({ isThinned: true })}>${t.replayThinned}</button>
                 <button class="to-sequence" @click=${() => recordings.toSequence()}>${t.toSequence}</button>
-                <button @click=${() => saveFile("recording.csv", recordings.csv, "text/csv")}>${t.saveRecording}</button>
+                <button @click=${() => saveFile("recording.csv", recordings.exportCsv(), "text/csv")}>${t.saveRecording}</button>
             </p>
-            ${replay ? html`<p class="replayed" role="status">${t.replayed({ largest: degrees(replay.largest), id: replay.id, mean: degrees(replay.mean) })}</p>` : nothing}
+            ${replay
+                ? html`<p class="replayed" role="status">${t.replayed({ largest: degrees(replay.largest), id: replay.id, mean: degrees(replay.mean) })}</p>`
+                : nothing}
         </section>`;
     }
 
@@ -284,16 +316,21 @@ export class MotionView extends View {
                         <option value="page" .selected=${live(desk.playedBy === "page")}>${t.byPage}</option>
                     </select>
                 </label>
-                <label>${t.times} <input class="times" type="number" min="1" max="65535" ?disabled=${desk.isLoop} .value=${live(String(desk.times))}
+                <label>${t.times} <input class="times" type="number" min="1" max="65535" ?disabled=${desk.isLoop} .value=${taken(String(desk.times))}
                     @change=${({ target }) => (desk.times = Math.min(65535, Math.max(1, Math.round(Number(target.value)) || 1)))} /></label>
-                <label><input class="loop" type="checkbox" .checked=${live(desk.isLoop)} @change=${({ target }) => desk.setLoop(target.checked)} /> ${t.loop}</label>
+                <label>
+                    <input class="loop" type="checkbox" .checked=${live(desk.isLoop)} @change=${({ target }) => desk.setLoop(target.checked)} /> ${t.loop}
+                </label>
                 <label class="speed">${t.override}
-                    <input class="override" type="range" min="10" max="200" step="5" .value=${live(String(desk.percent))} @change=${({ target }) => desk.setPercent(Number(target.value))} />
+                    <input class="override" type="range" min="10" max="200" step="5" .value=${taken(String(desk.percent))}
+                        @change=${({ target }) => desk.setPercent(Number(target.value))} />
                     <output>${desk.percent} %</output>
                 </label>
             </p>
             <p class="row">
-                <button class="play" ?disabled=${!session.isConnected || isPlaying || !desk.steps.length} @click=${() => desk.play()}>${t.play} ${desk.sequence}</button>
+                <button class="play" ?disabled=${!session.isConnected || isPlaying || !desk.steps.length} @click=${() => desk.play()}>
+                    ${t.play} ${desk.sequence}
+                </button>
                 ${isPaused
                     ? html`<button class="resume" @click=${() => desk.resume()}>${t.resume}</button>`
                     : html`<button class="pause" ?disabled=${!isPlaying} @click=${() => desk.pause()}>${t.pause}</button>`}
@@ -320,11 +357,15 @@ export class MotionView extends View {
         return html`<section class="panel board" aria-labelledby="motion-board">
             <h2 id="motion-board">${t.board}</h2>
             <p class="row">
-                <button class="store" ?disabled=${isOff} @click=${() => desk.storeAll(t.askReplaceBoard)}>${desk.task === "storing" ? t.storing : t.store}</button>
-                <button class="load" ?disabled=${isOff} @click=${() => desk.load(t.askReplacePage)}>${desk.task === "loading" ? t.loading : t.load}</button>
+                <button class="store" ?disabled=${isOff} @click=${() => desk.storeAll(t.askReplaceBoard)}>
+                    ${desk.task === "storing" ? t.storing : t.store}
+                </button>
+                <button class="load" ?disabled=${isOff} @click=${() => desk.load(t.askReplacePage)}>
+                    ${desk.task === "loading" ? t.loading : t.load}
+                </button>
             </p>
             <p class="row">
-                <button class="export" ?disabled=${desk.motions.isEmpty} @click=${() => saveFile("motions.txt", desk.text)}>${t.exportFile}</button>
+                <button class="export" ?disabled=${desk.motions.isEmpty} @click=${() => saveFile("motions.txt", desk.exportText())}>${t.exportFile}</button>
                 <label>${t.importFile} <input class="import" type="file" accept=".txt,text/plain" @change=${this.#open} /></label>
             </p>
             ${session.isConnected && !canStore ? html`<p class="warn missing">${t.noStore}</p>` : nothing}

@@ -5,7 +5,7 @@
 import { html, nothing } from "lit";
 import { repeat } from "lit/directives/repeat.js";
 import { sendLine } from "../model/by_hand.js";
-import { History, changesMode, complete } from "../model/console_line.js";
+import { LineHistory, changesMode, complete } from "../model/console_line.js";
 import { noticeText, texts } from "../texts/texts.js";
 import { Part } from "./part.js";
 
@@ -15,7 +15,7 @@ const LINES_MAX = 1000; // of one reply: `monitor` goes on until it is ended
 const PERIOD_MS = 100;
 
 class ConsolePart extends Part {
-    #history = new History();
+    #history = new LineHistory();
     #timer = null;
     #number = 0;
 

@@ -2,7 +2,7 @@
 /* A form for a packet by hand: its bytes are shown as they are typed, and its reply in words. */
 
 import { html, nothing } from "lit";
-import { INSTRUCTION, packet, toHex } from "../wire/packet.js";
+import { AT_ID, AT_INSTRUCTION, BROADCAST_ID, INSTRUCTION, packet, toHex } from "../wire/packet.js";
 import { sendPacket } from "../model/by_hand.js";
 import { ComposeError, compose } from "../model/compose.js";
 import { hexByte } from "../model/decode.js";
@@ -33,9 +33,19 @@ class SendPart extends Part {
         return this.session.traffic.decoder;
     }
 
-    /* Registers to choose from: those of the device if its ID stands alone. */
+    /* Registers to choose from: those of the device if its ID stands alone; for a write only those that take one. */
     get #registers() {
-        return [...this.#decoder.registersOf(Number(this.form.ids)).values()];
+        const rows = [...this.#decoder.registersOf(Number(this.form.ids)).values()];
+
+        return WRITES.includes(this.form.instruction) ? rows.filter(({ writable }) => writable) : rows;
+    }
+
+    /* The chosen register may be one that the instruction cannot write. */
+    #chooseInstruction(instruction) {
+        this.#set("instruction", instruction);
+        const rows = this.#registers;
+
+        if (!rows.some(({ address }) => address === this.form.address)) this.#chooseRegister(rows[0].address);
     }
 
     #chooseRegister(address) {
@@ -52,9 +62,8 @@ class SendPart extends Part {
         } catch (error) {
             if (!(error instanceof ComposeError)) throw error;
             const { hex, values } = this.form;
-            const isEmpty = (error.code === "short" && !hex) || (error.code === "value" && !values);
-
-            return { error: isEmpty ? "" : t.malformed[error.code](error.detail) };
+            if (error.code === "value" && !values) return { error: t.noValues };
+            return { error: error.code === "short" && !hex ? "" : t.malformed[error.code](error.detail) };
         }
     }
 
@@ -65,7 +74,7 @@ class SendPart extends Part {
         const { bytes } = this.#packet();
 
         if (!bytes || this.isSending || !this.session.isConnected) return;
-        if (bytes[4] === INSTRUCTION.RESET && !(await this.#mayReset(bytes))) return;
+        if (bytes[AT_INSTRUCTION] === INSTRUCTION.RESET && !(await this.#mayReset(bytes))) return;
         this.isSending = true;
         this.outcome = null;
         this.requestUpdate();
@@ -75,7 +84,8 @@ class SendPart extends Part {
     };
 
     #mayReset(bytes) {
-        const who = bytes[2] === 254 ? t.resetAll : t.resetOne(bytes[2]);
+        const id = bytes[AT_ID];
+        const who = id === BROADCAST_ID ? t.resetAll : t.resetOne(id);
 
         return confirmed({ text: t.confirmReset(who), yes: t.resetYes, no: texts.board.cancel });
     }
@@ -160,7 +170,7 @@ class SendPart extends Part {
 
         return html`<p class="preview" role="status">
             ${t.preview}: <code>${toHex(bytes)}</code><br />
-            <span class="soft">${this.#decoder.nameOf(bytes[2])} ${name} ${text}</span>
+            <span class="soft">${this.#decoder.nameOf(bytes[AT_ID])} ${name} ${text}</span>
         </p>`;
     }
 
@@ -174,7 +184,7 @@ class SendPart extends Part {
                 <div class="fields">
                     <label>
                         ${t.instruction}
-                        <select class="send-instruction" @change=${({ target }) => this.#set("instruction", target.value)}>
+                        <select class="send-instruction" @change=${({ target }) => this.#chooseInstruction(target.value)}>
                             ${Object.entries(t.instructions).map(
                                 ([name, text]) => html`<option value=${name} ?selected=${name === instruction}>${text}</option>`,
                             )}

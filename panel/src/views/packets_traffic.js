@@ -93,8 +93,12 @@ class TrafficPart extends Part {
 
     /* ---- rendering ---- */
 
-    #idFilter(value) {
-        this.#set("id", /^\d+$/.test(value.trim()) ? Number(value) : null);
+    #idFilter({ target }) {
+        const text = target.value.trim();
+        const isId = /^\d+$/.test(text);
+
+        target.setAttribute("aria-invalid", text !== "" && !isId);
+        this.#set("id", isId ? Number(text) : null);
     }
 
     #check(label, name) {
@@ -108,7 +112,8 @@ class TrafficPart extends Part {
         return html`<div class="controls" role="group" aria-label=${t.filter}>
             <label>
                 ${t.servo}
-                <input class="filter-id" inputmode="numeric" size="4" placeholder=${t.anyServo} @input=${({ target }) => this.#idFilter(target.value)} />
+                <input class="filter-id" inputmode="numeric" size="4" placeholder=${t.anyServo} title=${t.oneServo}
+                    @input=${(event) => this.#idFilter(event)} />
             </label>
             <label>
                 ${t.group}

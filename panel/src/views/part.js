@@ -1,19 +1,14 @@
 // SPDX-License-Identifier: MIT
 /* A part of a view that is rendered only when its own fields change, not with each feedback of the
- * servos. `session` as in a view; the view sets `mode`, a text that changes when the part must be shown
- * again: modeOf(). */
+ * servos. `session` as in a view. The view sets `mode` to modeOf(): a new value renders the part again. */
 
-import { LitElement } from "lit";
+import { LightElement } from "./light_element.js";
 
-export class Part extends LitElement {
+export class Part extends LightElement {
     static properties = { session: { attribute: false }, mode: { attribute: false } };
-
-    createRenderRoot() {
-        return this;
-    }
 }
 
-/* What parts depend on: connection, firmware, inhibit, and whether a command runs. */
+/* A text that changes with the connection, the firmware or the inhibit. */
 export function modeOf({ state, wire, controller, robot }) {
     return [state, wire?.hasConsole, wire?.hasDevice, controller?.profile, controller?.version, robot?.isInhibited].join(" ");
 }

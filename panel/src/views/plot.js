@@ -10,6 +10,7 @@ const DRAG_MIN = 4; // pixels; a shorter drag is a click
 const POINTS_PER_PIXEL = 2;
 const FONT = "12px system-ui, sans-serif";
 const AXIS_WIDTH = 56;
+const TIME_SPACE = 80; // pixels between two times at the least: a time with its unit is 60 wide
 const LEAST_SPAN = { position: 5, speed: 5, load: 10, voltage: 1, temperature: 4 }; // of the axis
 
 let uPlot = null;
@@ -42,6 +43,8 @@ export class Plot {
     constructor(element, { quantity, lines, colors, width, height, onZoom, onReset, onCursor }) {
         this.#series = lines;
         const axis = { stroke: colors.ink, font: FONT, grid: { stroke: colors.line, width: 1 }, ticks: { show: false } };
+        const timesOf = (plot, times) => times.map((time) => (time < 0 ? "" : `${+time.toFixed(3)} s`));
+        const strokeOf = ({ quantity: shown, dashes }) => (shown === "goal" ? { width: 1, dash: [1, 3] } : { width: 1.5, dash: dashes });
         const options = {
             width,
             height,
@@ -54,8 +57,11 @@ export class Plot {
                 y: false,
             },
             scales: { x: { time: false, range: () => this.#range }, y: { range: rangeOf(LEAST_SPAN[quantity]) } },
-            axes: [{ ...axis, size: 28, values: (plot, times) => times.map((time) => (time < 0 ? "" : `${+time.toFixed(3)} s`)) }, { ...axis, size: AXIS_WIDTH }],
-            series: [{}, ...lines.map(({ quantity: shown, color, dashes }) => ({ stroke: color, ...(shown === "goal" ? { width: 1, dash: [1, 3] } : { width: 1.5, dash: dashes }), points: { show: false } }))],
+            axes: [
+                { ...axis, size: 28, space: TIME_SPACE, values: timesOf },
+                { ...axis, size: AXIS_WIDTH },
+            ],
+            series: [{}, ...lines.map((line) => ({ stroke: line.color, ...strokeOf(line), points: { show: false } }))],
             hooks: {
                 setSelect: [(plot) => this.#selected(plot, onZoom)],
                 setCursor: [onCursor],

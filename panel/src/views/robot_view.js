@@ -32,9 +32,9 @@ export class RobotView extends View {
     #jog = null;
     #jogKey = "";
     #drag = null; // {id, degrees}
-    #wishes = new Map(); // of each servo: the goal that a user asked for last
+    #pendingGoals = new Map(); // by servo ID: the goal that a user asked for last, in degrees
     #ignored = new Set(); // IDs of servos whose drag was ignored, since torque is off
-    #turns = new Map(); // of each servo in an endless turn: its slider
+    #turns = new Map(); // by servo ID: the slider of a servo in an endless turn
     #isHeld = false; // a key or a pointer at the slider of an endless turn
     #digits = { text: "", at: 0 };
     #ticker = null;
@@ -43,12 +43,14 @@ export class RobotView extends View {
     #onChange = () => {
         const { session } = this;
 
+        if (!session.isConnected) this.found = "";
         if (!session.isConnected || session.stopState === "stopping" || session.robot.isInhibited) this.#letGo();
     };
 
     constructor() {
         super();
         this.rpm = GOAL_RPM;
+        this.found = ""; // outcome of the last search, as a text
     }
 
     connectedCallback() {
@@ -76,7 +78,7 @@ export class RobotView extends View {
     #setGoal(servo, degrees) {
         const isTaken = this.session.robot.setGoal(servo.id, degrees, this.rpm);
 
-        if (isTaken) this.#wishes.set(servo.id, degrees);
+        if (isTaken) this.#pendingGoals.set(servo.id, degrees);
         this.#tellIgnored(servo, isTaken);
         return isTaken;
     }
@@ -88,8 +90,8 @@ export class RobotView extends View {
     }
 
     /* The goal that is asked for and not confirmed yet, or null. */
-    #wishOf({ id, goalState }) {
-        return this.#drag?.id === id || goalState === "waiting" ? (this.#wishes.get(id) ?? null) : null;
+    #pendingGoalOf({ id, goalState }) {
+        return this.#drag?.id === id || goalState === "waiting" ? (this.#pendingGoals.get(id) ?? null) : null;
     }
 
     /* ---- pointer ---- */
@@ -128,7 +130,7 @@ export class RobotView extends View {
         const step = STEPS[event.key];
         const end = { Home: servo.low ?? 0, End: servo.high ?? DEGREES_MAX }[event.key];
 
-        if (step) this.#setGoal(servo, within(servo, (this.#wishOf(servo) ?? servo.goal ?? servo.position ?? 0) + step));
+        if (step) this.#setGoal(servo, within(servo, (this.#pendingGoalOf(servo) ?? servo.goal ?? servo.position ?? 0) + step));
         else if (end !== undefined) this.#setGoal(servo, end);
         else if (JOGS[event.key]) this.#beginJog(servo, event);
         else return;
@@ -138,6 +140,7 @@ export class RobotView extends View {
     #beginJog(servo, event) {
         if (event.repeat) return;
         this.#jogKey = event.key;
+        this.#pendingGoals.delete(servo.id); // the goals of the jog are not those of the last drag
         this.#tellIgnored(servo, this.#jog.start(servo.id, JOGS[event.key], this.rpm));
     }
 
@@ -211,7 +214,11 @@ export class RobotView extends View {
     #find = async () => {
         this.isFinding = true;
         this.requestUpdate();
-        await this.session.attempt(() => this.session.robot.findServos({ how: "" }));
+        this.found = "";
+        await this.session.attempt(async () => {
+            await this.session.robot.findServos({ how: "" });
+            this.found = t.found(this.session.robot.ids.length);
+        });
         this.isFinding = false;
         this.requestUpdate();
     };
@@ -232,13 +239,14 @@ export class RobotView extends View {
         return html`<div class="toolbar">
             <button class="torque-on" ?disabled=${!servos.length} @click=${() => this.#setTorqueAll(true)}>${t.allOn}</button>
             <button class="torque-off" ?disabled=${!servos.length} @click=${() => this.#setTorqueAll(false)}>${t.allOff}</button>
-            <label title=${t.paceHint}>
-                ${t.pace}
+            <label title=${t.speedHint}>
+                ${t.speedOfMoves}
                 <select class="pace" @change=${({ target }) => (this.rpm = Number(target.value))}>
                     ${SPEEDS.map((rpm) => html`<option value=${rpm} ?selected=${rpm === this.rpm}>${rpm} rpm</option>`)}
                 </select>
             </label>
             <button class="find" ?disabled=${this.isFinding} @click=${this.#find}>${this.isFinding ? t.finding : t.find}</button>
+            <span role="status">${this.found}</span>
             ${hasAlarms
                 ? html`<button class="clear-alarms" @click=${() => this.session.attempt(() => robot.clearAlarms())}>
                       ${t.clearAlarms}
@@ -272,7 +280,7 @@ export class RobotView extends View {
                 @pointermove=${(event) => this.#pull(servo, event)}
                 @lostpointercapture=${() => this.#letGo()}
             >
-                ${dialDrawing(servo, this.#wishOf(servo))}
+                ${dialDrawing(servo, this.#pendingGoalOf(servo))}
             </g>
             <text class="position" y="1">${shown(servo.position, 1, "°")}</text>
             <text class="goal" y="15">${servo.goal === null ? "" : `→ ${servo.goal.toFixed(1)}°`}</text>
@@ -306,7 +314,7 @@ export class RobotView extends View {
 
     /* What a user should know of this servo, with what to do. */
     #notes(servo) {
-        const notes = servo.alarms.map((name) => ({ level: "bad", text: t.alarms[name] ?? name }));
+        const notes = servo.alarms.map((name) => ({ level: "bad", text: t.alarm(name) }));
 
         if (servo.presence === "offline") notes.push({ level: "bad", text: t.offlineRemedy });
         if (servo.inhibit) notes.push({ level: "warn", text: t[servo.inhibit], isInhibit: servo.inhibit === "lost" });

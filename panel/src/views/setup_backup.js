@@ -12,6 +12,7 @@ const FILE_MAX = 1000000; // bytes: a larger file is no backup
 
 class BackupPart extends SetupPart {
     #isAll = false; // what a restore takes from a file
+    #file = ""; // name of the file that was chosen last
 
     async #save(id) {
         const text = await this.setup.backup(id);
@@ -24,6 +25,7 @@ class BackupPart extends SetupPart {
 
         target.value = ""; // the same file can be chosen again
         if (!file) return;
+        this.#file = file.name;
         const scope = this.#isAll ? null : this.setup.id;
         const text = await this.session.attempt(() => this.#textOf(file));
 
@@ -53,9 +55,12 @@ class BackupPart extends SetupPart {
         const rows = servos.flatMap(({ id, changes }) => changes.map((change) => ({ id, ...change })));
         const count = new Set(rows.map(({ id }) => id)).size;
 
-        if (!rows.length) return html`<p class="plan" role="status">${t.same} <button class="close" @click=${() => this.setup.forgetPlan()}>${t.close}</button></p>`;
+        if (!rows.length)
+            return html`<p class="plan" role="status">
+                ${t.fromFile(this.#file)} ${t.same} <button class="close" @click=${() => this.setup.forgetPlan()}>${t.close}</button>
+            </p>`;
         return html`<div class="plan">
-            <p role="status"><b>${t.differs(rows.length, count)}</b></p>
+            <p role="status">${t.fromFile(this.#file)} <b>${t.differs(rows.length, count)}</b></p>
             <table class="differences">
                 ${this.#head([t.columnServo, t.columnRegister, t.columnNow, t.columnFile])}
                 <tbody>${rows.map(

@@ -3,11 +3,11 @@
 
 import { html, nothing } from "lit";
 import { texts } from "../texts/texts.js";
+import { ID_MAX } from "../wire/packet.js";
 import { SetupPart } from "./setup_part.js";
 
 const t = texts.setup;
 const OTHER = "other";
-const ID_MAX = 253;
 
 class DiagnosePart extends SetupPart {
     #who = "";
@@ -48,7 +48,7 @@ class DiagnosePart extends SetupPart {
 
         return html`<p class="hint">${t.diagnoseHint}</p>
             <div class="controls">
-                <label>${t.whom}
+                <label>${t.servoChoice}
                     <select class="whom" ?disabled=${setup.isRunning} @change=${({ target }) => this.#set("who", target.value)}>${this.#choices()}</select>
                 </label>
                 ${this.#who === OTHER

@@ -23,11 +23,11 @@ class FindPart extends SetupPart {
     }
 
     #state() {
-        const { found, hasEnded, operation } = this.setup;
+        const { found, isPartial, operation } = this.setup;
 
         if (this.runs("search")) return operation.total ? t.progress(operation.done, operation.total) : t.searching;
         if (!found) return texts.status.servos(this.setup.ids.length);
-        return `${hasEnded && !found.length ? "" : t.foundCount(found.length)} ${hasEnded ? t.searchEnded : ""}`.trim();
+        return `${isPartial && !found.length ? "" : t.foundCount(found.length)} ${isPartial ? t.searchEnded : ""}`.trim();
     }
 
     #ways() {

@@ -3,10 +3,10 @@
 
 import { html, nothing } from "lit";
 import { texts } from "../texts/texts.js";
+import { ID_MAX } from "../wire/packet.js";
 import { SetupPart } from "./setup_part.js";
 
 const t = texts.setup;
-const ID_MAX = 253;
 
 class NewPart extends SetupPart {
     #typed = null; // what the user typed; null: the next free ID is proposed

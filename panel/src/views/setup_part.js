@@ -2,8 +2,9 @@
 /* A part of the view Set-up: rendered when the set-up changes (model/setup.js), not with each feedback of the
  * servos. */
 
-import { LitElement, html, nothing } from "lit";
+import { html, nothing } from "lit";
 import { texts } from "../texts/texts.js";
+import { LightElement } from "./light_element.js";
 
 const t = texts.setup;
 
@@ -12,14 +13,10 @@ export function nameOf({ name }) {
     return html`<code>${name.split("_").map((part, index) => (index ? html`_<wbr />${part}` : part))}</code>`;
 }
 
-export class SetupPart extends LitElement {
+export class SetupPart extends LightElement {
     static properties = { setup: { attribute: false } };
 
     #refresh = () => this.requestUpdate();
-
-    createRenderRoot() {
-        return this;
-    }
 
     connectedCallback() {
         super.connectedCallback();

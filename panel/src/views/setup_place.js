@@ -4,11 +4,11 @@
 import { html, nothing } from "lit";
 import { RATES } from "../model/setup.js";
 import { texts } from "../texts/texts.js";
+import { ID_MAX } from "../wire/packet.js";
 import { confirmed } from "./confirm.js";
 import { SetupPart } from "./setup_part.js";
 
 const t = texts.setup;
-const ID_MAX = 253;
 
 /* A label with an input or a select in it, for the dialog. */
 function labelled(text, control) {

@@ -9,6 +9,7 @@ import { confirmed } from "./confirm.js";
 import { SetupPart } from "./setup_part.js";
 
 const t = texts.setup;
+const LIMITS = ["CW_ANGLE_LIMIT", "CCW_ANGLE_LIMIT"]; // the lower one, the upper one
 const PLACES = new Set(["ID", "BAUD_RATE"]); // have buttons of their own
 const FOCUSED = "panel-setup-registers .edit-form input";
 
@@ -53,13 +54,34 @@ class RegistersPart extends SetupPart {
     get #typed() {
         const { name, isRaw, unit, raw } = this.#edited;
 
-        return typedValue(this.setup.rows.find((row) => row.name === name), isRaw ? raw : unit, isRaw);
+        const typed = typedValue(this.#rowOf(name), isRaw ? raw : unit, isRaw);
+
+        return typed.raw !== undefined && this.#isCrossed(name, typed.raw) ? { problem: "crossed" } : typed;
+    }
+
+    #rowOf(name) {
+        return this.setup.rows.find((row) => row.name === name);
+    }
+
+    /* True if the limit would be beyond the other limit, as it was read. */
+    #isCrossed(name, raw) {
+        if (!LIMITS.includes(name)) return false;
+        const [low, high] = LIMITS.map((limit) => (limit === name ? raw : rawAt(this.setup.registers.bytes, this.#rowOf(limit))));
+
+        return low > high;
+    }
+
+    /* What must be confirmed before the write; undefined: nothing. */
+    #questionFor({ name }) {
+        const isLimp = this.session.robot.servos.get(this.setup.id)?.torque === false;
+
+        return LIMITS.includes(name) && isLimp ? undefined : t.confirmations[name];
     }
 
     #write = async (row) => {
         const { raw } = this.#typed;
         const { id } = this.setup;
-        const question = t.confirmations[row.name];
+        const question = this.#questionFor(row);
 
         if (raw === undefined || this.setup.isRunning) return;
         if (question && !(await confirmed({ text: question, yes: t.write, no: t.cancel }))) return;
@@ -90,12 +112,13 @@ class RegistersPart extends SetupPart {
         const { unit, raw } = this.#edited;
         const { problem } = this.#typed;
         const range = rangeText(row);
+        const rangeOfRaw = row.scale.name ? `; ${t.to(row.lowest, withUnit(row.highest, t.rawValue))}` : "";
 
         return html`<div class="edit-form" @keydown=${(event) => this.#key(event, row)}>
             ${row.scale.name ? this.#field(row, false, unit, problem) : nothing} ${this.#field(row, true, raw, problem)}
             <button class="write" ?disabled=${Boolean(problem) || this.setup.isRunning} @click=${() => this.#write(row)}>${t.write}</button>
             <button class="cancel" @click=${() => this.#cancel(row.name)}>${t.cancel}</button>
-            <span id="edit-note" role="status" class=${problem ? "bad" : "soft"}>${problem ? `${t.problems[problem]} ` : nothing}${range}${row.scale.name ? `; ${t.to(row.lowest, withUnit(row.highest, t.rawValue))}` : nothing}</span>
+            <span id="edit-note" role="status" class=${problem ? "bad" : "soft"}>${problem ? `${t.problems[problem]} ` : nothing}${range}${rangeOfRaw}</span>
         </div>`;
     }
 

@@ -5,9 +5,9 @@
  * The page has a strict Content-Security-Policy: a template must have no attribute `style`. Use classes,
  * attributes of SVG, or element.style in updated(). */
 
-import { LitElement } from "lit";
+import { LightElement } from "./light_element.js";
 
-export class View extends LitElement {
+export class View extends LightElement {
     static properties = { session: { attribute: false } };
 
     #frame = null;
@@ -17,11 +17,6 @@ export class View extends LitElement {
             this.requestUpdate();
         });
     };
-
-    /* Light DOM: one style sheet for the page, and labels reach all elements. */
-    createRenderRoot() {
-        return this;
-    }
 
     connectedCallback() {
         super.connectedCallback();

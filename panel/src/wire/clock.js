@@ -9,9 +9,8 @@ export const realClock = {
 
 const GRACE_MS = 20;
 
-/* Calls `call` after `ms`, unless it is cancelled. While the page is held up, bytes wait, and a timer may
- * run before them. So the last GRACE_MS begin with a timer of their own: bytes that have come before it are
- * taken before `call`. */
+/* Calls `call` after `ms` unless cancelled. If the page was blocked, the timer may fire before bytes that have
+ * already arrived are delivered. So the last GRACE_MS are a second timer: it lets those bytes in first. */
 export class Timeout {
     #clock;
     #timer;

@@ -27,7 +27,7 @@ const MORE = 0; // a packet may begin here, its end has not come
 
 const isText = (byte) => (byte >= 0x20 && byte < 0x7f) || byte === TAB;
 
-/* Returns the size of the packet at the begin of `bytes`, MORE or CUT. */
+/* Returns the size of the packet at the start of `bytes`, MORE or CUT. */
 function sizeOfPacket(bytes) {
     if (bytes.length > 1 && bytes[1] !== HEADER) return CUT;
     if (bytes.length > AT_ID && bytes[AT_ID] === HEADER) return CUT; // more than two FF

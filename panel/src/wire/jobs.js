@@ -3,7 +3,7 @@
  * promise; the wire gives it what arrives until the job ends. */
 
 import {
-    AT_ERROR,
+    AT_INSTRUCTION,
     AT_ID,
     AT_PARAMETERS,
     BROADCAST_ID,
@@ -42,20 +42,20 @@ class Job {
 function parametersDue(bytes) {
     const count = bytes[AT_PARAMETERS + 1];
 
-    if (bytes[AT_ERROR] === INSTRUCTION.READ) return count;
-    if (bytes[AT_ERROR] === INSTRUCTION.SYNC_READ) return count * (bytes.length - AT_PARAMETERS - 3);
+    if (bytes[AT_INSTRUCTION] === INSTRUCTION.READ) return count;
+    if (bytes[AT_INSTRUCTION] === INSTRUCTION.SYNC_READ) return count * (bytes.length - AT_PARAMETERS - 3);
     return 0;
 }
 
 /* ID of the servo that sends reply `index`, or null: any. */
 function idDue(bytes, index, deviceId) {
-    if (bytes[AT_ERROR] === INSTRUCTION.SYNC_READ) return deviceId;
-    if (bytes[AT_ERROR] === INSTRUCTION.BULK_READ) return bytes[AT_PARAMETERS + 2 + 3 * index];
+    if (bytes[AT_INSTRUCTION] === INSTRUCTION.SYNC_READ) return deviceId;
+    if (bytes[AT_INSTRUCTION] === INSTRUCTION.BULK_READ) return bytes[AT_PARAMETERS + 2 + 3 * index];
     return bytes[AT_ID] === BROADCAST_ID ? null : bytes[AT_ID];
 }
 
 function countDue(bytes, index) {
-    if (bytes[AT_ERROR] === INSTRUCTION.BULK_READ) return bytes[AT_PARAMETERS + 1 + 3 * index];
+    if (bytes[AT_INSTRUCTION] === INSTRUCTION.BULK_READ) return bytes[AT_PARAMETERS + 1 + 3 * index];
     return parametersDue(bytes);
 }
 
@@ -90,7 +90,7 @@ export class PacketJob extends Job {
 
 /* A READ of the first bytes of the device. Replies that came before its reply are stale. Successive
  * fences read different numbers of bytes, so the reply to one is not taken for that to another. `older`:
- * fences whose reply does as well, if it comes late. */
+ * earlier fences; their late reply also counts. */
 export class FenceJob extends PacketJob {
     constructor(bytes, options) {
         super(bytes, options);
@@ -138,8 +138,8 @@ export class LineJob extends Job {
     }
 }
 
-/* `help NAME`: its reply begins with the usage of the command. The reply to the line before it, if it
- * comes late, does not. Ctrl-C ends a command that a key ends, and drops a line that was begun. */
+/* `help NAME`: its reply begins with the usage of the command. A late reply to the line before it does
+ * not begin so. Ctrl-C ends a command that a key ends, and drops a line that was begun. */
 export class MarkerJob extends LineJob {
     constructor(name, options) {
         super(`help ${name}`, options);

@@ -10,7 +10,8 @@ export const LENGTH_MIN = 2;
 export const LENGTH_MAX = 254;
 export const AT_ID = 2;
 export const AT_LENGTH = 3;
-export const AT_ERROR = 4; // of a status packet; INSTRUCTION of an instruction packet
+export const AT_ERROR = 4; // of a status packet
+export const AT_INSTRUCTION = 4; // of an instruction packet
 export const AT_PARAMETERS = 5;
 
 export const INSTRUCTION = Object.freeze({
@@ -129,7 +130,7 @@ export function bulkRead(blocks) {
 
 /* Number of status packets that answer an instruction packet. */
 export function repliesDue(bytes) {
-    const instruction = bytes[AT_ERROR];
+    const instruction = bytes[AT_INSTRUCTION];
 
     if (instruction === INSTRUCTION.BULK_READ) return (bytes[AT_LENGTH] - 3) / 3;
     if (instruction === INSTRUCTION.SYNC_READ || instruction === INSTRUCTION.PING) return 1;

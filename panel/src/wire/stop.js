@@ -13,7 +13,7 @@ const AGAIN_MS = 150; // between two Ctrl-X
 const FAILED = 0xff; // byte of a servo that did not answer a SYNC READ
 
 /* Splits `ids` into groups whose SYNC READ of `count` bytes fits. */
-export function groupsOf(ids, count) {
+export function groupsOfIds(ids, count) {
     const size = Math.floor(SYNC_READ_MAX / count);
     const groups = [];
 
@@ -50,7 +50,7 @@ class Stop {
     async readTorque(ids) {
         const torque = new Map(ids.map((id) => [id, FAILED]));
 
-        for (const group of groupsOf(ids, 1)) {
+        for (const group of groupsOfIds(ids, 1)) {
             const reply = await this.wire.ask(syncRead(TORQUE_ENABLE, 1, group));
 
             group.forEach((id, index) => torque.set(id, reply?.parameters[index] ?? FAILED));

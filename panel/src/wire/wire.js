@@ -24,15 +24,17 @@ export const LINE_MS = 3000; // a command: the longest time without a line of it
 export const CTRL_X = 0x18;
 
 const DEVICE_ID = 253;
-const SILENCE_MS = 200; // an unfinished packet is none; a busy machine passes bytes on with gaps
-const STOP_FENCE_MS = 100; // to the next fence: the controller drops a packet that waits for 15 ms behind a SYNC READ
+const SILENCE_MS = 200; // an unfinished packet is then given up; a busy machine passes bytes on with gaps
+/* Timeout of a fence during a stop. Short, because the controller drops a packet that waits more than 15 ms behind a
+ * SYNC READ. */
+const STOP_FENCE_MS = 100;
 const OPEN_MS = 6000; // a board that the opening of its port resets, with its boot loader
 const MARKER_MS = 500;
 const RETRY_MS = 1000; // between two attempts while the controller is silent
 const FENCE_ATTEMPTS = 3;
 const MARKER_ATTEMPTS = 6;
 const MARKERS = ["id", "ping", "stop", "release", "scan"];
-const FENCE_SIZES = [2, 3, 4, 5, 6, 7, 8]; // bytes; the device has 16 at its begin
+const FENCE_SIZES = [2, 3, 4, 5, 6, 7, 8]; // bytes; the device has 16 at its start
 
 export class Wire extends EventTarget {
     #port;
@@ -40,7 +42,7 @@ export class Wire extends EventTarget {
     #demux;
     #queue = [];
     #current = null;
-    #timeout = null; // of the current job
+    #timeout = null; // timeout of the current job
     #silence = null; // timeout of an unfinished packet
     #fences = 0;
     #markers = 0;
@@ -56,11 +58,11 @@ export class Wire extends EventTarget {
         this.state = "closed";
         this.hasConsole = true; // false: the firmware takes no text (profile bridge)
         this.hasDevice = true; // false: the device does not answer under deviceId
-        this.isLost = false; // the controller does not answer; the wire asks again and again
+        this.isUnresponsive = false; // the controller does not answer; the wire asks again and again
         this.#demux = new Demux({
             onPacket: (status, bytes) => this.#takePacket(status, bytes),
             onLine: (text) => this.#takeLine(text),
-            onNoise: (bytes) => this.#tell("in", "noise", { bytes, text: toHex(bytes) }),
+            onNoise: (bytes) => this.#emitTraffic("in", "noise", { bytes, text: toHex(bytes) }),
         });
     }
 
@@ -92,11 +94,11 @@ export class Wire extends EventTarget {
         this.#port.onClose = (reason) => this.#closed(reason);
         await this.#port.open();
         this.#demux.clear();
-        this.isLost = false;
+        this.isUnresponsive = false;
         this.#setState("synchronising");
         this.#isOpening = true;
         try {
-            while (!(await this.#makesContact())) await this.#stopping.catch(() => {});
+            while (!(await this.#tryFirstContact())) await this.#stopping.catch(() => {});
         } catch (error) {
             await this.close();
             throw error;
@@ -105,8 +107,8 @@ export class Wire extends EventTarget {
         }
     }
 
-    /* False: a stop came between. */
-    async #makesContact() {
+    /* Returns false if a stop interrupted it. */
+    async #tryFirstContact() {
         try {
             await this.#firstContact(this.#epoch);
             return true;
@@ -148,7 +150,7 @@ export class Wire extends EventTarget {
 
     sendStop() {
         this.#write(Uint8Array.of(CTRL_X));
-        this.#tell("out", "stop", { bytes: Uint8Array.of(CTRL_X), text: "Ctrl-X" });
+        this.#emitTraffic("out", "stop", { bytes: Uint8Array.of(CTRL_X), text: "Ctrl-X" });
     }
 
     async close() {
@@ -183,7 +185,7 @@ export class Wire extends EventTarget {
         job.promise.finally(() => signal.removeEventListener("abort", abort)).catch(() => {});
     }
 
-    /* A job that waits is taken back; a line under way gets a key, and its reply still comes. */
+    /* Cancels a job that waits. A line under way gets a key that ends it, and its reply still comes. */
     #abort(job) {
         const index = this.#queue.indexOf(job);
 
@@ -207,7 +209,7 @@ export class Wire extends EventTarget {
     #begin(job) {
         this.#current = job;
         this.#write(job.bytes);
-        this.#tell("out", job.kind === "line" || job.kind === "marker" ? "line" : "packet", {
+        this.#emitTraffic("out", job.kind === "line" || job.kind === "marker" ? "line" : "packet", {
             bytes: job.bytes,
             text: job.line,
             source: job.source,
@@ -264,7 +266,7 @@ export class Wire extends EventTarget {
         const job = this.#current;
         const isExpected = Boolean(job && !job.isOver && job.accepts(status));
 
-        this.#tell("in", "packet", { bytes, status, isExpected });
+        this.#emitTraffic("in", "packet", { bytes, status, isExpected });
         if (!isExpected) return;
         job.take(status);
         if (job.isOver) this.#finish(job);
@@ -276,7 +278,7 @@ export class Wire extends EventTarget {
         const text = line.replace(/^(?:> )+/, "");
         const job = this.#current;
 
-        this.#tell("in", "line", { text });
+        this.#emitTraffic("in", "line", { text });
         if (!text || text === ">") return;
         if (!job || job.isOver || !job.takeLine(text)) {
             this.dispatchEvent(new CustomEvent("text", { detail: text }));
@@ -287,7 +289,7 @@ export class Wire extends EventTarget {
         }
     }
 
-    /* ---- to be in step with the controller ---- */
+    /* ---- resynchronisation ---- */
 
     #nextFence({ timeout = REPLY_MS, older } = {}) {
         const size = FENCE_SIZES[this.#fences++ % FENCE_SIZES.length];
@@ -336,38 +338,38 @@ export class Wire extends EventTarget {
         if (!device && !console) throw new WireError("silent");
         this.hasDevice = device;
         this.hasConsole = console;
-        this.#isReady();
+        this.#becomeReady();
     }
 
-    async #answers(epoch, isText) {
+    async #waitForAnswer(epoch, isText) {
         if (this.hasDevice && !(await this.#attempt(epoch, FENCE_ATTEMPTS, () => this.#nextFence()))) return false;
         if (!this.hasConsole || (!isText && this.hasDevice)) return true;
         return this.#attempt(epoch, MARKER_ATTEMPTS, () => this.#nextMarker());
     }
 
-    /* A reply is missing, or text may come that no command asked for. */
+    /* Called after a missing reply or a stop: makes sure that no stale reply or text is on its way. */
     async #resynchronise(epoch, isText) {
-        if (!this.isLost) this.#setState("synchronising");
+        if (!this.isUnresponsive) this.#setState("synchronising");
         try {
-            if (await this.#answers(epoch, isText)) this.#isReady();
-            else this.#isSilent(epoch);
+            if (await this.#waitForAnswer(epoch, isText)) this.#becomeReady();
+            else this.#becomeSilent(epoch);
         } catch (error) {
             if (!(error instanceof WireError)) throw error; // a stop or a close goes on from here
         }
     }
 
-    #isReady() {
-        const wasSilent = this.isLost;
+    #becomeReady() {
+        const wasSilent = this.isUnresponsive;
 
-        this.isLost = false;
+        this.isUnresponsive = false;
         this.#setState("ready");
         if (wasSilent) this.#notice("back");
         this.#pump();
     }
 
-    #isSilent(epoch) {
-        if (!this.isLost) this.#notice("silent");
-        this.isLost = true;
+    #becomeSilent(epoch) {
+        if (!this.isUnresponsive) this.#notice("silent");
+        this.isUnresponsive = true;
         this.#setState("silent");
         this.#failAll("silent");
         this.#clock.after(RETRY_MS, () => {
@@ -377,8 +379,7 @@ export class Wire extends EventTarget {
 
     /* ---- stop ---- */
 
-    /* The fences of a stop follow one another quickly. Each waits as long as another packet for its reply: the
-     * reply to an older one of this stop does as well. */
+    /* During a stop a fence is sent every STOP_FENCE_MS. The reply to any fence of the last REPLY_MS counts. */
     async #stop(servos) {
         let sent = []; // [fence, time], newest first
         const fence = () => {
@@ -456,7 +457,7 @@ export class Wire extends EventTarget {
         this.dispatchEvent(new CustomEvent("notice", { detail: { code, ...more } }));
     }
 
-    #tell(direction, kind, more) {
+    #emitTraffic(direction, kind, more) {
         this.dispatchEvent(new CustomEvent("traffic", { detail: { direction, kind, time: this.#clock.now(), ...more } }));
     }
 }

@@ -2,12 +2,11 @@
 /* The view Graphs: it shows and saves what simulated servos do. */
 
 import assert from "node:assert/strict";
-import { existsSync, readFileSync } from "node:fs";
+import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import test from "node:test";
 import { shows, startRobot } from "../support/browser.js";
 
-const FILE = "servos.csv";
 
 /* Moves servo 1 to its lower end while the page shows the view Robot, then shows the graphs. */
 async function moveThenShow(page) {
@@ -23,15 +22,17 @@ async function moveThenShow(page) {
 /* Clicks “Save as CSV”, and returns the rows of the file as objects. */
 async function save(page, folder) {
     const client = await page.createCDPSession();
+    let name;
     const saved = new Promise((resolve) => {
+        client.on("Browser.downloadWillBegin", (event) => (name = event.suggestedFilename));
         client.on("Browser.downloadProgress", ({ state }) => state === "completed" && resolve());
     });
 
     await client.send("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: folder, eventsEnabled: true });
     await page.click("button.save");
     await saved;
-    assert.ok(existsSync(join(folder, FILE)));
-    const [head, ...lines] = readFileSync(join(folder, FILE), "utf8").trim().split("\r\n").map((line) => line.split(","));
+    assert.match(name, /^servos-\d{4}-\d\d-\d\dT\d{6}\.csv$/);
+    const [head, ...lines] = readFileSync(join(folder, name), "utf8").trim().split("\r\n").map((line) => line.split(","));
 
     return lines.map((line) => Object.fromEntries(head.map((name, index) => [name, line[index] === "" ? null : Number(line[index])])));
 }
@@ -85,6 +86,16 @@ test("graphs: servos and quantities can be chosen", async (t) => {
     assert.deepEqual(Object.keys(row), ["time_s", "servo_2_position_deg", "servo_2_goal_deg", "servo_2_voltage_V"]);
 });
 
+test("graphs: all servos can be chosen at once, or none", async (t) => {
+    const { page } = await startRobot(t, { count: 4 });
+
+    await page.click("#tab-graphs");
+    await page.click(".servos .all");
+    await shows(page, "4: 150", '[data-quantity="position"] figcaption');
+    await page.click(".servos .none");
+    await shows(page, "Choose a servo.", ".graphs");
+});
+
 test("graphs: a drag zooms and pauses, go on shows the present", async (t) => {
     const { panel, page } = await startRobot(t, { count: 1 });
 
@@ -100,6 +111,8 @@ test("graphs: a drag zooms and pauses, go on shows the present", async (t) => {
     const width = rows.at(-1).time_s - rows[0].time_s;
 
     assert.ok(width > 0.3 && width < 0.52, `${width} s of 10`);
+    assert.equal(await page.$eval(".span", (select) => select.selectedOptions[0].text), "0.5 s");
     await page.click("button.go-on");
     await shows(page, "Drag in a graph", ".toolbar .hint");
+    assert.equal(await page.$eval(".span", (select) => select.value), "10");
 });

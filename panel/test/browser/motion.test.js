@@ -59,6 +59,33 @@ function questions(page) {
     return asked;
 }
 
+/* Types as a hand does: feedback comes between two keys. The page shows `text` when the field has taken it. */
+async function type(page, selector, text) {
+    await page.waitForSelector(selector);
+    await page.$eval(selector, (input) => input.select());
+    await page.keyboard.type(text, { delay: 120 });
+    await page.keyboard.press("Enter");
+    await page.waitForFunction((css, value) => document.querySelector(css)?.value === value, {}, selector, text);
+}
+
+test("fields keep what is typed slowly, while feedback comes", async (t) => {
+    const { page } = await start(t);
+
+    await page.click("button.capture");
+    await page.click("button.open");
+    await type(page, '.editor input[data-id="1"]', "100.2");
+    await type(page, ".editor .own-name", "wave");
+    await shows(page, "wave", ".pose");
+    await page.click("button.add-step");
+    await type(page, '[data-step="1"] .time', "2.50");
+    await type(page, '.editor input[data-id="1"]', "100.2");
+    await page.$eval('.editor input[data-id="1"]', (input) => input.select());
+    await page.keyboard.type("400", { delay: 120 });
+    await page.keyboard.press("Enter");
+    await shows(page, "out of range", ".notice");
+    assert.equal(await page.$eval('.editor input[data-id="1"]', (input) => input.value), "100.2");
+});
+
 test("teach two poses by hand, store them, and let the board play them", async (t) => {
     const { page, hand } = await start(t);
 

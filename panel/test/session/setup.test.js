@@ -116,7 +116,7 @@ test("profile full: a search is ended by a key", async (t) => {
     await progress;
     setup.end();
     await search;
-    assert.equal(setup.hasEnded, true);
+    assert.equal(setup.isPartial, true);
     assert.deepEqual(setup.found.map(({ id }) => id), [1, 2, 3]);
     assert.deepEqual(codes(session), []);
 });

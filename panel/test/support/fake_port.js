@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* A port to a controller that tests describe: which packets and lines it answers, and how. */
 
-import { AT_ERROR, AT_ID, AT_LENGTH, INSTRUCTION, isPacket, packet } from "../../src/wire/packet.js";
+import { AT_INSTRUCTION, AT_ID, AT_LENGTH, INSTRUCTION, isPacket, packet } from "../../src/wire/packet.js";
 
 const DEVICE = 253;
 const HELP = { id: "id OLD NEW: give a servo another ID", ping: "ping ID|254: check that a servo answers",
@@ -93,12 +93,12 @@ export class FakePort {
         if (this.onPacket?.(bytes) || this.isMute) return;
         const memory = bytes[AT_ID] === DEVICE ? this.device : this.servos.get(bytes[AT_ID]);
 
-        if (bytes[AT_ERROR] === INSTRUCTION.SYNC_READ) this.#syncRead(bytes);
+        if (bytes[AT_INSTRUCTION] === INSTRUCTION.SYNC_READ) this.#syncRead(bytes);
         else if (memory && !this.offline.has(bytes[AT_ID])) this.#obey(bytes, memory);
     }
 
     #obey(bytes, memory) {
-        const [id, instruction, address, count] = [bytes[AT_ID], bytes[AT_ERROR], bytes[5], bytes[6]];
+        const [id, instruction, address, count] = [bytes[AT_ID], bytes[AT_INSTRUCTION], bytes[5], bytes[6]];
         const refusal = instruction === INSTRUCTION.WRITE ? (this.refusals.get(id) ?? 0) : 0;
 
         if (instruction === INSTRUCTION.WRITE && !refusal) memory.set(bytes.slice(6, -1), address);

@@ -4,12 +4,12 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { SIZE_MAX, backedUp, differences, entriesFor, entryOf, readBackup, textOfBackup } from "../../src/model/backup.js";
-import { registersOf } from "../../src/model/registers.js";
+import { registerRows } from "../../src/model/registers.js";
 import { noticeText } from "../../src/texts/texts.js";
 import { FakePort } from "../support/fake_port.js";
 import { tables } from "../support/tables.js";
 
-const rows = registersOf(tables());
+const rows = registerRows(tables());
 const registersWith = (id) => new FakePort().addServo(id);
 const entry = (id = 1) => entryOf(rows, id, registersWith(id));
 const textOf = (...servos) => textOfBackup(servos, { page: "0.1.0", saved: "2026-01-31T12:00:00.000Z" });

@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { History, changesMode, complete, silenceOf } from "../../src/model/console_line.js";
+import { LineHistory, changesMode, complete, silenceOf } from "../../src/model/console_line.js";
 import { tables } from "../support/tables.js";
 
 const all = tables();
@@ -24,7 +24,7 @@ test("complete: words of a command, registers and settings", () => {
 });
 
 test("history: Up and Down go through the lines, and the draft comes back", () => {
-    const history = new History();
+    const history = new LineHistory();
 
     history.add("one");
     history.add("two");
@@ -38,7 +38,7 @@ test("history: Up and Down go through the lines, and the draft comes back", () =
 });
 
 test("history: at most 100 lines", () => {
-    const history = new History();
+    const history = new LineHistory();
 
     for (let i = 0; i < 200; i++) history.add(`line ${i}`);
     let line = "";

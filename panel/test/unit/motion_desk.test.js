@@ -91,9 +91,9 @@ test("undo: it is offered until the next edit, and not for a deletion that is re
 test("undo: after the deletion was saved, the page has unsaved changes", async () => {
     const { session, desk } = deskWith("up", "down");
 
-    assert.ok(desk.text);
+    assert.ok(desk.exportText());
     await desk.deletePose("down");
-    assert.ok(desk.text);
+    assert.ok(desk.exportText());
     session.notices[0].undo();
     assert.ok(desk.hasUnsaved);
 });
@@ -111,8 +111,8 @@ async function recording(ms) {
 }
 
 for (const [what, keep] of [
-    ["a sequence", (desk) => desk.recordings.toSequence().then(() => desk.text)],
-    ["a file", (desk) => desk.recordings.csv],
+    ["a sequence", (desk) => desk.recordings.toSequence().then(() => desk.exportText())],
+    ["a file", (desk) => desk.recordings.exportCsv()],
 ])
     test(`recording: it is unsaved until it is ${what}`, async () => {
         const { desk } = await recording(200);

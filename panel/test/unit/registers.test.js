@@ -3,11 +3,11 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { rangeOf, rawAt, registersOf, shownValue, typedValue } from "../../src/model/registers.js";
+import { rangeOf, rawAt, registerRows, shownValue, typedValue } from "../../src/model/registers.js";
 import { texts } from "../../src/texts/texts.js";
 import { tables } from "../support/tables.js";
 
-const rows = registersOf(tables());
+const rows = registerRows(tables());
 const rowOf = (name) => rows.find((row) => row.name === name);
 const shown = (name, raw) => {
     const { number, unit } = shownValue(rowOf(name), raw);

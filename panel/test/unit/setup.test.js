@@ -81,7 +81,7 @@ test("search: progress, servos and remarks; a key ends it", async () => {
     await finish(clock, search);
     assert.deepEqual(setup.found, [{ id: 9, model: 1, rate: 57143 }]);
     assert.deepEqual(setup.remarks, ["servo 9: finding 8: two servos seem to have this ID"]);
-    assert.equal(setup.hasEnded, true);
+    assert.equal(setup.isPartial, true);
     assert.deepEqual(codes(setup.session), []);
 });
 
@@ -94,7 +94,7 @@ test("search: one that a stop ends is not shown as complete", async () => {
 
     await finish(clock, Promise.all([search, stop]));
     assert.deepEqual(setup.found.map(({ id }) => id), [1]);
-    assert.equal(setup.hasEnded, true);
+    assert.equal(setup.isPartial, true);
 });
 
 test("search: no packet leaves while the command runs", async () => {

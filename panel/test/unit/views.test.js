@@ -120,7 +120,7 @@ test("send: a field that is empty yet is no error, and nothing can be sent", () 
     part.session = { isConnected: true, tables: tables(), traffic: { decoder: new Decoder(tables(), () => 253) } };
     assert.deepEqual(shown({ instruction: "PING" }), [undefined, false]);
     assert.deepEqual(shown({ instruction: "hex" }), ["", true]);
-    assert.deepEqual(shown({ instruction: "WRITE" }), ["", true]);
+    assert.deepEqual(shown({ instruction: "WRITE" }), ["Write the values.", true]);
     for (const form of [{ instruction: "hex", hex: "01" }, { instruction: "WRITE", values: "150," }, { instruction: "WRITE", ids: "x" }]) {
         const [error, isOff] = shown(form);
 
