@@ -40,6 +40,7 @@ export class Robot extends EventTarget {
     #isRunning = false;
     #goals = new Map(); // of each servo: the goal that waits, {raw, speed, at}
     #goalSentAt = new Map();
+    #torqueOrders = new Map(); // newest torque command, by servo ID
     #due = new Map(); // of each slow read: when it is due
     #rounds = []; // times of the last feedback
     #isListed = false; // the command `servos` has listed servos
@@ -62,6 +63,10 @@ export class Robot extends EventTarget {
 
     get ids() {
         return [...this.servos.keys()];
+    }
+
+    get #online() {
+        return this.ids.filter((id) => this.servos.get(id).presence === "online");
     }
 
     /* Feedback of all servos a second. */
@@ -196,11 +201,26 @@ export class Robot extends EventTarget {
     }
 
     /* Switches torque. On: the goal becomes the present position first, and is read back, so nothing
-     * moves. Throws Failure or WireError. */
-    async setTorque(id, isOn) {
+     * moves. A later command for the same servo cancels this one. Throws Failure or WireError. */
+    setTorque(id, isOn) {
+        return this.#switchTorque(id, isOn, this.#orderTorque([id]));
+    }
+
+    #orderTorque(ids) {
+        const order = Symbol();
+
+        for (const id of ids) this.#torqueOrders.set(id, order);
+        return order;
+    }
+
+    async #switchTorque(id, isOn, order) {
+        const isCancelled = () => this.#torqueOrders.get(id) !== order;
+
+        if (isCancelled()) return;
         this.#goals.delete(id);
         if (isOn && this.isInhibited) throw new Failure("inhibited", { id });
         if (isOn) await this.#holdPosition(id);
+        if (isCancelled()) return; // torque off takes one packet, and overtakes torque on
         await writeRegisters(this.#wire, id, REGISTER.TORQUE_ENABLE, [isOn ? 1 : 0]);
         const servo = this.servos.get(id);
 
@@ -208,13 +228,16 @@ export class Robot extends EventTarget {
         this.#change();
     }
 
-    /* Switches torque of all servos that are online, one after the other. A servo that fails is told by
-     * onError(error), and the others go on; a stop or a lost port ends it. */
-    async setTorqueAll(isOn, onError) {
-        for (const id of this.ids) {
-            if (this.servos.get(id)?.presence !== "online") continue;
+    /* Switches torque of `ids`, or of all servos that are online, one after the other. `keepsGoals`: a servo that
+     * has torque keeps its goal. A servo that fails is told by onError(error), and the others go on; a stop or a
+     * lost port ends it. */
+    async setTorqueAll(isOn, onError, { ids = this.#online, keepsGoals = false } = {}) {
+        const order = this.#orderTorque(ids);
+
+        for (const id of ids) {
+            if (isOn && keepsGoals && this.servos.get(id)?.torque === true) continue;
             try {
-                await this.setTorque(id, isOn);
+                await this.#switchTorque(id, isOn, order);
             } catch (error) {
                 if (["stopped", "closed", "silent", "inhibited"].includes(error.code)) throw error;
                 onError(error);

@@ -298,6 +298,26 @@ test("torque of all: a stop ends it", async () => {
     assert.deepEqual([1, 2, 3].map((id) => port.servos.get(id)[TORQUE]), [0, 0, 0]);
 });
 
+test("torque of all: off cancels on", async () => {
+    const { robot, port, clock } = await rig({ ids: [1, 2, 3], torque: 0 });
+    const torques = () => [1, 2, 3].map((id) => port.servos.get(id)[TORQUE]);
+    const fail = (error) => assert.fail(error);
+    let off = null;
+
+    port.onPacket = (bytes) => {
+        if (bytes[4] === INSTRUCTION.WRITE && bytes[5] === GOAL) off ??= robot.setTorqueAll(false, fail);
+    };
+    await Promise.all([robot.setTorqueAll(true, fail), clock.advance(1000)]);
+    await off;
+    assert.deepEqual(torques(), [0, 0, 0]);
+    off = true;
+    const on = robot.setTorqueAll(true, fail);
+    const one = robot.setTorque(2, false);
+
+    await Promise.all([on, one, clock.advance(1000)]);
+    assert.deepEqual(torques(), [1, 0, 1]);
+});
+
 test("torque on: not tried while driving is inhibited", async () => {
     const { robot, port, clock } = await rig({ torque: 0 });
 
