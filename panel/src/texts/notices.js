@@ -89,7 +89,11 @@ export const notice = {
     }),
     "backup-crossed": ({ id, low, high }) => ({
         text: `Servo ${id}: ${low} would be above ${high}. Nothing was written.`,
-        remedy: "Correct the file, or choose another one. If GOAL_POSITION is named, switch torque off first.",
+        remedy: "Correct the file, or choose another one.",
+    }),
+    "limits-move": ({ id }) => ({
+        text: `Servo ${id} has torque and would move: the new angle limits exclude its goal, or begin or end endless turn. Nothing was written.`,
+        remedy: "Switch its torque off first.",
     }),
     "backup-changed": (detail) => ({
         text: `${servo(detail)} has changed since the file was compared. Nothing was written.`,
