@@ -96,7 +96,8 @@ export class Recordings {
     toSequence() {
         return this.#editor.edit((motions) => {
             const { points } = this.thinned;
-            const name = motions.freeName("rec", motions.sequences);
+            const stems = [...motions.poses.keys()].map((pose) => pose.replace(/x\d+$/, ""));
+            const name = motions.freeName("rec", new Set([...motions.sequences.keys(), ...stems]));
 
             if (points.length > STEPS_MAX) throw new MotionError("motion-steps", { detail: name, count: points.length });
             const { poses, steps } = this.#stepsOf(points, name);
