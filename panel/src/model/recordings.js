@@ -37,6 +37,7 @@ export class Recordings {
 
     begin() {
         return this.session.attempt(async () => {
+            if (this.isRecording) return; // the button was pressed twice
             this.#editor.present();
             this.recorder = new Recorder(this.session.robot, this.session.clock, { onEnd: (recording) => this.#takeRecording(recording) });
             this.recorder.start(this.#editor.chosen);
@@ -46,6 +47,7 @@ export class Recordings {
 
     end() {
         return this.session.attempt(async () => {
+            if (!this.isRecording) return;
             const recording = this.recorder.end();
 
             if (recording.length < SHORT_MS) throw new MotionError("motion-short");

@@ -124,6 +124,17 @@ for (const [what, keep] of [
         assert.ok(!desk.hasUnsaved);
     });
 
+test("recording: a button pressed twice begins and ends one recording", async () => {
+    const { session, desk } = await recording(200);
+    const { recorder } = desk.recordings;
+
+    await desk.recordings.begin();
+    assert.equal(desk.recordings.recorder, recorder);
+    await desk.recordings.end();
+    await desk.recordings.end();
+    assert.deepEqual(session.notices, []);
+});
+
 test("toSequence: poses of a renamed sequence are not overwritten", async () => {
     const { desk } = await recording(200);
 
