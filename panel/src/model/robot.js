@@ -8,7 +8,7 @@
  * Events: `feedback` after each round, `change` when anything else has changed, `notice`, `reset` when the
  * controller has been reset: its RESET_CAUSE is another one, it echoes a line, or it has forgotten its servos. */
 
-import { ERRORS_OF_PACKET, errorNames, syncRead, word, wordAt, write } from "../wire/packet.js";
+import { ERRORS_OF_PACKET, ID_MAX, errorNames, syncRead, word, wordAt, write } from "../wire/packet.js";
 import { groupsOf } from "../wire/stop.js";
 import { pause } from "../wire/clock.js";
 import { WireError } from "../wire/wire_error.js";
@@ -80,9 +80,10 @@ export class Robot extends EventTarget {
         return this.device?.inhibit === 1;
     }
 
-    /* Shows these servos; what is known of a servo that stays is kept. */
+    /* Shows these servos; what is known of a servo that stays is kept. A damaged line may have named an ID that no
+     * servo can have. */
     setServos(ids) {
-        const sorted = [...new Set(ids)].sort((one, other) => one - other);
+        const sorted = [...new Set(ids)].filter((id) => id <= ID_MAX).sort((one, other) => one - other);
 
         this.servos = new Map(sorted.map((id) => [id, this.servos.get(id) ?? new Servo(id)]));
         this.#goals = new Map([...this.#goals].filter(([id]) => this.servos.has(id)));
@@ -281,7 +282,7 @@ export class Robot extends EventTarget {
                 await this.#round();
                 await this.#wait(begun);
             } catch (error) {
-                if (!(error instanceof WireError) && error.name !== "CommandError") throw error;
+                if (!(error instanceof WireError) && error.name !== "CommandError") this.#notice(error);
                 if (error.code === "closed") this.end();
                 this.#due.delete("text"); // it tells whether the controller was reset
                 await pause(this.#clock, PAUSE_MS);
@@ -442,7 +443,11 @@ export class Robot extends EventTarget {
 
     #goalFailed(servo, state, why = "") {
         servo.goalState = state;
-        this.dispatchEvent(new CustomEvent("notice", { detail: { code: `goal-${state}`, id: servo.id, why } }));
+        this.#notice({ code: `goal-${state}`, id: servo.id, why });
+    }
+
+    #notice(detail) {
+        this.dispatchEvent(new CustomEvent("notice", { detail }));
     }
 
     #change() {

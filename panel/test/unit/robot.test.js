@@ -83,6 +83,29 @@ test("feedback: goes on after a timeout", async () => {
     assert.ok(!servo.isOld(clock.now()));
 });
 
+test("feedback: an ID that no servo can have does not end it", async () => {
+    const { robot, port, clock, servo } = await rig();
+
+    robot.setServos([1, 303]);
+    assert.deepEqual(robot.ids, [1]);
+    port.servos.get(1)[0x24] = 7;
+    await clock.advance(200);
+    assert.equal(servo.raw.position, 0x207);
+});
+
+test("feedback: an error of the page is told and does not end it", async () => {
+    const { robot, port, clock, notices, servo } = await rig();
+    const take = servo.takeFeedback;
+
+    servo.takeFeedback = () => assert.fail("broken");
+    await clock.advance(200);
+    assert.equal(notices[0].message, "broken");
+    servo.takeFeedback = take;
+    port.servos.get(1)[0x24] = 7;
+    await clock.advance(200);
+    assert.equal(servo.raw.position, 0x207);
+});
+
 test("feedback: ends when the port is lost", async () => {
     const { port, clock } = await rig();
 
