@@ -90,16 +90,20 @@ export class Wire extends EventTarget {
     async open() {
         this.#port.onBytes = (bytes) => this.#receive(bytes);
         this.#port.onClose = (reason) => this.#closed(reason);
-        await this.#port.open();
-        this.#demux.clear();
-        this.isLost = false;
-        this.#setState("synchronising");
         this.#isOpening = true;
         try {
+            await this.#port.open();
+            if (!this.#isOpening) throw new WireError("closed"); // by close(), while the port opened
+            this.#demux.clear();
+            this.isLost = false;
+            this.#setState("synchronising");
             while (!(await this.#makesContact())) await this.#stopping.catch(() => {});
         } catch (error) {
-            await this.close();
-            throw error;
+            const isClosed = !this.#isOpening;
+
+            this.#closed(null);
+            await this.#port.close();
+            throw isClosed ? new WireError("closed") : error;
         } finally {
             this.#isOpening = false;
         }
@@ -152,7 +156,8 @@ export class Wire extends EventTarget {
     }
 
     async close() {
-        if (this.state === "closed") return;
+        if (this.state === "closed" && !this.#isOpening) return;
+        this.#isOpening = false;
         this.#closed(null);
         await this.#port.close();
     }

@@ -78,6 +78,15 @@ test("web socket: close is no loss", async () => {
     assert.equal(socket.onclose, null);
 });
 
+test("web socket: close ends the opening", async () => {
+    const port = new WebSocketPort("ws://x", { Socket: FakeSocket });
+    const open = codeOf(port.open());
+
+    await port.close();
+    assert.ok(FakeSocket.last.isClosed);
+    assert.equal(await open, "refused");
+});
+
 test("web socket: the address beside a page", () => {
     assert.equal(WebSocketPort.urlBeside({ protocol: "http:", host: "127.0.0.1:8055" }), "ws://127.0.0.1:8055/websockify");
     assert.equal(WebSocketPort.urlBeside({ protocol: "https:", host: "a.b" }), "wss://a.b/websockify");
