@@ -93,11 +93,12 @@ function checkEntry(entry, rows) {
         if (!isWithin(registers[row.name], row.lowest, row.highest))
             throw damaged(`servo ${id}: ${row.name} is not a number from ${row.lowest} to ${row.highest}`);
     }
-    checkOrder(entry, registers, rows, [[CW, CCW], ["MIN_VOLTAGE", "MAX_VOLTAGE"]]);
+    checkOrder(id, registers, rows);
 }
 
-/* Throws Failure if the value of the first register of a pair is above that of the second one. */
-function checkOrder({ id }, values, rows, pairs) {
+/* Throws Failure if a lower limit is above the upper one. */
+function checkOrder(id, values, rows) {
+    const pairs = [[CW, CCW], ["MIN_VOLTAGE", "MAX_VOLTAGE"]];
     const told = (name) => `${name} (${valueText(rows.find((row) => row.name === name), values[name])})`;
     const crossed = pairs.find(([low, high]) => values[low] > values[high]);
 
@@ -115,8 +116,20 @@ export function entriesFor(entries, id) {
     return own;
 }
 
-/* The registers that differ: [{row, now, file}]. `bytes`: the registers of the servo. A servo with torque that
- * gets limits beyond its goal may move, so this throws Failure, too; without torque the goal does nothing. */
+/* Throws Failure if the servo has torque, and angle limits of `values` would move it: limits that exclude its goal,
+ * or limits that begin or end endless turn. `bytes`: the registers of the servo. */
+export function checkLimits(id, bytes, rows, values) {
+    const before = { [CW]: valueNamed(rows, bytes, CW), [CCW]: valueNamed(rows, bytes, CCW) };
+    const [low, high] = [values[CW] ?? before[CW], values[CCW] ?? before[CCW]];
+    const goal = valueNamed(rows, bytes, GOAL);
+    const isEndless = high === 0;
+    const moves = isEndless !== (before[CCW] === 0) || (!isEndless && (goal < low || goal > high));
+
+    if (!valueNamed(rows, bytes, "TORQUE_ENABLE") || (low === before[CW] && high === before[CCW])) return;
+    if (moves) throw new Failure("limits-move", { id });
+}
+
+/* The registers that differ: [{row, now, file}]. `bytes`: the registers of the servo. */
 export function differences(entry, bytes, rows) {
     const model = valueNamed(rows, bytes, "MODEL_NUMBER");
 
@@ -124,9 +137,7 @@ export function differences(entry, bytes, rows) {
     const changes = backedUp(rows)
         .map((row) => ({ row, now: rawAt(bytes, row), file: entry.registers[row.name] }))
         .filter(({ now, file }) => now !== file);
-    const isLimited = entry.registers[CCW] > 0; // else endless turn, without a goal
 
-    if (isLimited && valueNamed(rows, bytes, "TORQUE_ENABLE") && changes.some(({ row }) => row.name === CW || row.name === CCW))
-        checkOrder(entry, { ...entry.registers, [GOAL]: valueNamed(rows, bytes, GOAL) }, rows, [[CW, GOAL], [GOAL, CCW]]);
+    checkLimits(entry.id, bytes, rows, entry.registers);
     return changes;
 }

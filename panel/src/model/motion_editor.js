@@ -88,15 +88,7 @@ export class MotionEditor {
     setTorque(isOn) {
         return this.attempt(async () => {
             this.#checkChosen();
-            for (const id of this.chosen) {
-                if (isOn && this.session.robot.servos.get(id)?.torque === true) continue;
-                try {
-                    await this.session.robot.setTorque(id, isOn);
-                } catch (error) {
-                    if (["stopped", "closed", "silent", "inhibited"].includes(error.code)) throw error;
-                    this.session.notify(error);
-                }
-            }
+            await this.session.robot.setTorqueAll(isOn, (error) => this.session.notify(error), { ids: this.chosen, keepsGoals: true });
         });
     }
 

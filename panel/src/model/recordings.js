@@ -37,6 +37,7 @@ export class Recordings {
 
     begin() {
         return this.session.attempt(async () => {
+            if (this.isRecording) return; // the button was pressed twice
             this.#editor.present();
             this.recorder = new Recorder(this.session.robot, this.session.clock, { onEnd: (recording) => this.#takeRecording(recording) });
             this.recorder.start(this.#editor.chosen);
@@ -46,6 +47,7 @@ export class Recordings {
 
     end() {
         return this.session.attempt(async () => {
+            if (!this.isRecording) return;
             const recording = this.recorder.end();
 
             if (recording.length < SHORT_MS) throw new MotionError("motion-short");
@@ -97,7 +99,8 @@ export class Recordings {
     toSequence() {
         return this.#editor.edit((motions) => {
             const { points } = this.thinned;
-            const name = motions.freeName("rec", motions.sequences);
+            const stems = [...motions.poses.keys()].map((pose) => pose.replace(/x\d+$/, ""));
+            const name = motions.freeName("rec", new Set([...motions.sequences.keys(), ...stems]));
 
             if (points.length > STEPS_MAX) throw new MotionError("motion-steps", { detail: name, count: points.length });
             const { poses, steps } = this.#stepsOf(points, name);

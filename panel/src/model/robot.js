@@ -8,7 +8,7 @@
  * Events: `feedback` after each round, `change` when anything else has changed, `notice`, `reset` when the
  * controller has been reset: its RESET_CAUSE is another one, it echoes a line, or it has forgotten its servos. */
 
-import { ERRORS_OF_PACKET, errorNames, syncRead, word, wordAt, write } from "../wire/packet.js";
+import { ERRORS_OF_PACKET, ID_MAX, errorNames, syncRead, word, wordAt, write } from "../wire/packet.js";
 import { groupsOfIds } from "../wire/stop.js";
 import { pause } from "../wire/clock.js";
 import { WireError } from "../wire/wire_error.js";
@@ -40,6 +40,7 @@ export class Robot extends EventTarget {
     #isRunning = false;
     #goals = new Map(); // goals that wait, by servo ID: {raw, speed, at}
     #goalSentAt = new Map(); // time of the last goal, by servo ID
+    #torqueOrders = new Map(); // newest torque command, by servo ID
     #due = new Map(); // time of the next slow read, by its name
     #rounds = []; // times of the last feedback
     #isListed = false; // the command `servos` has listed servos
@@ -64,6 +65,10 @@ export class Robot extends EventTarget {
         return [...this.servos.keys()];
     }
 
+    get #online() {
+        return this.ids.filter((id) => this.servos.get(id).presence === "online");
+    }
+
     /* Feedback of all servos a second. */
     get rate() {
         const since = this.#clock.now() - RATE_MS;
@@ -75,9 +80,10 @@ export class Robot extends EventTarget {
         return this.device?.inhibit === 1;
     }
 
-    /* Shows these servos; what is known of a servo that stays is kept. */
+    /* Shows these servos; what is known of a servo that stays is kept. A damaged line may have named an ID that no
+     * servo can have. */
     setServos(ids) {
-        const sorted = [...new Set(ids)].sort((one, other) => one - other);
+        const sorted = [...new Set(ids)].filter((id) => id <= ID_MAX).sort((one, other) => one - other);
 
         this.servos = new Map(sorted.map((id) => [id, this.servos.get(id) ?? new Servo(id)]));
         this.#goals = new Map([...this.#goals].filter(([id]) => this.servos.has(id)));
@@ -196,11 +202,26 @@ export class Robot extends EventTarget {
     }
 
     /* Switches torque. On: the goal becomes the present position first, and is read back, so nothing
-     * moves. Throws Failure or WireError. */
-    async setTorque(id, isOn) {
+     * moves. A later command for the same servo cancels this one. Throws Failure or WireError. */
+    setTorque(id, isOn) {
+        return this.#switchTorque(id, isOn, this.#orderTorque([id]));
+    }
+
+    #orderTorque(ids) {
+        const order = Symbol();
+
+        for (const id of ids) this.#torqueOrders.set(id, order);
+        return order;
+    }
+
+    async #switchTorque(id, isOn, order) {
+        const isCancelled = () => this.#torqueOrders.get(id) !== order;
+
+        if (isCancelled()) return;
         this.#goals.delete(id);
         if (isOn && this.isInhibited) throw new Failure("inhibited", { id });
         if (isOn) await this.#holdPosition(id);
+        if (isCancelled()) return; // torque off takes one packet, and overtakes torque on
         await writeRegisters(this.#wire, id, REGISTER.TORQUE_ENABLE, [isOn ? 1 : 0]);
         const servo = this.servos.get(id);
 
@@ -208,13 +229,16 @@ export class Robot extends EventTarget {
         this.#change();
     }
 
-    /* Switches torque of all servos that are online, one after the other. A servo that fails is told by
-     * onError(error), and the others go on; a stop or a lost port ends it. */
-    async setTorqueAll(isOn, onError) {
-        for (const id of this.ids) {
-            if (this.servos.get(id)?.presence !== "online") continue;
+    /* Switches torque of `ids`, or of all servos that are online, one after the other. `keepsGoals`: a servo that
+     * has torque keeps its goal. A servo that fails is told by onError(error), and the others go on; a stop or a
+     * lost port ends it. */
+    async setTorqueAll(isOn, onError, { ids = this.#online, keepsGoals = false } = {}) {
+        const order = this.#orderTorque(ids);
+
+        for (const id of ids) {
+            if (isOn && keepsGoals && this.servos.get(id)?.torque === true) continue;
             try {
-                await this.setTorque(id, isOn);
+                await this.#switchTorque(id, isOn, order);
             } catch (error) {
                 if (["stopped", "closed", "silent", "inhibited"].includes(error.code)) throw error;
                 onError(error);
@@ -258,7 +282,7 @@ export class Robot extends EventTarget {
                 await this.#round();
                 await this.#wait(begun);
             } catch (error) {
-                if (!(error instanceof WireError) && error.name !== "CommandError") throw error;
+                if (!(error instanceof WireError) && error.name !== "CommandError") this.#notice(error);
                 if (error.code === "closed") this.end();
                 this.#due.delete("text"); // it tells whether the controller was reset
                 await pause(this.#clock, PAUSE_MS);
@@ -419,7 +443,11 @@ export class Robot extends EventTarget {
 
     #goalFailed(servo, state, why = "") {
         servo.goalState = state;
-        this.dispatchEvent(new CustomEvent("notice", { detail: { code: `goal-${state}`, id: servo.id, why } }));
+        this.#notice({ code: `goal-${state}`, id: servo.id, why });
+    }
+
+    #notice(detail) {
+        this.dispatchEvent(new CustomEvent("notice", { detail }));
     }
 
     #change() {

@@ -84,7 +84,7 @@ export class Session extends EventTarget {
     /* Opens the port and asks what the controller has. Never throws: a failure becomes a notice. With `isPatient` a
      * port that another client has gives no notice; the caller tries again. */
     async connect(port, { isPatient = false } = {}) {
-        if (this.state !== "disconnected") await this.disconnect();
+        while (this.state !== "disconnected") await this.disconnect(); // again if another connect() came between
         this.#clear(port);
         const { wire } = this;
 
@@ -97,8 +97,8 @@ export class Session extends EventTarget {
             this.robot.start();
         } catch (error) {
             if (this.wire !== wire) return; // another connection has begun
-            if (!this.isPortTaken) this.notify(error);
-            else if (!isPatient) this.notify({ code: "port-taken" });
+            if (this.isPortTaken && !isPatient) this.notify({ code: "port-taken" });
+            if (!this.isPortTaken && error.code !== "closed") this.notify(error);
             if (wire.state === "closed") this.#setState("disconnected");
             else if (this.state === "connecting") await this.disconnect();
             else this.robot.start();
@@ -133,9 +133,11 @@ export class Session extends EventTarget {
     }
 
     async disconnect() {
+        const { wire } = this;
+
         this.robot?.end();
-        await this.wire?.close();
-        this.#setState("disconnected");
+        await wire?.close();
+        if (this.wire === wire) this.#setState("disconnected");
     }
 
     #listen(wire, robot) {

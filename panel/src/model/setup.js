@@ -5,7 +5,7 @@
  * Event: `change`. */
 
 import { CommandError } from "./controller.js";
-import { differences, entriesFor, entryOf, readBackup, textOfBackup } from "./backup.js";
+import { checkLimits, differences, entriesFor, entryOf, readBackup, textOfBackup } from "./backup.js";
 import { Failure, rawAt, readRegisters, registerRows, writeRegister } from "./registers.js";
 
 /* The rates at which a search looks, bit/s. */
@@ -279,6 +279,7 @@ export class Setup extends EventTarget {
     write(id, row, raw) {
         return this.#run("write", async () => {
             try {
+                checkLimits(id, await readRegisters(this.session.wire, id), this.rows, { [row.name]: raw });
                 await writeRegister(this.session.controller, id, row, raw);
             } finally {
                 if (this.session.isConnected) await this.#read(id).catch(() => (this.registers = null)); // the first failure is told

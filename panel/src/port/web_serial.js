@@ -38,18 +38,20 @@ export class WebSerialPort {
 
     /* Lets the user choose a port; must be called from a click. Throws PortError. */
     async open() {
+        let port;
+
         if (!this.#serial) throw new PortError("unsupported");
         try {
-            this.#port = await this.#serial.requestPort();
+            port = await this.#serial.requestPort();
         } catch (error) {
             throw new PortError(error.name === "NotFoundError" ? "not-chosen" : "denied", error.message);
         }
         try {
-            await this.#port.open({ baudRate: this.baudRate, bufferSize: 4096 });
+            await port.open({ baudRate: this.baudRate, bufferSize: 4096 });
         } catch (error) {
-            this.#port = null;
             throw new PortError("in-use", error.message);
         }
+        this.#port = port;
         this.#isLost = false;
         this.#writer = this.#port.writable.getWriter();
         this.#reading = this.#read();

@@ -7,6 +7,7 @@ const OPEN_MS = 5000;
 
 export class WebSocketPort {
     #socket = null;
+    #cancel = null; // ends the opening
     #Socket;
 
     /* `Socket`: WebSocket or a fake of it. */
@@ -38,6 +39,7 @@ export class WebSocketPort {
 
     #await(socket, resolve, reject) {
         const fail = (code) => {
+            this.#cancel = null;
             clearTimeout(timer);
             socket.onopen = socket.onclose = socket.onerror = null;
             socket.close();
@@ -45,8 +47,10 @@ export class WebSocketPort {
         };
         const timer = setTimeout(() => fail("no-answer"), OPEN_MS);
 
-        socket.onerror = socket.onclose = () => fail("refused");
+        this.#cancel = () => fail("nothing-answers");
+        socket.onerror = socket.onclose = this.#cancel;
         socket.onopen = () => {
+            this.#cancel = null;
             clearTimeout(timer);
             this.#listen(socket);
             resolve();
@@ -71,6 +75,7 @@ export class WebSocketPort {
     async close() {
         const socket = this.#socket;
 
+        this.#cancel?.();
         this.#socket = null;
         if (!socket) return;
         socket.onclose = socket.onmessage = null;

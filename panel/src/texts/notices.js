@@ -50,7 +50,7 @@ export const port = {
         text: `This is not an address of a WebSocket: ${detail}.`,
         remedy: "Write it as ws://127.0.0.1:8055/websockify.",
     }),
-    refused: ({ detail }) => ({
+    "nothing-answers": ({ detail }) => ({
         text: `Nothing answers at ${detail}.`,
         remedy: "Start the simulator with make panel. Only one page at a time can be connected.",
     }),
@@ -90,7 +90,11 @@ export const notice = {
     }),
     "backup-crossed": ({ id, low, high }) => ({
         text: `Servo ${id}: ${low} would be above ${high}. Nothing was written.`,
-        remedy: "Correct the file, or choose another one. If GOAL_POSITION is named, switch torque off first.",
+        remedy: "Correct the file, or choose another one.",
+    }),
+    "limits-move": ({ id }) => ({
+        text: `Servo ${id} has torque and would move: the new angle limits exclude its goal, or begin or end endless turn. Nothing was written.`,
+        remedy: "Switch its torque off first.",
     }),
     "backup-changed": (detail) => ({
         text: `${servo(detail)} has changed since the file was compared. Nothing was written.`,

@@ -101,6 +101,7 @@ export class RobotView extends View {
         const { x, y } = pointIn(dial, event);
         const degrees = within(servo, degreesAt(x, y));
 
+        if (event.button) return; // not the primary button
         event.preventDefault(); // selects no text
         dial.focus({ focusVisible: false });
         if (!this.#setGoal(servo, degrees)) return;

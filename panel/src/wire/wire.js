@@ -92,16 +92,20 @@ export class Wire extends EventTarget {
     async open() {
         this.#port.onBytes = (bytes) => this.#receive(bytes);
         this.#port.onClose = (reason) => this.#closed(reason);
-        await this.#port.open();
-        this.#demux.clear();
-        this.isUnresponsive = false;
-        this.#setState("synchronising");
         this.#isOpening = true;
         try {
+            await this.#port.open();
+            if (!this.#isOpening) throw new WireError("closed"); // by close(), while the port opened
+            this.#demux.clear();
+            this.isUnresponsive = false;
+            this.#setState("synchronising");
             while (!(await this.#tryFirstContact())) await this.#stopping.catch(() => {});
         } catch (error) {
-            await this.close();
-            throw error;
+            const isClosed = !this.#isOpening;
+
+            this.#closed(null);
+            await this.#port.close();
+            throw isClosed ? new WireError("closed") : error;
         } finally {
             this.#isOpening = false;
         }
@@ -154,7 +158,8 @@ export class Wire extends EventTarget {
     }
 
     async close() {
-        if (this.state === "closed") return;
+        if (this.state === "closed" && !this.#isOpening) return;
+        this.#isOpening = false;
         this.#closed(null);
         await this.#port.close();
     }

@@ -141,7 +141,8 @@ test("differences: a servo of another model is refused", () => {
     assert.throws(() => differences(entry(), bytes, rows), { code: "backup-other-model", id: 1, model: 1, found: 9 });
 });
 
-test("differences: limits beyond the goal are refused while torque is on", () => {
+test("differences: limits that move a servo with torque are refused", () => {
+    const refused = noticeText({ code: "limits-move", id: 1 }).text;
     const restored = (low, high, { torque = 1, now = [0, 1023] } = {}) => {
         const bytes = registersWith(1); // goal: 512
         const saved = entry();
@@ -152,10 +153,13 @@ test("differences: limits beyond the goal are refused while torque is on", () =>
         return refusalOf(() => differences(saved, bytes, rows));
     };
 
-    assert.equal(restored(600, 1023), "Servo 1: CW_ANGLE_LIMIT (176.0°) would be above GOAL_POSITION (150.1°). Nothing was written.");
-    assert.equal(restored(0, 300), "Servo 1: GOAL_POSITION (150.1°) would be above CCW_ANGLE_LIMIT (88.0°). Nothing was written.");
+    assert.equal(restored(600, 1023), refused);
+    assert.equal(restored(0, 300), refused);
     assert.equal(restored(512, 512), "taken");
-    assert.equal(restored(0, 0), "taken", "endless turn");
+    assert.equal(restored(0, 0), refused, "into endless turn");
+    assert.equal(restored(0, 1023, { now: [0, 0] }), refused, "out of endless turn");
+    assert.equal(restored(0, 0, { now: [0, 0] }), "taken");
+    assert.equal(restored(0, 0, { torque: 0 }), "taken");
     assert.equal(restored(600, 1023, { torque: 0 }), "taken");
     assert.equal(restored(600, 1023, { now: [600, 1023] }), "taken", "the restore changes no limit");
 });

@@ -124,6 +124,30 @@ for (const [what, keep] of [
         assert.ok(!desk.hasUnsaved);
     });
 
+test("recording: a button pressed twice begins and ends one recording", async () => {
+    const { session, desk } = await recording(200);
+    const { recorder } = desk.recordings;
+
+    await desk.recordings.begin();
+    assert.equal(desk.recordings.recorder, recorder);
+    await desk.recordings.end();
+    await desk.recordings.end();
+    assert.deepEqual(session.notices, []);
+});
+
+test("toSequence: poses of a renamed sequence are not overwritten", async () => {
+    const { desk } = await recording(200);
+
+    await desk.recordings.end();
+    await desk.recordings.toSequence();
+    await desk.renameSequence("wave");
+    const before = new Map(desk.motions.poses);
+
+    await desk.recordings.toSequence();
+    assert.equal(desk.sequence, "rec2");
+    for (const [name, pose] of before) assert.equal(desk.motions.poses.get(name), pose);
+});
+
 for (const [what, ms, end, code, isTaken] of [
     ["cut off", 200, (session) => session.disconnect(), "motion-record-cut", true],
     ["cut off at once", 20, (session) => session.disconnect(), "motion-record-cut", false],

@@ -83,6 +83,29 @@ test("feedback: goes on after a timeout", async () => {
     assert.ok(!servo.isOld(clock.now()));
 });
 
+test("feedback: an ID that no servo can have does not end it", async () => {
+    const { robot, port, clock, servo } = await rig();
+
+    robot.setServos([1, 303]);
+    assert.deepEqual(robot.ids, [1]);
+    port.servos.get(1)[0x24] = 7;
+    await clock.advance(200);
+    assert.equal(servo.raw.position, 0x207);
+});
+
+test("feedback: an error of the page is told and does not end it", async () => {
+    const { robot, port, clock, notices, servo } = await rig();
+    const take = servo.takeFeedback;
+
+    servo.takeFeedback = () => assert.fail("broken");
+    await clock.advance(200);
+    assert.equal(notices[0].message, "broken");
+    servo.takeFeedback = take;
+    port.servos.get(1)[0x24] = 7;
+    await clock.advance(200);
+    assert.equal(servo.raw.position, 0x207);
+});
+
 test("feedback: ends when the port is lost", async () => {
     const { port, clock } = await rig();
 
@@ -296,6 +319,26 @@ test("torque of all: a stop ends it", async () => {
     assert.equal(await code, "stopped");
     assert.equal((await stop).verified, true);
     assert.deepEqual([1, 2, 3].map((id) => port.servos.get(id)[TORQUE]), [0, 0, 0]);
+});
+
+test("torque of all: off cancels on", async () => {
+    const { robot, port, clock } = await rig({ ids: [1, 2, 3], torque: 0 });
+    const torques = () => [1, 2, 3].map((id) => port.servos.get(id)[TORQUE]);
+    const fail = (error) => assert.fail(error);
+    let off = null;
+
+    port.onPacket = (bytes) => {
+        if (bytes[4] === INSTRUCTION.WRITE && bytes[5] === GOAL) off ??= robot.setTorqueAll(false, fail);
+    };
+    await Promise.all([robot.setTorqueAll(true, fail), clock.advance(1000)]);
+    await off;
+    assert.deepEqual(torques(), [0, 0, 0]);
+    off = true;
+    const on = robot.setTorqueAll(true, fail);
+    const one = robot.setTorque(2, false);
+
+    await Promise.all([on, one, clock.advance(1000)]);
+    assert.deepEqual(torques(), [1, 0, 1]);
 });
 
 test("torque on: not tried while driving is inhibited", async () => {

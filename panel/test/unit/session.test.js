@@ -58,6 +58,43 @@ test("connect: at its load the page waits 5 s for a port that is taken, then it 
     assert.deepEqual(await load(Infinity), { state: "disconnected", codes: ["port-taken"] });
 });
 
+/* A port that opens after `ms`. */
+function slowPort(clock, ms) {
+    const port = new FakePort();
+
+    port.open = () => new Promise((resolve) => clock.after(ms, () => resolve(port.isOpen = true)));
+    return port;
+}
+
+test("connect: Disconnect while the port opens closes it", async () => {
+    const clock = new FakeClock();
+    const session = new Session({ tables: tables(), clock });
+    const port = slowPort(clock, 1000);
+    const connect = session.connect(port);
+
+    await clock.advance(100);
+    await session.disconnect();
+    await clock.advance(5000);
+    await connect;
+    assert.deepEqual([session.state, port.isOpen, port.written.length, session.notices], ["disconnected", false, 0, []]);
+});
+
+test("connect: of several in a row only the last one stays open", async () => {
+    const clock = new FakeClock();
+    const session = new Session({ tables: tables(), clock });
+    const ports = [1000, 500, 100, 1].map((ms) => slowPort(clock, ms));
+    const connects = ports.slice(0, 2).map((port) => session.connect(port));
+
+    await clock.advance(50);
+    await session.disconnect();
+    connects.push(...ports.slice(2).map((port) => session.connect(port)));
+    await clock.advance(10000);
+    await Promise.all(connects);
+    assert.deepEqual(ports.map(({ isOpen }) => isOpen), [false, false, false, true]);
+    assert.equal(session.state, "connected");
+    assert.ok(ports.slice(0, 3).every(({ written }) => !written.length));
+});
+
 test("stop: Ctrl-X leaves before anything else", async () => {
     const { port, session } = await rig();
     let stops = 0;

@@ -12,6 +12,7 @@ import { tables } from "../support/tables.js";
 
 const MIN_VOLTAGE = 0x0c;
 const MAX_VOLTAGE = 0x0d;
+const TORQUE = 0x18;
 
 /* A session with servos. Without a console the page knows only what packets tell. */
 async function rig({ ids = [1, 2, 3], hasConsole = true, onText = () => false } = {}) {
@@ -211,6 +212,19 @@ test("write: a value that the servo does not keep is told", async () => {
 
     assert.equal(await finish(clock, setup.write(1, row("MIN_VOLTAGE"), 65)), undefined);
     assert.deepEqual(codes(session), ["register-not-taken"]);
+});
+
+test("write: no endless turn, and no limit beyond the goal, while torque is on", async () => {
+    const { setup, port, clock, row, session } = await rig();
+    const write = (name, raw) => finish(clock, setup.write(1, row(name), raw));
+
+    port.servos.get(1)[TORQUE] = 1;
+    assert.equal(await write("CCW_ANGLE_LIMIT", 0), undefined);
+    assert.equal(await write("CW_ANGLE_LIMIT", 600), undefined);
+    assert.deepEqual([setLines(port), codes(session)], [[], ["limits-move"]]);
+    assert.equal(await write("CW_ANGLE_LIMIT", 100), true);
+    port.servos.get(1)[TORQUE] = 0;
+    assert.equal(await write("CCW_ANGLE_LIMIT", 0), true);
 });
 
 test("write: by a packet without console; refusal is told", async () => {

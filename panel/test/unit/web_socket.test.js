@@ -51,7 +51,7 @@ test("web socket: refused", async () => {
     const open = codeOf(port.open());
 
     FakeSocket.last.onerror();
-    assert.equal(await open, "refused");
+    assert.equal(await open, "nothing-answers");
     assert.ok(FakeSocket.last.isClosed);
 });
 
@@ -76,6 +76,15 @@ test("web socket: close is no loss", async () => {
     await port.close();
     assert.ok(socket.isClosed);
     assert.equal(socket.onclose, null);
+});
+
+test("web socket: close ends the opening", async () => {
+    const port = new WebSocketPort("ws://x", { Socket: FakeSocket });
+    const open = codeOf(port.open());
+
+    await port.close();
+    assert.ok(FakeSocket.last.isClosed);
+    assert.equal(await open, "nothing-answers");
 });
 
 test("web socket: the address beside a page", () => {
