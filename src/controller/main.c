@@ -47,7 +47,7 @@
 /* Period of poll_services() while there is other work. */
 #define SERVICES_US 1000
 
-static const CDS_FLASH char host_rescued[] = "host link at own rate of the board: save keeps it";
+static const CDS_FLASH char host_rescued[] = "host link at the board's rate: save keeps it";
 
 #define HOST_BAUD_OWN 255 // in the settings: the board's own rate
 

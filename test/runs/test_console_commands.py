@@ -230,7 +230,7 @@ SCRIPT = {
              + "pose 100 110 120\n" + servo("1 GOAL_POSITION 341") + servo("3 GOAL_POSITION 409")
              + error(43, "scan") + error(43, "id 1 9") + error(43, "group 1") + error(43, "diagnose")
              + error(43, "move 1 90") + error(43, "turn 1 10rpm") + error(43, "move 254 90")
-             + error(43, "bus 57600") + error(43, "cycle every 4ms") + error(43, "servos forget")
+             + error(43, "settings bus_baud 34") + error(43, "defaults") + error(43, "bus 57600") + error(43, "cycle every 4ms") + error(43, "servos forget")
              + "led 1 off\n" + servo("1 LED 0") + "cycle off\n" + error(44, "cycle"),
     "stop": "torque 254 on\n" + servo("1-3 torque on") + "stop\n" + servo("1-3 torque off")
             + "servos\n" + text("servo 2: online, torque off, inhibited: stopped") + error(54, "torque 1 on")
@@ -240,7 +240,7 @@ SCRIPT = {
                + servo("1,2 torque on") + error(48, "release 77"),
     "factory": error(53, "factory 254") + error(50, "factory 3") + "set 1 MIN_VOLTAGE 7V\n"
                + "factory 1\n" + text("ID 1 at 1000000bps") + servo("1 MIN_VOLTAGE 60")
-               + "servos forget\nservos\n" + text("no servo is known") + "@servos 7\nfactory 254 force\n"
+               + "servos forget\nservos\n" + text("no servo known") + "@servos 7\nfactory 254 force\n"
                + servo("7 ID 1"),
     "reset": "@servos 8\nreset 8\n" + wire(8, 6) + servo("8 ID 1"),
 }
@@ -303,7 +303,7 @@ MUTE = ("scan\nread 1 STATUS_RETURN_LEVEL\nwrite 1 STATUS_RETURN_LEVEL 0\n@wait 
 # A reply that comes too early for two enables.
 EARLY = (error(13, "set 1 RETURN_DELAY 0us") + error(13, "sync RETURN_DELAY 1 1:0 2:0")
          + servo("1-3 RETURN_DELAY 10") + "status\n"
-         + text("RETURN_DELAY refused: 2; the lowest here is 1"))
+         + text("RETURN_DELAY refused: 2; lowest here 1"))
 
 # Lines, and the errors that name servo, argument, value and range, in the profile `full`.
 EXPLANATIONS = {

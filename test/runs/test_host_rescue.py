@@ -11,7 +11,7 @@ import boards
 from simulator import Run
 
 TORQUE_OFF = "FF FF FE 04 03 18 00 E2"
-KEPT = b"host link at own rate of the board: save keeps it\r\n"
+KEPT = b"host link at the board's rate: save keeps it\r\n"
 OK = b"ok\r\n"
 LOCKED = 7843  # bit/s, of host_baud 254
 ENTERS = "say 0D\nwait 200000\n" * 3

@@ -86,6 +86,14 @@ class Pose(unittest.TestCase):
                                  + pose([150] * JOINTS, "in 300ms") + "@wait 600\ncycle\ncycle off\n", board)
                 self.assertEqual(run.status, 0, run.output)
 
+    def test_servo_in_endless_turn_takes_no_pose(self):
+        for board in boards.CONSOLES:
+            with self.subTest(board):
+                run = controller("group 1 2\nturn 1 0\ntorque 1 on\n! pose 90 90 in 2s\n@expect text error 47\n"
+                                 "! pose 90 90 at 20rpm\n@expect text error 47\n@wait 200\n@expect servo 1 PRESENT_SPEED 0\n",
+                                 board, "1,2", "--echo")
+                self.assertEqual(run.status, 0, run.output)
+
     def test_a_stop_ends_the_motion(self):
         for board in boards.CONSOLES:
             with self.subTest(board):

@@ -367,7 +367,7 @@ test("servos: those beyond the 18 that the console lists are found by packets", 
     let isKnown = false;
 
     port.onText = (line) => {
-        if (line === "servos") port.say(...(isKnown ? listed.map((id) => `servo ${id}: online, torque off`) : ["no servo is known"]), "ok");
+        if (line === "servos") port.say(...(isKnown ? listed.map((id) => `servo ${id}: online, torque off`) : ["no servo known"]), "ok");
         if (line === "scan") port.say(...listed.map((id) => `id ${id} model 1`), "40 found, 254 asked", "ok");
         return line === "servos" || line === "scan";
     };

@@ -254,7 +254,7 @@ for (const [what, reset] of Object.entries(resets))
         port.onText = (line) => {
             if (line === "mode program") port.echo = port.forgets = false;
             if (port.echo) port.say(line);
-            return line === "servos" && port.forgets && (port.say("no servo is known: 'scan' finds servos", "ok"), true);
+            return line === "servos" && port.forgets && (port.say("no servo known: 'scan' finds servos", "ok"), true);
         };
         await clock.advance(6000);
         session.robot.servos.get(1).inhibit = "stopped";

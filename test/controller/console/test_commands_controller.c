@@ -221,7 +221,7 @@ void test_status_tells_all_there_is(void)
                              "host link: not watched\r\ndriving: allowed\r\n"
                              "last stop: none\r\nCtrl-X in damaged packets: 0\r\n"
                              "bus: busy\r\nservos: 1, inhibited 0, offline 0\r\n"
-                             "RETURN_DELAY refused: 0; the lowest here is 0\r\n"
+                             "RETURN_DELAY refused: 0; lowest here 0\r\n"
                              "poses: 0, room for 20; sequences: 0, room for 8\r\n"
                              "EEPROM: 0 saves of motion data, 0 records are damaged\r\n"
                              "stack: 1234 of 2000 bytes never used\r\nok\r\n",

@@ -288,7 +288,7 @@ static const CDS_FLASH struct command bus_rows[] = {
     },
     {
         .usage = FLASH_TEXT("counters [ID]"),
-        .what = FLASH_TEXT("count of packets sent, answered, lost"),
+        .what = FLASH_TEXT("packets sent, answered, lost"),
         .details = COMMAND_DETAILS(
             "Since the reset, modulo 65536, with the part of scan and diagnose; of the bus, or of "
             "a servo of the robot, whose stale "

@@ -24,7 +24,7 @@ static const CDS_FLASH char message_unlisted[] = "; up to %u more were not check
 static const CDS_FLASH char message_inhibit_off[] = "driving: allowed";
 static const CDS_FLASH char message_inhibit_link[] = "driving: inhibited until 'clear'";
 static const CDS_FLASH char message_inhibit_on[] = "driving: inhibited until 'release'";
-static const CDS_FLASH char message_delays[] = "RETURN_DELAY refused: %u; the lowest here is %u";
+static const CDS_FLASH char message_delays[] = "RETURN_DELAY refused: %u; lowest here %u";
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, inhibited %u, offline %u";
@@ -98,8 +98,9 @@ static uint8_t settings_begin(struct console *console)
 
     if (line->numbers == 0)
         return 0;
-    if (line->setting == SETTINGS_AT_bus_baud && error_in_motion(console))
-        return ERROR_MOTION;
+    error = line->setting == SETTINGS_AT_bus_baud ? robot_busy(console->robot) : 0;
+    if (error)
+        return error;
     error = command_set.setting_number ? command_set.setting_number(console)
                                        : console_number(console, 0, CDS_UNIT_NUMBER);
     if (error == 0 && !settings_set(console->failsafe->settings, line->setting, console->raw))
@@ -111,7 +112,7 @@ static uint8_t settings_begin(struct console *console)
 
 static uint8_t defaults_begin(struct console *console)
 {
-    uint8_t error = error_in_motion(console);
+    uint8_t error = robot_busy(console->robot); // the defaults have another rate of the bus
 
     if (error)
         return error;

@@ -19,7 +19,7 @@ static const CDS_FLASH char message_on[] = "on";
 static const CDS_FLASH char message_off[] = "off";
 static const CDS_FLASH char message_lost[] = ", inhibited: lost its state";
 static const CDS_FLASH char message_stopped[] = ", inhibited: stopped";
-static const CDS_FLASH char message_nobody[] = "no servo is known: 'scan' finds servos";
+static const CDS_FLASH char message_nobody[] = "no servo known: 'scan' finds servos";
 
 /* ---- stop ---- */
 
