@@ -243,6 +243,12 @@ static int is_board(const struct dirent *entry)
     return entry->d_name[0] != '.' && !strchr(entry->d_name, '~');
 }
 
+static bool is_folder(const char *path)
+{
+    struct stat status;
+    return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
+}
+
 static void list_boards(const char *folder, const char *name)
 {
     struct dirent **entries = 0;
@@ -262,7 +268,11 @@ static void list_boards(const char *folder, const char *name)
     for (unsigned i = 0; i < known; i++) {
         fprintf(stderr, " %s", names[i]);
     }
-    fputs(known ? "\n" : " none\n", stderr);
+    fputs(known ? "" : " none", stderr);
+    if (is_folder(name)) {
+        fprintf(stderr, "; the folder %s of yours is --board ./%s", name, name);
+    }
+    fputs("\n", stderr);
     for (int i = 0; i < count; i++) {
         free(entries[i]);
     }

@@ -211,6 +211,12 @@ class Examples(unittest.TestCase):
         self.assertNotEqual(status, 0)
         self.assertIn("there is no library for 'atmega32'; COMPONENTS are some of: at90can128", output)
 
+    def test_cmake_without_toolchain_file_names_the_file(self):
+        status, output = shell(f"cmake -DCMAKE_PREFIX_PATH={PREFIX} -S {self.copy('blink')} -B {self.folder}/build")
+        self.assertNotEqual(status, 0)
+        self.assertIn(f"the C compiler is not avr-gcc; in a new build folder: cmake --toolchain {PREFIX}/lib/cmake/cds55xx/avr-gcc.cmake",
+                      " ".join(output.split()))
+
     def test_cmake_without_avr_gcc_names_the_package(self):
         source = self.copy("blink")
         (self.folder / "bin").mkdir()

@@ -197,6 +197,11 @@ class Make(unittest.TestCase):
             self.assertEqual(status, 0, output)
             self.assertIn(f" --host-baud {baud} ", output)
 
+    def test_run_only_warns_of_breaches_of_the_wire(self):
+        status, output = self.make("run", "-n", "-o", "build/atmega128/controller.elf", "-o", "build/host/cds55xx-sim")
+        self.assertEqual(status, 0, output)
+        self.assertIn(" --rules warn ", output)
+
     def test_run_follow_shows_the_live_table(self):
         for words, follows in [([], False), (["FOLLOW=0"], False), (["FOLLOW=1"], True)]:
             status, output = self.make("run", "-n", "-o", "build/atmega128/controller.elf", "-o",
@@ -275,6 +280,7 @@ class Build(unittest.TestCase):
         for target, line in [
                 ("firmware", f" -I{board} "),
                 ("run", f"--board {board} --servos 1-18"),
+                ("run-example", f"--board {board} --servos 1-18"),
                 ("size", "scripts/size.py build/mine/bridge.elf - - build/mine/console.elf - -   --note  --too-large mine/full.elf"),
                 ("examples", "-o build/mine/examples/robot.elf"),
                 ("flash", "scripts/avrdude.sh 'usb' -p atmega644p -c usbasp  -U flash:w:build/mine/controller.hex:i")]:

@@ -250,7 +250,8 @@ FULL_ONLY = {
     "new": error(89, "new 9") + text("id 1 at 1000000bps") + servo("1-3 RETURN_DELAY 10")
            + "@servos 1\nbaud 1 66raw\nbus 1000000\nnew 9\n" + text("step 1 of 4: search")
            + text("no servo there: search at all 255 rates")
-           + text("found: ID 1 at 29851bps, alone on the bus; step 2 of 4: return delay us 2")
+           + text("one ID answers: ID 1 at 29851bps; if several servos are connected, unplug all but one")
+           + text("step 2 of 4: return delay 2 us")
            + text("step 3 of 4: ID 1 becomes 9") + text("step 4 of 4: rate 29851bps becomes 1000000bps")
            + text("servo 9 is set up and joins the robot, at 1000000bps") + servo("1 ID 9")
            + servo("1 BAUD_RATE 1") + servo("1 RETURN_DELAY 1") + "new 9\n" + "@power off\n"

@@ -81,6 +81,12 @@ class Input(Folder):
         self.assert_board_refused(board, f"{make}: is no regular file; it or BOARD_MCU in board.h "
                                   "names the chip\n")
 
+    def test_folder_of_the_user_without_slash_is_named(self):
+        (self.folder / "mine").mkdir()
+        done = self.simulate("firmware", ELF, "--board", "mine", "--seconds", "0.01", cwd=self.folder)
+        self.assertEqual(done.returncode, 2)
+        self.assertTrue(done.stderr.endswith("; the folder mine of yours is --board ./mine\n"), done.stderr)
+
     def test_board_of_the_longest_size_is_read(self):
         board = self.folder / "board.h"
         text = ((ROOT / "boards/atmega128/board.h").read_text() +

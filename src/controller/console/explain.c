@@ -2,6 +2,8 @@
 /* Errors with servo, argument, value and range; see explain.h. */
 #include "console/explain.h"
 
+#include <string.h> // memchr(), size_t
+
 #include "cds55xx/control_table.h"   // cds_register_at()
 #include "console/commands/shared.h" // setting_is_rate()
 #include "console/console.h"
@@ -16,7 +18,18 @@ static const CDS_FLASH char message_range[] = " is out of range: ";
 static const CDS_FLASH char message_to[] = " to ";
 static const CDS_FLASH char message_subject_end[] = ": ";
 static const CDS_FLASH char message_ms[] = "ms";
-static const CDS_FLASH char message_too_fine[] = "finer than the command takes";
+static const CDS_FLASH char message_too_fine[] = "has more decimals than the command takes";
+static const CDS_FLASH char message_one_servo[] =
+    "this command takes one servo, no list; send it once for each";
+static const CDS_FLASH char message_reversed[] =
+    "the range begins with the larger ID; write the smaller one first";
+static const CDS_FLASH char message_comma[] = "a number has a point, no comma; write ";
+static const CDS_FLASH char message_or_spaces[] = ", or spaces between angles";
+static const CDS_FLASH char message_no_unit[] =
+    "this setting takes a number without unit; 'settings' shows the unit";
+static const CDS_FLASH char message_known_id[] =
+    "ID %u is in the list of the robot's servos; choose another ID, or empty the list by 'servos "
+    "forget'";
 
 /* The values an argument may have. */
 struct range {
@@ -73,13 +86,20 @@ static bool range_of_register(uint8_t address, bool in_unit, struct range *range
     return true;
 }
 
+/* True if the command is `settings`: `set` and `restore` have a VALUE, too. */
+static bool is_settings(const struct command_line *line)
+{
+    return line->command->usage[0] == 's' && line->command->usage[sizeof "set" - 1] == 't';
+}
+
 /* The range of the setting of the line. A rate may be given in bit/s. */
 static struct range range_of_setting(const struct command_line *line)
 {
     const CDS_FLASH struct setting *row = &settings_table[line->setting];
 
     if (setting_is_rate(line))
-        return (struct range){CDS_BAUD_MAX, 0, CDS_UNIT_BPS};
+        return (struct range){row->highest < CDS_BAUD_MAX ? row->highest : CDS_BAUD_MAX,
+                              row->lowest, CDS_UNIT_BPS};
     return (struct range){row->lowest, row->highest, CDS_UNIT_NUMBER};
 }
 
@@ -98,9 +118,13 @@ static bool range_of(const struct command_line *line, const CDS_FLASH char *name
                      struct range *range)
 {
     static const CDS_FLASH char value[] = "VALUE", values[] = "VALUE...", length[] = "LENGTH",
-                                low[] = "LOW";
+                                low[] = "LOW", speed[] = "SPEED|TIME";
 
-    if (parse_has_name(name, value) && line->command->usage[sizeof "set" - 1] != ' ') {
+    if (parse_has_name(name, speed) && line->choice == 1) { // "pose ... at SPEED"
+        *range = (struct range){0, CDS_VALUE_MAX, CDS_UNIT_MRPM};
+        return true;
+    }
+    if (parse_has_name(name, value) && is_settings(line)) {
         *range = range_of_setting(line);
         return true;
     }
@@ -150,6 +174,8 @@ static uint8_t check(const struct number *number, const struct range *range)
     } else {
         error = number_within(number, (enum cds_unit)range->unit, &raw);
     }
+    if (error == 0 && range->unit == CDS_UNIT_BPS) // the rate falls as the register rises
+        return raw > range->lowest || raw < range->highest ? (uint8_t)ERROR_OUT_OF_RANGE : 0;
     return error == 0 && range->lowest <= range->highest &&
                    (raw < range->lowest || raw > range->highest)
                ? (uint8_t)ERROR_OUT_OF_RANGE
@@ -195,14 +221,14 @@ static bool find_subject(const struct console *console, struct subject *subject)
         subject->name = line->command ? line->usage : message_nothing;
         subject->has_range = console->error == ERROR_OUT_OF_RANGE &&
                              range_of(line, subject->name, &subject->range) &&
-                             subject->range.lowest != subject->range.highest;
+                             (subject->range.lowest || subject->range.highest);
         return true;
     }
     for (uint8_t i = 0; line->error == 0 && line->command && i < line->numbers; i++) {
         subject->name = parse_number_name(line, i);
         subject->number = &line->number[i];
         is_known = range_of(line, subject->name, &subject->range);
-        subject->has_range = is_known && subject->range.lowest != subject->range.highest;
+        subject->has_range = is_known && (subject->range.lowest || subject->range.highest);
         if (is_known &&
             check(subject->number, &subject->range) ==
                 (is_range_error(console->error) ? (uint8_t)ERROR_OUT_OF_RANGE : console->error))
@@ -247,6 +273,133 @@ static bool is_of_servo(const struct console *console)
     return error < ERROR_UNKNOWN_COMMAND && error != CDS_NO_ROOM;
 }
 
+/* ---- mistakes that have a text of their own ---- */
+
+enum mistake {
+    MISTAKE_NONE,
+    MISTAKE_LIST,     // a list of servos where one is due
+    MISTAKE_REVERSED, // "3-1"
+    MISTAKE_COMMA,    // "90,5"
+    MISTAKE_UNIT,     // of a setting
+    MISTAKE_KNOWN_ID, // `id` to the ID of another known servo
+} __attribute__((packed));
+
+/* Reads digits from *at on, which it moves behind them. Returns the number, or UINT16_MAX if there
+ * is none from 0 to 253. */
+static uint16_t take_id(const struct token *token, uint8_t *at)
+{
+    uint8_t begin = *at;
+    uint16_t id = 0;
+
+    for (; *at < token->length && (uint8_t)(token->text[*at] - '0') <= 9; ++*at)
+        if (id <= CDS_ID_MAX)
+            id = (uint16_t)(10 * id + (uint8_t)(token->text[*at] - '0'));
+    return *at > begin && id <= CDS_ID_MAX ? id : UINT16_MAX;
+}
+
+/* The mistake in a word that should be one ID or a list of IDs. */
+static enum mistake mistake_in_list(const struct token *token)
+{
+    enum mistake mistake = MISTAKE_NONE;
+
+    for (uint8_t at = 0; at < token->length; at++) { // the loop leaves ',' out
+        uint16_t first = take_id(token, &at), last = first;
+        bool is_range = at < token->length && token->text[at] == '-';
+
+        if (is_range) {
+            at++;
+            last = take_id(token, &at);
+        }
+        if (first == UINT16_MAX || last == UINT16_MAX ||
+            (at < token->length && token->text[at] != ','))
+            return MISTAKE_NONE;
+        if (first > last)
+            return MISTAKE_REVERSED;
+        if (is_range || at < token->length)
+            mistake = MISTAKE_LIST;
+    }
+    return mistake;
+}
+
+/* True if the word has one comma, digits around it, and at most a minus in front. */
+static bool has_decimal_comma(const struct token *token)
+{
+    uint8_t at = token->text[0] == '-', begin = at;
+
+    while (at < token->length && (uint8_t)(token->text[at] - '0') <= 9)
+        at++;
+    return at > begin && at + 1 < token->length && token->text[at] == ',' &&
+           (uint8_t)(token->text[at + 1] - '0') <= 9 &&
+           memchr(token->text + at + 1, ',', (size_t)(token->length - at - 1)) == NULL;
+}
+
+static bool is_id_argument(uint8_t argument)
+{
+    return argument == ARGUMENT_ID || argument == ARGUMENT_ID_OR_ALL || argument == ARGUMENT_IDS ||
+           argument == ARGUMENT_NEW_ID;
+}
+
+/* True if the command is `id`. Its refusal for a known ID is that of a limit. */
+static bool is_id_command(const struct command_line *line)
+{
+    static const CDS_FLASH char old[] = "OLD";
+
+    return line->command && parse_has_name(line->command->usage + sizeof "id " - 1, old);
+}
+
+static enum mistake mistake_of(const struct console *console)
+{
+    const struct command_line *line = &console->line;
+    const struct token *token = &console->token;
+    enum mistake mistake;
+
+    if (console->error == CDS_LIMIT && is_id_command(line) && line->id != line->new_id &&
+        cds_servos_find(&console->robot->servos, line->new_id))
+        return MISTAKE_KNOWN_ID;
+    if (console->error == ERROR_UNIT && line->command && is_settings(line))
+        return MISTAKE_UNIT;
+    if (!is_of_word(console) || token->length > TOKEN_MAX || line->command == NULL)
+        return MISTAKE_NONE;
+    if (is_id_argument(line->argument)) {
+        mistake = mistake_in_list(token);
+        return console->error == (mistake == MISTAKE_LIST ? ERROR_NOT_A_NUMBER : ERROR_OUT_OF_RANGE)
+                   ? mistake
+                   : MISTAKE_NONE;
+    }
+    return (console->error == ERROR_UNIT || console->error == ERROR_NOT_A_NUMBER) &&
+                   (line->argument == ARGUMENT_NUMBER || line->argument == ARGUMENT_ANGLES) &&
+                   has_decimal_comma(token)
+               ? MISTAKE_COMMA
+               : MISTAKE_NONE;
+}
+
+/* The word with a point, behind message_comma: "90.5" */
+static void print_with_point(struct console *console)
+{
+    const struct token *token = &console->token;
+
+    for (uint8_t i = 0; i < token->length; i++)
+        printer_char(&console->printer, token->text[i] == ',' ? '.' : token->text[i]);
+    printer_line(&console->printer,
+                 console->line.argument == ARGUMENT_ANGLES ? message_or_spaces : message_nothing);
+}
+
+static void print_mistake(struct console *console, enum mistake mistake)
+{
+    static const CDS_FLASH char *const CDS_FLASH texts[] = {
+        [MISTAKE_LIST] = message_one_servo,
+        [MISTAKE_REVERSED] = message_reversed,
+        [MISTAKE_UNIT] = message_no_unit,
+        [MISTAKE_KNOWN_ID] = message_known_id,
+    };
+
+    console->printer.values[0].number = console->line.new_id;
+    if (mistake == MISTAKE_COMMA)
+        printer_text(&console->printer, message_comma);
+    else
+        printer_line(&console->printer, texts[mistake]);
+}
+
 /* ---- printing ---- */
 
 /* A character of a word that was typed: a terminal may obey others. */
@@ -261,7 +414,7 @@ static void print_subject(struct console *console, const struct subject *subject
     struct printer *printer = &console->printer;
     const struct token *token = &console->token;
     const CDS_FLASH char *name = subject->name;
-    bool quotes = subject->number == NULL && console->error != ERROR_OUT_OF_RANGE;
+    bool quotes = subject->number == NULL && !subject->has_range;
 
     while (*name && *name != ' ' && *name != ']')
         if (*name++ != '[')
@@ -324,7 +477,8 @@ bool explain_error(struct console *console)
     struct printer *printer = &console->printer;
     struct subject subject;
     bool has_subject = console->explained >= PART_SUBJECT && find_subject(console, &subject);
-    bool has_range = has_subject && subject.has_range && is_range_error(console->error);
+    enum mistake mistake = mistake_of(console);
+    bool has_range = has_subject && subject.has_range && is_range_error(console->error) && !mistake;
 
     switch (console->explained++) {
     case PART_NUMBER:
@@ -337,6 +491,7 @@ bool explain_error(struct console *console)
             printer_text(printer, message_of_servo);
         return true;
     case PART_SUBJECT:
+        subject.has_range = has_range; // else the word has quotes
         if (has_subject)
             print_subject(console, &subject);
         return true;
@@ -345,11 +500,18 @@ bool explain_error(struct console *console)
             printer_flash(printer, message_subject_end);
         if (has_range)
             printer_text(printer, message_range);
+        else if (mistake)
+            print_mistake(console, mistake);
         else if (has_subject && subject.number && console->error == ERROR_NOT_A_NUMBER)
             printer_line(printer, message_too_fine);
         else
             printer_line(printer, text_of(console));
-        return has_range;
-    default: print_range(printer, &subject.range); return false;
+        return has_range || mistake == MISTAKE_COMMA;
+    default:
+        if (mistake)
+            print_with_point(console);
+        else
+            print_range(printer, &subject.range);
+        return false;
     }
 }

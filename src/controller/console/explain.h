@@ -7,7 +7,8 @@
  *
  * Of an error that a word of the line has caused, the argument is the one that the parser has
  * reached (line.usage) and the value is that word (console->token). A number that a command refuses
- * is found by its place in the usage and the range of its name. */
+ * is found by its place in the usage and the range of its name. A few mistakes that are easy to see
+ * have a text of their own in place of that of the error (enum mistake). */
 #ifndef CONTROLLER_EXPLAIN_H
 #define CONTROLLER_EXPLAIN_H
 
@@ -16,8 +17,8 @@
 
 struct console;
 
-/* `explain` of struct command_set: prints the next part of the line for console->error, which
- * explained() counts. The printer must be ready. False: that was the last part. */
+/* `explain` of struct command_set: prints the next part of the line for console->error;
+ * console->explained counts the parts. The printer must be ready. False: that was the last part. */
 bool explain_error(struct console *console);
 
 /* Returns ERROR_OUT_OF_RANGE if a number of the line, which is read, is out of the range of its

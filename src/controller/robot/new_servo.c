@@ -41,13 +41,13 @@ static bool is_well(struct new_servo *servo, enum cds_result result)
     if (result == CDS_OK)
         return true;
     servo->begun = false;
-    if ((result != CDS_TIMEOUT && result != CDS_CORRUPT) || ++servo->tries == NEW_SERVO_TRIES)
+    if ((result != CDS_TIMEOUT && result != CDS_CORRUPT) || ++servo->tries >= NEW_SERVO_TRIES)
         finish(servo, result == CDS_CORRUPT ? NEW_SERVO_DAMAGED : NEW_SERVO_FAILED,
                (uint8_t)result);
     return false;
 }
 
-/* The servo's ID and rate are known now. */
+/* Sets the bus to the rate at which the servo was found. False: the bus is busy. */
 static bool goes_to_servo(struct new_servo *servo)
 {
     return cds_bus_set_baud(servo->config.bus, servo->baud_reg) == CDS_OK;
@@ -181,7 +181,7 @@ static void mend_delay(struct new_servo *servo)
                                  servo->config.return_delay) == CDS_OK;
 }
 
-/* The same by broadcast, at one listed rate after the other. */
+/* Writes the return delay by broadcast, at one listed rate after the other. */
 static void mend_all(struct new_servo *servo)
 {
     struct cds_bus *bus = servo->config.bus;
@@ -247,12 +247,16 @@ static enum cds_result begin_identity(struct new_servo *servo)
     return cds_identity_begin(&servo->work.identity, &config);
 }
 
-/* The servo may answer at neither place for a while, as after a short loss of power. */
-static bool looks_again(struct new_servo *servo)
+/* True if the change was written and the servo answers at neither place, as after a loss of power.
+ * Looks again then; after the last try everything ends. */
+static bool is_lost(struct new_servo *servo, enum cds_result result)
 {
-    return servo->work.identity.state == CDS_IDENTITY_LOST && servo->work.identity.is_written &&
-           ++servo->tries < NEW_SERVO_TRIES &&
-           cds_identity_look_again(&servo->work.identity) == CDS_OK;
+    if (servo->work.identity.state != CDS_IDENTITY_LOST || !servo->work.identity.is_written)
+        return false;
+    if (++servo->tries >= NEW_SERVO_TRIES ||
+        cds_identity_look_again(&servo->work.identity) != CDS_OK)
+        finish(servo, NEW_SERVO_LOST, (uint8_t)result);
+    return true;
 }
 
 static void set_identity(struct new_servo *servo)
@@ -264,7 +268,7 @@ static void set_identity(struct new_servo *servo)
         return;
     }
     result = cds_identity_poll(&servo->work.identity);
-    if (result == CDS_PENDING || looks_again(servo) || !is_well(servo, result))
+    if (result == CDS_PENDING || is_lost(servo, result) || !is_well(servo, result))
         return;
     servo->id = servo->config.id;
     if (servo->step == NEW_SERVO_SET_RATE)

@@ -42,6 +42,7 @@ enum new_servo_outcome {
     NEW_SERVO_NONE,      // no servo answers at any rate
     NEW_SERVO_NOT_ALONE, // several answer, in `found`: nothing was written
     NEW_SERVO_DAMAGED,   // its replies stay damaged: two servos with one ID, or noise
+    NEW_SERVO_LOST,      // the ID or rate was written, the servo answers at neither place
     NEW_SERVO_FAILED,    // `result` says why the step failed
     NEW_SERVO_ENDED,     // by a key or a stop
 } __attribute__((packed));

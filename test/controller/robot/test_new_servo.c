@@ -128,6 +128,26 @@ void test_lost_packets_and_replies_of_set_up_are_tried_again(void)
     }
 }
 
+void test_servo_lost_after_write_of_id_ends_as_lost(void)
+{
+    servo_fake_put(0, 1, HOME);
+    begin();
+    while (servo.step != NEW_SERVO_SET_ID) {
+        new_servo_poll(&servo);
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+    while (servos.servo[0].table[0x03] != NEW) {
+        new_servo_poll(&servo);
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+    servos.servo[0].there = false;
+    servos.packets = 0;
+    TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_LOST, run());
+    TEST_ASSERT_LESS_THAN_UINT16(50, servos.packets);
+}
+
 void test_locked_servo_ends_as_refused(void)
 {
     servo_fake_put(0, 1, HOME);

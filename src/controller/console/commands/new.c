@@ -6,15 +6,17 @@
 #include "console/messages.h"
 
 static const CDS_FLASH char message_search[] =
-    "step 1 of 4: search for the servo at the six listed rates, 4 s; a key ends it";
+    "step 1 of 4: search for the servo at the six listed rates, about 4 s; a key ends it";
 static const CDS_FLASH char message_search_any[] =
-    "no servo there: search at all 255 rates, 4 s; a key ends it";
+    "no servo there: search at all 255 rates, about 3 s; a key ends it";
 static const CDS_FLASH char message_mend_all[] =
     "a servo answers before this board listens: return delay is written, then search again";
 static const CDS_FLASH char message_delay_written[] =
     "its reply is damaged: return delay is written without a reply";
-static const CDS_FLASH char message_delay[] =
-    "found: ID %u at %b, alone on the bus; step 2 of 4: return delay us %u";
+static const CDS_FLASH char message_found[] =
+    "one ID answers: ID %u at %b; if several servos are connected, unplug all but one: identical "
+    "servos cannot be told apart";
+static const CDS_FLASH char message_delay[] = "step 2 of 4: return delay %u us";
 static const CDS_FLASH char message_step_id[] = "step 3 of 4: ID %u becomes %u";
 static const CDS_FLASH char message_rate[] = "step 4 of 4: rate %b becomes %b";
 static const CDS_FLASH char message_done[] = "servo %u is set up and joins the robot, at %b";
@@ -69,10 +71,13 @@ static void print_step(struct printer *printer, const struct new_servo *servo, u
         if (servo->found[0].result != CDS_OK)
             printer_line(printer, message_delay_written);
         break;
-    case NEW_SERVO_SET_DELAY:
+    case NEW_SERVO_CHECK:
         values[0].number = servo->found[0].id;
         values[1].number = servo->found[0].baud_reg;
-        values[2].number = (uint16_t)(2u * servo->config.return_delay);
+        printer_line(printer, message_found);
+        break;
+    case NEW_SERVO_SET_DELAY:
+        values[0].number = (uint16_t)(2u * servo->config.return_delay);
         printer_line(printer, message_delay);
         break;
     case NEW_SERVO_SET_ID:
@@ -103,10 +108,13 @@ static bool print_others(struct console *console, const struct new_servo *servo)
 
 static bool conclude(struct console *console, const struct new_servo *servo)
 {
+    if (servo->step >= NEW_SERVO_CHECK)
+        console->line.id = servo->id; // an error names it
     switch (servo->outcome) {
     case NEW_SERVO_NOT_ALONE: return print_others(console, servo);
     case NEW_SERVO_NONE: console->error = ERROR_NO_SERVO; return false;
     case NEW_SERVO_DAMAGED: console->error = ERROR_DAMAGED; return false;
+    case NEW_SERVO_LOST: console->error = ERROR_LOST; return false;
     case NEW_SERVO_ENDED: console->error = ERROR_KEY; return false;
     case NEW_SERVO_FAILED: console->error = servo->result; return false;
     default: break;
