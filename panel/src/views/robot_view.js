@@ -95,6 +95,7 @@ export class RobotView extends View {
     /* ---- pointer ---- */
 
     #grab(servo, event) {
+        if (event.button) return; // a right or middle click asks for no goal
         const dial = event.currentTarget.ownerSVGElement;
         const { x, y } = pointIn(dial, event);
         const degrees = within(servo, degreesAt(x, y));

@@ -53,8 +53,8 @@ function dragging(t) {
     const dial = { focus: () => {}, getBoundingClientRect: () => ({ left: 0, top: 0, width: 100 }) };
     const currentTarget = { ownerSVGElement: dial, setPointerCapture: () => {} };
     const goals = [];
-    const event = (name, at, buttons) =>
-        attributeOf(view.render(), `@pointer${name}`)({ currentTarget, clientX: at, clientY: 50, buttons, preventDefault: () => {} });
+    const event = (name, at, buttons, button = 0) =>
+        attributeOf(view.render(), `@pointer${name}`)({ currentTarget, clientX: at, clientY: 50, button, buttons, preventDefault: () => {} });
 
     view.session = turning();
     view.session.robot.servos.get(1).raw = { low: 0, high: 1023 };
@@ -62,6 +62,10 @@ function dragging(t) {
     view.scheduleUpdate = () => {}; // draws nothing
     view.connectedCallback();
     t.after(() => view.disconnectedCallback());
+    event("down", 10, 2, 2);
+    event("down", 10, 4, 1);
+    event("move", 12, 2);
+    assert.equal(goals.length, 0);
     event("down", 10, 1);
     event("move", 12, 1);
     assert.equal(goals.length, 2);
