@@ -125,6 +125,10 @@ export const notice = {
         text: `${servo(detail)} did not confirm a goal. The goal was not sent again.`,
         remedy: "If driving is inhibited, press Release. If the servo has limits (command “limits”), stay within them.",
     }),
+    "turn-not-ended": (detail) => ({
+        text: `${servo(detail)} did not confirm the end of its endless turn.`,
+        remedy: "If it still turns, press Stop.",
+    }),
     "goal-refused": (detail) => ({
         text: `${servo(detail)} refused a goal: ${detail.why} error.`,
         remedy: "Keep the goal within the angle limits of the servo.",
