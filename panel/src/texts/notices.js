@@ -49,7 +49,7 @@ export const port = {
         text: `This is not an address of a WebSocket: ${detail}.`,
         remedy: "Write it as ws://127.0.0.1:8055/websockify.",
     }),
-    refused: ({ detail }) => ({
+    "nothing-there": ({ detail }) => ({
         text: `Nothing answers at ${detail}.`,
         remedy: "Start the simulator with make panel. Only one page at a time can be connected.",
     }),
