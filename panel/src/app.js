@@ -12,6 +12,7 @@ import { WebSocketPort } from "./port/web_socket.js";
 import { Session } from "./model/session.js";
 import { takesSpace } from "./keys.js";
 import { texts } from "./texts/texts.js";
+import { answerNo } from "./views/confirm.js";
 import { View } from "./views/view.js";
 import { VIEWS } from "./views/views.js";
 
@@ -29,6 +30,7 @@ class App extends View {
         this.rate = RATES[0];
         this.address = this.#parameters.get("ws") ?? WebSocketPort.urlBeside(location) ?? "ws://127.0.0.1:8055/websockify";
         if (this.isFramed) return;
+        this.session.addEventListener("disconnect", answerNo);
         globalThis.addEventListener("hashchange", () => this.#show(this.#tabOfAddress()));
         globalThis.addEventListener("keydown", (event) => this.#key(event), { capture: true });
         globalThis.addEventListener("pagehide", () => this.session.disconnect()); // a page that the browser keeps would keep the port
@@ -43,6 +45,7 @@ class App extends View {
 
         if (event.key !== "Escape" && !isSpace) return;
         if (isSpace) event.preventDefault(); // the page would scroll
+        else answerNo();
         this.session.stop();
     }
 
@@ -71,6 +74,7 @@ class App extends View {
 
     #show(view) {
         this.tab = view;
+        answerNo();
         this.requestUpdate();
         scrollTo(0, 0); // each view begins at its top
     }
