@@ -13,10 +13,12 @@ import { Session } from "./model/session.js";
 import { takesSpace } from "./keys.js";
 import { texts } from "./texts/texts.js";
 import { answerNo } from "./views/confirm.js";
+import { textOfFile } from "./views/read_file.js";
 import { View } from "./views/view.js";
 import { VIEWS } from "./views/views.js";
 
 const RATES = [115200, 57600, 1000000, 500000, 250000, 19200];
+const RECORDING_MAX = 50000000; // bytes; the page itself saves a tenth
 
 class App extends View {
     #elements = new Map(); // of each view that was shown
@@ -59,7 +61,7 @@ class App extends View {
 
         target.value = "";
         if (!file) return;
-        const port = await this.session.attempt(async () => new ReplayPort(await file.text()));
+        const port = await this.session.attempt(async () => new ReplayPort(await textOfFile(file, RECORDING_MAX)));
 
         if (port) await this.session.connect(port);
     };

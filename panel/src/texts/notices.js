@@ -76,7 +76,7 @@ export const notice = {
         remedy: "Choose a .json file that “Save servo” or “Save the robot” has made.",
     }),
     "backup-version": ({ found, known }) => ({
-        text: `The backup has version ${found.slice(0, 20)}, this page knows version ${known}. Nothing was written.`,
+        text: `The backup has version ${found}, this page knows version ${known}. Nothing was written.`,
         remedy: "Open the page that saved it.",
     }),
     "backup-other-id": ({ id, ids }) => ({
@@ -100,6 +100,10 @@ export const notice = {
         remedy: "Choose the file again.",
     }),
     "file-unread": ({ detail }) => ({ text: `The file cannot be read: ${detail}.`, remedy: "Choose it again." }),
+    "file-large": ({ limit }) => ({
+        text: `The file is too large: it may have ${limit} KB.`,
+        remedy: "Choose a file that this page has saved.",
+    }),
     "setting-refused": ({ setting }) => ({
         text: `The controller did not take the setting ${setting}.`,
         remedy: "Use a value within the range. While a motion is under way, end it first.",
