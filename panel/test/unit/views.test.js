@@ -3,7 +3,9 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
+import { pathOfPoints } from "../../src/model/path.js";
 import { Robot } from "../../src/model/robot.js";
+import { chart } from "../../src/views/motion_chart.js";
 import { BoardView } from "../../src/views/board_view.js";
 import { colourOf, dashesOf } from "../../src/views/lines.js";
 import { RobotView } from "../../src/views/robot_view.js";
@@ -130,6 +132,17 @@ test("send: a field that is empty yet is no error, and nothing can be sent", () 
 
         assert.ok(error && isOff, JSON.stringify(form));
     }
+});
+
+test("chart: a recording of two minutes and 18 servos is drawn, with few marks", () => {
+    const ids = Array.from({ length: 18 }, (_, index) => index);
+    const samples = Array.from({ length: 12000 }, (_, index) => ({ t: index * 10, raw: ids.map((id) => 500 + ((index * id) % 7)) }));
+    const shown = chart({ path: pathOfPoints(ids, samples), width: 800, label: "", other: samples, points: samples });
+    const values = valuesOf(shown);
+
+    assert.ok(values.length < 2000, `${values.length} values`);
+    assert.ok(values.every(([, value]) => typeof value !== "string" || value.length < 20000));
+    assert.equal(valuesOf(chart({ path: pathOfPoints(ids, samples), width: 800, label: "", points: samples.slice(0, 10) })).filter(([before]) => before.endsWith(" cy=")).length, 180);
 });
 
 test("lines: those of 32 servos differ in colour or dashes", () => {
