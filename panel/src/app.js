@@ -12,10 +12,13 @@ import { WebSocketPort } from "./port/web_socket.js";
 import { Session } from "./model/session.js";
 import { takesSpace } from "./keys.js";
 import { texts } from "./texts/texts.js";
+import { answerNo } from "./views/confirm.js";
+import { textOfFile } from "./views/read_file.js";
 import { View } from "./views/view.js";
 import { VIEWS } from "./views/views.js";
 
 const RATES = [115200, 57600, 1000000, 500000, 250000, 19200];
+const RECORDING_MAX = 50000000; // bytes; the page itself saves a tenth
 
 class App extends View {
     #elements = new Map(); // of each view that was shown
@@ -29,6 +32,7 @@ class App extends View {
         this.rate = RATES[0];
         this.address = this.#parameters.get("ws") ?? WebSocketPort.urlBeside(location) ?? "ws://127.0.0.1:8055/websockify";
         if (this.isFramed) return;
+        this.session.addEventListener("disconnect", answerNo);
         globalThis.addEventListener("hashchange", () => this.#show(this.#tabOfAddress()));
         globalThis.addEventListener("keydown", (event) => this.#key(event), { capture: true });
         globalThis.addEventListener("pagehide", () => this.session.disconnect()); // a page that the browser keeps would keep the port
@@ -43,6 +47,7 @@ class App extends View {
 
         if (event.key !== "Escape" && !isSpace) return;
         if (isSpace) event.preventDefault(); // the page would scroll
+        else answerNo();
         this.session.stop();
     }
 
@@ -56,7 +61,7 @@ class App extends View {
 
         target.value = "";
         if (!file) return;
-        const port = await this.session.attempt(async () => new ReplayPort(await file.text()));
+        const port = await this.session.attempt(async () => new ReplayPort(await textOfFile(file, RECORDING_MAX)));
 
         if (port) await this.session.connect(port);
     };
@@ -71,6 +76,7 @@ class App extends View {
 
     #show(view) {
         this.tab = view;
+        answerNo();
         this.requestUpdate();
         scrollTo(0, 0); // each view begins at its top
     }

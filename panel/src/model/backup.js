@@ -56,7 +56,7 @@ export function readBackup(text, rows) {
     const file = parsed(text);
 
     if (!isObject(file) || file.format !== FORMAT) throw new Failure("backup-foreign");
-    if (file.version !== VERSION) throw new Failure("backup-version", { found: String(file.version), known: VERSION });
+    if (file.version !== VERSION) throw new Failure("backup-version", { found: Number.isFinite(file.version) ? file.version : "?", known: VERSION });
     if (!Array.isArray(file.servos) || !file.servos.length) throw damaged("it names no servo");
     file.servos.forEach((entry) => checkEntry(entry, rows));
     checkIds(file.servos.map(({ id }) => id));

@@ -8,7 +8,7 @@
  *
  * `pose show` and `sequence show` print such lines, and the board takes them. */
 
-import { MotionError, Motions, STEPS_MAX } from "./motions.js";
+import { MotionError, Motions, NAMES_MAX, STEPS_MAX } from "./motions.js";
 import { DEGREES_MAX, POSITION_MAX } from "./units.js";
 
 /* ---- to lines ---- */
@@ -92,6 +92,7 @@ class Reader {
         else if (first === "pose" && second === "set") this.#takePose(words[2] ?? "", words.slice(3));
         else if (first === "sequence") this.#takeStep(words.slice(1));
         else throw "it is no line of a pose or a sequence";
+        if (this.motions.poses.size + this.motions.sequences.size > NAMES_MAX) throw `the file has more than ${NAMES_MAX} poses and sequences`;
     }
 
     #takeGroup(words) {

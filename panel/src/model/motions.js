@@ -6,6 +6,7 @@ import { POSITION_MAX } from "./units.js";
 
 export const NAME_MAX = 8; // characters
 export const JOINTS_MAX = 18; // of all poses together
+export const NAMES_MAX = 500; // poses and sequences of a file: the page renders a row of each
 export const STEPS_MAX = 16;
 export const TIME_MIN = 10; // ms, of a step
 export const TIME_MAX = 600000;

@@ -99,7 +99,6 @@ export function pathOfPoints(ids, points) {
     return {
         ids,
         duration: (points.at(-1)?.t ?? 0) - begin,
-        begins: points.map(({ t }) => t - begin),
         at: (time) => positionsAt(points, begin + time),
     };
 }

@@ -2,6 +2,7 @@
 /* The recording of the page: how servos are led by hand, thinned out to steps, made into a sequence. `editor`
  * (model/motion_editor.js) has the chosen servos, and takes the sequence. */
 
+import { pause } from "../wire/clock.js";
 import { MotionError, STEPS_MAX, stepOf } from "./motions.js";
 import { pathOfSequence } from "./path.js";
 import { Recorder } from "./recording.js";
@@ -68,8 +69,12 @@ export class Recordings {
     }
 
     /* As many steps as a sequence of the board may have. */
-    fit() {
-        this.#takeThinned(thinTo(this.latest.samples, STEPS_MAX));
+    async fit() {
+        const { latest, thinned: before } = this;
+        const thinned = await thinTo(latest.samples, STEPS_MAX, () => pause(this.session.clock, 0));
+
+        if (this.latest !== latest || this.thinned !== before) return; // the user has gone on
+        this.#takeThinned(thinned);
         this.tolerance = Math.ceil(degreesOf(this.thinned.error) * 10) / 10;
     }
 

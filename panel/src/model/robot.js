@@ -189,7 +189,9 @@ export class Robot extends EventTarget {
             else await this.#holdWithin(servo);
             if (!this.#goals.has(id)) servo.goalState = "confirmed";
         } catch (error) {
-            if (error.code !== "stopped") throw error;
+            if (error.code === "stopped") return;
+            servo.goalState = "unconfirmed";
+            throw servo.isEndless ? new Failure("turn-not-ended", { id }) : error;
         }
     }
 

@@ -2,7 +2,8 @@
 /* All that the page has: the port and its wire, the controller, the robot, notices, traffic. Views show
  * a session and call it; they touch neither port nor wire.
  *
- * Events: `change` (state, notices, servos: show the page again), `feedback` (new values of the servos),
+ * Events: `change` (state, notices, servos: show the page again), `disconnect` (a question about this connection is
+ * void), `feedback` (new values of the servos),
  * `traffic` (detail: a row of the traffic). */
 
 import { Wire } from "../wire/wire.js";
@@ -303,6 +304,7 @@ export class Session extends EventTarget {
 
     #setState(state) {
         this.state = state;
+        if (state === "disconnected") this.dispatchEvent(new Event("disconnect"));
         this.#change();
     }
 

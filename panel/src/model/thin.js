@@ -81,14 +81,16 @@ export function thin(samples, error) {
     return { points, error: errorOf(samples, points) };
 }
 
-/* Thins `samples` out to at most `count` points, with the smallest error that does it. */
-export function thinTo(samples, count) {
+/* Thins `samples` out to at most `count` points, with the smallest error that does it. A long recording takes more
+ * than a second: `breathe` is called several times, and lets the page handle Stop meanwhile. */
+export async function thinTo(samples, count, breathe = () => {}) {
     let low = 0;
     let high = 1023;
 
     while (high - low > 0.5) {
         const middle = (low + high) / 2;
 
+        await breathe();
         if (thin(samples, middle).points.length <= count) high = middle;
         else low = middle;
     }

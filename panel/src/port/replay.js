@@ -9,11 +9,15 @@
 import { fromHex, toHex } from "../wire/packet.js";
 import { PortError } from "./web_serial.js";
 
+const LINES_MAX = 50000; // the page saves 40400 pieces at most
+
 /* Returns [{bytes, answers}], each write with what came before the next one. Throws PortError. */
 export function parseRecording(text) {
     const steps = [];
+    const lines = text.split(/\r?\n/);
 
-    text.split(/\r?\n/).forEach((line, index) => {
+    if (lines.length > LINES_MAX) throw new PortError("bad-recording", `it has more than ${LINES_MAX} lines`);
+    lines.forEach((line, index) => {
         if (!line.trim() || line.startsWith("#")) return;
         const match = /^(out|in) ([0-9A-F ]+)$/i.exec(line.trim());
 

@@ -47,7 +47,7 @@ export class WebSocketPort {
         };
         const timer = setTimeout(() => fail("no-answer"), OPEN_MS);
 
-        this.#cancel = () => fail("nothing-answers");
+        this.#cancel = () => fail("nothing-there");
         socket.onerror = socket.onclose = this.#cancel;
         socket.onopen = () => {
             this.#cancel = null;

@@ -50,7 +50,7 @@ export const port = {
         text: `This is not an address of a WebSocket: ${detail}.`,
         remedy: "Write it as ws://127.0.0.1:8055/websockify.",
     }),
-    "nothing-answers": ({ detail }) => ({
+    "nothing-there": ({ detail }) => ({
         text: `Nothing answers at ${detail}.`,
         remedy: "Start the simulator with make panel. Only one page at a time can be connected.",
     }),
@@ -77,7 +77,7 @@ export const notice = {
         remedy: "Choose a .json file that “Save servo” or “Save the robot” has made.",
     }),
     "backup-version": ({ found, known }) => ({
-        text: `The backup has version ${found.slice(0, 20)}, this page knows version ${known}. Nothing was written.`,
+        text: `The backup has version ${found}, this page knows version ${known}. Nothing was written.`,
         remedy: "Open the page that saved it.",
     }),
     "backup-other-id": ({ id, ids }) => ({
@@ -101,6 +101,10 @@ export const notice = {
         remedy: "Choose the file again.",
     }),
     "file-unread": ({ detail }) => ({ text: `The file cannot be read: ${detail}.`, remedy: "Choose it again." }),
+    "file-large": ({ limit }) => ({
+        text: `The file is too large: it may have ${limit} KB.`,
+        remedy: "Choose a file that this page has saved.",
+    }),
     "setting-refused": ({ setting }) => ({
         text: `The controller did not take the setting ${setting}.`,
         remedy: "Use a value within the range. While a motion is under way, end it first.",
@@ -125,6 +129,10 @@ export const notice = {
     "goal-unconfirmed": (detail) => ({
         text: `${servo(detail)} did not confirm a goal. The goal was not sent again.`,
         remedy: "If driving is inhibited, press Release. If the servo has limits (command “limits”), stay within them.",
+    }),
+    "turn-not-ended": (detail) => ({
+        text: `${servo(detail)} did not confirm the end of its endless turn.`,
+        remedy: "If it still turns, press Stop.",
     }),
     "goal-refused": (detail) => ({
         text: `${servo(detail)} refused a goal: ${detail.why} error.`,

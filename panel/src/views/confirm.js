@@ -2,6 +2,9 @@
 /* Asks in a dialog. The rest of the view is inert meanwhile, but not the header: Stop stays at hand, so
  * the dialog is not modal. Esc closes the dialog, and stops the robot as everywhere. */
 
+/* Answers the open question, if there is one, with no. */
+export const answerNo = () => document.querySelector("dialog")?.close("no");
+
 /* Resolves with true only if the user presses the button `yes`. `field`: an element that stands between
  * question and buttons, as an input with its label. `isReady()`: false disables `yes`. */
 export function confirmed({ text, yes, no, field = null, isReady = () => true }) {
@@ -30,7 +33,6 @@ export function confirmed({ text, yes, no, field = null, isReady = () => true })
     dialog.append(question, ...(field ? [field] : []), buttons);
     dialog.addEventListener("input", update);
     dialog.addEventListener("keydown", ({ key, target }) => {
-        if (key === "Escape") dialog.close("no");
         if (key === "Enter" && target.matches("input") && isReady()) dialog.close("yes");
     });
     update();

@@ -12,6 +12,7 @@ const TOP = 22; // room for names
 const BOTTOM = 22; // room for the times
 const SPAN_MIN = 20; // degrees
 const SAMPLES = 240;
+const MARKS_MAX = 500; // more circles take seconds to draw
 const LABEL = 7; // width of a character
 
 /* Steps of 1, 2 or 5 that give about `count` lines over `span`. */
@@ -40,8 +41,8 @@ function sampled({ ids, duration, at, begins = [] }) {
 
 class Scale {
     constructor(duration, angles, width) {
-        const low = Math.min(...angles);
-        const high = Math.max(...angles);
+        const low = angles.reduce((one, other) => Math.min(one, other), Infinity);
+        const high = angles.reduce((one, other) => Math.max(one, other), -Infinity);
         const more = Math.max(SPAN_MIN - (high - low), (high - low) * 0.12) / 2;
 
         this.width = Math.max(width, 200);
@@ -94,9 +95,12 @@ function bands(scale, { begins, steps, selected, onSelect }) {
 }
 
 /* `path`: what is shown (model/path.js). `other`: samples [{t, raw}] of the same joints, drawn thin above it.
- * `points`: the points [{t, raw}] that stay of a recording. */
-export function chart({ path, width, label, sequence, other = [], points = [] }) {
+ * `points`: the points [{t, raw}] that stay of a recording; they are marked if they are few. */
+export function chart({ path, width, label, sequence, other: samples = [], points = [] }) {
     const { times, rows } = sampled(path);
+    const every = Math.ceil(samples.length / (2 * SAMPLES));
+    const other = samples.filter((_, index) => index % every === 0);
+    const marked = points.length * path.ids.length > MARKS_MAX ? [] : points;
     const second = path.ids.map((_, joint) => other.map(({ raw }) => degreesOf(raw[joint])));
     const scale = new Scale(path.duration, [...rows, ...second].flat(), width);
 
@@ -106,7 +110,7 @@ export function chart({ path, width, label, sequence, other = [], points = [] })
         ${second.map((row, joint) => other.length
             ? svg`<polyline class="joint other" points=${scale.points(other.map(({ t }) => t), row)} />`
             : nothing)}
-        ${points.flatMap(({ t, raw }) => raw.map((value, joint) =>
+        ${marked.flatMap(({ t, raw }) => raw.map((value, joint) =>
             svg`<circle class="joint ${colourOf(joint)}" r="2.5" cx=${scale.x(t)} cy=${scale.y(degreesOf(value))} />`))}
     </svg>`;
 }

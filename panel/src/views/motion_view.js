@@ -10,11 +10,13 @@ import { degreesOf } from "../model/units.js";
 import { texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { chart, legend } from "./motion_chart.js";
+import { textOfFile } from "./read_file.js";
 import { saveFile } from "./save_file.js";
 import { keepsTyping, taken } from "./typing.js";
 import { View } from "./view.js";
 
 const t = texts.motion;
+const FILE_MAX = 200000; // bytes
 const CHART_WIDTH = 600; // until the page is laid out
 
 const degrees = (raw, digits = 1) => degreesOf(raw).toFixed(digits);
@@ -346,7 +348,9 @@ export class MotionView extends View {
         const [file] = target.files;
 
         target.value = "";
-        if (file) await this.desk.open(await file.text(), t.askReplacePage);
+        const text = file && (await this.session.attempt(() => textOfFile(file, FILE_MAX)));
+
+        if (text !== undefined) await this.desk.open(text, t.askReplacePage);
     };
 
     #board() {

@@ -97,11 +97,11 @@ export class RobotView extends View {
     /* ---- pointer ---- */
 
     #grab(servo, event) {
+        if (event.button) return; // a right or middle click asks for no goal
         const dial = event.currentTarget.ownerSVGElement;
         const { x, y } = pointIn(dial, event);
         const degrees = within(servo, degreesAt(x, y));
 
-        if (event.button) return; // not the primary button
         event.preventDefault(); // selects no text
         dial.focus({ focusVisible: false });
         if (!this.#setGoal(servo, degrees)) return;

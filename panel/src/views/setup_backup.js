@@ -2,13 +2,14 @@
 /* Backup of a servo or the robot as a file; restore, which shows first what differs. */
 
 import { html, nothing } from "lit";
-import { Failure, valueText } from "../model/registers.js";
+import { SIZE_MAX } from "../model/backup.js";
+import { valueText } from "../model/registers.js";
 import { texts } from "../texts/texts.js";
+import { textOfFile } from "./read_file.js";
 import { saveFile } from "./save_file.js";
 import { SetupPart, nameOf } from "./setup_part.js";
 
 const t = texts.setup;
-const FILE_MAX = 1000000; // bytes: a larger file is no backup
 
 class BackupPart extends SetupPart {
     #isAll = false; // what a restore takes from a file
@@ -27,19 +28,10 @@ class BackupPart extends SetupPart {
         if (!file) return;
         this.#file = file.name;
         const scope = this.#isAll ? null : this.setup.id;
-        const text = await this.session.attempt(() => this.#textOf(file));
+        const text = await this.session.attempt(() => textOfFile(file, SIZE_MAX));
 
         if (text !== undefined) await this.setup.compare(text, scope);
     };
-
-    async #textOf(file) {
-        if (file.size > FILE_MAX) throw new Failure("backup-foreign");
-        try {
-            return await file.text();
-        } catch (error) {
-            throw new Failure("file-unread", { detail: error.message });
-        }
-    }
 
     /* ---- what differs, and what became of it ---- */
 

@@ -71,6 +71,23 @@ test("new servo: gets the ID that is typed, step by step", async (t) => {
     await shows(page, "one servo answers well", ".finding");
 });
 
+test("question: another connection, Esc at Stop and another tab answer no", async (t) => {
+    const { page } = await startSetup(t, { count: 1 });
+    const voids = {
+        esc: () => page.focus(".stop").then(() => page.keyboard.press("Escape")),
+        tab: () => page.click("#tab-board").then(() => page.click("#tab-setup")),
+        disconnect: () => page.click(".disconnect"),
+    };
+
+    for (const [what, call] of Object.entries(voids)) {
+        await press(page, ".change-id");
+        await page.waitForSelector("dialog[open]");
+        await call();
+        await page.waitForSelector("dialog", { hidden: true });
+        assert.equal(await page.$eval("main", (main) => main.inert), false, what);
+    }
+});
+
 test("backup, change, restore", async (t) => {
     const { panel, page } = await startSetup(t, { count: 3 });
     const path = await saveBy(page, panel.folder, ".save-all");

@@ -107,6 +107,8 @@ test("readBackup: another file, another version", () => {
     assert.match(refusal(textOf(entry()) + " ".repeat(SIZE_MAX)), /backup-foreign/);
     assert.match(refusal(changed((file) => (file.version = 2))), /backup-version/);
     assert.match(refusal(changed((file) => delete file.version)), /backup-version/);
+    assert.match(refusal(changed((file) => (file.version = { toString: 1, valueOf: 1 }))), /backup-version/);
+    assert.match(refusal(textOf(entry()).replace('"version": 1', `"version": ${"[".repeat(5000)}${"]".repeat(5000)}`)), /backup-version/);
 });
 
 test("entriesFor: a servo out of the file, or all", () => {

@@ -4,6 +4,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { Motions, keywordsOf } from "../../src/model/motions.js";
+import { noticeText } from "../../src/texts/texts.js";
 import { linesOfMotions, readMotions, textOfMotions } from "../../src/model/motion_text.js";
 import { tables } from "../support/tables.js";
 
@@ -170,4 +171,19 @@ test("part: a sequence with the poses that it needs", () => {
 
     assert.deepEqual([...part.poses.keys()].sort(), ["left", "middle"]);
     assert.deepEqual([...part.sequences.keys()], ["wave"]);
+});
+
+test("file: too many poses and sequences are refused", () => {
+    const poses = (count) => "group 1\n" + Array.from({ length: count }, (_, index) => `pose set p${index} 1raw\n`).join("");
+
+    assert.equal(readMotions(poses(500)).motions.poses.size, 500);
+    assert.throws(() => readMotions(poses(20000)), { code: "motion-file", line: 502 });
+});
+
+test("file: a notice cuts a name that is very long", () => {
+    const name = "x".repeat(100000);
+
+    for (const text of [`group 1\npose set ${name} 1raw`, `group 1\npose set a 1raw\nsequence b new ${name} 1s`])
+        assert.throws(() => readMotions(text), (error) => noticeText({ ...error }).text.length < 400);
+    assert.ok(noticeText({ code: "motion-gone", names: [name] }).text.length < 400);
 });

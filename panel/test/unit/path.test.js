@@ -106,8 +106,11 @@ test("thin: a step of one servo only is kept", () => {
     assert.ok(thin(all, 10).error <= 10);
 });
 
-test("thinTo: as few points as asked for, with the error that this needs", () => {
-    const { points, error } = thinTo(samples(), 8);
+test("thinTo: as few points as asked for, with the error that this needs", async () => {
+    let breaths = 0;
+    const { points, error } = await thinTo(samples(), 8, () => breaths++);
+
+    assert.ok(breaths > 5);
 
     assert.ok(points.length <= 8 && points.length >= 6, `${points.length} points`);
     assert.ok(error > 5 && error < 150, `${error}`);

@@ -43,3 +43,7 @@ test("recording: a long one keeps its begin and its end, and can be read", async
     assert.ok(lines[gap + 1].startsWith("out "));
     assert.ok(parseRecording(recording.text).length > 10000);
 });
+
+test("recording: one with too many lines is refused", () => {
+    assert.throws(() => parseRecording("out FF\n".repeat(50001)), { code: "bad-recording" });
+});

@@ -321,6 +321,22 @@ test("torque of all: a stop ends it", async () => {
     assert.deepEqual([1, 2, 3].map((id) => port.servos.get(id)[TORQUE]), [0, 0, 0]);
 });
 
+test("hold: an endless turn whose end is lost is not shown as confirmed", async () => {
+    const { robot, port, clock, servo } = await rig();
+
+    port.servos.get(1).fill(0, 6, 10);
+    await clock.advance(1500);
+    robot.setTurn(1, 20);
+    await clock.advance(200);
+    assert.equal(servo.goalState, "confirmed");
+    port.onPacket = (bytes) => bytes[4] === INSTRUCTION.WRITE;
+    const code = robot.hold(1).then(() => "ok", (error) => error.code);
+
+    await clock.advance(2000);
+    assert.equal(await code, "turn-not-ended");
+    assert.equal(servo.goalState, "unconfirmed");
+});
+
 test("torque of all: off cancels on", async () => {
     const { robot, port, clock } = await rig({ ids: [1, 2, 3], torque: 0 });
     const torques = () => [1, 2, 3].map((id) => port.servos.get(id)[TORQUE]);

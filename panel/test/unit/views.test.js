@@ -3,7 +3,9 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
+import { pathOfPoints } from "../../src/model/path.js";
 import { Robot } from "../../src/model/robot.js";
+import { chart } from "../../src/views/motion_chart.js";
 import { BoardView } from "../../src/views/board_view.js";
 import { colourOf, dashesOf } from "../../src/views/lines.js";
 import { RobotView } from "../../src/views/robot_view.js";
@@ -53,8 +55,8 @@ function dragging(t) {
     const dial = { focus: () => {}, getBoundingClientRect: () => ({ left: 0, top: 0, width: 100 }) };
     const currentTarget = { ownerSVGElement: dial, setPointerCapture: () => {} };
     const goals = [];
-    const event = (name, at, buttons) =>
-        attributeOf(view.render(), `@pointer${name}`)({ currentTarget, clientX: at, clientY: 50, buttons, preventDefault: () => {} });
+    const event = (name, at, buttons, button = 0) =>
+        attributeOf(view.render(), `@pointer${name}`)({ currentTarget, clientX: at, clientY: 50, button, buttons, preventDefault: () => {} });
 
     view.session = turning();
     view.session.robot.servos.get(1).raw = { low: 0, high: 1023 };
@@ -62,6 +64,10 @@ function dragging(t) {
     view.scheduleUpdate = () => {}; // draws nothing
     view.connectedCallback();
     t.after(() => view.disconnectedCallback());
+    event("down", 10, 2, 2);
+    event("down", 10, 4, 1);
+    event("move", 12, 2);
+    assert.equal(goals.length, 0);
     event("down", 10, 1);
     event("move", 12, 1);
     assert.equal(goals.length, 2);
@@ -126,6 +132,17 @@ test("send: a field that is empty yet is no error, and nothing can be sent", () 
 
         assert.ok(error && isOff, JSON.stringify(form));
     }
+});
+
+test("chart: a recording of two minutes and 18 servos is drawn, with few marks", () => {
+    const ids = Array.from({ length: 18 }, (_, index) => index);
+    const samples = Array.from({ length: 12000 }, (_, index) => ({ t: index * 10, raw: ids.map((id) => 500 + ((index * id) % 7)) }));
+    const shown = chart({ path: pathOfPoints(ids, samples), width: 800, label: "", other: samples, points: samples });
+    const values = valuesOf(shown);
+
+    assert.ok(values.length < 2000, `${values.length} values`);
+    assert.ok(values.every(([, value]) => typeof value !== "string" || value.length < 20000));
+    assert.equal(valuesOf(chart({ path: pathOfPoints(ids, samples), width: 800, label: "", points: samples.slice(0, 10) })).filter(([before]) => before.endsWith(" cy=")).length, 180);
 });
 
 test("lines: those of 32 servos differ in colour or dashes", () => {

@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
+import { texts } from "../../src/texts/texts.js";
 import { WebSocketPort } from "../../src/port/web_socket.js";
 
 class FakeSocket {
@@ -51,8 +52,14 @@ test("web socket: refused", async () => {
     const open = codeOf(port.open());
 
     FakeSocket.last.onerror();
-    assert.equal(await open, "nothing-answers");
+    assert.equal(await open, "nothing-there");
     assert.ok(FakeSocket.last.isClosed);
+});
+
+test("web socket: no notice has the code of another one", () => {
+    const codes = [texts.port, texts.wire, texts.notice].flatMap(Object.keys);
+
+    assert.deepEqual(codes.filter((code, index) => codes.indexOf(code) !== index), []);
 });
 
 test("web socket: no address", async () => {
@@ -84,7 +91,7 @@ test("web socket: close ends the opening", async () => {
 
     await port.close();
     assert.ok(FakeSocket.last.isClosed);
-    assert.equal(await open, "nothing-answers");
+    assert.equal(await open, "nothing-there");
 });
 
 test("web socket: the address beside a page", () => {
