@@ -194,11 +194,10 @@ class App extends View {
             <header class=${this.session.state}>
                 <h1>${texts.name}</h1>
                 <div class="connection">${this.#connection()}</div>
-                ${this.#stop()} ${this.#stateLine()}
+                ${this.#stop()} ${this.#stateLine()} ${this.#notices()}
             </header>
             ${this.#tabs()}
             <main id="view" role="tabpanel" aria-labelledby="tab-${this.tab.id}">${this.#elementOf(this.tab)}</main>
-            ${this.#notices()}
         `;
     }
 }

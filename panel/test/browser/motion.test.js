@@ -71,8 +71,7 @@ async function type(page, selector, text) {
 test("fields keep what is typed slowly, while feedback comes", async (t) => {
     const { page } = await start(t);
 
-    await page.click("button.capture");
-    await page.click("button.open");
+    await page.click("button.capture"); // opens the pose
     await type(page, '.editor input[data-id="1"]', "100.2");
     await type(page, ".editor .own-name", "wave");
     await shows(page, "wave", ".pose");
