@@ -194,9 +194,9 @@ class App extends View {
             <header class=${this.session.state}>
                 <h1>${texts.name}</h1>
                 <div class="connection">${this.#connection()}</div>
-                ${this.#stop()} ${this.#stateLine()} ${this.#notices()}
+                ${this.#stop()} ${this.#stateLine()}
             </header>
-            ${this.#tabs()}
+            ${this.#tabs()} ${this.#notices()}
             <main id="view" role="tabpanel" aria-labelledby="tab-${this.tab.id}">${this.#elementOf(this.tab)}</main>
         `;
     }
