@@ -231,10 +231,6 @@ export class Robot extends EventTarget {
         this.#due.delete("text");
     }
 
-    async setLed(id, isOn) {
-        await writeRegisters(this.#wire, id, REGISTER.LED, [isOn ? 1 : 0]);
-    }
-
     /* Limits and goal are read first: the controller checks a servo with limits by them. */
     async #holdPosition(id) {
         const limits = await readRegisters(this.#wire, id, LIMITS.address, LIMITS.count);
