@@ -114,7 +114,8 @@ class SettingsPart extends Part {
         const text = this.#changes.get(name) ?? String(this.#settings.values.get(name) ?? "");
         const choices = t.choices[name];
         const id = `setting-${name}`;
-        const option = (choice, value) => html`<option value=${value} .selected=${String(value) === text}>${t.choice(value, choice)}</option>`;
+        const option = (choice, value) => html`<option value=${value}
+            .selected=${String(value) === text}>${t.choice(value, choice)}</option>`;
 
         if (choices)
             return html`<select id=${id} aria-describedby="help-${name}" @change=${({ target }) => this.#type(name, target.value)}>
