@@ -6,7 +6,7 @@ import { mkdtempSync, readFileSync, readdirSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import test from "node:test";
-import { parseRecording } from "../../src/port/replay.js";
+import { parseCapture } from "../../src/port/replay.js";
 import { PHONE, openPage, shows, startBrowser, startPanel, startRobot } from "../support/browser.js";
 
 async function openTab(page, name) {
@@ -128,7 +128,7 @@ test("packets: the list follows again after a change of the view", async (t) => 
     await isAtEnd();
 });
 
-test("packets: the recording is saved and can be read", async (t) => {
+test("packets: the capture is saved and can be read", async (t) => {
     const { browser, page } = await startRobot(t);
     const folder = mkdtempSync(join(tmpdir(), "panel-"));
     const client = await browser.target().createCDPSession();
@@ -140,7 +140,7 @@ test("packets: the recording is saved and can be read", async (t) => {
     await openTab(page, "packets");
     await page.click(".save");
     await done;
-    assert.ok(parseRecording(readFileSync(join(folder, readdirSync(folder)[0]), "utf8")).length > 5);
+    assert.ok(parseCapture(readFileSync(join(folder, readdirSync(folder)[0]), "utf8")).length > 5);
 });
 
 test("console: a line and its reply, Up, and Tab", async (t) => {

@@ -159,14 +159,14 @@ test("traffic: what was sent by hand is told from the polling", async (t) => {
     assert.ok(session.traffic.select({ group: "SYNC READ", withPolling: true }, 200).length > 0);
 });
 
-test("recording: a session can be played again", async (t) => {
+test("capture: a session can be played again", async (t) => {
     const { session } = await connected(t);
 
     while (session.robot.rate < 5) await new Promise((resolve) => session.addEventListener("feedback", resolve, { once: true }));
     const { ReplayPort } = await import("../../src/port/replay.js");
     const replayed = new Session({ tables: tables() });
 
-    await replayed.connect(new ReplayPort(session.recording.text));
+    await replayed.connect(new ReplayPort(session.capture.text));
     assert.equal(replayed.state, "connected");
     assert.deepEqual(replayed.robot.ids, [1, 2, 3]);
     while (replayed.robot.rate < 5) await new Promise((resolve) => replayed.addEventListener("feedback", resolve, { once: true }));

@@ -86,7 +86,7 @@ test("notices: one of a code lists the servos; what answers it withdraws it", as
     assert.match(session.notices.at(-2).text, /^Servos 1, 3 did not confirm/);
     await Promise.all([session.release(), clock.advance(1000)]);
     assert.deepEqual(shown(), []);
-    session.notify({ code: "stop-unverified", inhibited: false });
+    session.notify({ code: "stop-no-inhibit" });
     await Promise.all([session.stop(), clock.advance(2000)]);
     assert.deepEqual(shown(), []);
     port.isMute = true;
