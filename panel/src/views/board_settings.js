@@ -3,12 +3,12 @@
 
 import { html, nothing } from "lit";
 import { Settings, risksOf } from "../model/settings.js";
+import { BAUD_CLOCK } from "../model/units.js";
 import { texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { Part } from "./part.js";
 
 const t = texts.board;
-const BAUD_CLOCK = 2000000; // bit/s at register 0
 const OWN_RATE = 255;
 const DELAY_US = 2;
 

@@ -13,6 +13,7 @@ export const AT_LENGTH = 3;
 export const AT_ERROR = 4; // of a status packet
 export const AT_INSTRUCTION = 4; // of an instruction packet
 export const AT_PARAMETERS = 5;
+export const FAILED = 0xff; // byte of a servo that did not answer a SYNC READ
 
 export const INSTRUCTION = Object.freeze({
     PING: 0x01,
