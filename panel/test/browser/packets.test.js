@@ -48,7 +48,7 @@ test("packets: sent by hand, shown decoded, and answered", async (t) => {
     await shows(page, "GOAL_POSITION 100.0°", ".outcome");
 });
 
-test("packets: raw bytes get a checksum, malformed ones are not sent", async (t) => {
+test("packets: raw bytes get a checksum, malformed are refused", async (t) => {
     const { page } = await startRobot(t);
 
     await openTab(page, "packets");
@@ -61,7 +61,7 @@ test("packets: raw bytes get a checksum, malformed ones are not sent", async (t)
     await shows(page, "Reply of 1: ok", ".outcome");
 });
 
-test("packets: a driving packet is refused while driving is inhibited", async (t) => {
+test("packets: a driving packet is refused while inhibited", async (t) => {
     const { page } = await startRobot(t);
 
     await openTab(page, "packets");
@@ -190,7 +190,7 @@ test("counters: with their meaning, and health in words", async (t) => {
     await shows(page, "No reply came to 1 transaction.", ".health");
 });
 
-test("board: a setting is checked, applied, and saved over power-off", async (t) => {
+test("board: a setting is checked, applied, saved", async (t) => {
     const { panel, browser, page } = await startRobot(t);
 
     await openTab(page, "board");

@@ -83,7 +83,7 @@ test("readBackup: a damaged file is refused", () => {
     assert.match(refusal(changed((file, servo) => (servo.registers.ID = 5))), /has a register ID, which no backup has/);
 });
 
-test("readBackup: a lower limit above the upper one is refused, with both values", () => {
+test("readBackup: crossed limits are refused with both values", () => {
     const crossed = (values) => refusalOf(() => readBackup(changed((file, servo) => Object.assign(servo.registers, values)), rows));
 
     assert.equal(crossed({ CW_ANGLE_LIMIT: 682, CCW_ANGLE_LIMIT: 341 }), "Servo 1: CW_ANGLE_LIMIT (200.0°) would be above CCW_ANGLE_LIMIT (100.0°). Nothing was written.");
@@ -141,7 +141,7 @@ test("differences: a servo of another model is refused", () => {
     assert.throws(() => differences(entry(), bytes, rows), { code: "backup-other-model", id: 1, model: 1, found: 9 });
 });
 
-test("differences: limits beyond the goal are refused while torque is on", () => {
+test("differences: torque on refuses limits beyond the goal", () => {
     const restored = (low, high, { torque = 1, now = [0, 1023] } = {}) => {
         const bytes = registersWith(1); // goal: 512
         const saved = entry();

@@ -31,7 +31,7 @@ test("capture: a packet and its answer can be played", async () => {
     assert.deepEqual(heard, [[...status(2)]]);
 });
 
-test("capture: a long one keeps its start and its end, and can be read", async () => {
+test("capture: a long one keeps start and end, is readable", async () => {
     const capture = await captured(100000);
     const lines = capture.text.split("\n");
 

@@ -61,13 +61,13 @@ test("decoder: every kind of packet, and a reply to it", () => {
     }
 });
 
-test("decoder: each reply to a BULK READ has the registers of its servo", () => {
+test("decoder: a BULK READ reply has its servo's registers", () => {
     const request = bulkRead([[1, 1, 0x18], [2, 2, 0x1e]]);
 
     assert.equal(decoder.status(status(2, 0, [0, 2]), request, 1).text, "GOAL_POSITION 150.1°");
 });
 
-test("decoder: a status packet that no request asked for shows its bytes", () => {
+test("decoder: an unexpected status packet shows its bytes", () => {
     assert.match(decoder.status(status(1, 0, [1, 2]), null).text, /No request.*01 02/);
 });
 
@@ -142,7 +142,7 @@ test("rows: a stop does not make the packet before it an error", () => {
     assert.equal(r.shown()[1], "Ctrl-X");
 });
 
-test("filter: feedback polling is hidden, its requests by hand are not", () => {
+test("filter: hides polling, not the same requests by hand", () => {
     const r = rig();
 
     r.out(POLL);
@@ -188,7 +188,7 @@ test("select: at most the newest rows, oldest of them first", () => {
     assert.deepEqual(r.shown(NO_FILTER, 2), ["8 PING", "9 PING"]);
 });
 
-test("rows: polling does not push out other rows, and both lists have an end", () => {
+test("rows: both lists are bounded, polling has its own", () => {
     const r = rig();
 
     r.out(ping(7));
