@@ -260,7 +260,7 @@ test("bridge: the page says what is missing, and offers the rest", async (t) => 
     await page.click(".send-button");
     await shows(page, "Reply of 1: ok", ".outcome");
     await openTab(page, "board");
-    await shows(page, "needs the profile full", ".offers");
+    await shows(page, "For the rest flash the profile full", ".offers");
     await page.waitForSelector("#setting-cycle_us");
     await fill(page, "#setting-cycle_us", "5000");
     await page.click(".save-settings");
