@@ -202,9 +202,8 @@ class App extends View {
                 <div class="connection">${this.#connection()}</div>
                 ${this.#stop()} ${this.#stateLine()}
             </header>
-            ${this.#tabs()}
+            ${this.#tabs()} ${this.#notices()}
             <main id="view" role="tabpanel" aria-labelledby="tab-${this.tab.id}">${this.#elementOf(this.tab)}</main>
-            ${this.#notices()}
         `;
     }
 }

@@ -8,6 +8,7 @@
  * answers. Values are raw. STATUS_RETURN_LEVEL is written last: at 0 a servo does not answer
  * the READ that checks a write. */
 
+import { ID_MAX } from "../wire/packet.js";
 import { Failure, rawAt, valueText } from "./registers.js";
 
 export const FORMAT = "cds55xx-backup";
@@ -15,7 +16,6 @@ export const VERSION = 1;
 export const SIZE_MAX = 1000000; // characters of a file; 254 servos take a tenth
 const LAST = "STATUS_RETURN_LEVEL";
 const KEPT_OUT = new Set(["ID", "BAUD_RATE"]);
-const ID_MAX = 253;
 const CW = "CW_ANGLE_LIMIT";
 const CCW = "CCW_ANGLE_LIMIT";
 const GOAL = "GOAL_POSITION";

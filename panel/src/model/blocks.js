@@ -4,7 +4,6 @@
 export const REGISTER = Object.freeze({
     CW_ANGLE_LIMIT: 0x06,
     TORQUE_ENABLE: 0x18,
-    LED: 0x19,
     GOAL_POSITION: 0x1e,
     MOVING_SPEED: 0x20,
     PRESENT_POSITION: 0x24,

@@ -47,7 +47,7 @@ export function packetOfHex(text) {
         fail("hex", { text });
     }
     if (bytes[0] !== HEADER || bytes[1] !== HEADER) bytes.unshift(HEADER, HEADER);
-    if (bytes.length < AT_PARAMETERS) fail("short", { count: bytes.length });
+    if (bytes.length < AT_PARAMETERS) fail("short");
     const length = bytes[AT_LENGTH];
 
     if (bytes[AT_ID] > BROADCAST_ID) fail("id", { id: bytes[AT_ID], max: BROADCAST_ID });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The controller as the page uses it: what its firmware has, and commands of its console. */
 
-import { ID_MAX, read, syncRead, write } from "../wire/packet.js";
+import { FAILED, ID_MAX, read, syncRead, write } from "../wire/packet.js";
 import { Failure } from "./registers.js";
 
 export const DEVICE = Object.freeze({
@@ -21,7 +21,6 @@ const SCAN_GROUP = 32; // IDs in a packet of a scan
 const SCAN_MS = 3000; // for the answer to it
 const RESCUE_MS = 600000; // `scan rescue` says nothing for nine minutes
 const SERVO_ID = 0x03; // register
-const FAILED = 0xff;
 const ERROR_LINK_LOST = 65;
 
 /* The console has answered `error N: text; remedy`. `line`: the command. `lines`: the reply before it. */

@@ -8,6 +8,7 @@ import {
     AT_INSTRUCTION,
     AT_ID,
     AT_PARAMETERS,
+    FAILED,
     BROADCAST_ID,
     ERRORS_OF_PACKET,
     INSTRUCTION,
@@ -19,7 +20,6 @@ import { texts } from "../texts/texts.js";
 import { textOf } from "./units.js";
 
 const t = texts.decode;
-const FAILED = 0xff; // byte of a servo that did not answer a SYNC READ
 
 const NAMES = new Map(Object.entries(INSTRUCTION).map(([name, code]) => [code, name.replace("_", " ")]));
 

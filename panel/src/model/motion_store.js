@@ -201,11 +201,6 @@ export class MotionStore {
         left.delete(name);
     }
 
-    async deleteSequence(name) {
-        await this.#run(`sequence delete ${name}`);
-        await this.load();
-    }
-
     /* ---- play ---- */
 
     /* Plays a stored sequence. `times` 0: until it is ended. */

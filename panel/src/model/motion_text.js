@@ -9,7 +9,7 @@
  * `pose show` and `sequence show` print such lines, and the board takes them. */
 
 import { MotionError, Motions, NAMES_MAX, STEPS_MAX } from "./motions.js";
-import { DEGREES_MAX, POSITION_MAX } from "./units.js";
+import { DEGREES_MAX, RAW_MAX } from "./units.js";
 
 /* ---- to lines ---- */
 
@@ -53,9 +53,9 @@ const TIMES = { s: 1000, ms: 1 };
 function readAngle(word) {
     const [, number, unit] = /^(\d+(?:\.\d+)?)(raw|deg|mdeg|)$/i.exec(word) ?? [];
     const degrees = Number(number) * UNITS[unit?.toLowerCase()];
-    const raw = unit?.toLowerCase() === "raw" ? Number(number) : Math.round((degrees * POSITION_MAX) / DEGREES_MAX);
+    const raw = unit?.toLowerCase() === "raw" ? Number(number) : Math.round((degrees * RAW_MAX) / DEGREES_MAX);
 
-    return Number.isInteger(raw) && raw >= 0 && raw <= POSITION_MAX ? raw : undefined;
+    return Number.isInteger(raw) && raw >= 0 && raw <= RAW_MAX ? raw : undefined;
 }
 
 function readTime(word) {

@@ -2,7 +2,7 @@
 /* Poses and sequences of the page, with the rules that the board has for them (docs/motion.md). A position
  * is raw, a time in ms. What breaks a rule throws MotionError; its code names an entry of texts.notice. */
 
-import { POSITION_MAX } from "./units.js";
+import { RAW_MAX } from "./units.js";
 
 export const NAME_MAX = 8; // characters
 export const JOINTS_MAX = 18; // of all poses together
@@ -77,7 +77,7 @@ export class Motions {
 
         if (!pose.size) throw new MotionError("motion-pose-empty", { detail: name });
         for (const [id, raw] of pose)
-            if (!Number.isInteger(raw) || raw < 0 || raw > POSITION_MAX)
+            if (!Number.isInteger(raw) || raw < 0 || raw > RAW_MAX)
                 throw new MotionError("motion-angle", { detail: `${name}, servo ${id}` });
         this.poses.set(name, pose);
         this.isChanged = true;

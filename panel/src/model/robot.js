@@ -8,7 +8,7 @@
  * Events: `feedback` after each round, `change` when anything else has changed, `notice`, `reset` when the
  * controller has been reset: its RESET_CAUSE is another one, it echoes a line, or it has forgotten its servos. */
 
-import { ERRORS_OF_PACKET, ID_MAX, errorNames, syncRead, word, wordAt, write } from "../wire/packet.js";
+import { ERRORS_OF_PACKET, FAILED, ID_MAX, errorNames, syncRead, word, wordAt, write } from "../wire/packet.js";
 import { groupsOfIds } from "../wire/stop.js";
 import { pause } from "../wire/clock.js";
 import { WireError } from "../wire/wire_error.js";
@@ -16,7 +16,7 @@ import { FEEDBACK, LIMITS, REGISTER, STATE } from "./blocks.js";
 import { DEVICE, LISTED_MAX } from "./controller.js";
 import { Failure, readRegisters, writeRegisters } from "./registers.js";
 import { Servo } from "./servo.js";
-import { POSITION_MAX, rawOfDegrees, rawOfRpm, rawOfTurn } from "./units.js";
+import { RAW_MAX, rawOfDegrees, rawOfRpm, rawOfTurn } from "./units.js";
 
 export const GOAL_RPM = 20; // speed of a goal, if none is given
 export const GOAL_PERIOD_MS = 50; // between two goals of a servo
@@ -28,7 +28,6 @@ const SLOW_MS = 250; // torque and goals, the device, the motion
 const LIMITS_MS = 1000;
 const TEXT_MS = 5000; // the command `servos`
 const TEXT_ALARM_MS = 1000; // while something is wrong
-const FAILED = 0xff;
 const RATE_MS = 1000; // over which updates are counted
 const DEVICE_FIRST = DEVICE.SAVE;
 const MOTION_COUNT = 6;
@@ -197,7 +196,7 @@ export class Robot extends EventTarget {
 
     async #holdWithin(servo) {
         const position = wordAt(await readRegisters(this.#wire, servo.id, FEEDBACK.address, 2), 0);
-        const raw = Math.min(Math.max(position, servo.raw.low ?? 0), servo.raw.high ?? POSITION_MAX);
+        const raw = Math.min(Math.max(position, servo.raw.low ?? 0), servo.raw.high ?? RAW_MAX);
 
         await writeRegisters(this.#wire, servo.id, REGISTER.GOAL_POSITION, [...word(raw), ...word(servo.raw.goalSpeed || rawOfRpm(GOAL_RPM))]);
         servo.raw.goal = raw;
@@ -257,15 +256,11 @@ export class Robot extends EventTarget {
         this.#due.delete("text");
     }
 
-    async setLed(id, isOn) {
-        await writeRegisters(this.#wire, id, REGISTER.LED, [isOn ? 1 : 0]);
-    }
-
     /* Limits and goal are read first: the controller checks a servo with limits by them. */
     async #holdPosition(id) {
         const limits = await readRegisters(this.#wire, id, LIMITS.address, LIMITS.count);
         const isEndless = limits.every((byte) => byte === 0);
-        const position = Math.min(wordAt(await readRegisters(this.#wire, id, FEEDBACK.address, 2), 0), POSITION_MAX);
+        const position = Math.min(wordAt(await readRegisters(this.#wire, id, FEEDBACK.address, 2), 0), RAW_MAX);
         const wanted = [...word(position), ...word(isEndless ? 0 : rawOfRpm(GOAL_RPM))];
 
         await writeRegisters(this.#wire, id, REGISTER.GOAL_POSITION, wanted);

@@ -9,7 +9,7 @@
 import { Wire } from "../wire/wire.js";
 import { pause, realClock } from "../wire/clock.js";
 import { noticeText } from "../texts/texts.js";
-import { RecordingPort } from "../port/replay.js";
+import { CapturePort } from "../port/replay.js";
 import { Controller } from "./controller.js";
 import { Decoder } from "./decode.js";
 import { History } from "./history.js";
@@ -19,8 +19,8 @@ import { Traffic } from "./traffic.js";
 const NOTICES_MAX = 20;
 const LISTS_SERVOS = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "refused", "servo-silent"]); // one notice lists all servos
 const WITHDRAWN_BY = { // notices that an event withdraws
-    release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-unverified", "stopped"],
-    stop: ["lost-stopping", "stop-failed", "stop-not-sent", "stop-unverified"],
+    release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-no-inhibit", "stop-unverified", "stopped"],
+    stop: ["lost-stopping", "stop-failed", "stop-no-inhibit", "stop-not-sent", "stop-unverified"],
     back: ["silent"],
 };
 const TAKEN_MS = 5000; // a page that has been left gives its port free in this time
@@ -41,7 +41,7 @@ export class Session extends EventTarget {
         this.stopOutcome = null;
         this.notices = []; // {key, code, ids, text, remedy, level, time, undo}; undo(): the button Undo
         this.traffic = new Traffic(new Decoder(tables, () => this.wire?.deviceId));
-        this.recording = null; // the port of the last connection; `text` is the recording
+        this.capture = null; // the port of the last connection; `text` is the capture
         this.portName = "";
         this.wire = null;
         this.controller = null;
@@ -124,8 +124,8 @@ export class Session extends EventTarget {
         this.notices = [];
         this.stopState = "none";
         this.isPortTaken = false;
-        this.recording = new RecordingPort(port);
-        this.wire = new Wire(this.recording, { clock: this.clock });
+        this.capture = new CapturePort(port);
+        this.wire = new Wire(this.capture, { clock: this.clock });
         this.controller = new Controller(this.wire, this.tables);
         this.robot = new Robot(this.controller);
         this.history = new History(this.clock.now());
@@ -224,7 +224,11 @@ export class Session extends EventTarget {
             this.stopState = stateOf(this.stopOutcome);
             this.robot.takeStop(this.stopOutcome);
             if (this.stopState === "verified") this.withdraw(WITHDRAWN_BY.stop);
-            if (this.stopState === "unverified") this.notify({ code: "stop-unverified", ...this.stopOutcome });
+            if (this.stopState === "unverified") {
+                const code = this.stopOutcome.inhibited ? "stop-unverified" : "stop-no-inhibit";
+
+                this.notify({ code, ...this.stopOutcome });
+            }
         } catch {
             this.stopState = "failed";
             this.notify({ code: "stop-failed" });

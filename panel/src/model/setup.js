@@ -4,6 +4,7 @@
  *
  * Event: `change`. */
 
+import { ID_MAX } from "../wire/packet.js";
 import { CommandError } from "./controller.js";
 import { checkLimits, differences, entriesFor, entryOf, readBackup, textOfBackup } from "./backup.js";
 import { Failure, rawAt, readRegisters, registerRows, writeRegister } from "./registers.js";
@@ -13,7 +14,6 @@ export const RATES = [1000000, 500000, 250000, 115200, 57600, 19200];
 
 const SEARCH_MS = 15000; // `new` and `diagnose` say nothing while they search, 4 s each time
 const CHANGE_MS = 10000; // a change of the rate of a servo
-const ID_LIMIT = 253;
 const ERROR_KEY = 49; // the user has ended a command
 const FATAL_CODES = new Set(["stopped", "closed", "silent", "cancelled"]); // errors of the wire after which the next job would fail, too
 
@@ -85,7 +85,7 @@ export class Setup extends EventTarget {
     get freeId() {
         const taken = new Set([...this.ids, ...(this.found ?? []).map(({ id }) => id)]);
 
-        for (let id = 1; id <= ID_LIMIT; id++) if (!taken.has(id)) return id;
+        for (let id = 1; id <= ID_MAX; id++) if (!taken.has(id)) return id;
         return taken.has(0) ? null : 0;
     }
 

@@ -4,23 +4,23 @@
 
 import { texts } from "../texts/texts.js";
 
-export const POSITION_MAX = 1023; // raw, 300 degrees
+export const RAW_MAX = 1023; // full scale of position (300 degrees), speed, load and torque
 export const DEGREES_MAX = 300;
 export const RPM_MAX = 62;
 const CW_BIT = 0x400; // bit of a signed register: clockwise
-const BAUD_CLOCK = 2000000; // bit/s at raw 0
+export const BAUD_CLOCK = 2000000; // bit/s at raw 0
 
-export const degreesOf = (raw) => (raw * DEGREES_MAX) / POSITION_MAX;
+export const degreesOf = (raw) => (raw * DEGREES_MAX) / RAW_MAX;
 export const rawOfDegrees = (degrees) =>
-    Math.min(POSITION_MAX, Math.max(0, Math.round((degrees * POSITION_MAX) / DEGREES_MAX)));
+    Math.min(RAW_MAX, Math.max(0, Math.round((degrees * RAW_MAX) / DEGREES_MAX)));
 
 /* At least 1: the register value 0 means "as fast as it can". */
-export const rawOfRpm = (rpm) => Math.min(POSITION_MAX, Math.max(1, Math.round((rpm * POSITION_MAX) / RPM_MAX)));
+export const rawOfRpm = (rpm) => Math.min(RAW_MAX, Math.max(1, Math.round((rpm * RAW_MAX) / RPM_MAX)));
 
 /* A speed of endless turn: more than 0 is counterclockwise, 0 stands. */
 export const rawOfTurn = (rpm) => (rpm === 0 ? 0 : rawOfRpm(Math.abs(rpm)) | (rpm < 0 ? CW_BIT : 0));
-export const rpmOf = (raw) => (signed(raw) * RPM_MAX) / POSITION_MAX;
-export const percentOf = (raw) => (signed(raw) * 100) / POSITION_MAX;
+export const rpmOf = (raw) => (signed(raw) * RPM_MAX) / RAW_MAX;
+export const percentOf = (raw) => (signed(raw) * 100) / RAW_MAX;
 export const voltsOf = (raw) => raw / 10;
 
 function signed(raw) {

@@ -2,9 +2,9 @@
 /* Plays a recorded session: what was written then is looked up, and answered as then. Interface:
  * web_serial.js.
  *
- * A recording is lines of text. `out HEX` is what the page wrote, `in HEX` what came, in order; a line
+ * A capture is lines of text. `out HEX` is what the page wrote, `in HEX` what came, in order; a line
  * that begins with # is a comment. The search starts behind the last answer and goes on from the
- * start of the recording, so a page that asks at other times than the recorded one is answered, too. */
+ * start of the capture, so a page that asks at other times than the recorded one is answered, too. */
 
 import { fromHex, toHex } from "../wire/packet.js";
 import { PortError } from "./web_serial.js";
@@ -12,30 +12,30 @@ import { PortError } from "./web_serial.js";
 const LINES_MAX = 50000; // the page saves 40400 pieces at most
 
 /* Returns [{bytes, answers}], each write with what came before the next one. Throws PortError. */
-export function parseRecording(text) {
+export function parseCapture(text) {
     const steps = [];
     const lines = text.split(/\r?\n/);
 
-    if (lines.length > LINES_MAX) throw new PortError("bad-recording", `it has more than ${LINES_MAX} lines`);
+    if (lines.length > LINES_MAX) throw new PortError("bad-capture", `it has more than ${LINES_MAX} lines`);
     lines.forEach((line, index) => {
         if (!line.trim() || line.startsWith("#")) return;
         const match = /^(out|in) ([0-9A-F ]+)$/i.exec(line.trim());
 
-        if (!match) throw new PortError("bad-recording", `line ${index + 1}`);
+        if (!match) throw new PortError("bad-capture", `line ${index + 1}`);
         const bytes = fromHex(match[2]);
 
         if (match[1] === "out") steps.push({ bytes, answers: [] });
         else steps.at(-1)?.answers.push(bytes);
     });
-    if (!steps.length) throw new PortError("bad-recording", "it is empty");
+    if (!steps.length) throw new PortError("bad-capture", "it is empty");
     return steps;
 }
 
 const FIRST_MAX = 400; // pieces that are kept from the start: there the page asks what the firmware has
 const LAST_MAX = 20000; // pieces that are kept from the end: some minutes of feedback
 
-/* Does what `port` does, and keeps a recording: `text`. A long one has a gap behind its start. */
-export class RecordingPort {
+/* Does what `port` does, and keeps a capture: `text`. A long one has a gap behind its start. */
+export class CapturePort {
     #first = []; // {direction, bytes}
     #last = [];
     #isCut = false;
@@ -83,12 +83,12 @@ export class RecordingPort {
 }
 
 export class ReplayPort {
-    constructor(recording, { later = (call) => setTimeout(call, 0) } = {}) {
-        this.steps = parseRecording(recording);
-        this.name = "recording";
+    constructor(capture, { later = (call) => setTimeout(call, 0) } = {}) {
+        this.steps = parseCapture(capture);
+        this.name = "capture";
         this.later = later;
         this.at = 0; // step that is expected next
-        this.unknown = []; // writes that the recording does not have
+        this.unknown = []; // writes that the capture does not have
         this.isOpen = false;
         this.onBytes = () => {};
         this.onClose = () => {};

@@ -5,6 +5,8 @@ import { board } from "./board.js";
 import { motionNotices } from "./motion.js";
 import { does, list, servo } from "./words.js";
 
+const STOP_AGAIN = "Press Stop again. If the robot still moves, switch off the power of the servos.";
+
 /* Codes of WireError and of notices of the wire. */
 export const wire = {
     timeout: ({ detail }) => ({
@@ -55,7 +57,7 @@ export const port = {
         remedy: "Start the simulator with make panel. Only one page at a time can be connected.",
     }),
     "no-answer": ({ detail }) => ({ text: `No answer from ${detail} within 5 s.`, remedy: "Check the address and the network." }),
-    "bad-recording": ({ detail }) => ({ text: `This is not a recording: ${detail}.`, remedy: "Choose a file that the page has saved." }),
+    "bad-capture": ({ detail }) => ({ text: `This is not a capture: ${detail}.`, remedy: "Choose a file that the page has saved." }),
 };
 
 /* Notices of the session and of the robot. */
@@ -150,12 +152,11 @@ export const notice = {
         text: `${servo(detail)} refused the packet: ${detail.why} error.`,
         remedy: "See whether the servo is locked, and whether its limits fit.",
     }),
-    "stop-unverified": ({ inhibited, on, silent }) => ({
-        text: inhibited
-            ? `Driving is inhibited, but torque off is not confirmed for ${list([...on, ...silent])}.`
-            : "The controller does not confirm the stop.",
-        remedy: "Press Stop again. If the robot still moves, switch off the power of the servos.",
+    "stop-unverified": ({ on, silent }) => ({
+        text: `Driving is inhibited, but torque off is not confirmed for ${list([...on, ...silent])}.`,
+        remedy: STOP_AGAIN,
     }),
+    "stop-no-inhibit": () => ({ text: "The controller does not confirm the stop.", remedy: STOP_AGAIN }),
     "stop-not-sent": () => ({
         text: "Not connected: the stop was not sent.",
         remedy: "Switch off the power of the servos.",

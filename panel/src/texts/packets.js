@@ -60,9 +60,9 @@ export const packets = {
     pause: "Pause",
     goOn: "Go on",
     clear: "Clear",
-    save: "Save recording",
-    saveHint: "A file that “Play a recording” reads: the start of the connection and the last minutes",
-    fileName: "recording.txt",
+    save: "Save capture",
+    saveHint: "A file that “Play a capture” reads: the start of the connection and the last minutes",
+    fileName: "capture.txt",
 
     send: "Send by hand",
     instruction: "Instruction",

@@ -17,7 +17,7 @@ export const page = {
         socketHint: "A WebSocket",
         more: "More",
         address: "Address of the simulator",
-        replay: "Play a recording",
+        replay: "Play a capture",
         disconnect: "Disconnect",
         noSerial: "This browser cannot open serial ports. Use Chrome or Edge, at https or localhost.",
     },

@@ -3,12 +3,12 @@
 
 import { html, nothing } from "lit";
 import { Settings, risksOf } from "../model/settings.js";
+import { BAUD_CLOCK } from "../model/units.js";
 import { texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { Part } from "./part.js";
 
 const t = texts.board;
-const BAUD_CLOCK = 2000000; // bit/s at register 0
 const OWN_RATE = 255;
 const DELAY_US = 2;
 
@@ -114,7 +114,8 @@ class SettingsPart extends Part {
         const text = this.#changes.get(name) ?? String(this.#settings.values.get(name) ?? "");
         const choices = t.choices[name];
         const id = `setting-${name}`;
-        const option = (choice, value) => html`<option value=${value} .selected=${String(value) === text}>${t.choice(value, choice)}</option>`;
+        const option = (choice, value) => html`<option value=${value}
+            .selected=${String(value) === text}>${t.choice(value, choice)}</option>`;
 
         if (choices)
             return html`<select id=${id} aria-describedby="help-${name}" @change=${({ target }) => this.#type(name, target.value)}>

@@ -49,7 +49,8 @@ export class BoardView extends View {
         return html`<section aria-labelledby="driving-title">
             <h2 id="driving-title">${t.driving}</h2>
             <p class="driving ${style}" role="status">${text} ${device?.linkLost ? t.linkLost : nothing}</p>
-            <button class="board-release" ?disabled=${device?.inhibit === 0 && !device.linkLost} @click=${() => session.release()}>${t.release}</button>
+            <button class="board-release" ?disabled=${device?.inhibit === 0 && !device.linkLost}
+                @click=${() => session.release()}>${t.release}</button>
             <p class="hint">${t.releaseHint}</p>
         </section>`;
     }

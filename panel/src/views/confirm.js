@@ -6,13 +6,33 @@
 export const answerNo = () => document.querySelector("dialog")?.close("no");
 
 /* Resolves with true only if the user presses the button `yes`. `field`: an element that stands between
- * question and buttons, as an input with its label. `isReady()`: false disables `yes`. */
+ * question and buttons, for example an input with its label. `isReady()`: false disables `yes`. */
 export function confirmed({ text, yes, no, field = null, isReady = () => true }) {
+    const view = document.querySelector("main");
+    const before = document.activeElement;
+    const dialog = dialogOf({ text, yes, no, field, isReady });
+
+    document.body.append(dialog);
+    view.inert = true;
+    dialog.show();
+    const input = dialog.querySelector("input, select") ?? dialog.querySelector(".no");
+
+    input.focus();
+    input.select?.(); // what is typed replaces the proposed value
+    return new Promise((resolve) => {
+        dialog.addEventListener("close", () => {
+            dialog.remove();
+            view.inert = false;
+            before?.focus();
+            resolve(dialog.returnValue === "yes");
+        });
+    });
+}
+
+function dialogOf({ text, yes, no, field, isReady }) {
     const dialog = document.createElement("dialog");
     const question = document.createElement("p");
     const buttons = document.createElement("p");
-    const view = document.querySelector("main");
-    const before = document.activeElement;
     const button = (label, value, name) => {
         const element = document.createElement("button");
 
@@ -26,9 +46,9 @@ export function confirmed({ text, yes, no, field = null, isReady = () => true })
     question.textContent = text;
     question.id = "dialog-question";
     dialog.setAttribute("aria-labelledby", question.id);
-    const first = button(no, "no", "no");
-    const last = button(yes, "yes", "yes");
-    const update = () => (last.disabled = !isReady());
+    button(no, "no", "no");
+    const yesButton = button(yes, "yes", "yes");
+    const update = () => (yesButton.disabled = !isReady());
 
     dialog.append(question, ...(field ? [field] : []), buttons);
     dialog.addEventListener("input", update);
@@ -36,19 +56,5 @@ export function confirmed({ text, yes, no, field = null, isReady = () => true })
         if (key === "Enter" && target.matches("input") && isReady()) dialog.close("yes");
     });
     update();
-    document.body.append(dialog);
-    view.inert = true;
-    dialog.show();
-    const input = field?.querySelector("input, select") ?? first;
-
-    input.focus();
-    input.select?.(); // what is typed replaces the proposed value
-    return new Promise((resolve) => {
-        dialog.addEventListener("close", () => {
-            dialog.remove();
-            view.inert = false;
-            before?.focus();
-            resolve(dialog.returnValue === "yes");
-        });
-    });
+    return dialog;
 }

@@ -213,6 +213,8 @@ export class GraphsView extends View {
         const shown = this.#window;
         const [from, to] = shown.range;
         const isZoomed = Math.abs(to - from - shown.span) > 0.05;
+        const isChosen = (span) => live(!isZoomed && span === shown.span);
+        const option = (span) => html`<option value=${span} .selected=${isChosen(span)}>${t.spanOf(span)}</option>`;
         const button = (name, text, call) =>
             html`<button class=${name} aria-label=${text.label ?? text} title=${text.label ?? text} @click=${() => this.#do(call)}>
                 ${text.sign ?? text}
@@ -224,7 +226,7 @@ export class GraphsView extends View {
                 ${t.span}
                 <select class="span" @change=${(event) => this.#setSpan(event)}>
                     ${isZoomed ? html`<option .selected=${true} disabled>${t.spanOf(to - from)}</option>` : nothing}
-                    ${SPANS.map((span) => html`<option value=${span} .selected=${live(!isZoomed && span === shown.span)}>${t.spanOf(span)}</option>`)}
+                    ${SPANS.map(option)}
                 </select>
             </label>
             <span class="group">
@@ -238,11 +240,12 @@ export class GraphsView extends View {
 
     /* The value at the cursor, else the newest one. */
     #value(id, quantity, known) {
+        const goal = () => html`<span class="unit">→<span class="unseen">${t.goal}</span> ${textOf("goal")}</span>`;
         const textOf = (name) => valueText(this.#window.history, { id, quantity: name }, this.#cursorTime) || texts.robot.noValue;
 
         return html`<span class="value ${quantity}"
             >${mark(known.indexOf(id))}<span class="unseen">${t.servo}</span>${id}: ${textOf(quantity)}
-            ${quantity === "position" ? html`<span class="unit">→<span class="unseen">${t.goal}</span> ${textOf("goal")}</span>` : nothing}</span
+            ${quantity === "position" ? goal() : nothing}</span
         >`;
     }
 

@@ -9,7 +9,8 @@ const DASHES = [[], [14, 4], [5, 4], [14, 4, 4, 4]]; // lengths of line and gap,
 
 export const colourOf = (index) => `c${index % COLOURS}`;
 export const dashesOf = (index) => DASHES[Math.floor(index / COLOURS) % DASHES.length];
-export const polyline = (index, points) => svg`<polyline class="joint ${colourOf(index)}" stroke-dasharray=${dashesOf(index)} points=${points} />`;
+export const polyline = (index, points) =>
+    svg`<polyline class="joint ${colourOf(index)}" stroke-dasharray=${dashesOf(index)} points=${points} />`;
 
 /* A piece of the line, for a legend. */
 export const mark = (index) => html`<svg class="mark" width="26" height="10" aria-hidden="true">

@@ -58,7 +58,8 @@ export class MotionView extends View {
         const hint = torque === null ? t.isUnknown(id) : torque ? t.isHeld(id) : t.isLimp(id);
 
         return html`<label class="chip ${torque ? "held" : "limp"}" title=${hint}>
-            <input type="checkbox" .checked=${live(!desk.unchosen.has(id))} aria-label=${hint} @change=${({ target }) => desk.choose(id, target.checked)} />
+            <input type="checkbox" .checked=${live(!desk.unchosen.has(id))} aria-label=${hint}
+                @change=${({ target }) => desk.choose(id, target.checked)} />
             ${id} <span class="at">${position === null ? t.noValue : `${position.toFixed(0)}°`}</span>
         </label>`;
     }
@@ -93,7 +94,8 @@ export class MotionView extends View {
                 ${desk.ids.map((id) => this.#chip(id))}
             </fieldset>
             <p class="row">
-                <button class="torque-off" title=${t.torqueOffHint} ?disabled=${isOff} @click=${() => desk.setTorque(false)}>${t.torqueOff}</button>
+                <button class="torque-off" title=${t.torqueOffHint} ?disabled=${isOff}
+                    @click=${() => desk.setTorque(false)}>${t.torqueOff}</button>
                 <button class="hold" title=${t.holdHint} ?disabled=${isOff} @click=${() => desk.setTorque(true)}>${t.hold}</button>
             </p>
             <form class="row" @submit=${this.#capture}>
@@ -120,12 +122,15 @@ export class MotionView extends View {
 
         return html`<li class=${isShown ? "pose shown" : "pose"} data-pose=${name}>
             <button class="open" aria-expanded=${isShown} aria-label=${t.editOf(name)} @click=${() => desk.showPose(name)}>
-                <span aria-hidden="true">${isShown ? "▾" : "▸"}</span> <strong>${name}</strong> <span class="soft">${t.servosOf(pose)}</span>
+                <span aria-hidden="true">${isShown ? "▾" : "▸"}</span>
+                <strong>${name}</strong> <span class="soft">${t.servosOf(pose)}</span>
             </button>
-            <button class="go" aria-label=${t.goToOf(name)} ?disabled=${!this.session.isConnected || desk.isPlaying} @click=${() => desk.goTo(name)}>
+            <button class="go" aria-label=${t.goToOf(name)} ?disabled=${!this.session.isConnected || desk.isPlaying}
+                @click=${() => desk.goTo(name)}>
                 ${t.goTo}
             </button>
-            <button class="delete" aria-label=${t.deletePoseOf(name)} title=${t.deletePoseOf(name)} @click=${() => desk.deletePose(name)}>×</button>
+            <button class="delete" aria-label=${t.deletePoseOf(name)} title=${t.deletePoseOf(name)}
+                @click=${() => desk.deletePose(name)}>×</button>
             ${isShown ? this.#poseEditor(name, pose) : nothing}
         </li>`;
     }
@@ -161,7 +166,9 @@ export class MotionView extends View {
 
         return html`<section class="panel poses" aria-labelledby="motion-poses">
             <h2 id="motion-poses">${t.poses}</h2>
-            ${poses.length ? html`<ul class="list">${poses.map((entry) => this.#poseRow(entry))}</ul>` : html`<p class="soft">${t.noPoses}</p>`}
+            ${poses.length
+                ? html`<ul class="list">${poses.map((entry) => this.#poseRow(entry))}</ul>`
+                : html`<p class="soft">${t.noPoses}</p>`}
         </section>`;
     }
 
@@ -172,8 +179,10 @@ export class MotionView extends View {
         const number = index + 1;
         const time = (name, value) => html`<label>
             <span class="cap">${t[name]}</span>
-            <input type="number" class=${name} min="0" max="600" step="0.01" aria-label=${t.ofStep(t[name], number)} .value=${taken(seconds(value, 2))}
-                ?disabled=${name === "dwell" && step.passes} @change=${(event) => desk.changeStep(index, { [name]: milliseconds(event) })} />
+            <input type="number" class=${name} min="0" max="600" step="0.01" aria-label=${t.ofStep(t[name], number)}
+                .value=${taken(seconds(value, 2))}
+                ?disabled=${name === "dwell" && step.passes}
+                @change=${(event) => desk.changeStep(index, { [name]: milliseconds(event) })} />
         </label>`;
         const button = (name, sign, isOff, call) => html`<button class=${name} title=${t.ofStep(t[name], number)}
             aria-label=${t.ofStep(t[name], number)} ?disabled=${isOff} @click=${call}>${sign}</button>`;
@@ -208,10 +217,10 @@ export class MotionView extends View {
         if (!steps.length) return html`<p class="soft">${t.noSequences}</p>`;
         const label = `${t.chart}: ${t.chartText({ steps: steps.length, seconds: seconds(path.duration, 2), servos: path.ids.length })}`;
         const sequence = { steps, selected: desk.step, onSelect: (index) => desk.showStep(index) };
-        const needs = (ms) => (Math.ceil(ms / 10) / 100).toFixed(2);
+        const warning = ({ index, id, needed }) => t.tooFast({ step: index + 1, id, needed: (Math.ceil(needed / 10) / 100).toFixed(2) });
 
         return html`${chart({ path, width: this.#width, label, sequence })} ${legend(path.ids, t.angle)}
-            ${desk.tooFast.map(({ index, id, needed }) => html`<p class="warn">${t.tooFast({ step: index + 1, id, needed: needs(needed) })}</p>`)}`;
+            ${desk.tooFast.map((each) => html`<p class="warn">${warning(each)}</p>`)}`;
     }
 
     #sequence() {
@@ -259,7 +268,8 @@ export class MotionView extends View {
 
         if (!recording) return nothing;
         const isOff = !this.session.isConnected || desk.isPlaying || recordings.isRecording;
-        const facts = { seconds: seconds(recording.length, 2), samples: recording.samples.length, rate: recording.rate.toFixed(0), servos: recording.ids.length };
+        const { length, samples, rate, ids } = recording;
+        const facts = { seconds: seconds(length, 2), samples: samples.length, rate: rate.toFixed(0), servos: ids.length };
 
         return html`<section class="panel recording" aria-labelledby="motion-recording">
             <h2 id="motion-recording">${t.recording}</h2>
@@ -270,7 +280,8 @@ export class MotionView extends View {
             <div class="chart">${guard([desk.version, this.#width], () => this.#recordingChart())}</div>
             <p class="row">
                 <label>${t.tolerance}
-                    <span class="unit"><input class="tolerance" type="number" min="0.1" max="60" step="0.1" .value=${taken(recordings.tolerance.toFixed(1))}
+                    <span class="unit"><input class="tolerance" type="number" min="0.1" max="60" step="0.1"
+                        .value=${taken(recordings.tolerance.toFixed(1))}
                         @change=${({ target }) => recordings.setTolerance(target.value)} />°</span>
                 </label>
                 <button class="fit" title=${t.fitHint} @click=${() => recordings.fit()}>${t.fit}</button>
@@ -280,12 +291,15 @@ export class MotionView extends View {
             </p>
             <p class="row">
                 <button class="replay" title=${t.replayHint} ?disabled=${isOff} @click=${() => desk.playRecording()}>${t.replay}</button>
-                <button class="replay-steps" ?disabled=${isOff} @click=${() => desk.playRecording({ isThinned: true })}>${t.replayThinned}</button>
+                <button class="replay-steps" ?disabled=${isOff}
+                    @click=${() => desk.playRecording({ isThinned: true })}>${t.replayThinned}</button>
                 <button class="to-sequence" @click=${() => recordings.toSequence()}>${t.toSequence}</button>
                 <button @click=${() => saveFile("recording.csv", recordings.exportCsv(), "text/csv")}>${t.saveRecording}</button>
             </p>
             ${replay
-                ? html`<p class="replayed" role="status">${t.replayed({ largest: degrees(replay.largest), id: replay.id, mean: degrees(replay.mean) })}</p>`
+                ? html`<p class="replayed" role="status">
+                      ${t.replayed({ largest: degrees(replay.largest), id: replay.id, mean: degrees(replay.mean) })}
+                  </p>`
                 : nothing}
         </section>`;
     }
@@ -318,10 +332,12 @@ export class MotionView extends View {
                         <option value="page" .selected=${live(desk.playedBy === "page")}>${t.byPage}</option>
                     </select>
                 </label>
-                <label>${t.times} <input class="times" type="number" min="1" max="65535" ?disabled=${desk.isLoop} .value=${taken(String(desk.times))}
+                <label>${t.times} <input class="times" type="number" min="1" max="65535" ?disabled=${desk.isLoop}
+                    .value=${taken(String(desk.times))}
                     @change=${({ target }) => (desk.times = Math.min(65535, Math.max(1, Math.round(Number(target.value)) || 1)))} /></label>
                 <label>
-                    <input class="loop" type="checkbox" .checked=${live(desk.isLoop)} @change=${({ target }) => desk.setLoop(target.checked)} /> ${t.loop}
+                    <input class="loop" type="checkbox" .checked=${live(desk.isLoop)}
+                        @change=${({ target }) => desk.setLoop(target.checked)} /> ${t.loop}
                 </label>
                 <label class="speed">${t.override}
                     <input class="override" type="range" min="10" max="200" step="5" .value=${taken(String(desk.percent))}
@@ -369,7 +385,8 @@ export class MotionView extends View {
                 </button>
             </p>
             <p class="row">
-                <button class="export" ?disabled=${desk.motions.isEmpty} @click=${() => saveFile("motions.txt", desk.exportText())}>${t.exportFile}</button>
+                <button class="export" ?disabled=${desk.motions.isEmpty}
+                    @click=${() => saveFile("motions.txt", desk.exportText())}>${t.exportFile}</button>
                 <label>${t.importFile} <input class="import" type="file" accept=".txt,text/plain" @change=${this.#open} /></label>
             </p>
             ${session.isConnected && !canStore ? html`<p class="warn missing">${t.noStore}</p>` : nothing}

@@ -164,8 +164,8 @@ class ConsolePart extends Part {
         return html`<form class="console-form" @submit=${this.#submit}>
             <label>
                 ${t.command}
-                <input class="console-line" autocomplete="off" autocapitalize="off" spellcheck="false" maxlength="240" aria-describedby="console-keys"
-                    ?disabled=${!this.session.isConnected} @keydown=${this.#key} />
+                <input class="console-line" autocomplete="off" autocapitalize="off" spellcheck="false" maxlength="240"
+                    aria-describedby="console-keys" ?disabled=${!this.session.isConnected} @keydown=${this.#key} />
             </label>
             ${this.running
                 ? html`<button type="button" class="console-end" @click=${() => this.running?.abort()}>${t.end}</button>`

@@ -72,7 +72,7 @@ class TrafficPart extends Part {
         this.requestUpdate();
     };
 
-    #save = () => saveFile(t.fileName, this.session.recording.text);
+    #save = () => saveFile(t.fileName, this.session.capture.text);
 
     #select() {
         return this.session.traffic.select(this.filter, ROWS_SHOWN);
@@ -142,7 +142,7 @@ class TrafficPart extends Part {
             <span class="buttons">
                 <button class="pause" aria-pressed=${this.frozen !== null} @click=${this.#pause}>${this.frozen ? t.goOn : t.pause}</button>
                 <button class="clear" @click=${this.#clear}>${t.clear}</button>
-                <button class="save" title=${t.saveHint} ?disabled=${!this.session.recording} @click=${this.#save}>${t.save}</button>
+                <button class="save" title=${t.saveHint} ?disabled=${!this.session.capture} @click=${this.#save}>${t.save}</button>
             </span>
         </div>`;
     }

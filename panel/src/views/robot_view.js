@@ -325,7 +325,8 @@ export class RobotView extends View {
             ({ level, text, isInhibit }) => html`<p class="note ${level}">
                 ${text}
                 ${isInhibit
-                    ? html`<button aria-label=${t.releaseOf(servo.id)} @click=${() => this.#releaseServo(servo)}>${texts.stop.release}</button>`
+                    ? html`<button aria-label=${t.releaseOf(servo.id)}
+                        @click=${() => this.#releaseServo(servo)}>${texts.stop.release}</button>`
                     : nothing}
             </p>`,
         );

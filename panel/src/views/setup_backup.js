@@ -43,6 +43,10 @@ class BackupPart extends SetupPart {
         return html`${valueText(row, raw)} <span class="soft">(${raw})</span>`;
     }
 
+    #row(cells) {
+        return html`<tr>${cells.map((cell) => html`<td>${cell}</td>`)}</tr>`;
+    }
+
     #plan({ servos }) {
         const rows = servos.flatMap(({ id, changes }) => changes.map((change) => ({ id, ...change })));
         const count = new Set(rows.map(({ id }) => id)).size;
@@ -55,12 +59,11 @@ class BackupPart extends SetupPart {
             <p role="status">${t.fromFile(this.#file)} <b>${t.differs(rows.length, count)}</b></p>
             <table class="differences">
                 ${this.#head([t.columnServo, t.columnRegister, t.columnNow, t.columnFile])}
-                <tbody>${rows.map(
-                    ({ id, row, now, file }) => html`<tr><td>${id}</td><td>${nameOf(row)}</td><td>${this.#value(row, now)}</td><td>${this.#value(row, file)}</td></tr>`,
-                )}</tbody>
+                <tbody>${rows.map(({ id, row, now, file }) => this.#row([id, nameOf(row), this.#value(row, now), this.#value(row, file)]))}</tbody>
             </table>
             <div class="controls">
-                <button class="restore" ?disabled=${this.setup.isRunning} @click=${() => this.setup.restore()}>${t.writeAll(rows.length)}</button>
+                <button class="restore" ?disabled=${this.setup.isRunning}
+                    @click=${() => this.setup.restore()}>${t.writeAll(rows.length)}</button>
                 <button class="close" ?disabled=${this.setup.isRunning} @click=${() => this.setup.forgetPlan()}>${t.cancel}</button>
             </div>
         </div>`;
@@ -73,15 +76,14 @@ class BackupPart extends SetupPart {
         if (this.runs("restore")) return nothing;
         return html`<div class="restored">
             <p role="status">
-                ${taken ? html`<b class="good">${t.restored(taken)}</b>` : nothing} ${failed.length ? html`<b class="bad">${t.notTaken(failed.length)}</b>` : nothing}
+                ${taken ? html`<b class="good">${t.restored(taken)}</b>` : nothing}
+                ${failed.length ? html`<b class="bad">${t.notTaken(failed.length)}</b>` : nothing}
                 <button class="close" @click=${() => this.setup.forgetPlan()}>${t.close}</button>
             </p>
             ${failed.length
                 ? html`<table class="differences">
                       ${this.#head([t.columnServo, t.columnRegister, t.columnFile, t.columnOutcome])}
-                      <tbody>${failed.map(
-                          ({ id, row, file, why }) => html`<tr><td>${id}</td><td>${nameOf(row)}</td><td>${this.#value(row, file)}</td><td>${t.why[why] ?? why}</td></tr>`,
-                      )}</tbody>
+                      <tbody>${failed.map(({ id, row, file, why }) => this.#row([id, nameOf(row), this.#value(row, file), t.why[why] ?? why]))}</tbody>
                   </table>`
                 : nothing}
         </div>`;
@@ -104,7 +106,8 @@ class BackupPart extends SetupPart {
                         <option value="all" .selected=${this.#isAll}>${t.scopeAll}</option>
                     </select>
                 </label>
-                <label>${t.file} <input class="backup-file" type="file" accept=".json,application/json" ?disabled=${isRunning} @change=${this.#open} /></label>
+                <label>${t.file} <input class="backup-file" type="file" accept=".json,application/json" ?disabled=${isRunning}
+                    @change=${this.#open} /></label>
             </div>`;
     }
 

@@ -31,7 +31,8 @@ class DiagnosePart extends SetupPart {
 
     #choices() {
         const { ids, hasLists } = this.setup;
-        const choices = [["", t.anyServo], ...(hasLists && ids.length ? [["all", t.allServos]] : []), ...ids.map((id) => [String(id), t.servo(id)]), [OTHER, t.otherId]];
+        const all = hasLists && ids.length ? [["all", t.allServos]] : [];
+        const choices = [["", t.anyServo], ...all, ...ids.map((id) => [String(id), t.servo(id)]), [OTHER, t.otherId]];
 
         return choices.map(([value, text]) => html`<option value=${value} .selected=${value === this.#who}>${text}</option>`);
     }
@@ -49,7 +50,8 @@ class DiagnosePart extends SetupPart {
         return html`<p class="hint">${t.diagnoseHint}</p>
             <div class="controls">
                 <label>${t.servoChoice}
-                    <select class="whom" ?disabled=${setup.isRunning} @change=${({ target }) => this.#set("who", target.value)}>${this.#choices()}</select>
+                    <select class="whom" ?disabled=${setup.isRunning}
+                        @change=${({ target }) => this.#set("who", target.value)}>${this.#choices()}</select>
                 </label>
                 ${this.#who === OTHER
                     ? html`<label>${t.otherIdLabel}

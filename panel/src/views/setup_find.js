@@ -16,9 +16,12 @@ class FindPart extends SetupPart {
         const { found } = this.setup;
 
         if (!found?.length) return nothing;
+        const columns = [t.columnId, t.columnModel, t.columnRate];
+        const rows = found.map(({ id, model, rate }) => [id, model ?? t.noModel, rate ? t.rate(rate) : t.sameRate]);
+
         return html`<div class="found" tabindex="0" role="region" aria-label=${t.find}><table>
-            <thead><tr><th scope="col">${t.columnId}</th><th scope="col">${t.columnModel}</th><th scope="col">${t.columnRate}</th></tr></thead>
-            <tbody>${found.map(({ id, model, rate }) => html`<tr><td>${id}</td><td>${model ?? t.noModel}</td><td>${rate ? t.rate(rate) : t.sameRate}</td></tr>`)}</tbody>
+            <thead><tr>${columns.map((text) => html`<th scope="col">${text}</th>`)}</tr></thead>
+            <tbody>${rows.map((cells) => html`<tr>${cells.map((cell) => html`<td>${cell}</td>`)}</tr>`)}</tbody>
         </table></div>`;
     }
 
@@ -44,7 +47,8 @@ class FindPart extends SetupPart {
                         ${RATES.map((rate) => html`<option value=${rate} .selected=${rate === this.#rate}>${t.rate(rate)}</option>`)}
                     </select>
                 </label>
-                <button class="set-bus-rate" ?disabled=${this.setup.isRunning} @click=${() => this.setup.changeRateOfBus(this.#rate)}>${t.setBusRate}</button>
+                <button class="set-bus-rate" ?disabled=${this.setup.isRunning}
+                    @click=${() => this.setup.changeRateOfBus(this.#rate)}>${t.setBusRate}</button>
             </div>
             <p class="hint">${t.busRateHint}</p>`;
     }
@@ -56,7 +60,8 @@ class FindPart extends SetupPart {
             <h2 id="find-title">${t.find}</h2>
             <div class="controls">
                 <label>${t.how}
-                    <select class="how" ?disabled=${setup.isRunning} @change=${({ target }) => (this.#how = target.value)}>${this.#ways()}</select>
+                    <select class="how" ?disabled=${setup.isRunning}
+                        @change=${({ target }) => (this.#how = target.value)}>${this.#ways()}</select>
                 </label>
                 <button class="search" ?disabled=${setup.isRunning} @click=${() => setup.search(this.#how)}>${t.search}</button>
             </div>

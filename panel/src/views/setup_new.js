@@ -2,6 +2,7 @@
 /* Guided set-up of a new servo: the controller tells its steps. */
 
 import { html, nothing } from "lit";
+import { LISTED_MAX } from "../model/controller.js";
 import { texts } from "../texts/texts.js";
 import { ID_MAX } from "../wire/packet.js";
 import { SetupPart } from "./setup_part.js";
@@ -34,7 +35,11 @@ class NewPart extends SetupPart {
         if (this.#isWrong) return html`<strong class="bad">${t.newIdWrong}</strong>`;
         const id = Number(this.#text);
 
-        return this.setup.ids.includes(id) ? html`<strong class="warn">${t.newIdTaken(id)}</strong>` : t.newIdHint(this.setup.freeId);
+        const { ids, freeId } = this.setup;
+
+        if (ids.includes(id)) return html`<strong class="warn">${t.newIdTaken(id)}</strong>`;
+        if (ids.length >= LISTED_MAX) return html`<strong class="warn">${t.newFull(ids.length)}</strong>`;
+        return t.newIdHint(freeId);
     }
 
     #outcome() {

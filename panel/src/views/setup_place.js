@@ -20,7 +20,8 @@ function labelled(text, control) {
 }
 
 function idField(label, proposed) {
-    const input = Object.assign(document.createElement("input"), { type: "number", min: 0, max: ID_MAX, value: proposed ?? "", className: "dialog-value" });
+    const attributes = { type: "number", min: 0, max: ID_MAX, value: proposed ?? "", className: "dialog-value" };
+    const input = Object.assign(document.createElement("input"), attributes);
 
     return { control: input, field: labelled(label, input), isReady: () => /^\d+$/.test(input.value) && Number(input.value) <= ID_MAX };
 }
@@ -74,7 +75,8 @@ class PlacePart extends SetupPart {
     #buttons(id) {
         const { setup } = this;
         const button = (command, name, text, call) =>
-            setup.has(command) ? html`<button class=${name} ?disabled=${setup.isRunning} @click=${() => call(id)}>${text}</button>` : nothing;
+            setup.has(command) ? html`<button class=${name} ?disabled=${setup.isRunning}
+                @click=${() => call(id)}>${text}</button>` : nothing;
 
         return html`<div class="controls">
             <label>${t.servoLabel}

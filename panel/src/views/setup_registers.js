@@ -111,6 +111,7 @@ class RegistersPart extends SetupPart {
     #form(row) {
         const { unit, raw } = this.#edited;
         const { problem } = this.#typed;
+        const problemText = problem ? `${t.problems[problem]} ` : "";
         const range = rangeText(row);
         const rangeOfRaw = row.scale.name ? `; ${t.to(row.lowest, withUnit(row.highest, t.rawValue))}` : "";
 
@@ -118,7 +119,7 @@ class RegistersPart extends SetupPart {
             ${row.scale.name ? this.#field(row, false, unit, problem) : nothing} ${this.#field(row, true, raw, problem)}
             <button class="write" ?disabled=${Boolean(problem) || this.setup.isRunning} @click=${() => this.#write(row)}>${t.write}</button>
             <button class="cancel" @click=${() => this.#cancel(row.name)}>${t.cancel}</button>
-            <span id="edit-note" role="status" class=${problem ? "bad" : "soft"}>${problem ? `${t.problems[problem]} ` : nothing}${range}${rangeOfRaw}</span>
+            <span id="edit-note" role="status" class=${problem ? "bad" : "soft"}>${problemText}${range}${rangeOfRaw}</span>
         </div>`;
     }
 
@@ -127,7 +128,8 @@ class RegistersPart extends SetupPart {
     #action(row) {
         if (!row.writable) return html`<span class="soft">${t.readOnly}</span>`;
         if (PLACES.has(row.name)) return nothing;
-        return html`<button class="edit" aria-label=${t.editOf(row.name)} ?disabled=${this.setup.isRunning} @click=${() => this.#edit(row)}>${t.edit}</button>`;
+        return html`<button class="edit" aria-label=${t.editOf(row.name)} ?disabled=${this.setup.isRunning}
+            @click=${() => this.#edit(row)}>${t.edit}</button>`;
     }
 
     #row(row, bytes) {
@@ -177,7 +179,8 @@ class RegistersPart extends SetupPart {
             ${id === null
                 ? html`<p>${t.noServo}</p>`
                 : html`<div class="controls">
-                          <button class="read-all" ?disabled=${setup.isRunning} @click=${() => setup.readAll(id)}>${this.runs("read") ? t.reading : t.readAll}</button>
+                          <button class="read-all" ?disabled=${setup.isRunning}
+                              @click=${() => setup.readAll(id)}>${this.runs("read") ? t.reading : t.readAll}</button>
                       </div>
                       ${isShown ? this.#table(registers) : html`<p class="soft">${t.notRead}</p>`}`}
         </section>`;

@@ -57,11 +57,6 @@ export class Demux {
         return this.held.length > 0;
     }
 
-    /* True if a line has begun whose end has not come. */
-    get isWithinLine() {
-        return this.text.length > 0;
-    }
-
     take(bytes) {
         for (const byte of bytes) this.takeByte(byte);
         this.reportNoise();
@@ -114,7 +109,7 @@ export class Demux {
 
     takeText(byte) {
         if (byte === LF || byte === CR) {
-            this.endLine(byte);
+            this.endLine();
         } else if (isText(byte) && this.text.length < LINE_MAX) {
             this.text += String.fromCharCode(byte);
         } else {

@@ -13,6 +13,7 @@ export const AT_LENGTH = 3;
 export const AT_ERROR = 4; // of a status packet
 export const AT_INSTRUCTION = 4; // of an instruction packet
 export const AT_PARAMETERS = 5;
+export const FAILED = 0xff; // byte of a servo that did not answer a SYNC READ
 
 export const INSTRUCTION = Object.freeze({
     PING: 0x01,
@@ -39,7 +40,6 @@ export const ERROR = Object.freeze({
 });
 
 export const ERRORS_OF_PACKET = 0x5a; // the packet was not carried out
-export const ERRORS_OF_CONDITION = 0x25; // the servo reports a condition
 
 const ERROR_NAMES = [
     "input voltage",
@@ -99,7 +99,6 @@ export function packet(id, instruction, parameters = []) {
 export const ping = (id) => packet(id, INSTRUCTION.PING);
 export const read = (id, address, count) => packet(id, INSTRUCTION.READ, [address, count]);
 export const write = (id, address, bytes) => packet(id, INSTRUCTION.WRITE, [address, ...bytes]);
-export const regWrite = (id, address, bytes) => packet(id, INSTRUCTION.REG_WRITE, [address, ...bytes]);
 export const action = (id = BROADCAST_ID) => packet(id, INSTRUCTION.ACTION);
 export const reset = (id) => packet(id, INSTRUCTION.RESET);
 

@@ -4,13 +4,12 @@
  * The stop is verified if register INHIBIT of the device is 1 and the torque of each known servo reads
  * 0; without a known servo it is not. While INHIBIT is not 1, Ctrl-X is sent again: docs/safety.md lists how one can be lost. */
 
-import { SYNC_READ_MAX, read, syncRead } from "./packet.js";
+import { FAILED, SYNC_READ_MAX, read, syncRead } from "./packet.js";
 
 const INHIBIT = 0x17; // register of the device
 const TORQUE_ENABLE = 0x18; // register of a servo
 const STOP_MS = 3000; // then the outcome stands
 const AGAIN_MS = 150; // between two Ctrl-X
-const FAILED = 0xff; // byte of a servo that did not answer a SYNC READ
 
 /* Splits `ids` into groups whose SYNC READ of `count` bytes fits. */
 export function groupsOfIds(ids, count) {

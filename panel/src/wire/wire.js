@@ -70,11 +70,6 @@ export class Wire extends EventTarget {
         return this.#clock;
     }
 
-    /* True if nothing is outstanding and nothing waits. */
-    get isIdle() {
-        return !this.#current && !this.#queue.length;
-    }
-
     /* True while a line of text is outstanding or waits: the page sends no packets then. */
     get isBusyWithText() {
         return [this.#current, ...this.#queue].some((job) => job?.kind === "line");

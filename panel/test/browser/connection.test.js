@@ -33,7 +33,7 @@ test("second page is told that the first one has the port", async (t) => {
     await shows(page, /[1-9]\d* updates a second/, ".state-line");
 });
 
-test("a page that is left gives the port free, though the browser keeps it", async (t) => {
+test("connection: a page that is left frees the port", async (t) => {
     const { panel, browser, page } = await startRobot(t);
 
     await page.goto(`${panel.url}#board`); // the same page

@@ -71,22 +71,21 @@ async function type(page, selector, text) {
 test("fields keep what is typed slowly, while feedback comes", async (t) => {
     const { page } = await start(t);
 
-    await page.click("button.capture");
-    await page.click("button.open");
-    await type(page, '.editor input[data-id="1"]', "100.2");
+    await page.click("button.capture"); // opens the pose
+    await type(page, '.editor input[data-id="1"]', "100.3");
     await type(page, ".editor .own-name", "wave");
     await shows(page, "wave", ".pose");
     await page.click("button.add-step");
     await type(page, '[data-step="1"] .time', "2.50");
-    await type(page, '.editor input[data-id="1"]', "100.2");
+    await type(page, '.editor input[data-id="1"]', "100.3");
     await page.$eval('.editor input[data-id="1"]', (input) => input.select());
     await page.keyboard.type("400", { delay: 120 });
     await page.keyboard.press("Enter");
     await shows(page, "out of range", ".notice");
-    assert.equal(await page.$eval('.editor input[data-id="1"]', (input) => input.value), "100.2");
+    await page.waitForFunction(() => document.querySelector('.editor input[data-id="1"]').value === "100.3");
 });
 
-test("teach two poses by hand, store them, and let the board play them", async (t) => {
+test("teach: two poses by hand, stored, played by the board", async (t) => {
     const { page, hand } = await start(t);
 
     await page.click("button.torque-off");
@@ -136,7 +135,7 @@ test("teach two poses by hand, store them, and let the board play them", async (
     await shows(page, "Nothing plays", ".motion-state");
 });
 
-test("record a movement led by hand, replay it, and measure the error", async (t) => {
+test("record: a movement by hand, replayed, error measured", async (t) => {
     const { page, hand } = await start(t);
 
     await page.click("button.torque-off");
@@ -177,7 +176,7 @@ test("record a movement led by hand, replay it, and measure the error", async (t
     await shows(page, "Nothing plays", ".motion-state");
 });
 
-test("a recording ends with its connection, is kept, and the browser asks before it leaves it", async (t) => {
+test("recording: kept when the connection is lost", async (t) => {
     const { page } = await start(t);
 
     await page.click("button.torque-off");
@@ -221,7 +220,7 @@ test("Stop is at hand while a question is open", async (t) => {
     assert.equal((await page.$$(".pose")).length, 1);
 });
 
-test("a damaged file changes nothing, a good one is shown, a deleted step comes back", async (t) => {
+test("files: damaged changes nothing; undo restores a step", async (t) => {
     const { page } = await start(t, { count: 1, viewport: PHONE });
     const open = (text) => page.$eval("input.import", (input, content) => {
         const files = new DataTransfer();
@@ -247,7 +246,7 @@ for (const [name, options] of [
     ["console", { board: "arbotix" }],
     ["bridge", { board: "atmega128", elf: "build/atmega128/bridge.elf" }],
 ])
-    test(`firmware of profile ${name}: says what is missing, the page plays`, async (t) => {
+    test(`profile ${name}: says what is missing, the page plays`, async (t) => {
         const { page } = await startRobot(t, { count: 1, ...options });
 
         await page.click("#tab-motion");

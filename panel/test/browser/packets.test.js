@@ -6,7 +6,7 @@ import { mkdtempSync, readFileSync, readdirSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import test from "node:test";
-import { parseRecording } from "../../src/port/replay.js";
+import { parseCapture } from "../../src/port/replay.js";
 import { PHONE, openPage, shows, startBrowser, startPanel, startRobot } from "../support/browser.js";
 
 async function openTab(page, name) {
@@ -48,7 +48,7 @@ test("packets: sent by hand, shown decoded, and answered", async (t) => {
     await shows(page, "GOAL_POSITION 100.0°", ".outcome");
 });
 
-test("packets: raw bytes get a checksum, malformed ones are not sent", async (t) => {
+test("packets: raw bytes get a checksum, malformed are refused", async (t) => {
     const { page } = await startRobot(t);
 
     await openTab(page, "packets");
@@ -61,7 +61,7 @@ test("packets: raw bytes get a checksum, malformed ones are not sent", async (t)
     await shows(page, "Reply of 1: ok", ".outcome");
 });
 
-test("packets: a driving packet is refused while driving is inhibited", async (t) => {
+test("packets: a driving packet is refused while inhibited", async (t) => {
     const { page } = await startRobot(t);
 
     await openTab(page, "packets");
@@ -128,7 +128,7 @@ test("packets: the list follows again after a change of the view", async (t) => 
     await isAtEnd();
 });
 
-test("packets: the recording is saved and can be read", async (t) => {
+test("packets: the capture is saved and can be read", async (t) => {
     const { browser, page } = await startRobot(t);
     const folder = mkdtempSync(join(tmpdir(), "panel-"));
     const client = await browser.target().createCDPSession();
@@ -140,7 +140,7 @@ test("packets: the recording is saved and can be read", async (t) => {
     await openTab(page, "packets");
     await page.click(".save");
     await done;
-    assert.ok(parseRecording(readFileSync(join(folder, readdirSync(folder)[0]), "utf8")).length > 5);
+    assert.ok(parseCapture(readFileSync(join(folder, readdirSync(folder)[0]), "utf8")).length > 5);
 });
 
 test("console: a line and its reply, Up, and Tab", async (t) => {
@@ -161,7 +161,7 @@ test("console: a line and its reply, Up, and Tab", async (t) => {
     await page.keyboard.press("Tab");
     await page.waitForFunction(() => document.activeElement?.className !== "console-line");
     await command(page, "mode person");
-    await shows(page, "does not change the mode", ".console-output");
+    await shows(page, "Not sent: the page needs bare replies", ".console-output");
 });
 
 test("console: a command that goes on is ended", async (t) => {
@@ -190,7 +190,7 @@ test("counters: with their meaning, and health in words", async (t) => {
     await shows(page, "No reply came to 1 transaction.", ".health");
 });
 
-test("board: a setting is checked, applied, and saved over power-off", async (t) => {
+test("board: a setting is checked, applied, saved", async (t) => {
     const { panel, browser, page } = await startRobot(t);
 
     await openTab(page, "board");
@@ -260,7 +260,7 @@ test("bridge: the page says what is missing, and offers the rest", async (t) => 
     await page.click(".send-button");
     await shows(page, "Reply of 1: ok", ".outcome");
     await openTab(page, "board");
-    await shows(page, "needs the profile full", ".offers");
+    await shows(page, "For the rest flash the profile full", ".offers");
     await page.waitForSelector("#setting-cycle_us");
     await fill(page, "#setting-cycle_us", "5000");
     await page.click(".save-settings");

@@ -86,7 +86,7 @@ test("drag: ignored while torque is off, and the card says so", async (t) => {
     assert.equal(await page.$(`${card(1)} .note`), null);
 });
 
-test("keys: a jog moves while the key is held, then the servo stands", async (t) => {
+test("keys: a jog moves while the key is held", async (t) => {
     const { page } = await startRobot(t, { count: 2 });
 
     await torqueOn(page, 2);
@@ -115,7 +115,7 @@ test("keys: a jog ends when the dial loses the focus", async (t) => {
     assert.ok((await positionOf(page, 1)) > 20, "it has not run to its end");
 });
 
-test("keys: arrows up and down step the goal, Home sends it to the limit", async (t) => {
+test("keys: Up and Down step the goal, Home goes to the limit", async (t) => {
     const { page } = await startRobot(t, { count: 1 });
 
     await torqueOn(page, 1);

@@ -88,7 +88,7 @@ for (const { board, elf, profile } of FIRMWARES) {
     });
 }
 
-test("settings: saved ones, the mode too, are there after power-off", async (t) => {
+test("settings: saved ones and the mode survive power-off", async (t) => {
     const folder = mkdtempSync(join(tmpdir(), "panel-"));
     const options = ["--eeprom", join(folder, "eeprom")];
     const simulator = await Simulator.start({ options });
@@ -112,7 +112,7 @@ test("settings: saved ones, the mode too, are there after power-off", async (t) 
     assert.equal(kept.origin, "as saved");
 });
 
-test("by hand: replies of one servo, of none due, and of an absent one", async (t) => {
+test("by hand: replies of one servo, none due, absent servo", async (t) => {
     const { session } = await connected(t);
     const [reply] = await sendPacket(session, read(1, 0x24, 2));
 
@@ -122,7 +122,7 @@ test("by hand: replies of one servo, of none due, and of an absent one", async (
     assert.equal((await sendPacket(session, ping(1)))[0].id, 1);
 });
 
-test("by hand: a packet that drives is refused while driving is inhibited", async (t) => {
+test("by hand: a driving packet is refused while inhibited", async (t) => {
     const { session } = await connected(t);
 
     await session.stop();
@@ -135,7 +135,7 @@ test("by hand: a packet that drives is refused while driving is inhibited", asyn
     assert.equal((await sendPacket(session, write(1, 0x18, [1])))[0].error, 0);
 });
 
-test("by hand: a line that goes on is ended by a key, and a stop takes it back", async (t) => {
+test("by hand: a key ends a running line, a stop cancels it", async (t) => {
     const { session } = await connected(t);
     const end = new AbortController();
     const reply = await sendLine(session, "monitor 1 as plot", { onLine: () => end.abort(), signal: end.signal });
@@ -159,14 +159,14 @@ test("traffic: what was sent by hand is told from the polling", async (t) => {
     assert.ok(session.traffic.select({ group: "SYNC READ", withPolling: true }, 200).length > 0);
 });
 
-test("recording: a session can be played again", async (t) => {
+test("capture: a session can be played again", async (t) => {
     const { session } = await connected(t);
 
     while (session.robot.rate < 5) await new Promise((resolve) => session.addEventListener("feedback", resolve, { once: true }));
     const { ReplayPort } = await import("../../src/port/replay.js");
     const replayed = new Session({ tables: tables() });
 
-    await replayed.connect(new ReplayPort(session.recording.text));
+    await replayed.connect(new ReplayPort(session.capture.text));
     assert.equal(replayed.state, "connected");
     assert.deepEqual(replayed.robot.ids, [1, 2, 3]);
     while (replayed.robot.rate < 5) await new Promise((resolve) => replayed.addEventListener("feedback", resolve, { once: true }));

@@ -55,7 +55,7 @@ async function torqueOn(session) {
     for (const id of session.robot.ids) await session.robot.setTorque(id, true);
 }
 
-test("store: what is stored is loaded again, and the group is as before", async (t) => {
+test("store: loads what it stored, leaves the group as it was", async (t) => {
     const { session, store } = await connect(t);
 
     await session.controller.run("group 2 3");
@@ -190,7 +190,7 @@ test("play: ends where the sequence ends", async (t) => {
     assert.ok(Math.abs(session.robot.servos.get(1).raw.position - 448) <= 3);
 });
 
-test("replay: a recording of a motion is followed, and its error measured", async (t) => {
+test("replay: follows a recording and measures the error", async (t) => {
     const { session, store } = await connect(t);
     const { robot } = session;
     const recorder = new Recorder(robot, session.clock);

@@ -72,7 +72,7 @@ test("profile bridge: search by packets, backup, change, restore", async (t) => 
     await restoreAll(robot);
 });
 
-test("profile full: search, other ID, other rate of all, factory values", async (t) => {
+test("profile full: search, ID, rates of all, factory values", async (t) => {
     const { setup, session } = await rig(t, { servos: "2-4" });
 
     await setup.search("");

@@ -83,7 +83,7 @@ test("readBackup: a damaged file is refused", () => {
     assert.match(refusal(changed((file, servo) => (servo.registers.ID = 5))), /has a register ID, which no backup has/);
 });
 
-test("readBackup: a lower limit above the upper one is refused, with both values", () => {
+test("readBackup: crossed limits are refused with both values", () => {
     const crossed = (values) => refusalOf(() => readBackup(changed((file, servo) => Object.assign(servo.registers, values)), rows));
 
     assert.equal(crossed({ CW_ANGLE_LIMIT: 682, CCW_ANGLE_LIMIT: 341 }), "Servo 1: CW_ANGLE_LIMIT (200.0°) would be above CCW_ANGLE_LIMIT (100.0°). Nothing was written.");

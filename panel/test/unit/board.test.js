@@ -33,7 +33,7 @@ test("counterRows: all counters of the device and nothing else", () => {
     for (const name of ["BUS_BAUD", "HOST_BAUD", "BUS_STATE", "FAILED"]) assert.ok(!names.includes(name), name);
 });
 
-test("healthOf: what a scan has caused is no trouble, and each trouble has a text", () => {
+test("healthOf: ignores counts of a scan; each trouble has a text", () => {
     const rows = [{ key: "timeouts", count: 251, ofScan: 251 }, { key: "corrupt", count: 2, ofScan: 0 }];
 
     assert.deepEqual(healthOf(rows), [{ key: "corrupt", count: 2 }]);
@@ -91,7 +91,7 @@ async function rig({ mode = 2, hasConsole = true } = {}) {
     return { clock, port, session, settings: new Settings(session) };
 }
 
-test("read: values, what the start found, and the mode before the page came", async () => {
+test("read: values, origin, and the mode before the page", async () => {
     const { settings } = await rig();
 
     await settings.read();
@@ -155,7 +155,7 @@ test("save: the page has its mode back after a stop", async () => {
     }
 });
 
-test("save: the page has its mode back when the controller answers again", async () => {
+test("save: restores the page's mode after a silence", async () => {
     const { clock, port, settings } = await rig();
 
     await settings.read();
@@ -209,7 +209,7 @@ test("bridge: settings by the registers of the device", async () => {
     assert.equal(settings.isSaved, true);
 });
 
-test("bridge: an EEPROM that has failed and a refused value are errors", async () => {
+test("bridge: a failed EEPROM and a refused value are errors", async () => {
     const { port, settings, clock } = await rig({ hasConsole: false });
 
     await settings.read();
@@ -247,7 +247,7 @@ test("readCounters: of one servo only what the console tells", async () => {
     assert.deepEqual(rows.map(({ key, count }) => [key, count]), [["ok", 2], ["timeouts", 0]]);
 });
 
-test("settings: what takes feedback or Stop away is asked first, and told", () => {
+test("settings: asks before feedback or Stop would be lost", () => {
     assert.deepEqual(risksOf({ bus_baud: 16, device_id: 254 }), ["bus_baud", "device_id"]);
     assert.deepEqual(risksOf({ device_id: 100, echo: 1 }), []);
     for (const name of risksOf({ bus_baud: 16, device_id: 254 })) assert.match(texts.board.risks[name], new RegExp(name));

@@ -13,7 +13,7 @@ const files = ["index.html", "app.js", "style.css", "icon.svg"];
 const read = (name) => readFileSync(join(ROOT, "build/panel", name));
 
 // uPlot is loaded when the view Graphs is shown.
-test("bundle: what a browser loads to show the page is at most 100 KB gzipped", () => {
+test("bundle: the page loads at most 100 KB gzipped", () => {
     const size = files.reduce((sum, name) => sum + gzipSync(read(name), { level: 9 }).length, 0);
 
     assert.ok(size <= LIMIT, `${size} bytes`);

@@ -25,7 +25,7 @@ function codeOf(call) {
     return "ok";
 }
 
-test("packetOfHex: header and checksum are added if they are missing", () => {
+test("packetOfHex: adds a missing header and checksum", () => {
     for (const text of ["FF FF 01 02 01 FB", "FFFF010201FB", "01 02 01", "ff ff 01 02 01", "01 02 01 fb"])
         assert.equal(toHex(packetOfHex(text)), "FF FF 01 02 01 FB");
 });
@@ -57,7 +57,7 @@ test("compose: each instruction", () => {
     assert.equal(hexOf({ instruction: "hex", hex: "01 02 01" }), "FF FF 01 02 01 FB");
 });
 
-test("compose: a value may have the unit as the page writes it, or as the console does", () => {
+test("compose: takes units of the page and of the console", () => {
     for (const values of ["1000000", "1000000bit/s", "1000000 bps", "1raw"])
         assert.equal(hexOf({ instruction: "WRITE", address: 0x04, values }).slice(0, -3), "FF FF 01 04 03 04 01", values);
     for (const values of ["150°", "150 deg"]) assert.equal(hexOf({ instruction: "WRITE", values }).slice(18, -3), "00 02", values);

@@ -23,7 +23,7 @@ test("complete: words of a command, registers and settings", () => {
     assert.deepEqual(complete("get 1 cw_", all).choices.length, 3);
 });
 
-test("history: Up and Down go through the lines, and the draft comes back", () => {
+test("history: Up and Down show the lines, then the draft", () => {
     const history = new LineHistory();
 
     history.add("one");

@@ -20,7 +20,7 @@ test("docs/panel.md: its table has all notices (make docs)", () => {
     assert.equal(page, withNotices(page));
 });
 
-test("docs/panel.md: what stands for something in the table of notices is told above it", () => {
+test("docs/panel.md: placeholders of the notices are explained", () => {
     const [, told, table] = /## Notices and remedies\n(.*)<!-- notices -->(.*)<!-- end -->/s.exec(read("docs/panel.md"));
     const used = table.match(/\b(?:N|A|B|X|NAME|LINE|COMMAND|TEXT|CAUSE)\b/g);
 
@@ -53,7 +53,7 @@ async function packagesOfBundle() {
 /* The packages of Lit have one licence, by one text. */
 const licenceOf = (name) => (/^(?:@lit\/|lit(?:-|$))/.test(name) ? "lit" : name);
 
-test("bundle: the full licence text of each package in it stands beside it", async () => {
+test("bundle: has the licence text of each package", async () => {
     const packages = await packagesOfBundle();
 
     assert.ok(packages.has("lit-html") && packages.has("uplot") === texts.tabs.graphs.length > 0, [...packages].join());

@@ -37,7 +37,7 @@ test("pause: keeps range and samples", () => {
     assert.deepEqual(shown.range, [93, 103]);
 });
 
-test("zoom: pauses, halves and doubles the range, at most all samples", () => {
+test("zoom: pauses, halves, doubles, at most all samples", () => {
     const { shown } = rig();
 
     shown.zoomIn();

@@ -36,7 +36,7 @@ function deskWith(...names) {
 
 const posesOf = (steps) => steps.map(({ pose }) => pose);
 
-test("step: each new one takes the next pose of the list, after the last pose the first", async () => {
+test("addStep: takes the next pose, after the last the first", async () => {
     const { desk } = deskWith("up", "down", "left");
 
     desk.showPose("left");
@@ -75,7 +75,7 @@ for (const [what, call] of Object.entries(deletions))
         assert.deepEqual(session.notices, []);
     });
 
-test("undo: it is offered until the next edit, and not for a deletion that is refused", async () => {
+test("undo: offered until the next edit, not after a refusal", async () => {
     const { session, desk } = deskWith("up", "down");
     const codes = () => session.notices.map(({ code }) => code);
 
@@ -88,7 +88,7 @@ test("undo: it is offered until the next edit, and not for a deletion that is re
     assert.deepEqual(codes(), ["motion-pose-used"]);
 });
 
-test("undo: after the deletion was saved, the page has unsaved changes", async () => {
+test("undo: after a saved deletion there is unsaved work", async () => {
     const { session, desk } = deskWith("up", "down");
 
     assert.ok(desk.exportText());

@@ -141,7 +141,7 @@ test("poses: the last servo stays, angles have a range", () => {
     assert.deepEqual([...it.poses.get("arm").keys()], [3, 7]);
 });
 
-test("steps: changed, moved, removed; a wrong change changes nothing", () => {
+test("steps: change, move, remove; a bad change does nothing", () => {
     const it = motions();
     const names = () => it.sequences.get("wave").map(({ pose }) => pose);
 

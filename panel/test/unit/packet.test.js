@@ -35,7 +35,7 @@ test("packet: builders give the packets of the manual", () => {
     assert.equal(hex(p.ping(1)), "FF FF 01 02 01 FB");
     assert.equal(hex(p.read(1, 0x2b, 1)), "FF FF 01 04 02 2B 01 CC");
     assert.equal(hex(p.write(0, 0x1e, [...p.word(0x200), ...p.word(0x200)])), "FF FF 00 07 03 1E 00 02 00 02 D3");
-    assert.equal(hex(p.regWrite(1, 0x1e, p.word(0x3ff))), "FF FF 01 05 04 1E FF 03 D5");
+    assert.equal(hex(p.packet(1, p.INSTRUCTION.REG_WRITE, [0x1e, ...p.word(0x3ff)])), "FF FF 01 05 04 1E FF 03 D5");
     assert.equal(hex(p.action()), "FF FF FE 02 05 FA");
     assert.equal(hex(p.reset(0)), "FF FF 00 02 06 F7");
     const goals = [[0, 0x010, 0x150], [1, 0x220, 0x360], [2, 0x030, 0x170], [3, 0x220, 0x380]];

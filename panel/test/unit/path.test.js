@@ -23,7 +23,7 @@ function samples({ length = 4000, joints = 3 } = {}) {
     });
 }
 
-test("sequence: stops at its poses, rests, and leaves absent joints where they are", () => {
+test("sequence: stops, rests, leaves absent joints in place", () => {
     const path = pathOfSequence([step("a", 1000), step("b", 1000, { dwell: 500 }), step("c", 1000)], POSES, new Map([[1, 0], [2, 0]]));
 
     assert.deepEqual(path.ids, [1, 2]);
@@ -42,7 +42,7 @@ test("sequence: minimum jerk, as the board", () => {
     assert.equal(path.at(250)[0].toFixed(3), (100 + 200 * (10 * 0.25 ** 3 - 15 * 0.25 ** 4 + 6 * 0.25 ** 5)).toFixed(3));
 });
 
-test("sequence: passes a pose at the speed of the board, without a jump", () => {
+test("sequence: passes a pose at the board's speed, no jump", () => {
     const path = pathOfSequence([step("b", 1000, { passes: true }), step("c", 500)], POSES, new Map([[1, 100], [2, 500]]));
     const speed = (at) => (path.at(at + 0.01)[0] - path.at(at - 0.01)[0]) / 0.02;
     const harmonic = (2 * 0.2 * 0.4) / 0.6;
@@ -87,7 +87,7 @@ test("thin: each joint stays within the error at every sample", () => {
     }
 });
 
-test("thin: a larger error needs fewer points; times are multiples of 10 ms", () => {
+test("thin: larger error, fewer points; times in steps of 10 ms", () => {
     const counts = [2, 10, 40].map((error) => thin(samples(), error).points.length);
 
     assert.ok(counts[0] > counts[1] && counts[1] > counts[2], `${counts}`);
@@ -146,7 +146,7 @@ test("recording: a sample for each round of feedback", () => {
     assert.equal(recording.missing, 0);
 });
 
-test("recording: a servo that does not answer keeps its position, and is counted", () => {
+test("recording: a silent servo keeps its position, is counted", () => {
     const robot = new FakeRobot();
     const recorder = new Recorder(robot, {});
 

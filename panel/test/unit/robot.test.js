@@ -174,7 +174,7 @@ test("goal: dropped if the wire is busy for too long", async () => {
     assert.equal(servo.goalState, "dropped");
 });
 
-test("goal: without an answer it is not confirmed and not sent again", async () => {
+test("goal: unanswered is unconfirmed and never sent again", async () => {
     const { robot, port, clock, servo, notices } = await rig();
 
     port.onPacket = (bytes) => bytes[4] === INSTRUCTION.WRITE;
@@ -195,7 +195,7 @@ test("goal: refused by the servo", async () => {
     assert.deepEqual(notices, [{ code: "goal-refused", id: 1, why: "angle limit" }]);
 });
 
-test("goal: a stop drops the goals that wait, and none leaves after it", async () => {
+test("goal: a stop drops the goals that wait", async () => {
     const { robot, port, wire, clock } = await rig();
 
     robot.setGoal(1, 90);
@@ -209,7 +209,7 @@ test("goal: a stop drops the goals that wait, and none leaves after it", async (
     assert.deepEqual(goals(port), []);
 });
 
-test("goal: a servo that is shown no more has none, and a stop does not look for it", async () => {
+test("goal: dropped with its servo, and a stop copes", async () => {
     const { robot, port, clock } = await rig();
 
     robot.setGoal(1, 90);
@@ -241,7 +241,7 @@ test("turn: the speed has a sign, and hold ends it", async () => {
     assert.deepEqual(goals(port), []);
 });
 
-test("hold: the goal becomes the present position, the goal that waits is dropped", async () => {
+test("hold: makes the position the goal, drops the waiting goal", async () => {
     const { robot, port, clock } = await rig();
 
     robot.setGoal(1, 90);
@@ -289,7 +289,7 @@ test("hold: does nothing after a stop", async () => {
     assert.deepEqual(goals(port), []);
 });
 
-test("stop: driving is known to be inhibited as soon as the stop is confirmed", async () => {
+test("stop: isInhibited is true once the stop is confirmed", async () => {
     const { robot } = await rig({ start: false });
 
     robot.takeStop({ inhibited: true, off: [1, 2], on: [] });
@@ -376,7 +376,7 @@ test("alarms: cleared by the device", async () => {
     assert.equal(robot.device.alarms, 0);
 });
 
-test("servos: those beyond the 18 that the console lists are found by packets", async () => {
+test("servos: packets find those beyond the 18 of the console", async () => {
     const ids = Array.from({ length: 40 }, (_, index) => 2 * index + 1);
     const { robot, port, clock } = await rig({ ids, start: false });
     const listed = ids.slice(0, 18);
@@ -394,7 +394,7 @@ test("servos: those beyond the 18 that the console lists are found by packets", 
     }
 });
 
-test("scan by packets: all IDs but that of the controller's own device", async () => {
+test("scan by packets: all IDs except the device's", async () => {
     const { port, wire, clock } = await rig({ ids: [0, 250, 253], start: false });
     const controller = new Controller(wire, tables());
     const scan = async () => {

@@ -50,7 +50,7 @@ async function load(ms) {
     return { state: session.state, codes: session.notices.map(({ code }) => code) };
 }
 
-test("connect: at its load the page waits 5 s for a port that is taken, then it tells", async () => {
+test("connectAtLoad: waits 5 s for a taken port, then tells", async () => {
     const late = await load(4000);
 
     assert.equal(late.state, "connected");
@@ -113,7 +113,7 @@ test("stop: without a known servo torque is not told to be off", async () => {
     assert.ok(!session.notices.some(({ code }) => code === "stop-unverified"));
 });
 
-test("notices: one of a code lists the servos; what answers it withdraws it", async () => {
+test("notices: one lists all servos; a release withdraws it", async () => {
     const { clock, port, session } = await rig();
     const shown = () => session.notices.map(({ code }) => code).filter((code) => !["console", "other-version"].includes(code));
 
@@ -123,7 +123,7 @@ test("notices: one of a code lists the servos; what answers it withdraws it", as
     assert.match(session.notices.at(-2).text, /^Servos 1, 3 did not confirm/);
     await Promise.all([session.release(), clock.advance(1000)]);
     assert.deepEqual(shown(), []);
-    session.notify({ code: "stop-unverified", inhibited: false });
+    session.notify({ code: "stop-no-inhibit" });
     await Promise.all([session.stop(), clock.advance(2000)]);
     assert.deepEqual(shown(), []);
     port.isMute = true;
@@ -179,7 +179,7 @@ test("clear: alarms are forgotten, the inhibit stays", async () => {
     assert.equal(session.stopState, "verified");
 });
 
-test("clear: without device the page refuses while driving is inhibited", async () => {
+test("clear: refused without device while inhibited", async () => {
     const { clock, port, session } = await rig();
     let driving = "inhibited until 'release'";
     const clear = () => session.robot.clearAlarms().then(() => "ok", (error) => error.code);
@@ -207,7 +207,7 @@ test("release: a lost link is acknowledged first", async () => {
     assert.equal(session.stopState, "none");
 });
 
-test("release: by packets; what the controller refuses is told, and the stop stays", async () => {
+test("release: by packets; a refusal is told, the stop stays", async () => {
     const { clock, port, session } = await stopped({ hasConsole: false });
 
     port.refusals.set(253, 0x08);

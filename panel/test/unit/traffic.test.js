@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { Decoder, idsOf } from "../../src/model/decode.js";
 import { POLLS_MAX, ROWS_MAX, Traffic } from "../../src/model/traffic.js";
-import { action, bulkRead, packet, ping, read, regWrite, reset, syncRead, syncWrite, write } from "../../src/wire/packet.js";
+import { INSTRUCTION, action, bulkRead, packet, ping, read, reset, syncRead, syncWrite, write } from "../../src/wire/packet.js";
 import { statusOf } from "../../src/wire/packet.js";
 import { status } from "../support/fake_port.js";
 import { tables } from "../support/tables.js";
@@ -29,7 +29,7 @@ const PACKETS = [
     [read(1, 0x13, 1), "READ", "1 byte from 0x13", status(1, 0, [7]), "ok", "0x13 = 0x07"],
     [read(1, 0x1f, 1), "READ", "1 byte from 0x1F", status(1, 0, [2]), "ok", "0x1F = 0x02"],
     [write(1, 0x1e, [0, 2, 0x4a, 1]), "WRITE", "GOAL_POSITION 150.1°, MOVING_SPEED 20.0 rpm", status(1, 0x22), /^error: goal beyond the angle limits; overload; not carried out$/, ""],
-    [regWrite(1, 0x18, [1]), "REG WRITE", "TORQUE_ENABLE 1", status(1, 0x20), "error: overload", ""],
+    [packet(1, INSTRUCTION.REG_WRITE, [0x18, 1]), "REG WRITE", "TORQUE_ENABLE 1", status(1, 0x20), "error: overload", ""],
     [action(), "ACTION", "", null],
     [reset(4), "RESET", "", status(4, 0x40), "error: unknown instruction; not carried out", ""],
     [syncWrite(0x1e, 2, [[1, [0, 2]], [2, [0, 0]]]), "SYNC WRITE", "1: GOAL_POSITION 150.1°; 2: GOAL_POSITION 0.0°", null],
@@ -61,13 +61,13 @@ test("decoder: every kind of packet, and a reply to it", () => {
     }
 });
 
-test("decoder: each reply to a BULK READ has the registers of its servo", () => {
+test("decoder: a BULK READ reply has its servo's registers", () => {
     const request = bulkRead([[1, 1, 0x18], [2, 2, 0x1e]]);
 
     assert.equal(decoder.status(status(2, 0, [0, 2]), request, 1).text, "GOAL_POSITION 150.1°");
 });
 
-test("decoder: a status packet that no request asked for shows its bytes", () => {
+test("decoder: an unexpected status packet shows its bytes", () => {
     assert.match(decoder.status(status(1, 0, [1, 2]), null).text, /No request.*01 02/);
 });
 
@@ -142,7 +142,7 @@ test("rows: a stop does not make the packet before it an error", () => {
     assert.equal(r.shown()[1], "Ctrl-X");
 });
 
-test("filter: feedback polling is hidden, its requests by hand are not", () => {
+test("filter: hides polling, not the same requests by hand", () => {
     const r = rig();
 
     r.out(POLL);
@@ -188,7 +188,7 @@ test("select: at most the newest rows, oldest of them first", () => {
     assert.deepEqual(r.shown(NO_FILTER, 2), ["8 PING", "9 PING"]);
 });
 
-test("rows: polling does not push out other rows, and both lists have an end", () => {
+test("rows: both lists are bounded, polling has its own", () => {
     const r = rig();
 
     r.out(ping(7));

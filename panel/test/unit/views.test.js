@@ -113,7 +113,7 @@ test("board: what is not known of driving is not shown as good", () => {
     assert.deepEqual(shown({ inhibit: 0 }), ["good", texts.board.allowed]);
 });
 
-test("send: a field that is empty yet is no error, and nothing can be sent", () => {
+test("send: an empty field is no error and cannot be sent", () => {
     const part = new (customElements.get("panel-send"))();
     const shown = (form) => {
         part.form = { ...part.form, hex: "", values: "", ...form };

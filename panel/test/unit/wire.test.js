@@ -180,7 +180,7 @@ test("request: a timeout, then a fence, then the next packet", async () => {
     const next = wire.request(ping(1));
 
     await clock.advance(REPLY_MS - 1);
-    assert.equal(wire.isIdle, false);
+    assert.equal(port.packets.at(-1)[2], 200, "waits for its reply");
     await clock.advance(2);
     assert.equal(await request, "timeout");
     assert.equal((await next).id, 1);
@@ -188,7 +188,7 @@ test("request: a timeout, then a fence, then the next packet", async () => {
     assert.equal(port.packets.filter((bytes) => bytes[2] === 200).length, 1, "sent once");
 });
 
-test("request: a reply that waits while the page is held up is no timeout", async () => {
+test("request: no timeout for a reply that a blocked page holds", async () => {
     const { wire, port, clock } = await rig();
     const request = wire.request(ping(200));
 
@@ -198,7 +198,7 @@ test("request: a reply that waits while the page is held up is no timeout", asyn
     assert.equal((await request).id, 200);
 });
 
-test("request: a reply in two parts is whole though the page is held up between", async () => {
+test("request: a reply in two parts survives a blocked page", async () => {
     const { wire, port, clock } = await rig();
     const request = wire.request(ping(200));
 
@@ -398,7 +398,7 @@ test("command: a key ends it, its reply comes", async () => {
     assert.equal((await scan).error.number, 49);
 });
 
-test("command: an empty line has no reply, other characters are refused", async () => {
+test("command: empty lines resolve, other characters throw", async () => {
     const { wire } = await rig();
 
     assert.deepEqual(await wire.command("  "), { lines: [], error: null });
@@ -408,7 +408,7 @@ test("command: an empty line has no reply, other characters are refused", async 
 
 /* ---- a controller that goes silent ---- */
 
-test("silent: jobs fail at once, and the wire is ready when it answers again", async () => {
+test("silent: jobs fail at once; ready with the next answer", async () => {
     const { wire, port, clock, notices } = await rig();
 
     port.isMute = true;
@@ -583,7 +583,7 @@ for (const latency of [120, 250, 390])
         assert.equal(wire.state, "ready");
     });
 
-test("stop: a fence that is dropped is sent again, and Ctrl-X each 150 ms", async () => {
+test("stop: sends a dropped fence again, and Ctrl-X each 150 ms", async () => {
     const { wire, port, clock } = await stopRig();
     const begun = clock.now();
     const fences = [];
@@ -598,7 +598,7 @@ test("stop: a fence that is dropped is sent again, and Ctrl-X each 150 ms", asyn
     assert.equal(wire.state, "ready");
 });
 
-test("stop: not verified while a servo has torque or does not answer", async () => {
+test("stop: not verified with torque or a silent servo", async () => {
     const { wire, port, clock } = await stopRig();
 
     port.onPacket = (bytes) => {
@@ -692,7 +692,7 @@ test("lost: at a write", async () => {
     assert.deepEqual(notices, ["lost"]);
 });
 
-test("lost: while the controller is silent, nothing is written any more", async () => {
+test("lost: nothing is written after a silent controller", async () => {
     const { wire, port, clock } = await rig();
 
     port.isMute = true;
