@@ -404,6 +404,7 @@ MOTION_ERRORS = {number for number in ERRORS
 
 # Errors that only typing provokes.
 TYPED = {35, 36, 49, 54}
+PACKETS = {"ping", "read", "write", "regwrite", "action", "reset", "sync"}  # the line itself is a packet
 
 
 class Terminal:
@@ -470,6 +471,13 @@ class Terminal:
         return self.hear()
 
 
+def list_line(name, usage):
+    """What help says of lists, in a profile that has them."""
+    if "ID" not in re.sub("ID:", "", usage):
+        return ""
+    return ("ID: one servo, no list" if name in PACKETS else "ID: one servo, or a list: 1 2 5-8, or 1,5-8, or all") + "\r\n"
+
+
 class Typed(unittest.TestCase):
     def each_board(self, check):
         for board in boards.CONSOLES:
@@ -496,7 +504,7 @@ class Typed(unittest.TestCase):
                         what = "not in this firmware"
                     self.assertIn(f"\r\n  {usage}: {what}\r\n", listed)
                     help_of += f"{usage}: {what}\r\n"
-                    help_of += "" if brief else f"{details}\r\nExample: {example}\r\n"
+                    help_of += "" if brief else f"{details}\r\n{list_line(name, usage)}Example: {example}\r\n"
                 self.assertEqual(terminal.ask(f"help {name}"), f"{help_of}ok\r\n"
                                  if help_of else f"error 30: {CAUSES[30]}\r\n")
         self.each_board(check)

@@ -10,6 +10,7 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
+#include "robot/motion_start.h" // motion_group_is_endless()
 #include "robot/stored_pose.h"
 
 static const CDS_FLASH char message_group_begins[] = "group";
@@ -355,6 +356,8 @@ static bool in_poll(struct console *console)
         return command_set.pose_in->poll(console);
     take_pose(console);
     console->part = 0;
+    if (console->error == 0 && !command_set.moves && motion_group_is_endless(console->robot))
+        console->error = ERROR_ENDLESS; // no motion checks it
     if (console->error == 0)
         console->error = command_set.pose_in->begin(console);
     return console->error == 0;
