@@ -230,7 +230,7 @@ SCRIPT = {
              + "pose 100 110 120\n" + servo("1 GOAL_POSITION 341") + servo("3 GOAL_POSITION 409")
              + error(43, "scan") + error(43, "id 1 9") + error(43, "group 1") + error(43, "diagnose")
              + error(43, "move 1 90") + error(43, "turn 1 10rpm") + error(43, "move 254 90")
-             + error(43, "settings bus_baud 34") + error(43, "defaults") + error(43, "bus 57600") + error(43, "cycle every 4ms") + error(43, "servos forget")
+             + error(43, "settings bus_baud 34") + error(43, "bus 57600") + error(43, "cycle every 4ms") + error(43, "servos forget")
              + "led 1 off\n" + servo("1 LED 0") + "cycle off\n" + error(44, "cycle"),
     "stop": "torque 254 on\n" + servo("1-3 torque on") + "stop\n" + servo("1-3 torque off")
             + "servos\n" + text("servo 2: online, torque off, inhibited: stopped") + error(54, "torque 1 on")
@@ -404,6 +404,7 @@ MOTION_ERRORS = {number for number in ERRORS
 
 # Errors that only typing provokes.
 TYPED = {35, 36, 49, 54}
+PACKETS = {"ping", "read", "write", "regwrite", "action", "reset", "sync"}  # the line itself is a packet
 
 
 class Terminal:
@@ -470,6 +471,13 @@ class Terminal:
         return self.hear()
 
 
+def list_line(name, usage):
+    """What help says of lists, in a profile that has them."""
+    if "ID" not in re.sub("ID:", "", usage):
+        return ""
+    return ("ID: one servo, no list" if name in PACKETS else "ID: one servo, or a list: 1 2 5-8, or 1,5-8, or all") + "\r\n"
+
+
 class Typed(unittest.TestCase):
     def each_board(self, check):
         for board in boards.CONSOLES:
@@ -496,7 +504,7 @@ class Typed(unittest.TestCase):
                         what = "not in this firmware"
                     self.assertIn(f"\r\n  {usage}: {what}\r\n", listed)
                     help_of += f"{usage}: {what}\r\n"
-                    help_of += "" if brief else f"{details}\r\nExample: {example}\r\n"
+                    help_of += "" if brief else f"{details}\r\n{list_line(name, usage)}Example: {example}\r\n"
                 self.assertEqual(terminal.ask(f"help {name}"), f"{help_of}ok\r\n"
                                  if help_of else f"error 30: {CAUSES[30]}\r\n")
         self.each_board(check)

@@ -46,6 +46,14 @@ class Pose(unittest.TestCase):
                 # a joint of a short way is near its goal sooner
                 self.assertLess(max(arrivals) - min(arrivals[4:]), 150)
 
+    def test_a_servo_in_endless_turn_is_refused(self):
+        """It would turn for ever at the speed of the move."""
+        for board in boards.CONSOLES:
+            with self.subTest(board):
+                run, rows = rows_of("scan\nturn 1 0\ntorque 1 on\ngroup 1\n! pose 90 in 2s\n"
+                                    "@expect text error 47:\n@expect servo 1 MOVING_SPEED 0\n", board)
+                self.assertEqual(run.status, 0, run.output)
+
     def test_a_new_pose_takes_the_place_of_the_one_under_way(self):
         """Goals change without a jump, and the joints end at the new pose."""
         for board in boards.WITH_MOTION:

@@ -43,21 +43,23 @@ struct command_line {
     uint8_t argument;                        // that it is: enum argument
     uint8_t id;
     uint8_t new_id;
-    uint8_t setting;   // row of settings_table
-    uint8_t address;   // of the register named first
-    uint8_t length;    // bytes to read, or for each servo
-    uint8_t choice;    // which of several words, from 1 on; 0: none. The first such word decides
-    uint8_t names;     // count of names
-    uint8_t numbers;   // count of `number`
-    uint8_t values;    // count of a list, or of values of registers
-    uint8_t words;     // so far, the command's name included
-    uint8_t error;     // number of the first error, 0 if none so far
-    uint8_t next;      // register the next value goes to
-    bool named;        // the register was given by its name
-    bool list_is_open; // the next word may belong to the list of servos in front of it
-    bool takes_all;    // the list is all servos of the robot: `all`
-    bool is_repeated;  // the command runs for each servo of the list
-    uint8_t remaining; // bytes still due in a block of SYNC WRITE
+    uint8_t setting; // row of settings_table
+    uint8_t address; // of the register named first
+    uint8_t length;  // bytes to read, or for each servo
+    uint8_t choice;  // which of several words, from 1 on; 0: none. The first such word decides
+    uint8_t names;   // count of names
+    uint8_t numbers; // count of `number`
+    uint8_t values;  // count of a list, or of values of registers
+    uint8_t words;   // so far, the command's name included
+    uint8_t error;   // number of the first error, 0 if none so far
+    uint8_t next;    // register the next value goes to
+    bool named;      // the register was given by its name
+    // Bits, for want of RAM.
+    bool list_is_open : 1; // the next word may belong to the list of servos in front of it
+    bool takes_all : 1;    // the list is all servos of the robot: `all`
+    bool is_repeated : 1;  // the command runs for each servo of the list
+    uint8_t singles : 2;   // of the last words of the list, how many are one ID: up to 3
+    uint8_t remaining;     // bytes still due in a block of SYNC WRITE
     struct number number[3];
 };
 

@@ -82,6 +82,10 @@ static uint8_t take_word(struct command_line *line, const struct token *token)
     }
     if (token->length > TOKEN_MAX || line->takes_all)
         return ERROR_NOT_A_NUMBER; // `group all 1`, too
+    if (memchr(text, ',', token->length) || memchr(text, '-', token->length))
+        line->singles = 0;
+    else if (line->singles < 3)
+        line->singles++;
     while (error == 0 && text <= end) {
         uint8_t length = 0;
 
@@ -134,11 +138,11 @@ static bool is_list(const struct token *token)
            read_id(token->text, token->length, CDS_ID_MAX, &id) == 0;
 }
 
-/* True if each of two or more words of the list is one ID: the last words may be an address, and a
- * value. */
-static bool may_hold_address(const struct command_line *line)
+/* True if the last words of the list, one or more, may be the address of a register, and a value:
+ * each is one number, and an ID stands before them. */
+static bool may_hold_address(const struct command_line *line, uint8_t words)
 {
-    return parse_at_register(line) && line->values > 1 && line->values == line->words - 1;
+    return parse_at_register(line) && line->values > words && line->singles >= words;
 }
 
 /* The last ID of the list is the address of a register instead. */
@@ -154,7 +158,7 @@ static void take_address_out(struct command_line *line)
 static bool goes_on(struct command_line *line, const struct token *token)
 {
     if (!line->takes_all && begins_with_decimal(token) && !parse_at_number(line)) {
-        if (is_list(token) || !may_hold_address(line))
+        if (is_list(token) || !may_hold_address(line, 1))
             return true;
         take_address_out(line);
     }
@@ -168,10 +172,10 @@ static void end(struct command_line *line)
     struct number value = {.kind = NUMBER_BARE};
     bool has_value;
 
-    if (!line->list_is_open || !may_hold_address(line))
+    if (!line->list_is_open)
         return;
-    has_value = line->usage[sizeof "REG" - 1] == ' ';
-    if (line->values < 2 + has_value)
+    has_value = line->usage[sizeof "REG" - 1] == ' '; // of a usage with a REG
+    if (!may_hold_address(line, (uint8_t)(1 + has_value)))
         return;
     if (has_value)
         value.digits = ids_of(line)[--line->values];
@@ -216,6 +220,17 @@ static uint8_t list_all(struct console *console)
     return 0;
 }
 
+/* True if an ID stands twice in the list. */
+static bool has_twins(const struct command_line *line)
+{
+    const uint8_t *ids = ids_of(line);
+
+    for (uint8_t i = 1; i < line->values; i++)
+        if (memchr(ids, ids[i], i))
+            return true;
+    return false;
+}
+
 static uint8_t begin(struct console *console)
 {
     struct command_line *line = &console->line;
@@ -225,6 +240,8 @@ static uint8_t begin(struct console *console)
         return error;
     if (line->takes_all && line->is_repeated)
         line->id = ids_of(line)[0];
+    else if (line->is_repeated && has_twins(line))
+        return ERROR_TWICE;
     if (!line->is_repeated || line->values < 2 || line->command->begin == baud_begin) {
         line->is_repeated = false;
         return begin_command(console);

@@ -34,8 +34,9 @@ void tearDown(void)
 /* Every command that needs the group or robot->work for itself ends with this error. */
 static void assert_refused(const char *error)
 {
-    static const char *const lines[] = {"pose 90",  "group 2", "teach off",
-                                        "teach on", "scan",    "servos forget"};
+    static const char *const lines[] = {
+        "pose 90", "group 2",       "teach off",           "teach on",
+        "scan",    "servos forget", "settings bus_baud 16"};
 
     for (uint8_t i = 0; i < sizeof lines / sizeof lines[0]; i++) {
         TEST_ASSERT_EQUAL_STRING_LEN_MESSAGE(error, reply_to(lines[i]), strlen(error), lines[i]);
@@ -49,6 +50,15 @@ static void assert_refused(const char *error)
 void test_commands_beside_an_operation_are_refused(void)
 {
     assert_refused("error 43: ");
+}
+
+void test_defaults_beside_an_operation_keep_the_rate(void)
+{
+    settings.bus_baud = 16;
+    assert_error(ERROR_CYCLE, "defaults");
+    TEST_ASSERT_EQUAL_UINT8(16, settings.bus_baud);
+    settings.bus_baud = 1;
+    TEST_ASSERT_EQUAL_STRING_LEN("ok\r\n", reply_to("defaults"), 4);
 }
 
 void test_commands_beside_a_motion_are_refused(void)

@@ -59,6 +59,31 @@ void test_list_with_silent_servo_goes_on_and_ends_in_error(void)
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\nservo 3: ok\r\nerror 87: "));
 }
 
+void test_address_in_decimal_follows_a_range(void)
+{
+    reply_to("get 1-2 25");
+    answer_byte(1, 0);
+    answer_byte(2, 1);
+    TEST_ASSERT_EQUAL_STRING("servo 1: LED = 0\r\nservo 2: LED = 1\r\nok\r\n", said);
+    reply_to("set 7,8 25 1");
+    acknowledge(7);
+    acknowledge(8);
+    TEST_ASSERT_EQUAL_STRING("servo 7: ok\r\nservo 8: ok\r\nok\r\n", said);
+    assert_error(ERROR_COUNT, "get 1-3");
+    assert_error(ERROR_COUNT, "set 1-3 25");
+}
+
+void test_list_all_is_taken_in_any_case(void)
+{
+    assert_error(ERROR_NOT_KNOWN, "led ALL on");
+}
+
+void test_id_twice_before_a_register_is_refused(void)
+{
+    assert_error(ERROR_TWICE, "get 1 1 LED");
+    assert_error(ERROR_TWICE, "get 1-3,2 25");
+}
+
 void test_list_of_ranges_and_commas_in_one_word(void)
 {
     reply_to("led 1,7-8,3 on");
@@ -194,7 +219,7 @@ void test_list_with_wrong_words_is_refused(void)
     assert_error(ERROR_UNKNOWN_WORD, "torque all 1 on");
     assert_error(ERROR_COUNT, "torque 1-3");
     assert_error(ERROR_COUNT, "get 1-3");
-    assert_error(ERROR_COUNT, "get 1,2 3");
+    assert_error(ERROR_COUNT, "get 1,2");
     assert_error(ERROR_COUNT, "set 1 2");
     assert_error(ERROR_COUNT, "set 1-3 LED");
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);

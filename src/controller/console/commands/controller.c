@@ -83,6 +83,13 @@ uint8_t setting_number(struct console *console)
                           setting_is_rate(&console->line) ? CDS_UNIT_BPS : CDS_UNIT_NUMBER);
 }
 
+/* Returns the error of a command that changes the rate of the bus while a cycle or a motion needs
+ * it, or 0. The profile `console` has no flash for this check. */
+ALWAYS_INLINE uint8_t error_of_rate(const struct console *console)
+{
+    return command_set.explain ? robot_busy(console->robot) : 0;
+}
+
 /* Returns ERROR_MOTION while a motion is under way, else 0. A motion may read the EEPROM, and needs
  * the settings of the bus. ALWAYS_INLINE: the comparison drops the rest, 50 bytes, in a firmware
  * without motions. */
@@ -98,9 +105,8 @@ static uint8_t settings_begin(struct console *console)
 
     if (line->numbers == 0)
         return 0;
-    error = line->setting == SETTINGS_AT_bus_baud ? robot_busy(console->robot) : 0;
-    if (error)
-        return error;
+    if (line->setting == SETTINGS_AT_bus_baud && error_of_rate(console))
+        return error_of_rate(console);
     error = command_set.setting_number ? command_set.setting_number(console)
                                        : console_number(console, 0, CDS_UNIT_NUMBER);
     if (error == 0 && !settings_set(console->failsafe->settings, line->setting, console->raw))
@@ -112,8 +118,11 @@ static uint8_t settings_begin(struct console *console)
 
 static uint8_t defaults_begin(struct console *console)
 {
-    uint8_t error = robot_busy(console->robot); // the defaults have another rate of the bus
+    const uint8_t *baud_reg = &console->failsafe->settings->bus_baud;
+    uint8_t error = error_in_motion(console);
 
+    if (error == 0 && *baud_reg != CDS_BAUD_1M) // the default
+        error = error_of_rate(console);
     if (error)
         return error;
     settings_default(console->failsafe->settings);

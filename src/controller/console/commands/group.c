@@ -147,7 +147,8 @@ static uint8_t pose_begin(struct console *console)
         return ERROR_NO_GROUP;
     if (line->values != robot->group_count)
         return ERROR_GROUP_SIZE;
-    if (motion_group_is_endless(robot))
+    // A timed move by a motion checks this itself, and names the servo.
+    if ((line->choice != POSE_IN || !command_set.moves) && motion_group_is_endless(robot))
         return ERROR_ENDLESS;
     if (line->choice == POSE_IN)
         return command_set.pose_in->begin(console);

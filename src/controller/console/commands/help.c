@@ -6,6 +6,8 @@
 
 static const CDS_FLASH char message_usage[] = "%s: %s";
 static const CDS_FLASH char message_listed[] = "  %s: %s";
+static const CDS_FLASH char message_list[] = "ID: one servo, or a list: 1 2 5-8, or 1,5-8, or all";
+static const CDS_FLASH char message_no_list[] = "ID: one servo, no list";
 static const CDS_FLASH char message_example_is[] = "Example: %s";
 
 /* Prints a line of the list: the heading before the row, then the row. True: the row is next. */
@@ -33,6 +35,16 @@ static bool are_alike(const CDS_FLASH char *a, const CDS_FLASH char *b)
     return false;
 }
 
+/* True if the command takes a servo, or several. `id` and `new` have names of their own for theirs.
+ */
+static bool takes_servo(const CDS_FLASH char *usage)
+{
+    for (; *usage; usage++)
+        if (usage[0] == 'I' && usage[1] == 'D' && usage[2] != ':') // not the ID:BYTE of `sync`
+            return true;
+    return false;
+}
+
 /* Prints a line of all that help knows of the row. True: there is one more. */
 static bool topic_line(struct console *console, const CDS_FLASH struct command *row)
 {
@@ -49,6 +61,10 @@ static bool topic_line(struct console *console, const CDS_FLASH struct command *
         return false;
     if (line == 1) {
         printer_line(printer, COMMAND_DETAILS_TEXT(row->details));
+        return true;
+    }
+    if (line == 2 && takes_servo(row->usage)) {
+        printer_line(printer, row->instruction ? message_no_list : message_list);
         return true;
     }
     printer->values[0].text = COMMAND_DETAILS_TEXT(row->example);

@@ -356,8 +356,8 @@ static bool in_poll(struct console *console)
         return command_set.pose_in->poll(console);
     take_pose(console);
     console->part = 0;
-    if (console->error == 0 && motion_group_is_endless(console->robot))
-        console->error = ERROR_ENDLESS;
+    if (console->error == 0 && !command_set.moves && motion_group_is_endless(console->robot))
+        console->error = ERROR_ENDLESS; // no motion checks it
     if (console->error == 0)
         console->error = command_set.pose_in->begin(console);
     return console->error == 0;

@@ -12,6 +12,8 @@
 #include "console/messages.h"
 
 static const CDS_FLASH char message_stop_unlisted[] = "up to %u more servos were not checked";
+static const CDS_FLASH char message_stop_done[] =
+    "robot stopped: torque off, driving inhibited until 'release'";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", alarms: %s";
 static const CDS_FLASH char message_presence[] = "servo %u: %s, torque %s";
@@ -19,7 +21,7 @@ static const CDS_FLASH char message_on[] = "on";
 static const CDS_FLASH char message_off[] = "off";
 static const CDS_FLASH char message_lost[] = ", inhibited: lost its state";
 static const CDS_FLASH char message_stopped[] = ", inhibited: stopped";
-static const CDS_FLASH char message_nobody[] = "no servo known: 'scan' finds servos";
+static const CDS_FLASH char message_no_servo[] = "no servo known: 'scan' finds servos";
 
 /* ---- stop ---- */
 
@@ -55,11 +57,15 @@ static bool stop_poll(struct console *console)
         printer_line(&console->printer, message_servo);
         return true;
     }
+    if (command_set.explain && console->part++) { // only this profile has flash for the line
+        printer_line(&console->printer, message_stop_done);
+        return false;
+    }
     console->printer.values[0].number = robot_unlisted(robot);
     if (console->printer.values[0].number &&
         console->error != CDS_LINE_BUSY) // else nothing was sent
         printer_line(&console->printer, message_stop_unlisted);
-    return false;
+    return command_set.explain && console->error == 0 && console_is_for_person(console);
 }
 
 static uint8_t release_begin(struct console *console)
@@ -187,7 +193,7 @@ static bool servos_poll(struct console *console)
     uint8_t *part = &console->part;
 
     if (robot->servos.count == 0) {
-        printer_line(&console->printer, message_nobody);
+        printer_line(&console->printer, message_no_servo);
         return false;
     }
     servo_part(&console->printer, &robot->servos, &robot->states[*index], (*part)++);

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT */
+/* The reply to `stop` and Ctrl-X. */
+#include "console_rig.h"
+
+void setUp(void)
+{
+    begin_console();
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+/* Waits until the packets of the stop are sent. */
+static const char *stop_reply(const char *keys)
+{
+    said_length = 0;
+    said[0] = '\0';
+    type(keys);
+    for (uint8_t i = 0; i < 40 && !strstr(said, "ok\r\n"); i++) {
+        if (bus.link.state == CDS_LINK_TALKING)
+            port_fake_transmit(&bus.link, 0);
+        port_fake.now_us += 100000;
+        type("");
+    }
+    return said;
+}
+
+void test_stop_tells_a_person_that_the_robot_is_stopped(void)
+{
+    static const char line[] =
+        "robot stopped: torque off, driving inhibited until 'release'\r\nok\r\n";
+
+    settings.echo = SETTINGS_ECHO_PERSON;
+    TEST_ASSERT_NOT_NULL(strstr(stop_reply("stop\r"), line));
+    TEST_ASSERT_NOT_NULL(strstr(stop_reply("\x18"), line));
+}
+
+void test_stop_answers_a_program_with_ok(void)
+{
+    TEST_ASSERT_NULL(strstr(stop_reply("stop\r"), "robot"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "ok\r\n"));
+    TEST_ASSERT_NULL(strstr(stop_reply("\x18"), "robot"));
+}
