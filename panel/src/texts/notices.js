@@ -184,7 +184,7 @@ export const notice = {
     }),
     "no-device": () => ({
         text: "The virtual device of the controller is off. There is no feedback, and a stop cannot be confirmed.",
-        remedy: "Type settings device_id 253 in the console, then connect again.",
+        remedy: "Set device_id to 253 in the view Board, or at a terminal, then connect again.",
         level: "warning",
     }),
     console: () => ({

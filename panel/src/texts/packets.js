@@ -173,7 +173,7 @@ export const packets = {
     keys: "Up and Down: earlier lines. Tab completes.",
     choices: (words) => `One of: ${words.join("  ")}`,
     commands: "All commands",
-    modeOfPage: "The page needs bare replies and does not change the mode. In the view Board the setting echo chooses the mode after a reset.",
+    useBoard: "The page does not send this line: it needs bare replies and the device. Use the settings of the view Board.",
     ended: "Taken back by a stop.",
     notText: "The console takes letters, digits and signs of ASCII only.",
 };

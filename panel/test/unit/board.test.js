@@ -190,6 +190,24 @@ test("defaults: in force, not saved, and the page keeps its mode", async () => {
     assert.equal(settings.isSaved, false);
 });
 
+test("defaults: at another host rate the page does not wait for an answer", async () => {
+    const { clock, port, session, settings } = await rig();
+    const { onText } = port;
+
+    await settings.read();
+    port.onText = (line) => {
+        if (line === "defaults") queueMicrotask(() => (port.isMute = true));
+        return port.isMute || onText(line);
+    };
+    let isOver = false;
+    const defaults = settings.defaults().then(() => (isOver = true));
+
+    await clock.advance(60000);
+    assert.ok(isOver);
+    await defaults;
+    assert.ok(session.notices.some(({ code }) => code === "host-rate"));
+});
+
 test("bridge: settings by the registers of the device", async () => {
     const { port, settings, clock } = await rig({ hasConsole: false });
 
