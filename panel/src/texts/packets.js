@@ -32,6 +32,7 @@ export const decode = {
     notExpected: (hex) => `No request asked for this. ${hex}`.trim(),
     checksum: (value) => `checksum ${value} is right`,
     stop: "Ctrl-X",
+    key: "key that ends the command",
     noise: "noise",
     noiseText: (count) => `${many(count, "byte")} of no whole packet: damage or noise`,
     line: "line",

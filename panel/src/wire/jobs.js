@@ -108,7 +108,7 @@ export class FenceJob extends PacketJob {
     }
 }
 
-const END = /^(?:ok|error (\d+): ?(.*))$/;
+export const END = /^(?:ok|error (\d+): ?(.*))$/;
 const ALARM = /^alarm (?:\d+|of others): /;
 
 export class LineJob extends Job {
@@ -117,6 +117,7 @@ export class LineJob extends Job {
         this.kind = "line";
         this.line = line;
         this.onLine = options.onLine ?? (() => {});
+        this.keepsLines = options.source !== "hand"; // `monitor` goes on for hours, and its sender takes each line
         this.lines = [];
     }
 
@@ -133,7 +134,7 @@ export class LineJob extends Job {
             this.end({ lines: this.lines, error: end[1] ? { number: Number(end[1]), text: end[2] } : null });
             return true;
         }
-        this.lines.push(text);
+        if (this.keepsLines) this.lines.push(text);
         this.onLine(text);
         return true;
     }
