@@ -187,3 +187,30 @@ test("play: the board is asked again after a load that has failed", async () => 
     await desk.play();
     assert.equal(loads, 2);
 });
+
+test("play: a pose that is renamed meanwhile does not end a loop", async () => {
+    const { session, desk } = deskWith("up", "down");
+    let passes = 0;
+
+    await desk.addStep();
+    await desk.addStep();
+    desk.setLoop(true);
+    desk.player.play = async (path) => {
+        assert.deepEqual(path.ids, [1]);
+        if (passes === 0) desk.motions.renamePose("up", "top");
+        return ++passes < 3;
+    };
+    await desk.play();
+    assert.equal(passes, 3);
+    assert.deepEqual(session.notices, []);
+});
+
+test("storeAll: a button pressed twice stores once", async () => {
+    const { desk } = deskWith("up");
+    let loads = 0;
+
+    desk.store.load = () => new Promise(() => loads++);
+    desk.storeAll();
+    desk.storeAll();
+    assert.equal(loads, 1);
+});
