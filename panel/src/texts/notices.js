@@ -92,7 +92,7 @@ export const notice = {
         remedy: "Correct the file, or choose another one.",
     }),
     "limits-move": ({ id }) => ({
-        text: `Servo ${id} has torque and would move: the new angle limits exclude its goal, or begin or end endless turn. Nothing was written.`,
+        text: `Servo ${id} has torque and would move: the new angle limits exclude its goal, or begin or end endless turn. Nothing was written to it.`,
         remedy: "Switch its torque off first.",
     }),
     "backup-changed": (detail) => ({
