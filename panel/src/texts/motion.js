@@ -164,6 +164,10 @@ export const motionNotices = {
         text: `The poses have ${count} servos. The board stores poses of 18 servos.`,
         remedy: "Delete poses, here or on the board, or take servos out of them.",
     }),
+    "motion-unanswered": () => ({
+        text: "The controller did not answer in time. The page sends no more goals.",
+        remedy: "Check the cable and the rate, then play again.",
+    }),
     "motion-file": ({ line, why }) => ({
         text: `Line ${line} of the file is damaged: ${why}. Nothing was taken over.`,
         remedy: "Choose a file that this page has saved, or lines of “pose show” and “sequence show”.",

@@ -4,6 +4,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { MotionDesk } from "../../src/model/motion_desk.js";
+import { Player } from "../../src/model/player.js";
 import { Session } from "../../src/model/session.js";
 import { tables } from "../support/tables.js";
 
@@ -213,4 +214,14 @@ test("storeAll: a button pressed twice stores once", async () => {
     desk.storeAll();
     desk.storeAll();
     assert.equal(loads, 1);
+});
+
+test("play: a goal that the wire does not take names the controller, not torque", async () => {
+    const servo = { torque: true, isEndless: false, raw: { position: 512 } };
+    const session = Object.assign(new EventTarget(), {
+        isConnected: true, stopState: "none", clock: { now: () => 0 }, wire: { state: "synchronising" },
+        robot: { isInhibited: false, servos: new Map([[1, servo]]), setGoal: () => false },
+    });
+
+    await assert.rejects(new Player(session).goTo(new Map([[1, 600]])), { code: "motion-unanswered" });
 });
