@@ -74,6 +74,7 @@ export class Settings {
 
     /* Puts values in force, {name: value}. Throws CommandError, WireError, or Error with `code`. */
     async apply(changes) {
+        if (this.#session.robot.ids.includes(changes.device_id)) throw settingError("device-id-taken", changes.device_id);
         for (const [name, value] of Object.entries(changes)) {
             this.isSaved = false;
             if (name === "echo" && this.#wire.hasConsole) this.#controller.modeBefore = value;

@@ -44,7 +44,7 @@ export const motion = {
     recording: "Recording",
     recordingIs: ({ seconds, samples, rate, servos }) =>
         `${seconds} s of ${many(servos, "servo")}, ${samples} samples, ${rate} a second`,
-    missing: (count) => `${count} positions are missing`,
+    missing: (count) => `${many(count, "position is", "positions are")} missing`,
     tolerance: "Error of the steps, at most",
     degrees: "°",
     fit: `Fit into one sequence`,
@@ -101,7 +101,7 @@ export const motion = {
     load: "Load from the board",
     exportFile: "Save as a file",
     importFile: "Open a file",
-    room: ({ poses, sequences }) => `The board has room for ${poses} more poses and ${sequences} more sequences.`,
+    room: ({ poses, sequences }) => `Free on the board: ${many(poses, "pose")}, ${many(sequences, "sequence")}.`,
     storing: "Storing …",
     loading: "Loading …",
     askReplaceBoard: (names) => `The board has other contents under these names: ${names.join(", ")}. Replace them?`,

@@ -108,6 +108,10 @@ export const notice = {
         text: `The controller did not take the setting ${setting}.`,
         remedy: "Use a value within the range. While a motion is under way, end it first.",
     }),
+    "device-id-taken": ({ setting }) => ({
+        text: `A servo has the ID ${setting}: with this device_id it could not be reached.`,
+        remedy: "Choose an ID that no servo has.",
+    }),
     "not-saved": () => ({
         text: "The settings were not saved: the EEPROM has failed, or a motion is under way.",
         remedy: "End the motion and save again. If it fails again, replace the board.",

@@ -62,6 +62,11 @@ test("parseAlarms: each condition has a remedy", () => {
     ]);
 });
 
+test("texts: one of a kind is not told as many", () => {
+    assert.equal(texts.motion.missing(1), "1 position is missing");
+    assert.equal(texts.motion.room({ poses: 1, sequences: 2 }), "Free on the board: 1 pose, 2 sequences.");
+});
+
 /* ---- settings ---- */
 
 const LINES = { device_id: 253, host_baud: 1, bus_baud: 1, return_delay: 254, repeats: 0, echo: 0, link_loss_ms: 0,
@@ -175,6 +180,7 @@ test("apply: the wire follows another ID of the device", async () => {
     await settings.read();
     await settings.apply({ device_id: 200 });
     assert.equal(session.wire.deviceId, 200);
+    await assert.rejects(settings.apply({ device_id: 1 }), { code: "device-id-taken" });
     await settings.apply({ device_id: 254 });
     assert.equal(session.wire.hasDevice, false);
 });
