@@ -14,7 +14,7 @@ export async function sendPacket(session, bytes) {
     return reply === null ? [] : [reply].flat();
 }
 
-/* Sends a line. Resolves with {lines, error}; throws WireError. `onLine`, `signal`: wire.js. */
+/* Sends a line. Resolves with {error}; throws WireError. onLine(text) takes the lines. `onLine`, `signal`: wire.js. */
 export function sendLine(session, line, { onLine, signal } = {}) {
     return session.wire.command(line, { source: "hand", timeout: silenceOf(line), onLine, signal });
 }

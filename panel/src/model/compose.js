@@ -82,7 +82,7 @@ export function idsOfText(text, max = ID_MAX) {
 /* The bytes of `text` for a register: "150", "150deg", "512raw", "0x200". Without unit: the unit of the
  * register. `unit`: its row of the units, or null: a number. */
 function bytesOfValue(text, row, unit) {
-    const match = /^(-?\d+(?:\.\d+)?|0x[0-9a-f]+)\s*([a-z%°/]*)$/i.exec(text) ?? fail("value", { text, name: row.name });
+    const match = /^(0x[0-9a-f]+|-?\d+(?:\.\d+)?)\s*([a-z%°/]*)$/i.exec(text) ?? fail("value", { text, name: row.name });
     const [, number, suffix] = match;
     const isRaw = /^0x/i.test(number) || suffix.toLowerCase() === "raw" || !unit?.name;
     const known = ["", "raw", unit?.name.toLowerCase(), unitText(unit?.name)?.toLowerCase()];

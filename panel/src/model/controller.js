@@ -2,7 +2,7 @@
 /* The controller as the page uses it: what its firmware has, and commands of its console. */
 
 import { FAILED, ID_MAX, read, syncRead, write } from "../wire/packet.js";
-import { Failure } from "./registers.js";
+import { Failure, parametersOf } from "./registers.js";
 
 export const DEVICE = Object.freeze({
     VERSION: 0x02,
@@ -74,7 +74,14 @@ export class Controller {
     async setUp() {
         if (this.#wire.hasConsole) await this.#askConsole();
         else await this.#askDevice();
-        this.hasMotion = this.#wire.hasDevice && (await this.readDevice(DEVICE.MOTION_OVERRIDE, 1))[0] > 0;
+        this.hasMotion = this.#wire.hasDevice && (await this.#overrideOfMotion()) > 0;
+    }
+
+    /* 0: the device has no such register. */
+    async #overrideOfMotion() {
+        const { parameters } = await this.#wire.request(read(this.#wire.deviceId, DEVICE.MOTION_OVERRIDE, 1));
+
+        return parameters[0] ?? 0;
     }
 
     async #askConsole() {
@@ -132,11 +139,11 @@ export class Controller {
         return lines;
     }
 
-    /* Reads registers of the device. Throws WireError. */
-    async readDevice(address, count, options) {
-        const { parameters } = await this.#wire.request(read(this.#wire.deviceId, address, count), options);
+    /* Reads registers of the device. Throws Failure or WireError. */
+    async readDevice(address, count) {
+        const { deviceId } = this.#wire;
 
-        return parameters;
+        return parametersOf(deviceId, await this.#wire.request(read(deviceId, address, count)));
     }
 
     /* Writes registers of the device. Returns the error bits of its reply. */
@@ -172,7 +179,7 @@ export class Controller {
 
         while (ids.length && !signal?.aborted) {
             const group = ids.splice(0, SCAN_GROUP);
-            const { parameters } = await this.#wire.request(syncRead(SERVO_ID, 1, group), { timeout: SCAN_MS });
+            const parameters = parametersOf(this.#wire.deviceId, await this.#wire.request(syncRead(SERVO_ID, 1, group), { timeout: SCAN_MS }));
 
             group.forEach((id, index) => parameters[index] !== FAILED && onFound({ id, model: null, rate: null }));
             onProgress(`${total - ids.length} of ${total} IDs asked`);

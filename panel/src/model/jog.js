@@ -2,8 +2,8 @@
 /* Moves one servo while a key is held.
  *
  * The goal runs a little ahead of the present position and is renewed with each feedback. So the servo
- * stops by itself at most 0.25 s later if the page hangs or the port is lost. In endless turn the servo
- * has no goal: it turns until it is told to stop. */
+ * stops by itself at most 0.25 s later if the page hangs or the port is lost. A servo in endless turn has no
+ * goal and is not moved: its card has a slider. */
 
 const AHEAD_S = 0.25; // way that the goal runs ahead, at the speed of the jog
 const AHEAD_MIN = 3; // degrees
@@ -50,19 +50,10 @@ export class Jog {
         const { id, direction, rpm } = this.#move;
         const { robot } = this.#session;
         const servo = robot.servos.get(id);
-        const isDriven = servo?.isEndless ? this.#turn(servo) : this.#go(robot, servo, direction, rpm);
+        const isDriven = !servo?.isEndless && this.#go(robot, servo, direction, rpm);
 
         if (!isDriven) this.#forget(); // a stop, or torque went off
         return isDriven;
-    }
-
-    /* The speed is sent once. */
-    #turn({ id }) {
-        const { robot } = this.#session;
-
-        if (this.#move.isTurning) return robot.servos.get(id).torque === true;
-        this.#move.isTurning = true;
-        return robot.setTurn(id, this.#move.direction * this.#move.rpm);
     }
 
     #go(robot, servo, direction, rpm) {

@@ -96,10 +96,10 @@ export class MotionDesk extends MotionEditor {
     }
 
     async #playByPage() {
-        const { steps } = this;
-        const { poses } = this.motions;
+        if (!this.steps.length) throw new MotionError("motion-no-steps", { detail: this.sequence });
+        const { poses, sequences } = this.motions.partOf(this.sequence); // a copy: poses may be renamed meanwhile
+        const steps = sequences.get(this.sequence);
 
-        if (!steps.length) throw new MotionError("motion-no-steps", { detail: this.sequence });
         this.#usePercent();
         let start = new Map(this.ids.map((id) => [id, this.session.robot.servos.get(id).raw.position]));
 
@@ -214,6 +214,7 @@ export class MotionDesk extends MotionEditor {
     }
 
     async storeAll(textOfQuestion) {
+        if (this.task) return; // the button was pressed twice
         await this.#during("storing", () =>
             this.attempt(async () => {
                 const { motions, store } = this;

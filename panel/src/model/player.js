@@ -107,8 +107,9 @@ export class Player {
     }
 
     #goal(id, raw, rpm) {
-        if (!this.#session.robot.setGoal(id, degreesOf(raw), Math.min(RPM_MAX, rpm)))
-            throw new MotionError("motion-torque", { ids: [id] });
+        if (this.#session.robot.setGoal(id, degreesOf(raw), Math.min(RPM_MAX, rpm))) return;
+        if (this.#session.wire.state !== "ready") throw new MotionError("motion-unanswered");
+        throw new MotionError("motion-torque", { ids: [id] });
     }
 
     async #goTo(positions) {

@@ -78,13 +78,16 @@ function rawInUnit(row, number) {
 
 /* ---- on the wire ---- */
 
+/* The parameters of a reply. Throws Failure if the servo, or the device, has not carried the packet out. */
+export function parametersOf(id, { error, parameters }) {
+    if (error & ERRORS_OF_PACKET) throw new Failure("refused", { id, why: errorNames(error & ERRORS_OF_PACKET).join(", ") });
+    return parameters;
+}
+
 /* Sends a packet to a servo. Returns the parameters of its reply; throws Failure or WireError. */
 async function ask(wire, id, bytes) {
     try {
-        const { error, parameters } = await wire.request(bytes);
-
-        if (error & ERRORS_OF_PACKET) throw new Failure("refused", { id, why: errorNames(error & ERRORS_OF_PACKET).join(", ") });
-        return parameters;
+        return parametersOf(id, await wire.request(bytes));
     } catch (error) {
         throw error.code === "timeout" ? new Failure("servo-silent", { id }) : error;
     }

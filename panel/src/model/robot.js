@@ -14,7 +14,7 @@ import { pause } from "../wire/clock.js";
 import { WireError } from "../wire/wire_error.js";
 import { FEEDBACK, LIMITS, REGISTER, STATE } from "./blocks.js";
 import { DEVICE, LISTED_MAX } from "./controller.js";
-import { Failure, readRegisters, writeRegisters } from "./registers.js";
+import { Failure, parametersOf, readRegisters, writeRegisters } from "./registers.js";
 import { Servo } from "./servo.js";
 import { RAW_MAX, rawOfDegrees, rawOfRpm, rawOfTurn } from "./units.js";
 
@@ -312,7 +312,7 @@ export class Robot extends EventTarget {
     /* Reads a block of all servos. A servo that failed has bytes FF. */
     async #readAll({ address, count }, take) {
         for (const group of groupsOfIds(this.ids, count)) {
-            const { parameters } = await this.#wire.request(syncRead(address, count, group));
+            const parameters = parametersOf(this.#wire.deviceId, await this.#wire.request(syncRead(address, count, group)));
 
             group.forEach((id, index) => {
                 const bytes = parameters.slice(index * count, (index + 1) * count);

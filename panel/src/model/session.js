@@ -176,6 +176,7 @@ export class Session extends EventTarget {
         const mode = controller.modeBefore;
 
         this.#isRenewing = true;
+        this.stopState = "none";
         robot.forget();
         this.notify({ code: "reset" });
         await this.attempt(async () => {

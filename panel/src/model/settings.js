@@ -74,6 +74,7 @@ export class Settings {
 
     /* Puts values in force, {name: value}. Throws CommandError, WireError, or Error with `code`. */
     async apply(changes) {
+        if (this.#session.robot.ids.includes(changes.device_id)) throw settingError("device-id-taken", changes.device_id);
         for (const [name, value] of Object.entries(changes)) {
             this.isSaved = false;
             if (name === "echo" && this.#wire.hasConsole) this.#controller.modeBefore = value;
@@ -121,15 +122,15 @@ export class Settings {
     }
 
     /* Runs `call`, which may change the mode, then takes the mode of the page. If a stop or a reply that does
-     * not come is between, it is taken as soon as the wire is ready again. */
-    async #thenTakeMode(call) {
+     * not come is between, it is taken as soon as the wire is ready again, unless the page must connect again first. */
+    async #thenTakeMode(call, { waits = true } = {}) {
         const controller = this.#controller;
 
         controller.hasOwnMode = false;
         try {
             return await call();
         } finally {
-            while (!(await this.#takeMode(controller))) await controller.wire.whenReady();
+            while (!(await this.#takeMode(controller)) && waits) await controller.wire.whenReady();
             controller.hasOwnMode = true;
         }
     }
@@ -174,7 +175,9 @@ export class Settings {
     }
 
     async #defaultsByConsole(initial) {
-        await this.#thenTakeMode(() => this.#controller.run("defaults"));
+        const waits = this.values.get("host_baud") === initial.get("host_baud");
+
+        await this.#thenTakeMode(() => this.#controller.run("defaults"), { waits });
         this.#controller.modeBefore = initial.get("echo");
     }
 }

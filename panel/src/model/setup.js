@@ -345,31 +345,28 @@ export class Setup extends EventTarget {
             for (const { id, entry, changes } of servos)
                 if (!isSame(changes, await this.#differences(entry))) throw new Failure("backup-changed", { id });
             this.plan = null;
-            this.restored = [];
+            this.restored = servos.flatMap(({ id, changes }) => changes.map(({ row, file }) => ({ id, row, file, why: "ended" })));
             this.registers = null;
-            operation.total = servos.reduce((sum, { changes }) => sum + changes.length, 0);
-            for (const { id, changes } of servos) await this.#restoreServo(operation, id, changes);
+            operation.total = this.restored.length;
+            for (const { id, entry, changes } of servos) if (changes.length) await this.#restoreServo(operation, id, entry);
         });
     }
 
-    async #restoreServo(operation, id, changes) {
-        for (const { row, file } of changes) {
-            if (operation.isEnding()) this.#skip(id, row, file);
-            else await this.#restoreRegister(id, row, file);
+    /* Torque may have been switched on since the file was compared, so the limits are checked again. */
+    async #restoreServo(operation, id, entry) {
+        if (!operation.isEnding()) await this.#differences(entry);
+        for (const outcome of this.restored.filter((one) => one.id === id)) {
+            if (!operation.isEnding()) await this.#restoreRegister(outcome);
             operation.done++;
             this.#change();
         }
         await this.#readBack(id);
     }
 
-    #skip(id, row, file) {
-        this.restored.push({ id, row, file, why: "ended" });
-    }
+    async #restoreRegister(outcome) {
+        const { id, row, file } = outcome;
 
-    async #restoreRegister(id, row, file) {
-        const outcome = { id, row, file, why: "unconfirmed" };
-
-        this.restored.push(outcome);
+        outcome.why = "unconfirmed";
         try {
             await writeRegister(this.session.controller, id, row, file);
             outcome.why = "";

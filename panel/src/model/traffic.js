@@ -8,6 +8,7 @@
  * isUnanswered}. `request`: the row that it answers. `group`: the instruction's name, "line", "stop" or
  * "noise"; a reply has the group of its request. */
 
+import { END } from "../wire/jobs.js";
 import { AT_ERROR, AT_ID, AT_INSTRUCTION, AT_PARAMETERS, INSTRUCTION, repliesDue, toHex } from "../wire/packet.js";
 import { texts } from "../texts/texts.js";
 import { FEEDBACK, LIMITS, STATE } from "./blocks.js";
@@ -17,7 +18,6 @@ import { idsOf, instructionName } from "./decode.js";
 export const ROWS_MAX = 2000;
 export const POLLS_MAX = 400;
 
-const END_OF_REPLY = /^(?:ok|error \d+)/;
 const POLLED = [FEEDBACK, LIMITS, STATE];
 const POLLED_OF_DEVICE = [DEVICE.SAVE, DEVICE.MOTION_PLAY];
 const POLLED_LINE = "servos";
@@ -75,7 +75,8 @@ export class Traffic {
         const row = { number: this.#number++, time, direction, kind, bytes, line: text, status, source, request: null,
             index: 0, ids: [], group: kind, isPolling: false, isError: kind === "noise", isUnanswered: false };
 
-        if (direction === "out") this.#takeOut(row);
+        if (kind === "key") row.group = "line";
+        else if (direction === "out") this.#takeOut(row);
         else if (kind === "packet") this.#takeReply(row, isExpected);
         else if (kind === "line") this.#takeLine(row);
         return row;
@@ -112,7 +113,7 @@ export class Traffic {
 
         row.request = request;
         row.isPolling = request.isPolling && !row.isError;
-        if (END_OF_REPLY.test(row.line)) this.#request = null;
+        if (END.test(row.line)) this.#request = null;
     }
 
     #answer(row) {
@@ -186,6 +187,7 @@ export class Traffic {
         const t = texts.decode;
 
         if (row.kind === "stop") return { name: t.stop, text: "" };
+        if (row.kind === "key") return { name: t.key, text: "" };
         if (row.kind === "noise") return { name: t.noise, text: t.noiseText(row.bytes.length) };
         if (row.kind === "line") return { name: t.line, text: row.line, hex: "" };
         const who = this.decoder.nameOf(row.bytes[AT_ID]);

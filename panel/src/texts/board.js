@@ -73,7 +73,7 @@ export const board = {
     /* What is lost by a setting. */
     risks: {
         bus_baud: "bus_baud: servos that have another rate no longer answer and cannot be switched off one by one; a stop cannot be confirmed for them.",
-        device_id: "device_id 254 switches the virtual device off: there is no feedback, and no stop can be confirmed. Typing settings device_id 253 in the console ends it.",
+        device_id: "device_id 254 switches the virtual device off: there is no feedback, and no stop can be confirmed. Setting it to 253 here ends it.",
     },
     applyAllTheSame: "Apply all the same",
     cancel: "Cancel",

@@ -102,7 +102,7 @@ export const motion = {
     load: "Load from the board",
     exportFile: "Save as a file",
     importFile: "Open a file",
-    room: ({ poses, sequences }) => `The board has room for ${many(poses, "more pose")} and ${many(sequences, "more sequence")}.`,
+    room: ({ poses, sequences }) => `Free on the board: ${many(poses, "pose")}, ${many(sequences, "sequence")}.`,
     storing: "Storing …",
     loading: "Loading …",
     askReplaceBoard: (names) => `The board has other contents under these names: ${names.join(", ")}. Replace them?`,
@@ -164,6 +164,10 @@ export const motionNotices = {
     "motion-joints": ({ count }) => ({
         text: `The poses have ${count} servos. The board stores poses of 18 servos.`,
         remedy: "Delete poses, here or on the board, or take servos out of them.",
+    }),
+    "motion-unanswered": () => ({
+        text: "The controller did not answer in time. The page sends no more goals.",
+        remedy: "Check the cable and the rate, then play again.",
     }),
     "motion-file": ({ line, why }) => ({
         text: `Line ${line} of the file is damaged: ${why}. Nothing was loaded.`,

@@ -95,7 +95,7 @@ export const notice = {
         remedy: "Correct the file, or choose another one.",
     }),
     "limits-move": ({ id }) => ({
-        text: `Servo ${id} has torque and would move: the new angle limits exclude its goal, or begin or end endless turn. Nothing was written.`,
+        text: `Servo ${id} has torque and would move: the new angle limits exclude its goal, or begin or end endless turn. Nothing was written to it.`,
         remedy: "Switch its torque off first.",
     }),
     "backup-changed": (detail) => ({
@@ -110,6 +110,10 @@ export const notice = {
     "setting-refused": ({ setting }) => ({
         text: `The controller did not take the setting ${setting}.`,
         remedy: "Use a value within the range. While a motion is under way, end it first.",
+    }),
+    "device-id-taken": ({ setting }) => ({
+        text: `A servo has the ID ${setting}: with this device_id it could not be reached.`,
+        remedy: "Choose an ID that no servo has.",
     }),
     "not-saved": () => ({
         text: "The settings were not saved: the EEPROM has failed, or a motion is under way.",
@@ -186,7 +190,7 @@ export const notice = {
     }),
     "no-device": () => ({
         text: "The virtual device of the controller is off. There is no feedback, and a stop cannot be confirmed.",
-        remedy: "Type settings device_id 253 in the console, then connect again.",
+        remedy: "Set device_id to 253 in the view Board, or at a terminal, then connect again.",
         level: "warning",
     }),
     console: () => ({

@@ -32,6 +32,7 @@ export const decode = {
     notExpected: (hex) => `No request asked for this. ${hex}`.trim(),
     checksum: (value) => `checksum ${value} is right`,
     stop: "Ctrl-X",
+    key: "key that ends the command",
     noise: "noise",
     noiseText: (count) => `${many(count, "byte")} of no whole packet: damage or noise`,
     line: "line",
@@ -170,7 +171,7 @@ export const packets = {
     keys: "Up and Down: earlier lines. Tab completes.",
     choices: (words) => `One of: ${words.join("  ")}`,
     commands: "All commands",
-    modeOfPage: "Not sent: the page needs bare replies. In the view Board the setting echo chooses the mode after a reset.",
+    useBoard: "The page does not send this line: it needs bare replies and the device. Use the settings of the view Board.",
     ended: "Cancelled: the robot was stopped.",
     notText: "The console takes letters, digits and signs of ASCII only.",
 };

@@ -142,7 +142,7 @@ export const setup = {
     close: "Close",
     why: {
         unconfirmed: "not confirmed: read the registers",
-        ended: "not written: ended",
+        ended: "not written: the restore has ended",
         "servo-silent": "no reply",
         "register-not-taken": "the servo kept another value",
     },

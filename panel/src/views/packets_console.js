@@ -5,7 +5,7 @@
 import { html, nothing } from "lit";
 import { repeat } from "lit/directives/repeat.js";
 import { sendLine } from "../model/by_hand.js";
-import { LineHistory, changesMode, complete } from "../model/console_line.js";
+import { LineHistory, complete, isOfBoard } from "../model/console_line.js";
 import { noticeText, texts } from "../texts/texts.js";
 import { Part } from "./part.js";
 
@@ -77,7 +77,7 @@ class ConsolePart extends Part {
 
     /* Why the page does not send a line; "": it does. */
     #refusal(line) {
-        if (changesMode(line)) return t.modeOfPage;
+        if (isOfBoard(line)) return t.useBoard;
         return /[^\x20-\x7e]/.test(line) ? t.notText : "";
     }
 

@@ -145,7 +145,7 @@ class SendPart extends Part {
         return html`<label>
             ${t.bytes}
             <input class="send-count" type="number" min="1" max=${COUNT_MAX} .value=${String(this.form.count)}
-                @input=${({ target }) => this.#set("count", Math.min(COUNT_MAX, Math.max(1, Number(target.value) || 1)))} />
+                @input=${({ target }) => this.#set("count", Math.min(COUNT_MAX, Math.max(1, Math.trunc(target.value) || 1)))} />
         </label>`;
     }
 

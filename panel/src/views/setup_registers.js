@@ -21,7 +21,7 @@ function rangeText(row) {
 
 class RegistersPart extends SetupPart {
     #edited = null; // {name, unit, raw: texts of the fields, isRaw: which of them was typed}
-    #note = ""; // of the last write
+    #note = {}; // of the last write: {text, registers}; true until registers are read again
 
     /* ---- editing ---- */
 
@@ -29,7 +29,7 @@ class RegistersPart extends SetupPart {
         const raw = rawAt(this.setup.registers.bytes, row);
 
         this.#edited = { name: row.name, unit: shownValue(row, raw).number, raw: String(raw), isRaw: false };
-        this.#note = "";
+        this.#note = {};
         this.requestUpdate();
         this.updateComplete.then(() => this.querySelector(FOCUSED)?.focus());
     }
@@ -88,7 +88,7 @@ class RegistersPart extends SetupPart {
         const isWritten = await this.setup.write(id, row, raw);
 
         if (!isWritten) return;
-        this.#note = t.written(id, row.name);
+        this.#note = { text: t.written(id, row.name), registers: this.setup.registers };
         this.#cancel(row.name);
     };
 
@@ -148,11 +148,13 @@ class RegistersPart extends SetupPart {
         </tr>`;
     }
 
-    #table({ bytes, at }) {
+    #table(registers) {
+        const { bytes, at } = registers;
+        const note = this.#note.registers === registers && this.#note.text;
         const seconds = Math.max(0, Math.round((this.session.clock.now() - at) / 1000));
         const isOld = this.session.isBusy || this.setup.isRunning;
 
-        return html`<p class="hint" role="status">${isOld ? t.oldNow : this.#note || t.readAt(seconds)} ${t.areaHint}</p>
+        return html`<p class="hint" role="status">${isOld ? t.oldNow : note || t.readAt(seconds)} ${t.areaHint}</p>
             <table class=${isOld ? "registers old" : "registers"}>
                 <thead>
                     <tr>

@@ -7,6 +7,7 @@ import {
     AT_ID,
     AT_PARAMETERS,
     BROADCAST_ID,
+    ERRORS_OF_PACKET,
     INSTRUCTION,
     repliesDue,
 } from "./packet.js";
@@ -68,14 +69,14 @@ export class PacketJob extends Job {
         this.replies = [];
     }
 
-    /* True if the status packet answers this job. A reply with error bits may have no parameters. */
+    /* True if the status packet answers this job. That to a packet that was not carried out has no parameters. */
     accepts(status) {
         const index = this.replies.length;
         const id = idDue(this.bytes, index, this.deviceId);
         const count = status.parameters.length;
 
         if (id !== null && status.id !== id) return false;
-        return count === countDue(this.bytes, index) || (status.error !== 0 && count === 0);
+        return count === countDue(this.bytes, index) || ((status.error & ERRORS_OF_PACKET) !== 0 && count === 0);
     }
 
     take(status) {
@@ -107,7 +108,7 @@ export class FenceJob extends PacketJob {
     }
 }
 
-const END = /^(?:ok|error (\d+): ?(.*))$/;
+export const END = /^(?:ok|error (\d+): ?(.*))$/;
 const ALARM = /^alarm (?:\d+|of others): /;
 
 export class LineJob extends Job {
@@ -116,6 +117,7 @@ export class LineJob extends Job {
         this.kind = "line";
         this.line = line;
         this.onLine = options.onLine ?? (() => {});
+        this.keepsLines = options.source !== "hand"; // `monitor` goes on for hours, and its sender takes each line
         this.lines = [];
     }
 
@@ -132,7 +134,7 @@ export class LineJob extends Job {
             this.end({ lines: this.lines, error: end[1] ? { number: Number(end[1]), text: end[2] } : null });
             return true;
         }
-        this.lines.push(text);
+        if (this.keepsLines) this.lines.push(text);
         this.onLine(text);
         return true;
     }

@@ -22,6 +22,7 @@ import { verifyStop } from "./stop.js";
 export const REPLY_MS = 400; // a packet: the slowest reply of 31 servos at 57600 bit/s, and USB
 export const LINE_MS = 3000; // a command: the longest time without a line of its reply
 export const CTRL_X = 0x18;
+const KEY = Uint8Array.of(0x0d); // ends a command
 
 const DEVICE_ID = 253;
 const SILENCE_MS = 200; // an unfinished packet is then given up; a busy machine passes bytes on with gaps
@@ -193,7 +194,8 @@ export class Wire extends EventTarget {
             this.#queue.splice(index, 1);
             job.fail("cancelled");
         } else if (this.#current === job && job.kind === "line") {
-            this.#write(Uint8Array.of(0x0d));
+            this.#write(KEY);
+            this.#emitTraffic("out", "key", { bytes: KEY });
         }
     }
 

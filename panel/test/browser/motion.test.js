@@ -19,7 +19,7 @@ async function start(t, options = {}) {
 
     t.after(() => rmSync(folder, { recursive: true }));
     await robot.page.click("#tab-motion");
-    await shows(robot.page, /room for \d+ more poses/, ".board");
+    await shows(robot.page, /Free on the board: \d+ poses/, ".board");
     return { ...robot, hand: (order) => execFileSync(join(ROOT, "build/host/cds55xx-sim"), ["poke", socket, order]) };
 }
 
@@ -198,7 +198,7 @@ test("the browser asks before it leaves poses that are not stored", async (t) =>
     const asked = questions(page);
 
     await page.reload();
-    await shows(page, /room for \d+ more poses/, ".board");
+    await shows(page, /Free on the board: \d+ poses/, ".board");
     assert.deepEqual(asked, []);
     await page.click("button.capture");
     await shows(page, "pose1", ".pose");

@@ -161,7 +161,7 @@ test("console: a line and its reply, Up, and Tab", async (t) => {
     await page.keyboard.press("Tab");
     await page.waitForFunction(() => document.activeElement?.className !== "console-line");
     await command(page, "mode person");
-    await shows(page, "Not sent: the page needs bare replies", ".console-output");
+    await shows(page, "Use the settings of the view Board", ".console-output");
 });
 
 test("console: a command that goes on is ended", async (t) => {

@@ -97,6 +97,9 @@ test("backup, change, restore", async (t) => {
     await page.waitForSelector(".registers");
     await edit(page, "MIN_VOLTAGE", "6.5");
     await shows(page, "6.5 V", '[data-register="MIN_VOLTAGE"] .value');
+    await shows(page, "MIN_VOLTAGE is written and was read back", "panel-setup-registers");
+    await press(page, ".read-all");
+    await shows(page, "Read just now", "panel-setup-registers");
     await page.waitForSelector(".scope:enabled");
     await page.select(".scope", "all");
     await open(page, path);

@@ -62,6 +62,11 @@ test("parseAlarms: each condition has a remedy", () => {
     ]);
 });
 
+test("texts: one of a kind is not told as many", () => {
+    assert.equal(texts.motion.missing(1), "1 position is missing");
+    assert.equal(texts.motion.room({ poses: 1, sequences: 2 }), "Free on the board: 1 pose, 2 sequences.");
+});
+
 /* ---- settings ---- */
 
 const LINES = { device_id: 253, host_baud: 1, bus_baud: 1, return_delay: 254, repeats: 0, echo: 0, link_loss_ms: 0,
@@ -175,6 +180,7 @@ test("apply: the wire follows another ID of the device", async () => {
     await settings.read();
     await settings.apply({ device_id: 200 });
     assert.equal(session.wire.deviceId, 200);
+    await assert.rejects(settings.apply({ device_id: 1 }), { code: "device-id-taken" });
     await settings.apply({ device_id: 254 });
     assert.equal(session.wire.hasDevice, false);
 });
@@ -188,6 +194,24 @@ test("defaults: in force, not saved, and the page keeps its mode", async () => {
     assert.deepEqual(port.lines, ["defaults", "settings echo 0"]);
     assert.equal(settings.values.get("echo"), 2);
     assert.equal(settings.isSaved, false);
+});
+
+test("defaults: at another host rate the page does not wait for an answer", async () => {
+    const { clock, port, session, settings } = await rig();
+    const { onText } = port;
+
+    await settings.read();
+    port.onText = (line) => {
+        if (line === "defaults") queueMicrotask(() => (port.isMute = true));
+        return port.isMute || onText(line);
+    };
+    let isOver = false;
+    const defaults = settings.defaults().then(() => (isOver = true));
+
+    await clock.advance(60000);
+    assert.ok(isOver);
+    await defaults;
+    assert.ok(session.notices.some(({ code }) => code === "host-rate"));
 });
 
 test("bridge: settings by the registers of the device", async () => {

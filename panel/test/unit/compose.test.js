@@ -57,6 +57,11 @@ test("compose: each instruction", () => {
     assert.equal(hexOf({ instruction: "hex", hex: "01 02 01" }), "FF FF 01 02 01 FB");
 });
 
+test("compose: a hexadecimal value may begin with a letter", () => {
+    for (const [values, bytes] of [["0xff", "FF 00"], ["0xAB", "AB 00"], ["0x1ff", "FF 01"], ["0xFraw", "0F 00"]])
+        assert.equal(hexOf({ instruction: "WRITE", values }).slice(18, -3), bytes, values);
+});
+
 test("compose: takes units of the page and of the console", () => {
     for (const values of ["1000000", "1000000bit/s", "1000000 bps", "1raw"])
         assert.equal(hexOf({ instruction: "WRITE", address: 0x04, values }).slice(0, -3), "FF FF 01 04 03 04 01", values);

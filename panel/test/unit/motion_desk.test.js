@@ -4,6 +4,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { MotionDesk } from "../../src/model/motion_desk.js";
+import { Player } from "../../src/model/player.js";
 import { Session } from "../../src/model/session.js";
 import { tables } from "../support/tables.js";
 
@@ -186,4 +187,41 @@ test("play: the board is asked again after a load that has failed", async () => 
     await desk.play();
     await desk.play();
     assert.equal(loads, 2);
+});
+
+test("play: a pose that is renamed meanwhile does not end a loop", async () => {
+    const { session, desk } = deskWith("up", "down");
+    let passes = 0;
+
+    await desk.addStep();
+    await desk.addStep();
+    desk.setLoop(true);
+    desk.player.play = async (path) => {
+        assert.deepEqual(path.ids, [1]);
+        if (passes === 0) desk.motions.renamePose("up", "top");
+        return ++passes < 3;
+    };
+    await desk.play();
+    assert.equal(passes, 3);
+    assert.deepEqual(session.notices, []);
+});
+
+test("storeAll: a button pressed twice stores once", async () => {
+    const { desk } = deskWith("up");
+    let loads = 0;
+
+    desk.store.load = () => new Promise(() => loads++);
+    desk.storeAll();
+    desk.storeAll();
+    assert.equal(loads, 1);
+});
+
+test("play: a goal that the wire does not take names the controller, not torque", async () => {
+    const servo = { torque: true, isEndless: false, raw: { position: 512 } };
+    const session = Object.assign(new EventTarget(), {
+        isConnected: true, stopState: "none", clock: { now: () => 0 }, wire: { state: "synchronising" },
+        robot: { isInhibited: false, servos: new Map([[1, servo]]), setGoal: () => false },
+    });
+
+    await assert.rejects(new Player(session).goTo(new Map([[1, 600]])), { code: "motion-unanswered" });
 });

@@ -106,6 +106,27 @@ test("feedback: an error of the page is told and does not end it", async () => {
     assert.equal(servo.raw.position, 0x207);
 });
 
+test("feedback: the reply to a packet that was not carried out is no data", async () => {
+    const { robot, port, clock, wire, notices } = await rig();
+    const controller = new Controller(wire, tables());
+    const resets = [];
+    const found = [];
+
+    robot.addEventListener("reset", () => resets.push(1));
+    await clock.advance(1000);
+    port.onPacket = (bytes) => {
+        port.answer(status(bytes[2] === 254 ? 253 : bytes[2], 0x40)); // instruction error
+        return true;
+    };
+    const code = controller.scanByPackets({ onFound: (servo) => found.push(servo) }).then(() => "ok", (error) => error.code);
+
+    await clock.advance(2000);
+    assert.deepEqual([await code, found, resets], ["refused", [], []]);
+    assert.equal(robot.servos.get(1).presence, "online");
+    assert.equal(robot.device.resetCause, 0);
+    assert.ok(notices.some((notice) => notice.code === "refused"));
+});
+
 test("feedback: ends when the port is lost", async () => {
     const { port, clock } = await rig();
 

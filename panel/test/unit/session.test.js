@@ -269,6 +269,17 @@ for (const [what, reset] of Object.entries(resets))
         assert.equal(session.isInhibited, false);
     });
 
+test("reset: without device a stop before it is not shown any more", async () => {
+    const { clock, port, session } = await rig();
+
+    session.wire.hasDevice = false;
+    session.stopState = "unverified";
+    assert.equal(session.isInhibited, true);
+    port.say("cds55xx 0.1.0 test");
+    await clock.advance(100);
+    assert.equal(session.isInhibited, false);
+});
+
 test("reset: a scan of the user that finds nothing is none", async () => {
     const { clock, port, session } = await stopped();
     let isForgotten = false;

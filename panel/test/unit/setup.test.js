@@ -309,7 +309,7 @@ test("restore: a stop ends it, the rest is not written", async () => {
     session.stop();
     await finish(clock, restored);
     assert.equal(setLines(port).length, 1);
-    assert.deepEqual(setup.restored.map(({ why }) => why), ["unconfirmed"]);
+    assert.deepEqual(setup.restored.map(({ why }) => why), ["unconfirmed", "ended"]);
     assert.ok(codes(session).includes("stopped"));
 });
 
@@ -346,4 +346,39 @@ test("another connection: nothing of the last one is shown", async () => {
     await clock.advance(1000);
     await connected;
     assert.equal(setup.registers, null);
+});
+
+/* A restore of MIN_VOLTAGE of servos 1 to 3; `onSet(port, session)` is called at the first command `set`. */
+async function restoring(onSet) {
+    let calls = 0;
+    let it = null;
+
+    it = await rig({ onText: (line, port) => Boolean(line.startsWith("set ") && calls++ === 0 && onSet(port, it.session)) });
+    const file = await finish(it.clock, it.setup.backup(null));
+
+    for (const id of [1, 2, 3]) it.port.servos.get(id).set([65, 150], MIN_VOLTAGE);
+    for (const id of [1, 2, 3]) it.port.servos.get(id).set([0, 2], 8); // CCW_ANGLE_LIMIT
+    await finish(it.clock, it.setup.compare(file, null));
+    await finish(it.clock, it.setup.restore(), 3000);
+    return it;
+}
+
+test("restore: what a stop or a lost port leaves unwritten is shown", async () => {
+    for (const onSet of [(port, session) => session.stop(), (port) => port.unplug()]) {
+        const { setup } = await restoring((...all) => (onSet(...all), true));
+
+        assert.equal(setup.restored.length, 9);
+        assert.deepEqual(setup.restored.map(({ why }) => why), ["unconfirmed", ...new Array(8).fill("ended")]);
+    }
+});
+
+test("restore: torque that is switched on meanwhile refuses limits that would move the servo", async () => {
+    const { setup, port, session } = await restoring((port) => {
+        port.servos.get(3)[TORQUE] = 1;
+        port.servos.get(3).set([0, 0], 8); // endless turn, which the file ends
+    });
+
+    assert.ok(codes(session).includes("limits-move"));
+    assert.ok(setup.restored.filter(({ id }) => id === 3).every(({ why }) => why === "ended"));
+    assert.ok(setLines(port).every((line) => !line.startsWith("set 3")));
 });

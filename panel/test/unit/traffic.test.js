@@ -142,6 +142,21 @@ test("rows: a stop does not make the packet before it an error", () => {
     assert.equal(r.shown()[1], "Ctrl-X");
 });
 
+test("rows: lines behind one that begins with ok belong to the same reply, and a key ends none", () => {
+    const traffic = new Traffic(decoder);
+    const take = (direction, kind, more) => traffic.take({ direction, kind, time: 0, ...more });
+    const request = take("out", "line", { text: "counters", bytes: [], source: "hand" });
+
+    take("in", "line", { text: "ok 1517, of these 4 by scan and diagnose" });
+    const key = take("out", "key", { bytes: [0x0d] });
+
+    assert.equal(take("in", "line", { text: "timeouts 3" }).request, request);
+    assert.equal(take("in", "line", { text: "ok" }).request, request);
+    assert.equal(take("in", "line", { text: "alarm 3: overload" }).request, null);
+    assert.ok(!request.isUnanswered);
+    assert.match(traffic.describe(key).name, /key/);
+});
+
 test("filter: hides polling, not the same requests by hand", () => {
     const r = rig();
 

@@ -127,6 +127,9 @@ test("send: an empty field is no error and cannot be sent", () => {
     assert.deepEqual(shown({ instruction: "PING" }), [undefined, false]);
     assert.deepEqual(shown({ instruction: "hex" }), ["", true]);
     assert.deepEqual(shown({ instruction: "WRITE" }), ["Write the values.", true]);
+    part.form = { ...part.form, instruction: "READ", ids: "1" };
+    valuesOf(part.render()).findLast(([before]) => before.endsWith("@input="))[1]({ target: { value: "1.5" } });
+    assert.equal(part.form.count, 1);
     for (const form of [{ instruction: "hex", hex: "01" }, { instruction: "WRITE", values: "150," }, { instruction: "WRITE", ids: "x" }]) {
         const [error, isOff] = shown(form);
 

@@ -298,6 +298,15 @@ test("request: garbage and a damaged reply end as a timeout", async () => {
 
 /* ---- commands ---- */
 
+test("command: lines of a user are passed on and not kept", async () => {
+    const { wire, port } = await rig();
+    const taken = [];
+    const linesOf = async (source) => (await wire.command("servos", { source, onLine: (text) => taken.push(text) })).lines;
+
+    port.addServo(1);
+    assert.deepEqual([await linesOf("hand"), await linesOf("page"), taken.length], [[], ["servo 1: online"], 2]);
+});
+
 test("command: lines, then ok", async () => {
     const { wire, port } = await rig();
     const lines = [];
