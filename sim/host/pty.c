@@ -178,8 +178,7 @@ void pty_report(const struct pty *pty, FILE *out)
     fprintf(out, "pty:     %" PRIu64 " bytes from clients, %" PRIu64 " to clients\n", pty->bytes_in,
             pty->bytes_out);
     if (pty->lost) {
-        fprintf(out, "pty:     %" PRIu64 " bytes lost: the client did not read them\n",
-                pty->lost);
+        fprintf(out, "pty:     %" PRIu64 " bytes lost: the client did not read them\n", pty->lost);
     }
     if (pty->flushes) {
         fprintf(out,

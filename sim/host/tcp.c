@@ -148,8 +148,7 @@ void tcp_report(const struct tcp *tcp, FILE *out)
     fprintf(out, "tcp:     %" PRIu64 " bytes from clients, %" PRIu64 " to clients\n", tcp->bytes_in,
             tcp->bytes_out);
     if (tcp->lost) {
-        fprintf(out, "tcp:     %" PRIu64 " bytes lost: the client did not read them\n",
-                tcp->lost);
+        fprintf(out, "tcp:     %" PRIu64 " bytes lost: the client did not read them\n", tcp->lost);
     }
     if (tcp->refused) {
         fprintf(out, "tcp:     %" PRIu32 " clients refused: another one was connected\n",
