@@ -35,8 +35,8 @@ static void uart_print(const char *text)
     }
 }
 
-/* Adds the byte that has come to the line. True: the line is complete. Too long a line loses its
- * end. */
+/* Adds the byte that has come to the line. True: the line is complete. A line of more than 15
+ * characters is empty then, which obey() refuses: a part of a number is another number. */
 static bool has_line(char line[16])
 {
     static uint8_t length;
@@ -48,12 +48,14 @@ static bool has_line(char line[16])
     if (byte == '\r' || byte == '\n') {
         bool any = length > 0;
 
-        line[length] = 0;
+        line[length <= 15 ? length : 0] = 0;
         length = 0;
         return any;
     }
     if (length < 15)
-        line[length++] = byte;
+        line[length] = byte;
+    if (length <= 15)
+        length++;
     return false;
 }
 
@@ -88,14 +90,14 @@ static bool turn(int16_t left_rpm, int16_t right_rpm)
     return good;
 }
 
-/* False: the line has not two numbers from -60 to 60, or turn() fails. */
+/* False: the line is not two numbers from -60 to 60, or turn() fails. */
 static bool obey(const char *line)
 {
     char *first_end, *end;
     long left = strtol(line, &first_end, 10), right = strtol(first_end, &end, 10);
 
-    return end != first_end && labs(left) <= FASTEST_RPM && labs(right) <= FASTEST_RPM &&
-           turn((int16_t)left, (int16_t)right);
+    return end != first_end && *end == 0 && labs(left) <= FASTEST_RPM &&
+           labs(right) <= FASTEST_RPM && turn((int16_t)left, (int16_t)right);
 }
 
 int main(void)

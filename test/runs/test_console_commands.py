@@ -187,7 +187,7 @@ SCRIPT = {
                 + "@expect rule collision\n"  # all that there are answer its broadcast PING
                 + "@power off\ndiagnose 1\n" + text("finding 9: no servo answers") + "@power on\n"
                 + "@wait 10\n@supply 1 5.5\n@wait 5\ndiagnose 1\n" + text("finding 14:")
-                + text("ID 1 at 1000000bps, supply mV 5500") + "@supply 1 12\n@wait 5\n",
+                + text("ID 1 at 1000000bps, supply 5500 mV") + "@supply 1 12\n@wait 5\n",
     "scan": "scan\n" + text("id 1 model 1") + text("id 2 model 1") + text("id 3 model 1")
             + text("3 found, 254 asked") + "baud 3 57600\nbus 1000000\nscan all\n"
             + text("id 2 model 1 at 1000000bps") + text("id 3 model 1 at 57143bps")

@@ -47,7 +47,7 @@
     X(ERROR_BOTH, 52, "servos answer at old and new ID or rate",                                   \
       "two servos had one ID: connect one of them alone")                                          \
     X(ERROR_FORCE, 53, "nothing was reset",                                                        \
-      "all servos would have ID 1; to do so: 'factory 254 force'")                                 \
+      "all servos would get ID 1; 'factory 254 force' sends it")                                   \
     X(ERROR_STOPPED, 54, "stopped: driving is inhibited",                                          \
       "remove the cause, then 'release', and set torque and goals again")                          \
     X(ERROR_OMITTED, 55, "not in this firmware",                                                   \
@@ -102,7 +102,7 @@
     X(ERROR_OVERRIDE, 82, "percentage of the speed out of range", "give 10 to 200%")               \
     X(ERROR_ABSENT, 81, "a servo of the pose is not in the group",                                 \
       "'pose show NAME' prints the 'group' that the pose needs")                                   \
-    X(ERROR_SOME, 87, "not all servos of the list did it",                                         \
+    X(ERROR_SOME, 87, "some servos of the list failed",                                            \
       "the lines above name the servos that failed, and why")                                      \
     X(ERROR_NO_SERVO, 88, "no servo answers at any rate",                                          \
       "check power, plug, wiring; then 'new' with this servo alone, 'scan rescue' or 'diagnose'")  \

@@ -6,9 +6,9 @@
 #include "console/commands/shared.h"
 #include "console/messages.h"
 
-static const CDS_FLASH char message_waits[] = ", return delay us %u";
-static const CDS_FLASH char message_supply[] = ", supply mV %u";
-static const CDS_FLASH char message_hot[] = ", hot C %u";
+static const CDS_FLASH char message_waits[] = ", return delay %u us";
+static const CDS_FLASH char message_supply[] = ", supply %u mV";
+static const CDS_FLASH char message_hot[] = ", temperature %u C";
 static const CDS_FLASH char message_finding_place[] = "ID %u at %b%s";
 static const CDS_FLASH char message_tally[] = "asked %u, answered %u, damaged %u, silent %u";
 static const CDS_FLASH char message_finding_is[] = "finding %u: %s";

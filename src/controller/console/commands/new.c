@@ -19,6 +19,7 @@ static const CDS_FLASH char message_found[] =
 static const CDS_FLASH char message_delay[] = "step 2 of 4: return delay %u us";
 static const CDS_FLASH char message_step_id[] = "step 3 of 4: ID %u becomes %u";
 static const CDS_FLASH char message_rate[] = "step 4 of 4: rate %b becomes %b";
+static const CDS_FLASH char message_rate_kept[] = "step 4 of 4: the rate is %b already";
 static const CDS_FLASH char message_done[] = "servo %u is set up and joins the robot, at %b";
 static const CDS_FLASH char message_new_found[] = "id %u at %b";
 
@@ -88,7 +89,8 @@ static void print_step(struct printer *printer, const struct new_servo *servo, u
     case NEW_SERVO_SET_RATE:
         values[0].number = servo->found[0].baud_reg;
         values[1].number = servo->home_baud_reg;
-        printer_line(printer, message_rate);
+        printer_line(printer,
+                     values[0].number == values[1].number ? message_rate_kept : message_rate);
         break;
     default: break;
     }

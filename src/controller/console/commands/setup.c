@@ -12,7 +12,7 @@ static const CDS_FLASH char message_unchanged_place[] = "unchanged: ID %u at %b"
 static const CDS_FLASH char message_written[] = "written";
 static const CDS_FLASH char message_unchanged[] = "unchanged";
 
-/* ---- ID, baud rate, factory values: a transaction ---- */
+/* ---- ID, baud rate, factory values: an operation of several transactions ---- */
 
 static enum cds_result end_reset(struct robot *robot, enum cds_result result)
 {
