@@ -230,6 +230,7 @@ class Examples(unittest.TestCase):
     def test_examples_of_one_file_by_the_line_of_the_docs(self):
         text = (ROOT / "docs/linking.md").read_text()
         line = re.search(r"\n(avr-gcc .*(?:\\\n.*)*)\n```", text)[1]
+        shutil.copy(PREFIX / "share/cds55xx/examples/stop_report.h", self.folder)
         for name, servos in [("robot", "1-12"), ("two_joints", "1,2"), ("timed_move", "1,2"),
                              ("keyframes", "1-3")]:
             shutil.copy(PREFIX / f"share/cds55xx/examples/{name}.c", self.folder)

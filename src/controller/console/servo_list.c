@@ -99,11 +99,11 @@ static uint8_t take_word(struct command_line *line, const struct token *token)
 
 static uint8_t take(struct command_line *line, const struct token *token, uint8_t highest)
 {
-    static const CDS_FLASH char old[] = "OLD";
+    static const CDS_FLASH char old_id[] = "OLD";
     uint16_t value = 0;
     uint8_t id, error;
 
-    if (parse_has_name(line->usage, old)) { // no list: several servos cannot get one ID
+    if (parse_has_name(line->usage, old_id)) { // no list: several servos cannot get one ID
         error = number_whole(token, CDS_ID_MAX, &value);
         line->id = (uint8_t)value;
         return error;

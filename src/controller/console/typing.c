@@ -14,7 +14,7 @@
 /* Columns of a list of names. */
 #define LIST_WIDTH 72
 
-static const CDS_FLASH char new_line[] = "\r\n";
+static const CDS_FLASH char typed_new_line[] = "\r\n";
 static const CDS_FLASH char did_you_mean[] = "; did you mean ";
 
 /* ---- completion ---- */
@@ -121,7 +121,7 @@ static bool decide(struct console *console)
     }
     memset(&job->names, 0, sizeof job->names);
     job->phase = LISTING;
-    printer_flash(&console->printer, new_line);
+    printer_flash(&console->printer, typed_new_line);
     return true;
 }
 
@@ -131,7 +131,7 @@ static void list(struct console *console)
     const struct token *name = &job->names.name;
 
     if (job->column + name->length > LIST_WIDTH) {
-        printer_flash(&console->printer, new_line);
+        printer_flash(&console->printer, typed_new_line);
         job->column = 0;
     }
     for (uint8_t i = 0; i < name->length; i++)
@@ -143,7 +143,7 @@ static void list(struct console *console)
 
 static bool end_list(struct console *console)
 {
-    printer_flash(&console->printer, new_line);
+    printer_flash(&console->printer, typed_new_line);
     line_editor_redraw(&console->editor);
     console_prompt(console);
     return end(console);

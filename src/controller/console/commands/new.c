@@ -13,7 +13,7 @@ static const CDS_FLASH char message_mend_all[] =
     "a servo answers before this board listens: return delay is written, then search again";
 static const CDS_FLASH char message_delay_written[] =
     "its reply is damaged: return delay is written without a reply";
-static const CDS_FLASH char message_found[] =
+static const CDS_FLASH char message_new_found_at[] =
     "one ID answers: ID %u at %b; if several servos are connected, unplug all but one: identical "
     "servos cannot be told apart";
 static const CDS_FLASH char message_delay[] = "step 2 of 4: return delay %u us";
@@ -75,7 +75,7 @@ static void print_step(struct printer *printer, const struct new_servo *servo, u
     case NEW_SERVO_CHECK:
         values[0].number = servo->found[0].id;
         values[1].number = servo->found[0].baud_reg;
-        printer_line(printer, message_found);
+        printer_line(printer, message_new_found_at);
         break;
     case NEW_SERVO_SET_DELAY:
         values[0].number = (uint16_t)(2u * servo->config.return_delay);
