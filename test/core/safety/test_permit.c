@@ -1256,20 +1256,20 @@ void test_while_paused_replies_tell_nothing(void)
     refuse(CDS_INHIBITED, torque(1)); // driving stays inhibited
 }
 
-void test_news_count_errors_and_presence_only(void)
+void test_event_count_counts_errors_and_presence_only(void)
 {
     uint8_t event_count;
 
     pass(cds_servo_ping(&bus, &request, 1));
-    news = servos.event_count;
+    event_count = servos.event_count;
     pass(cds_servo_ping(&bus, &request, 1));
     pass(byte(1, CDS_REG_LED, 1));
-    TEST_ASSERT_EQUAL_UINT8(news, servos.event_count);
+    TEST_ASSERT_EQUAL_UINT8(event_count, servos.event_count);
     go_offline(1);
-    TEST_ASSERT_EQUAL_UINT8(news + 1, servos.event_count);
+    TEST_ASSERT_EQUAL_UINT8(event_count + 1, servos.event_count);
     port_fake_answer(&bus.link, 2, CDS_ERROR_OVERLOAD, NULL, 0);
     look();
-    TEST_ASSERT_EQUAL_UINT8(news + 2, servos.event_count);
+    TEST_ASSERT_EQUAL_UINT8(event_count + 2, servos.event_count);
 }
 
 /* ---- blocks of a SYNC WRITE ---- */

@@ -1537,11 +1537,11 @@ void test_acknowledge_without_alarms_is_no_news(void)
 
     TEST_ASSERT_EQUAL_HEX8(0, cds_servos_acknowledge(&servos, NULL));
     TEST_ASSERT_EQUAL_HEX8(0, cds_servos_acknowledge(&servos, one));
-    TEST_ASSERT_EQUAL_UINT8(news, servos.event_count);
+    TEST_ASSERT_EQUAL_UINT8(event_count, servos.event_count);
     answer(cds_servo_ping(&bus, &request, 1), 1, CDS_ERROR_OVERLOAD);
-    news = servos.event_count;
+    event_count = servos.event_count;
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, cds_servos_acknowledge(&servos, one));
-    TEST_ASSERT_EQUAL_UINT8(news + 1, servos.event_count);
+    TEST_ASSERT_EQUAL_UINT8(event_count + 1, servos.event_count);
 }
 
 void test_settled_id_frees_its_entry_for_the_last_one(void)
