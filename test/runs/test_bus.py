@@ -171,7 +171,7 @@ class Clients(unittest.TestCase):
             replies = port.receive(500 * 56, 0.1)
             self.assertNotIn("lost", sim.end())
             self.assertGreater(len(replies), 400 * 56)
-            self.assertIn(f"{500 * 8} bytes from clients, {len(replies)} for them", sim.output)
+            self.assertIn(f"{500 * 8} bytes from clients, {len(replies)} to clients", sim.output)
 
     def test_the_end_has_a_summary_by_sigint_and_by_sigterm(self):
         for number in [signal.SIGINT, signal.SIGTERM]:

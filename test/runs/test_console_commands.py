@@ -230,7 +230,7 @@ SCRIPT = {
              + "pose 100 110 120\n" + servo("1 GOAL_POSITION 341") + servo("3 GOAL_POSITION 409")
              + error(43, "scan") + error(43, "id 1 9") + error(43, "group 1") + error(43, "diagnose")
              + error(43, "move 1 90") + error(43, "turn 1 10rpm") + error(43, "move 254 90")
-             + error(43, "settings bus_baud 34") + error(43, "bus 57600") + error(43, "cycle every 4ms") + error(43, "servos forget")
+             + error(43, "bus 57600") + error(43, "cycle every 4ms") + error(43, "servos forget")
              + "led 1 off\n" + servo("1 LED 0") + "cycle off\n" + error(44, "cycle"),
     "stop": "torque 254 on\n" + servo("1-3 torque on") + "stop\n" + servo("1-3 torque off")
             + "servos\n" + text("servo 2: online, torque off, inhibited: stopped") + error(54, "torque 1 on")
