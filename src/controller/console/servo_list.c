@@ -169,12 +169,14 @@ static bool goes_on(struct command_line *line, const struct token *token)
 /* In `get 1 30` and `set 1 5 10` the last numbers are address and value. */
 static void end(struct command_line *line)
 {
+    static const CDS_FLASH char register_argument[] = "REG";
     struct number value = {.kind = NUMBER_BARE};
     bool has_value;
 
     if (!line->list_is_open)
         return;
-    has_value = line->usage[sizeof "REG" - 1] == ' '; // of a usage with a REG
+    has_value = parse_has_name(line->usage, register_argument) &&
+                line->usage[sizeof "REG" - 1] == ' '; // else the usage may end before
     if (!may_hold_address(line, (uint8_t)(1 + has_value)))
         return;
     if (has_value)
