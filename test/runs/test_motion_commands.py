@@ -527,7 +527,7 @@ class Play(Motion):
                     "motion wait\n")
 
     def test_time_of_too_many_digits_has_no_range(self):
-        run = self.run_on(SWEEP + "! pose low in 99999999999s\n@expect text error 33: TIME 99999999999s: number out of range\n")
+        run = self.run_on(SWEEP + "! pose low in 99999999999s\n@expect text error 33: TIME '99999999999s': number out of range\n")
         self.assertNotIn("0 to 0", run.output)
 
     def test_loss_of_the_host_link_ends_the_motion(self):
