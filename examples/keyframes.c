@@ -54,7 +54,7 @@ static bool read_frame(void *context, uint8_t index, struct cds_sequence_step *s
 static void poll_sequence(struct cds_robot *self)
 {
     if (cds_sequence_poll(&sequence) != CDS_PENDING)
-        cds_robot_stop(self); // sequence.result tells why, for motion.joint
+        cds_robot_stop(self); // stop_report() tells why
 }
 
 static void on_event(struct cds_robot *self)

@@ -29,11 +29,6 @@ static void gait(uint16_t period)
         cds_robot_set_goal_mdeg(&robot, joint, (swing - 128) * 293l);
 }
 
-static void on_event(struct cds_robot *self)
-{
-    stop_report_note(self);
-}
-
 int main(void)
 {
     uint16_t now = 0;
@@ -41,7 +36,7 @@ int main(void)
     cds_avr_clock_open();
     sei();
     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
-    robot.on_event = on_event;
+    robot.on_event = stop_report_note;
     cds_robot_start(&robot);
     while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED)
         if (robot.state == CDS_ROBOT_RUNNING && (uint16_t)robot.cycle.counters.periods != now) {

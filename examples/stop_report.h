@@ -7,8 +7,9 @@
  *
  *     motion: joint 1, base: the limits of the servo do not permit this, it needs 1282 ms
  *
- * Call stop_report_note() from on_event, and stop_report() when the main loop has ended: it waits
- * for each character. On a board without a host USART it tells nothing. */
+ * stop_report_note() is the program's on_event, or is called from it. Call stop_report() when the
+ * main loop has ended: it waits for each character. On a board without a host USART it tells
+ * nothing. */
 #ifndef STOP_REPORT_H
 #define STOP_REPORT_H
 
@@ -22,9 +23,11 @@
 /* The first event that stops the robot; kind CDS_ROBOT_EVENT_STARTED: there was none. */
 static struct cds_robot_event stop_report_event;
 
-static inline void stop_report_note(const struct cds_robot *robot)
+static inline void stop_report_note(struct cds_robot *robot)
 {
-    if (stop_report_event.kind == CDS_ROBOT_EVENT_STARTED &&
+    bool is_tolerated = robot->tolerates & 1u << robot->event.kind;
+
+    if (stop_report_event.kind == CDS_ROBOT_EVENT_STARTED && !is_tolerated &&
         robot->event.kind != CDS_ROBOT_EVENT_STOPPED)
         stop_report_event = robot->event;
 }

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Checks, and documents that are made from tables.
 
-FORMATTED := $(wildcard include/cds55xx/*.h include/cds55xx/*/*.h src/*/*.[ch] src/*/*/*.[ch] src/*/*/*/*.[ch] sim/*.[ch] sim/*/*.[ch] boards/*/*.h examples/*.c examples/*/*.c \
+FORMATTED := $(wildcard include/cds55xx/*.h include/cds55xx/*/*.h src/*/*.[ch] src/*/*/*.[ch] src/*/*/*/*.[ch] sim/*.[ch] sim/*/*.[ch] boards/*/*.h examples/*.[ch] examples/*/*.c \
 	test/*/*.[ch] test/*/*/*.[ch] arduino/*.h arduino/*.cpp arduino/examples/*/*.ino test/firmware/arduino/*.ino)
 
 # Each public header compiles alone, as C99 and as C++11.

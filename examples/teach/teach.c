@@ -3,7 +3,7 @@
  *
  * 1. Torque is off. Turn the joints, then hold them still for a second: the LEDs of the servos
  *    light up for half a second, and the pose is learnt. A pose with a joint beyond its limits is
- * not learnt.
+ *    not learnt.
  * 2. After three poses the LEDs light up for two seconds. Take your hands away: the robot switches
  *    torque on and plays the poses until you switch its power off.
  * 3. If a servo fails, reports an alarm or is blocked, the robot switches torque off for all servos

@@ -56,7 +56,7 @@ struct cds_health {
     bool is_chosen;      // `sought` was not asked yet
     bool is_running;     // begun, and not aborted
     uint8_t asked; // presence of the servo asked last when it was asked; CDS_PRESENCE_OFFLINE:
-                   // its answer was taken, or needs no more
+                   // nothing is left to do with its answer
     uint8_t packet[CDS_PACKET_SIZE(2)];
     uint8_t reply; // to the READ
 };

@@ -240,9 +240,10 @@ static inline bool cds_motion_is_busy(const struct cds_motion *motion)
  *   CDS_PENDING    a move is under way or paused
  *   CDS_OK         the last goals were sent, or nothing has moved yet
  *   CDS_CANCELLED  aborted; the joints stand still
- *   CDS_LIMIT, CDS_INHIBITED  the permit refused a goal of motion.joint; the other joints have
- *                  stopped where they were
- *   CDS_INHIBITED  also: the cycle was aborted, or begun again
+ *   CDS_LIMIT      the permit refused a goal of motion.joint; the other joints have stopped where
+ *                  they were
+ *   CDS_INHIBITED  the permit refused a goal of motion.joint in this way, or the cycle was aborted
+ *                  or begun again
  *   CDS_TIMEOUT    when the move began, the last feedback of motion.joint was older than 0.5 s */
 enum cds_result cds_motion_poll(struct cds_motion *motion);
 

@@ -118,8 +118,8 @@ enum cds_robot_state {
 /* What has happened to a robot. */
 enum cds_robot_event_kind {
     CDS_ROBOT_EVENT_STARTED,      // torque is on
-    CDS_ROBOT_EVENT_START_FAILED, // `joint` is not well: `why`, `result`. One event for each such
-                                  // joint
+    CDS_ROBOT_EVENT_START_FAILED, // `joint` has failed the check: `why`, `result`, `alarms`. One
+                                  // event for each such joint
     CDS_ROBOT_EVENT_ALARM,        // `joint` reports CDS_ERROR_* bits of a condition: `alarms`
     CDS_ROBOT_EVENT_OFFLINE,      // `joint` does not answer any more
     CDS_ROBOT_EVENT_STATE_LOST,   // `joint` had torque on and has it off: power failed, or an alarm
@@ -175,7 +175,7 @@ struct cds_robot {
     uint8_t last_event_count;              // servos.event_count when the last round of checks began
     uint8_t blind_delay_writes;            // WRITEs of the return delay of `joint` without a reply
     bool is_delay_written;                 // return delay of `joint`, after it was read
-    bool has_failed;                       // a joint is not well
+    bool has_failed;                       // a joint has failed the check
     bool has_goals;                        // goals were set and not committed
     uint32_t begun_us;                     // when the start began
     uint32_t blocked_us;                   // since when the line is not quiet and nothing was sent

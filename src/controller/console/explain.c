@@ -2,13 +2,12 @@
 /* Errors with servo, argument, value and range; see explain.h. */
 #include "console/explain.h"
 
-#include <string.h> // memchr(), size_t
-
 #include "cds55xx/control_table.h"   // cds_register_at()
 #include "console/commands/shared.h" // setting_is_rate()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
+#include "console/mistake.h"
 #include "console/number_format.h"
 #include "robot/settings.h" // settings_table
 
@@ -19,17 +18,6 @@ static const CDS_FLASH char message_to[] = " to ";
 static const CDS_FLASH char message_subject_end[] = ": ";
 static const CDS_FLASH char message_ms[] = "ms";
 static const CDS_FLASH char message_too_fine[] = "has more decimals than the command takes";
-static const CDS_FLASH char message_one_servo[] =
-    "this command takes one servo, no list; send it once for each";
-static const CDS_FLASH char message_reversed[] =
-    "the range begins with the larger ID; write the smaller one first";
-static const CDS_FLASH char message_comma[] = "a number has a point, no comma; write ";
-static const CDS_FLASH char message_or_spaces[] = ", or spaces between angles";
-static const CDS_FLASH char message_no_unit[] =
-    "this setting takes a number without unit; 'settings' shows the unit";
-static const CDS_FLASH char message_known_id[] =
-    "ID %u is in the list of the robot's servos; choose another ID, or empty the list by 'servos "
-    "forget'";
 
 /* The values an argument may have. */
 struct range {
@@ -86,8 +74,7 @@ static bool range_of_register(uint8_t address, bool in_unit, struct range *range
     return true;
 }
 
-/* True if the command is `settings`: `set` and `restore` have a VALUE, too. */
-static bool is_settings(const struct command_line *line)
+bool explain_is_settings(const struct command_line *line)
 {
     return line->command->usage[0] == 's' && line->command->usage[sizeof "set" - 1] == 't';
 }
@@ -124,7 +111,7 @@ static bool range_of(const struct command_line *line, const CDS_FLASH char *name
         *range = (struct range){0, CDS_VALUE_MAX, CDS_UNIT_MRPM};
         return true;
     }
-    if (parse_has_name(name, value) && is_settings(line)) {
+    if (parse_has_name(name, value) && explain_is_settings(line)) {
         *range = range_of_setting(line);
         return true;
     }
@@ -273,133 +260,6 @@ static bool is_of_servo(const struct console *console)
     return error < ERROR_UNKNOWN_COMMAND && error != CDS_NO_ROOM;
 }
 
-/* ---- mistakes that have a text of their own ---- */
-
-enum mistake {
-    MISTAKE_NONE,
-    MISTAKE_LIST,     // a list of servos where one is due
-    MISTAKE_REVERSED, // "3-1"
-    MISTAKE_COMMA,    // "90,5"
-    MISTAKE_UNIT,     // of a setting
-    MISTAKE_KNOWN_ID, // `id` to the ID of another known servo
-} __attribute__((packed));
-
-/* Reads digits from *at on, which it moves behind them. Returns the number, or UINT16_MAX if there
- * is none from 0 to 253. */
-static uint16_t take_id(const struct token *token, uint8_t *at)
-{
-    uint8_t begin = *at;
-    uint16_t id = 0;
-
-    for (; *at < token->length && (uint8_t)(token->text[*at] - '0') <= 9; ++*at)
-        if (id <= CDS_ID_MAX)
-            id = (uint16_t)(10 * id + (uint8_t)(token->text[*at] - '0'));
-    return *at > begin && id <= CDS_ID_MAX ? id : UINT16_MAX;
-}
-
-/* The mistake in a word that should be one ID or a list of IDs. */
-static enum mistake mistake_in_list(const struct token *token)
-{
-    enum mistake mistake = MISTAKE_NONE;
-
-    for (uint8_t at = 0; at < token->length; at++) { // the loop leaves ',' out
-        uint16_t first = take_id(token, &at), last = first;
-        bool is_range = at < token->length && token->text[at] == '-';
-
-        if (is_range) {
-            at++;
-            last = take_id(token, &at);
-        }
-        if (first == UINT16_MAX || last == UINT16_MAX ||
-            (at < token->length && token->text[at] != ','))
-            return MISTAKE_NONE;
-        if (first > last)
-            return MISTAKE_REVERSED;
-        if (is_range || at < token->length)
-            mistake = MISTAKE_LIST;
-    }
-    return mistake;
-}
-
-/* True if the word has one comma, digits around it, and at most a minus in front. */
-static bool has_decimal_comma(const struct token *token)
-{
-    uint8_t at = token->text[0] == '-', begin = at;
-
-    while (at < token->length && (uint8_t)(token->text[at] - '0') <= 9)
-        at++;
-    return at > begin && at + 1 < token->length && token->text[at] == ',' &&
-           (uint8_t)(token->text[at + 1] - '0') <= 9 &&
-           memchr(token->text + at + 1, ',', (size_t)(token->length - at - 1)) == NULL;
-}
-
-static bool is_id_argument(uint8_t argument)
-{
-    return argument == ARGUMENT_ID || argument == ARGUMENT_ID_OR_ALL || argument == ARGUMENT_IDS ||
-           argument == ARGUMENT_NEW_ID;
-}
-
-/* True if the command is `id`. Its refusal for a known ID is that of a limit. */
-static bool is_id_command(const struct command_line *line)
-{
-    static const CDS_FLASH char old[] = "OLD";
-
-    return line->command && parse_has_name(line->command->usage + sizeof "id " - 1, old);
-}
-
-static enum mistake mistake_of(const struct console *console)
-{
-    const struct command_line *line = &console->line;
-    const struct token *token = &console->token;
-    enum mistake mistake;
-
-    if (console->error == CDS_LIMIT && is_id_command(line) && line->id != line->new_id &&
-        cds_servos_find(&console->robot->servos, line->new_id))
-        return MISTAKE_KNOWN_ID;
-    if (console->error == ERROR_UNIT && line->command && is_settings(line))
-        return MISTAKE_UNIT;
-    if (!is_of_word(console) || token->length > TOKEN_MAX || line->command == NULL)
-        return MISTAKE_NONE;
-    if (is_id_argument(line->argument)) {
-        mistake = mistake_in_list(token);
-        return console->error == (mistake == MISTAKE_LIST ? ERROR_NOT_A_NUMBER : ERROR_OUT_OF_RANGE)
-                   ? mistake
-                   : MISTAKE_NONE;
-    }
-    return (console->error == ERROR_UNIT || console->error == ERROR_NOT_A_NUMBER) &&
-                   (line->argument == ARGUMENT_NUMBER || line->argument == ARGUMENT_ANGLES) &&
-                   has_decimal_comma(token)
-               ? MISTAKE_COMMA
-               : MISTAKE_NONE;
-}
-
-/* The word with a point, behind message_comma: "90.5" */
-static void print_with_point(struct console *console)
-{
-    const struct token *token = &console->token;
-
-    for (uint8_t i = 0; i < token->length; i++)
-        printer_char(&console->printer, token->text[i] == ',' ? '.' : token->text[i]);
-    printer_line(&console->printer,
-                 console->line.argument == ARGUMENT_ANGLES ? message_or_spaces : message_nothing);
-}
-
-static void print_mistake(struct console *console, enum mistake mistake)
-{
-    static const CDS_FLASH char *const CDS_FLASH texts[] = {
-        [MISTAKE_LIST] = message_one_servo,
-        [MISTAKE_REVERSED] = message_reversed,
-        [MISTAKE_UNIT] = message_no_unit,
-        [MISTAKE_KNOWN_ID] = message_known_id,
-    };
-
-    console->printer.values[0].number = console->line.new_id;
-    if (mistake == MISTAKE_COMMA)
-        printer_text(&console->printer, message_comma);
-    else
-        printer_line(&console->printer, texts[mistake]);
-}
-
 /* ---- printing ---- */
 
 /* A character of a word that was typed: a terminal may obey others. */
@@ -477,7 +337,7 @@ bool explain_error(struct console *console)
     struct printer *printer = &console->printer;
     struct subject subject;
     bool has_subject = console->explained >= PART_SUBJECT && find_subject(console, &subject);
-    enum mistake mistake = mistake_of(console);
+    enum mistake mistake = mistake_of(console, is_of_word(console));
     bool has_range = has_subject && subject.has_range && is_range_error(console->error) && !mistake;
 
     switch (console->explained++) {
@@ -501,7 +361,7 @@ bool explain_error(struct console *console)
         if (has_range)
             printer_text(printer, message_range);
         else if (mistake)
-            print_mistake(console, mistake);
+            mistake_print(console, mistake);
         else if (has_subject && subject.number && console->error == ERROR_NOT_A_NUMBER)
             printer_line(printer, message_too_fine);
         else
@@ -509,7 +369,7 @@ bool explain_error(struct console *console)
         return has_range || mistake == MISTAKE_COMMA;
     default:
         if (mistake)
-            print_with_point(console);
+            mistake_print_with_point(console);
         else
             print_range(printer, &subject.range);
         return false;

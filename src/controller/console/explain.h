@@ -8,7 +8,7 @@
  * Of an error that a word of the line has caused, the argument is the one that the parser has
  * reached (line.usage) and the value is that word (console->token). A number that a command refuses
  * is found by its place in the usage and the range of its name. A few mistakes that are easy to see
- * have a text of their own in place of that of the error (enum mistake). */
+ * have a text of their own in place of that of the error (mistake.h). */
 #ifndef CONTROLLER_EXPLAIN_H
 #define CONTROLLER_EXPLAIN_H
 
@@ -16,6 +16,10 @@
 #include <stdint.h>
 
 struct console;
+struct command_line;
+
+/* Returns true if the command of the line is `settings`; `set` and `restore` have a VALUE, too. */
+bool explain_is_settings(const struct command_line *line);
 
 /* `explain` of struct command_set: prints the next part of the line for console->error;
  * console->explained counts the parts. The printer must be ready. False: that was the last part. */

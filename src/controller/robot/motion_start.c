@@ -377,7 +377,8 @@ static uint8_t poll_start(struct robot *robot)
 {
     const struct motion_start *start = start_of(robot);
 
-    if (start->is_sequence && motion_store_is_saving(robot->moves->store))
+    if (start->is_sequence && start->phase < CHECK_MOVES &&
+        motion_store_is_saving(robot->moves->store))
         return MOTION_SAVING; // a step that cannot be read is not the end of the sequence
     switch (start->phase) {
     case CHECK_STEPS: return check_step(robot);

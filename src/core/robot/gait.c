@@ -244,21 +244,13 @@ static NOINLINE void check_next(struct cds_gait *gait)
     }
 }
 
-/* True if the goals of the gait are no longer sent: the cycle was aborted, or begun again. */
-static bool has_lost_cycle(const struct cds_gait *gait)
-{
-    const struct cds_cycle *cycle = gait->config.cycle;
-
-    return cycle->is_aborted || cycle->begun != gait->cycle_begun;
-}
-
 /* ---- calls ---- */
 
 enum cds_result cds_gait_begin(struct cds_gait *gait, const struct cds_gait_config *config)
 {
     uint16_t period_us = config->cycle->period_us;
 
-    if (gait->result == CDS_PENDING && !has_lost_cycle(gait))
+    if (gait->result == CDS_PENDING && !cds_cycle_is_lost(gait->config.cycle, gait->cycle_begun))
         return CDS_BUSY;
     if (!config->cycle->bus || config->period_ms < CDS_GAIT_TIME_MIN_MS ||
         config->ramp_ms < config->period_ms || config->ramp_ms > CDS_GAIT_TIME_MAX_MS)
@@ -284,7 +276,7 @@ enum cds_result cds_gait_poll(struct cds_gait *gait)
 {
     if (gait->result != CDS_PENDING)
         return (enum cds_result)gait->result;
-    if (has_lost_cycle(gait))
+    if (cds_cycle_is_lost(gait->config.cycle, gait->cycle_begun))
         end(gait, CDS_INHIBITED);
     else if (!gait->is_under_way)
         check_next(gait);
@@ -351,7 +343,7 @@ void cds_gait_abort(struct cds_gait *gait, uint16_t deceleration)
 {
     if (gait->result != CDS_PENDING)
         return;
-    if (!gait->is_under_way || has_lost_cycle(gait)) {
+    if (!gait->is_under_way || cds_cycle_is_lost(gait->config.cycle, gait->cycle_begun)) {
         end(gait, CDS_CANCELLED);
         return;
     }

@@ -527,14 +527,6 @@ static void note_check(struct cds_motion *motion, enum cds_result result)
         motion->result = CDS_PENDING;
 }
 
-/* True if the goals of the motion are no longer sent: the cycle was aborted, or begun again. */
-static bool has_lost_cycle(const struct cds_motion *motion)
-{
-    const struct cds_cycle *cycle = motion->config.cycle;
-
-    return cycle->is_aborted || cycle->begun != motion->cycle_begun;
-}
-
 /* No goal leaves any more, so the joints cannot come to rest on their way. */
 static void end_without_cycle(struct cds_motion *motion)
 {
@@ -546,7 +538,7 @@ static void end_without_cycle(struct cds_motion *motion)
 
 enum cds_result cds_motion_poll(struct cds_motion *motion)
 {
-    if (has_lost_cycle(motion))
+    if (cds_cycle_is_lost(motion->config.cycle, motion->cycle_begun))
         end_without_cycle(motion);
     else if (motion->index < motion->count)
         set_goals(motion);

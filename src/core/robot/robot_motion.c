@@ -3,19 +3,10 @@
  * link motion.c. */
 #include "cds55xx/robot.h"
 
-/* A robot that stops sends no more goals, so the move cannot come to rest on its way. */
+/* A robot that stops aborts its cycle: the motion then ends as CDS_INHIBITED. */
 static void poll_motion(struct cds_robot *robot)
 {
-    struct cds_motion *motion = (struct cds_motion *)robot->context;
-
-    if (robot->state == CDS_ROBOT_RUNNING) {
-        cds_motion_poll(motion);
-        return;
-    }
-    if (motion->result == CDS_PENDING)
-        motion->result = CDS_INHIBITED;
-    if (motion->move_result == CDS_PENDING)
-        motion->move_result = CDS_INHIBITED;
+    cds_motion_poll((struct cds_motion *)robot->context);
 }
 
 enum cds_result cds_robot_begin_motion(struct cds_robot *robot, struct cds_motion *motion,

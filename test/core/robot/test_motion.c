@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "joints_rig.h"
+#include "motion_rig.h"
 
 #define PERIOD_US 4000
 #define SIZE      (8 + 5 * JOINTS)
@@ -21,25 +21,14 @@
 #define SOME 1
 #endif
 
-static struct cds_motion motion;
-static struct cds_motion_joint joints[JOINTS];
 static uint16_t pose[JOINTS];
 
 static uint32_t sent; // SYNC WRITEs
 
-static void begin_motion(uint16_t acceleration)
-{
-    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_begin(&motion, &(struct cds_motion_config){
-                                                            .cycle = &cycle,
-                                                            .servos = &servos,
-                                                            .joints = joints,
-                                                            .acceleration = acceleration}));
-}
-
 static void begin_cycle(uint16_t period_us)
 {
     rig_begin_cycle(period_us);
-    begin_motion(0);
+    rig_begin_motion(0);
 }
 
 void setUp(void)
@@ -120,7 +109,7 @@ static void assert_goal(double expected, uint32_t period, uint32_t periods)
 static void check_way(uint16_t from, uint16_t to, uint32_t periods, enum cds_motion_curve curve,
                       double (*formula)(double))
 {
-    begin_motion(0);
+    rig_begin_motion(0);
     feedback[0].position = from;
     pose[0] = to;
     move(periods * (PERIOD_US / 1000), curve);
@@ -248,7 +237,7 @@ void test_times_of_all_periods_are_exact_in_the_plan(void)
             uint64_t end; // of the clock: 2^48
 
             cycle.period_us = all[i];
-            begin_motion(0);
+            rig_begin_motion(0);
             plan_slowest_move(time_ms, (enum cds_motion_curve)(i % 4));
             TEST_ASSERT_EQUAL_UINT32(periods, motion.plan.duration);
             end = ((uint64_t)motion.plan.time.step << 16 | motion.plan.time.step_low) * periods;
@@ -328,7 +317,7 @@ void test_new_target_beyond_ten_minutes_is_refused(void)
 
 static uint32_t shortest_ms(enum cds_motion_curve curve)
 {
-    begin_motion(0);
+    rig_begin_motion(0);
     TEST_ASSERT_EQUAL(CDS_LIMIT, try_move(4, curve));
     TEST_ASSERT_NOT_EQUAL(0, motion.shortest_ms);
     return motion.shortest_ms;
@@ -359,7 +348,7 @@ void test_shortest_time_follows_speed_limit_and_acceleration(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[3], 0, 1023, 512));
     ms = shortest_ms(CDS_MOTION_MINIMUM_JERK);
     TEST_ASSERT_UINT32_WITHIN(8, 1477, ms);
-    begin_motion(500);
+    rig_begin_motion(500);
     TEST_ASSERT_EQUAL(CDS_LIMIT, try_move(ms, CDS_MOTION_MINIMUM_JERK));
     TEST_ASSERT_UINT32_WITHIN(20, 2158, motion.shortest_ms); // root of 5.774 x 403.2 / 500 s^2
 }
@@ -435,7 +424,7 @@ void test_new_target_gives_no_jump(void)
     int16_t last, step, last_step = 0;
 
     for (uint16_t at = 1; at < 370; at = (uint16_t)(at + 37 * SOME)) {
-        begin_motion(0);
+        rig_begin_motion(0);
         feedback[0].position = 200;
         pose[0] = 800;
         move(1500, CDS_MOTION_MINIMUM_JERK);
@@ -483,7 +472,7 @@ void test_limit_holds_while_a_joint_turns_back(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[0], 200, 700, 1023));
     states[0].held = CDS_HELD_CW_SET | CDS_HELD_CCW_SET; // position mode
     for (uint16_t at = 5; at < 125; at = (uint16_t)(at + 10 * SOME)) {
-        begin_motion(0);
+        rig_begin_motion(0);
         feedback[0].position = 500;
         pose[0] = 700;
         move(500, CDS_MOTION_MINIMUM_JERK);
@@ -498,11 +487,6 @@ void test_limit_holds_while_a_joint_turns_back(void)
     }
 }
 
-static uint16_t random_below(uint16_t end)
-{
-    return (uint16_t)(((uint32_t)rand() & 0x7FFF) % end);
-}
-
 static uint16_t distance(uint16_t from, uint16_t to)
 {
     return to > from ? to - from : from - to;
@@ -515,7 +499,7 @@ static uint16_t fastest_after_new_target(uint32_t speed_ms, enum cds_motion_curv
 {
     uint16_t last, most = 0;
 
-    begin_motion(0);
+    rig_begin_motion(0);
     feedback[0].position = 100;
     pose[0] = 900;
     move(speed_ms, first);
@@ -583,7 +567,7 @@ void test_new_target_at_a_limit_may_take_ten_minutes(void)
 
         TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[0], 0, 900, 1023));
         states[0].held = CDS_HELD_CW_SET | CDS_HELD_CCW_SET; // position mode
-        begin_motion(0);
+        rig_begin_motion(0);
         feedback[0].position = 100;
         pose[0] = 900;
         move(640, CDS_MOTION_LINEAR);
@@ -629,7 +613,7 @@ static void go_by_way_of(uint16_t via, uint16_t end)
 
 void test_joint_passes_a_pose_without_a_stop(void)
 {
-    begin_motion(0);
+    rig_begin_motion(0);
     feedback[0].position = 200;
     go_by_way_of(400, 600);
     for (uint16_t i = 1; i <= 500; i++) {
@@ -652,7 +636,7 @@ void test_joint_passes_a_pose_without_a_stop(void)
 void test_joint_that_passes_never_turns_back(void)
 {
     for (uint16_t via = 210; via < 600; via = (uint16_t)(via + 30 * SOME)) {
-        begin_motion(0);
+        rig_begin_motion(0);
         feedback[0].position = 200;
         go_by_way_of(via, 600);
         pass_period();
@@ -673,7 +657,7 @@ void test_time_too_short_to_pass_is_refused(void)
         struct cds_move it = {.pose = pose, .time_ms = ms, .next_ms = ms};
         static uint16_t second[JOINTS];
 
-        begin_motion(0);
+        rig_begin_motion(0);
         feedback[0].position = 0;
         memcpy(second, pose, sizeof second);
         pose[0] = 511;
@@ -689,7 +673,7 @@ void test_time_too_short_to_pass_is_refused(void)
 
 void test_motion_that_passes_ends_if_no_move_waits(void)
 {
-    begin_motion(0);
+    rig_begin_motion(0);
     feedback[0].position = 200;
     go_by_way_of(400, 600);
     cds_motion_poll(&motion);
@@ -722,7 +706,7 @@ void test_move_after_a_pass_without_a_next_move_begins_at_rest(void)
     static uint16_t next[JOINTS];
     struct cds_move it = {.pose = pose, .time_ms = 1000, .next_pose = next, .next_ms = 1000};
 
-    begin_motion(8000);
+    rig_begin_motion(8000);
     memcpy(next, pose, sizeof next);
     pose[0] = 600;
     next[0] = 700;
@@ -742,7 +726,7 @@ void test_waiting_move_is_checked_from_end_of_last_move(void)
     static uint16_t back[JOINTS];
     struct cds_move it = {.pose = back, .time_ms = 40, .waits = true};
 
-    begin_motion(0);
+    rig_begin_motion(0);
     feedback[0].position = 100;
     pose[0] = 900;
     move(2000, CDS_MOTION_MINIMUM_JERK);
@@ -759,7 +743,7 @@ void test_waiting_move_is_checked_from_end_of_last_move(void)
 /* The servo reported 560 and then nothing any more. */
 void test_move_begins_at_the_last_goal_if_feedback_is_old(void)
 {
-    begin_motion(0);
+    rig_begin_motion(0);
     feedback[0].position = 500;
     pose[0] = 520;
     move(200, CDS_MOTION_LINEAR);
@@ -778,7 +762,7 @@ void test_pause_holds_a_move_that_is_checked(void)
 {
     struct cds_move it = {.pose = pose, .time_ms = 1000};
 
-    begin_motion(0);
+    rig_begin_motion(0);
     feedback[0].position = 200;
     pose[0] = 600;
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
@@ -818,7 +802,7 @@ static uint16_t slow_down(int16_t *change)
 
 static void go_half_way(void)
 {
-    begin_motion(0);
+    rig_begin_motion(0);
     feedback[0].position = 200;
     pose[0] = 800;
     move(1500, CDS_MOTION_LINEAR);
@@ -857,7 +841,7 @@ static void check_resumed_at(uint8_t polls)
 
 void test_move_submitted_before_a_resume_gives_no_jump(void)
 {
-    for (uint8_t polls = 0; polls < 3 * JOINTS; polls++)
+    for (uint8_t polls = 0; polls < 3 * JOINTS; polls = (uint8_t)(polls + SOME))
         check_resumed_at(polls);
 }
 
@@ -902,7 +886,7 @@ void test_move_paused_before_its_first_goal_can_be_ended(void)
 {
     struct cds_move it = {.pose = pose, .time_ms = 1000};
 
-    begin_motion(0);
+    rig_begin_motion(0);
     feedback[0].position = 200;
     pose[0] = 600;
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
@@ -921,7 +905,7 @@ void test_pause_ends_with_the_refusal_of_its_move(void)
 {
     struct cds_move it = {.pose = pose, .time_ms = 4};
 
-    begin_motion(0);
+    rig_begin_motion(0);
     pose[0] = 900;
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
     cds_motion_pause(&motion, 8000);
@@ -940,7 +924,7 @@ void test_override_does_not_end_a_pause(void)
 {
     struct cds_move it = {.pose = pose, .time_ms = 100};
 
-    begin_motion(0);
+    rig_begin_motion(0);
     pose[0] = 520;
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
     while (pass_period() == CDS_PENDING) {
@@ -1098,11 +1082,11 @@ void test_trapezoid_keeps_the_acceleration_of_the_joints(void)
 {
     uint32_t at_4000, at_1000;
 
-    begin_motion(4000);
+    rig_begin_motion(4000);
     pose[0] = 900;
     TEST_ASSERT_EQUAL(CDS_LIMIT, try_move(100, CDS_MOTION_TRAPEZOID));
     at_4000 = motion.shortest_ms;
-    begin_motion(1000);
+    rig_begin_motion(1000);
     TEST_ASSERT_EQUAL(CDS_LIMIT, try_move(100, CDS_MOTION_TRAPEZOID)); // it asks for 4000
     at_1000 = motion.shortest_ms;
     TEST_ASSERT_GREATER_THAN_UINT32(at_4000 * 3 / 2, at_1000);
@@ -1127,7 +1111,7 @@ void test_abort_during_check_cancels_the_move(void)
 
 static uint32_t periods_at(uint8_t percent)
 {
-    begin_motion(0);
+    rig_begin_motion(0);
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_set_override(&motion, percent));
     feedback[0].position = 500;
     pose[0] = 520;

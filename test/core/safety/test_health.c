@@ -572,6 +572,7 @@ void test_servos_forgotten_while_one_is_asked(void)
     cds_servos_forget(&servos);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servos_add(&servos, 3));
     run_for(PERIOD_US + 500);
+    TEST_ASSERT_NOT_EQUAL(CDS_PRESENCE_RETURNED, health.asked);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[0].presence);
 }
 

@@ -84,7 +84,7 @@ uint8_t setting_number(struct console *console)
 }
 
 /* Returns the error of a command that changes the rate of the bus while a cycle or a motion needs
- * it, or 0. The profile `console` has no flash for this check. */
+ * it, or 0. Only the profile `full`, which has command_set.explain, has flash for this check. */
 ALWAYS_INLINE uint8_t error_of_rate(const struct console *console)
 {
     return command_set.explain ? robot_busy(console->robot) : 0;
@@ -105,8 +105,9 @@ static uint8_t settings_begin(struct console *console)
 
     if (line->numbers == 0)
         return 0;
-    if (line->setting == SETTINGS_AT_bus_baud && error_of_rate(console))
-        return error_of_rate(console);
+    error = line->setting == SETTINGS_AT_bus_baud ? error_of_rate(console) : 0;
+    if (error)
+        return error;
     error = command_set.setting_number ? command_set.setting_number(console)
                                        : console_number(console, 0, CDS_UNIT_NUMBER);
     if (error == 0 && !settings_set(console->failsafe->settings, line->setting, console->raw))

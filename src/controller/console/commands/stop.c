@@ -38,7 +38,9 @@ static uint8_t stop_begin(struct console *console)
     return 0;
 }
 
-/* Waits until the stop is over, then prints the servos whose torque was not read as off. */
+/* Waits until the stop is over, then prints the servos whose torque was not read as off. The
+ * profile `full`, which has command_set.explain, then tells a person what the stop has done; the
+ * profile `console` has no flash for this line. */
 static bool stop_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
@@ -57,7 +59,7 @@ static bool stop_poll(struct console *console)
         printer_line(&console->printer, message_servo);
         return true;
     }
-    if (command_set.explain && console->part++) { // only this profile has flash for the line
+    if (command_set.explain && console->part++) {
         printer_line(&console->printer, message_stop_done);
         return false;
     }

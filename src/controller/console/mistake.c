@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: MIT */
+/* Mistakes that have a text of their own; see mistake.h. */
+#include "console/mistake.h"
+
+#include <string.h> // memchr(), size_t
+
+#include "console/console.h"
+#include "console/errors.h"
+#include "console/explain.h"
+#include "console/messages.h"
+
+static const CDS_FLASH char message_one_servo[] =
+    "this command takes one servo, no list; send it once for each";
+static const CDS_FLASH char message_reversed[] =
+    "the range begins with the larger ID; write the smaller one first";
+static const CDS_FLASH char message_comma[] = "a number has a point, no comma; write ";
+static const CDS_FLASH char message_or_spaces[] = ", or spaces between angles";
+static const CDS_FLASH char message_no_unit[] =
+    "this setting takes a number without unit; 'settings' shows the unit";
+static const CDS_FLASH char message_known_id[] =
+    "ID %u is in the list of the robot's servos; choose another ID, or empty the list by 'servos "
+    "forget'";
+
+/* Reads digits from *at on, which it moves behind them. Returns the number, or UINT16_MAX if there
+ * is none from 0 to 253. */
+static uint16_t take_id(const struct token *token, uint8_t *at)
+{
+    uint8_t begin = *at;
+    uint16_t id = 0;
+
+    for (; *at < token->length && (uint8_t)(token->text[*at] - '0') <= 9; ++*at)
+        if (id <= CDS_ID_MAX)
+            id = (uint16_t)(10 * id + (uint8_t)(token->text[*at] - '0'));
+    return *at > begin && id <= CDS_ID_MAX ? id : UINT16_MAX;
+}
+
+/* The mistake in a word that should be one ID or a list of IDs. */
+static enum mistake mistake_in_list(const struct token *token)
+{
+    enum mistake mistake = MISTAKE_NONE;
+
+    for (uint8_t at = 0; at < token->length; at++) { // the loop leaves ',' out
+        uint16_t first = take_id(token, &at), last = first;
+        bool is_range = at < token->length && token->text[at] == '-';
+
+        if (is_range) {
+            at++;
+            last = take_id(token, &at);
+        }
+        if (first == UINT16_MAX || last == UINT16_MAX ||
+            (at < token->length && token->text[at] != ','))
+            return MISTAKE_NONE;
+        if (first > last)
+            return MISTAKE_REVERSED;
+        if (is_range || at < token->length)
+            mistake = MISTAKE_LIST;
+    }
+    return mistake;
+}
+
+/* True if the word has one comma, digits around it, and at most a minus in front. */
+static bool has_decimal_comma(const struct token *token)
+{
+    uint8_t at = token->text[0] == '-', begin = at;
+
+    while (at < token->length && (uint8_t)(token->text[at] - '0') <= 9)
+        at++;
+    return at > begin && at + 1 < token->length && token->text[at] == ',' &&
+           (uint8_t)(token->text[at + 1] - '0') <= 9 &&
+           memchr(token->text + at + 1, ',', (size_t)(token->length - at - 1)) == NULL;
+}
+
+static bool is_id_argument(uint8_t argument)
+{
+    return argument == ARGUMENT_ID || argument == ARGUMENT_ID_OR_ALL || argument == ARGUMENT_IDS ||
+           argument == ARGUMENT_NEW_ID;
+}
+
+/* True if the command is `id`. Its refusal for a known ID is that of a limit. */
+static bool is_id_command(const struct command_line *line)
+{
+    static const CDS_FLASH char old[] = "OLD";
+
+    return line->command && parse_has_name(line->command->usage + sizeof "id " - 1, old);
+}
+
+enum mistake mistake_of(const struct console *console, bool is_of_word)
+{
+    const struct command_line *line = &console->line;
+    const struct token *token = &console->token;
+    enum mistake mistake;
+
+    if (console->error == CDS_LIMIT && is_id_command(line) && line->id != line->new_id &&
+        cds_servos_find(&console->robot->servos, line->new_id))
+        return MISTAKE_KNOWN_ID;
+    if (console->error == ERROR_UNIT && line->command && explain_is_settings(line))
+        return MISTAKE_UNIT;
+    if (!is_of_word || token->length > TOKEN_MAX || line->command == NULL)
+        return MISTAKE_NONE;
+    if (is_id_argument(line->argument)) {
+        mistake = mistake_in_list(token);
+        return console->error == (mistake == MISTAKE_LIST ? ERROR_NOT_A_NUMBER : ERROR_OUT_OF_RANGE)
+                   ? mistake
+                   : MISTAKE_NONE;
+    }
+    return (console->error == ERROR_UNIT || console->error == ERROR_NOT_A_NUMBER) &&
+                   (line->argument == ARGUMENT_NUMBER || line->argument == ARGUMENT_ANGLES) &&
+                   has_decimal_comma(token)
+               ? MISTAKE_COMMA
+               : MISTAKE_NONE;
+}
+
+void mistake_print_with_point(struct console *console)
+{
+    const struct token *token = &console->token;
+
+    for (uint8_t i = 0; i < token->length; i++)
+        printer_char(&console->printer, token->text[i] == ',' ? '.' : token->text[i]);
+    printer_line(&console->printer,
+                 console->line.argument == ARGUMENT_ANGLES ? message_or_spaces : message_nothing);
+}
+
+void mistake_print(struct console *console, enum mistake mistake)
+{
+    static const CDS_FLASH char *const CDS_FLASH texts[] = {
+        [MISTAKE_LIST] = message_one_servo,
+        [MISTAKE_REVERSED] = message_reversed,
+        [MISTAKE_UNIT] = message_no_unit,
+        [MISTAKE_KNOWN_ID] = message_known_id,
+    };
+
+    console->printer.values[0].number = console->line.new_id;
+    if (mistake == MISTAKE_COMMA)
+        printer_text(&console->printer, message_comma);
+    else
+        printer_line(&console->printer, texts[mistake]);
+}

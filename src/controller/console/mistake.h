@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT */
+/* Mistakes in a line that are easy to see. Their text stands in place of that of the error:
+ *
+ *     error 39: servo 1: ANGLE '90,5': a number has a point, no comma; write 90.5 */
+#ifndef CONTROLLER_MISTAKE_H
+#define CONTROLLER_MISTAKE_H
+
+#include <stdbool.h>
+
+struct console;
+
+enum mistake {
+    MISTAKE_NONE,
+    MISTAKE_LIST,     // a list of servos where one is due
+    MISTAKE_REVERSED, // "3-1"
+    MISTAKE_COMMA,    // "90,5"
+    MISTAKE_UNIT,     // of a setting
+    MISTAKE_KNOWN_ID, // `id` to the ID of another known servo
+} __attribute__((packed));
+
+/* Returns the mistake that has caused console->error. `is_of_word`: a word of the line, which the
+ * console keeps, has caused the error. */
+enum mistake mistake_of(const struct console *console, bool is_of_word);
+
+/* Prints the text of the mistake, not MISTAKE_NONE, and ends the line; after MISTAKE_COMMA
+ * mistake_print_with_point() ends it. The printer must be ready. */
+void mistake_print(struct console *console, enum mistake mistake);
+
+/* Prints the word with a point in place of its comma, "90.5", and ends the line. The printer must
+ * be ready. */
+void mistake_print_with_point(struct console *console);
+
+#endif
