@@ -25,7 +25,8 @@
     X(ERROR_UNKNOWN_WORD, 38, "unknown word", "'help COMMAND' shows the words it takes")           \
     X(ERROR_UNIT, 39, "wrong unit",                                                                \
       "deg mdeg, rpm mrpm, V mV, %, C, us ms s, bps kbps, or raw, to suit the value")              \
-    X(ERROR_TOO_MANY, 40, "too many servos", "give fewer at once; 'help COMMAND' says how many")   \
+    X(ERROR_TOO_MANY, 40, "too many servos",                                                       \
+      "'help COMMAND' says how many; 'servos forget' empties the list of the robot's servos")      \
     X(ERROR_TWICE, 41, "an ID is given twice", "give each servo once")                             \
     X(ERROR_NOT_WRITABLE, 42, "register cannot be set",                                            \
       "it is read-only or reserved; 'id' and 'baud' change ID and BAUD_RATE")                      \
@@ -62,7 +63,8 @@
       "the older data stay valid; try again, or replace the chip")                                 \
     X(ERROR_SAVING, 63, "the EEPROM is being written", "try again in 0.2 s")                       \
     X(ERROR_STOPPING, 64, "torque off is under way", "try again when 'status' says how it went")   \
-    X(ERROR_LINK_LOST, 65, "the host link was lost", "'clear' when the link is back")              \
+    X(ERROR_LINK_LOST, 65, "the host link was lost",                                               \
+      "no byte came for the setting link_loss_ms; 'clear' when the host sends again")              \
     X(ERROR_SERVO_INSTRUCTION, 20, "servo: instruction error",                                     \
       "the servo does not know the instruction, or ACTION found nothing registered")               \
     X(ERROR_SERVO_RANGE, 21, "servo: range error",                                                 \

@@ -240,8 +240,7 @@ bool robot_add(struct robot *robot, uint8_t id)
     return cds_servos_find(&robot->servos, id) || cds_servos_add(&robot->servos, id) == CDS_OK;
 }
 
-/* True if the robot has room for all servos of the list that it does not know. */
-static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
+bool robot_has_room(struct robot *robot, const uint8_t *ids, uint8_t count)
 {
     uint8_t room = (uint8_t)(ROBOT_SERVOS - robot->servos.count);
 
@@ -261,7 +260,7 @@ uint8_t robot_choose_group(struct robot *robot, const uint8_t *ids, uint8_t coun
 
     if (busy)
         return busy;
-    if (!fit(robot, ids, count))
+    if (!robot_has_room(robot, ids, count))
         return ROBOT_TOO_MANY;
     for (uint8_t i = 0; i < count; i++)
         robot_add(robot, ids[i]);

@@ -199,6 +199,9 @@ void robot_share_bus(struct robot *robot, struct cds_cycle *cycle);
 /* Ends the operation as soon as possible; a change of ID or rate goes on to its end. */
 void robot_abort(struct robot *robot);
 
+/* Returns true if the robot has room for all servos of the list that it does not know. */
+bool robot_has_room(struct robot *robot, const uint8_t *ids, uint8_t count);
+
 /* Adds servo `id`, 0 to 253, and lets the state check read the robot's servos. False: there is no
  * room.
  *

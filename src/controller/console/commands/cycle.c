@@ -12,6 +12,8 @@
 #include "robot/group_cycle.h"
 
 static const CDS_FLASH char message_inhibited[] = " inhibited";
+static const CDS_FLASH char message_offline[] = " offline";
+static const CDS_FLASH char message_cycle_servo[] = "servo %u:%s";
 static const CDS_FLASH char message_cycle_servo_known[] = "servo %u: %a %r %v %c%s";
 static const CDS_FLASH char message_cycle_bus[] = ", bus ";
 
@@ -114,26 +116,44 @@ static bool goals_poll(struct console *console)
 
 /* ---- printing ---- */
 
+/* The values of an offline servo are old. Only the profile `full`, which has command_set.explain,
+ * has flash to tell so here. */
+static bool is_offline(struct robot *robot, uint8_t index)
+{
+    const struct cds_servo_state *servo =
+        command_set.explain ? cds_servos_find(&robot->servos, robot->group[index]) : NULL;
+
+    return servo && servo->presence == CDS_PRESENCE_OFFLINE;
+}
+
+/* What the line of a servo ends with. */
+static const CDS_FLASH char *remark_of(struct robot *robot, uint8_t index)
+{
+    if (is_offline(robot, index))
+        return message_offline;
+    return cds_cycle_is_dropped(&robot->work.cycle.cycle, index) ? message_inhibited
+                                                                 : message_nothing;
+}
+
 /* "servo 1: 150.147deg 0rpm 12V 32C" */
 static void print_servo(struct console *console, uint8_t index)
 {
-    const struct robot *robot = console->robot;
+    struct robot *robot = console->robot;
     const struct cds_feedback *feedback = &robot->work.cycle.feedback[index];
     struct printer *printer = &console->printer;
-    const CDS_FLASH char *inhibited =
-        cds_cycle_is_dropped(&robot->work.cycle.cycle, index) ? message_inhibited : message_nothing;
+    const CDS_FLASH char *remark = remark_of(robot, index);
 
     printer->values[0].number = robot->group[index];
-    printer->values[1].text = inhibited;
-    if (!feedback->known) {
-        printer_line(printer, message_servo);
+    printer->values[1].text = remark;
+    if (!feedback->known || remark == message_offline) {
+        printer_line(printer, message_cycle_servo);
         return;
     }
     printer->values[1].number = feedback->position;
     printer->values[2].number = feedback->speed;
     printer->values[3].number = feedback->voltage;
     printer->values[4].number = feedback->temperature;
-    printer->values[5].text = inhibited;
+    printer->values[5].text = remark;
     printer_line(printer, message_cycle_servo_known);
 }
 

@@ -46,6 +46,8 @@ static uint8_t begin(struct console *console)
 {
     uint8_t shortest = console->robot->servos.shortest_delay;
 
+    if (!robot_has_room(console->robot, &console->line.new_id, 1))
+        return ERROR_TOO_MANY;
     return robot_start(console->robot, &new_servo,
                        &(struct new_servo_config){.bus = console->bus,
                                                   .request = console->line.request,
@@ -121,8 +123,7 @@ static bool conclude(struct console *console, const struct new_servo *servo)
     case NEW_SERVO_FAILED: console->error = servo->result; return false;
     default: break;
     }
-    if (!robot_add(console->robot, servo->id))
-        console->error = ERROR_TOO_MANY;
+    robot_add(console->robot, servo->id);
     console->printer.values[0].number = servo->id;
     console->printer.values[1].number = console->bus->baud_reg;
     printer_line(&console->printer, message_done);
