@@ -196,7 +196,8 @@ static char small(const struct token *token, uint8_t index)
 }
 
 /* Counts characters that are too many, missing, wrong, or swapped with the next one: at each
- * difference it takes the first of these that the next characters agree with. */
+ * difference it takes the first of these that the next characters agree with. An end that is
+ * missing counts as one, behind 3 characters: "mon" has one error of "monitor". */
 static uint8_t errors_of(const struct token *word, const struct token *name)
 {
     uint8_t errors = 0, at = 0, in_name = 0;
@@ -205,6 +206,8 @@ static uint8_t errors_of(const struct token *word, const struct token *name)
         char c = small(word, at), next = small(word, (uint8_t)(at + 1));
         char due = small(name, in_name), later = small(name, (uint8_t)(in_name + 1));
 
+        if (at >= 3 && at == word->length)
+            return (uint8_t)(errors + 1);
         if (c != due) {
             errors++;
             if (c == later && next == due) { // swapped

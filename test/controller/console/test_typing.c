@@ -182,6 +182,9 @@ void test_unknown_name_hints_at_the_nearest_one(void)
         {"GOAL_POSITION", "write 1 GOAL_POSITON 512"},
         {"GOAL_POSITION", "write 1 goal_position_ 512 and more words"},
         {"link_loss_ms", "settings linkloss_ms 5"},
+        {"monitor", "mon 1"},
+        {"monitor", "monotor 1"},
+        {"GOAL_POSITION", "get 1 GOAL"},
     };
 
     for (uint8_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
@@ -193,7 +196,8 @@ void test_unknown_name_far_from_all_has_no_hint(void)
     assert_hint(NULL, "xyzzy");
     assert_hint(NULL, "x");
     assert_hint(NULL, "averyveryveryverylongwordindeed");
-    assert_hint(NULL, "get 1 GOAL");
+    assert_hint(NULL, "mo 1");
+    assert_hint(NULL, "get 1 AIM");
     assert_hint(NULL, "ping one");
 }
 
