@@ -90,13 +90,12 @@ export class Robot extends EventTarget {
         this.#change();
     }
 
-    /* Finds servos: those that the controller knows, else by a scan. */
-    async findServos(options = {}) {
+    /* Finds servos: those that the controller knows, else by a scan. `more`: IDs that take the place of the scan. */
+    async findServos({ more, ...options } = {}) {
         const known = options.how === undefined ? await this.#knownServos() : [];
 
-        if (known.length) {
-            if (known.length >= LISTED_MAX && this.#wire.hasDevice)
-                await this.#controller.scanByPackets({ onFound: ({ id }) => known.push(id) });
+        if (known.length || more) {
+            if (known.length >= LISTED_MAX && this.#wire.hasDevice) known.push(...(more ?? (await this.#unlisted())));
             this.setServos(known);
             return;
         }
@@ -107,6 +106,14 @@ export class Robot extends EventTarget {
             options.onFound?.(servo);
         } });
         this.setServos(found);
+    }
+
+    /* IDs of the servos that answer; the console lists 18. */
+    async #unlisted() {
+        const ids = [];
+
+        await this.#controller.scanByPackets({ onFound: ({ id }) => ids.push(id) });
+        return ids;
     }
 
     async #knownServos() {

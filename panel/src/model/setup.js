@@ -15,6 +15,7 @@ export const RATES = [1000000, 500000, 250000, 115200, 57600, 19200];
 const SEARCH_MS = 15000; // `new` and `diagnose` say nothing while they search, 4 s each time
 const CHANGE_MS = 10000; // a change of the rate of a servo
 const ERROR_KEY = 49; // the user has ended a command
+const ENDED_CODES = new Set(["cancelled", "ended"]); // errors of the wire: the user has ended the command
 const FATAL_CODES = new Set(["stopped", "closed", "silent", "cancelled"]); // errors of the wire after which the next job would fail, too
 
 export class Setup extends EventTarget {
@@ -36,6 +37,7 @@ export class Setup extends EventTarget {
         this.isPartial = false; // true until the last search has asked all IDs
         this.steps = []; // lines of the last set-up of a new servo
         this.outcome = null; // outcome of the last change: {kind, lines}
+        this.isDiagnosisEnded = false; // the user has ended the last diagnosis
         this.findings = []; // findings of the last diagnosis: [{id, number, text, remedy, place, isGood}]
         this.chosen = null; // ID of the servo whose registers are shown
         this.registers = null; // {id, bytes, at}
@@ -122,7 +124,7 @@ export class Setup extends EventTarget {
             await call();
             return true;
         } catch (error) {
-            const isEnded = operation.isEnding() && (error.number === ERROR_KEY || error.code === "cancelled");
+            const isEnded = operation.isEnding() && (error.number === ERROR_KEY || ENDED_CODES.has(error.code));
 
             if (!isEnded) throw error;
             return false;
@@ -137,9 +139,9 @@ export class Setup extends EventTarget {
         this.#change();
     }
 
-    /* The controller may have other servos now. */
-    async #findServos() {
-        await this.session.robot.findServos();
+    /* The controller may have other servos now. `more`: robot.js. */
+    async #findServos(options) {
+        await this.session.robot.findServos(options);
     }
 
     /* ---- search ---- */
@@ -160,7 +162,9 @@ export class Setup extends EventTarget {
 
             this.isPartial = true; // until the search has asked all IDs
             this.isPartial = !(await this.#endable(operation, scan)) || operation.isEnding();
-            if (wire.hasConsole) await this.#findServos();
+            const more = how || this.isPartial ? robot.ids : this.found.map(({ id }) => id);
+
+            if (wire.hasConsole) await this.#findServos({ more }); // no key would end another scan
             else if (!this.isPartial) robot.setServos(this.found.map(({ id }) => id));
         });
     }
@@ -202,11 +206,11 @@ export class Setup extends EventTarget {
     diagnose(who) {
         return this.#run("diagnose", async (operation) => {
             this.findings = [];
+            this.isDiagnosisEnded = false;
             const onLine = (line) => this.#takeFinding(line, typeof who === "number" ? who : null);
+            const run = () => this.session.controller.run(`diagnose ${who}`.trim(), { onLine, signal: operation.signal, timeout: SEARCH_MS });
 
-            await this.#endable(operation, () =>
-                this.session.controller.run(`diagnose ${who}`.trim(), { onLine, signal: operation.signal, timeout: SEARCH_MS }),
-            );
+            this.isDiagnosisEnded = !(await this.#endable(operation, run));
         });
     }
 

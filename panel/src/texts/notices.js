@@ -17,6 +17,11 @@ export const wire = {
     stopped: () => ({ text: "Not sent: the robot was stopped first.", remedy: "Remove the cause, press Release, then try again." }),
     closed: () => ({ text: "The port is closed.", remedy: "Connect again." }),
     cancelled: () => ({ text: "Cancelled before it was sent.", remedy: "Start it again if you want it." }),
+    ended: ({ detail }) => ({
+        text: `${detail ? `“${detail}”` : "The command"} was ended, and the controller did not confirm it.`,
+        remedy: "See what the command has done, then start it again if you want it.",
+        level: "warning",
+    }),
     silent: () => ({
         text: "The controller does not answer.",
         remedy: "Check its power, the cable and the rate. Press reset on the board. If another program has the port, close it.",

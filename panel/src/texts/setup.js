@@ -23,7 +23,7 @@ export const setup = {
     searching: "Searching …",
     progress: (done, total) => `${done} of ${total} asked`,
     foundCount: (count) => (count === 0 ? "No servo answers. Check power, plug and wiring, then search at other rates." : `${many(count, "servo")} found.`),
-    searchEnded: "The search has ended before all IDs were asked: there may be more servos.",
+    searchEnded: "The search was ended before all IDs were asked: there may be more servos.",
     columnId: "ID",
     columnModel: "Model",
     columnRate: "Rate",
@@ -42,7 +42,7 @@ export const setup = {
     newIdTaken: (id) => `Servo ${id} of the robot has this ID. Choose another, unless the new servo takes its place.`,
     newFull: (count) => `The controller knows ${count} servos, unplugged ones too, and refuses another ID (error 11). Type servos forget in the console of the view Packets first.`,
     newDone: (id) => `Servo ${id} is set up. Now plug in the others again.`,
-    newEnded: "Ended. Search for the servo before you try again.",
+    newEnded: "You ended the set-up. Search for the servo before you try again.",
 
     diagnosis: "Diagnosis",
     diagnoseHint: "Finds out why a servo does not answer. It writes nothing.",
@@ -53,6 +53,7 @@ export const setup = {
     otherIdLabel: "ID",
     diagnose: "Diagnose",
     diagnosing: "Diagnosing …",
+    diagnosisEnded: "You ended the diagnosis before all was asked.",
     someServo: "The bus",
 
     registers: "Registers",

@@ -110,14 +110,34 @@ test("profile full: a new servo gets its ID; not beside another", async (t) => {
 
 test("profile full: a search is ended by a key", async (t) => {
     const { setup, session } = await rig(t);
-    const progress = new Promise((resolve) => setup.addEventListener("change", () => setup.operation?.done > 0 && resolve()));
-    const search = setup.search("all");
 
-    await progress;
-    setup.end();
-    await search;
-    assert.equal(setup.isPartial, true);
-    assert.deepEqual(setup.found.map(({ id }) => id), [1, 2, 3]);
+    for (const how of ["all", "rescue"]) {
+        const progress = new Promise((resolve) => setup.addEventListener("change", () => setup.operation?.done > 0 && resolve()));
+        const search = setup.search(how);
+
+        await progress;
+        setup.end();
+        await search;
+        assert.equal(setup.isPartial, true);
+        assert.deepEqual(setup.found.map(({ id }) => id), [1, 2, 3]);
+    }
+    assert.deepEqual(codes(session), []);
+});
+
+test("profile full: new and diagnose are ended by a key", async (t) => {
+    const { setup, session } = await rig(t);
+    const begun = () => new Promise((resolve) => session.addEventListener("traffic", resolve, { once: true }));
+
+    for (const call of [() => setup.setUpNew(9), () => setup.diagnose(9)]) {
+        const isBegun = begun();
+        const run = call();
+
+        await isBegun;
+        setup.end();
+        await run;
+    }
+    assert.equal(setup.outcome.kind, "newEnded");
+    assert.equal(setup.isDiagnosisEnded, true);
     assert.deepEqual(codes(session), []);
 });
 

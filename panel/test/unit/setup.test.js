@@ -86,6 +86,37 @@ test("search: progress, servos and remarks; a key ends it", async () => {
     assert.deepEqual(codes(setup.session), []);
 });
 
+const deaf = {
+    search: { line: "scan rescue", start: (setup) => setup.search("rescue"), told: (setup) => setup.isPartial },
+    "new servo": { line: "new 4", start: (setup) => setup.setUpNew(4), told: (setup) => setup.outcome?.kind === "newEnded" },
+    diagnosis: { line: "diagnose 9", start: (setup) => setup.diagnose(9), told: (setup) => setup.isDiagnosisEnded },
+};
+
+for (const [what, { line: command, start, told }] of Object.entries(deaf))
+    test(`${what}: ends within 2 s though the controller ignores the key`, async () => {
+        const { setup, clock, session } = await rig({ onText: (line) => line === command || line === "" });
+        const run = start(setup);
+
+        await clock.advance(100);
+        setup.end();
+        await clock.advance(2000);
+        assert.equal(setup.isRunning, false);
+        await run;
+        assert.equal(told(setup), true);
+        assert.deepEqual(codes(session), []);
+    });
+
+test("search: no scan follows one that was ended", async () => {
+    const { setup, clock, port } = await rig({ ids: [], onText: (line, at) => line === "scan all" || (line === "" && (at.say("error 49: ended"), true)) });
+    const search = setup.search("all");
+
+    await clock.advance(100);
+    port.written = [];
+    setup.end();
+    await finish(clock, search);
+    assert.deepEqual(port.lines.filter((line) => line.startsWith("scan")), []);
+});
+
 test("search: one that a stop ends is not shown as complete", async () => {
     const { clock, session, setup } = await rig({ onText: (line, at) => line === "scan all" && (at.say("id 1 model 1 at 1000000bps"), true) });
     const search = setup.search("all");
