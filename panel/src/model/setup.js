@@ -7,7 +7,7 @@
 import { ID_MAX } from "../wire/packet.js";
 import { CommandError } from "./controller.js";
 import { checkLimits, differences, entriesFor, entryOf, readBackup, textOfBackup } from "./backup.js";
-import { Failure, rawAt, readRegisters, registerRows, writeRegister } from "./registers.js";
+import { Failure, rawAt, readRegisters, registerRows, silences, writeRegister } from "./registers.js";
 
 /* The rates at which a search looks, bit/s. */
 export const RATES = [1000000, 500000, 250000, 115200, 57600, 19200];
@@ -279,12 +279,12 @@ export class Setup extends EventTarget {
         this.registers = { id, bytes: await readRegisters(this.session.wire, id), at: this.session.clock.now() };
     }
 
-    /* Returns true if the register has the value now. */
+    /* Returns true if the register has the value now, as far as it can be read. */
     write(id, row, raw) {
         return this.#run("write", async () => {
             try {
                 checkLimits(id, await readRegisters(this.session.wire, id), this.rows, { [row.name]: raw });
-                await writeRegister(this.session.controller, id, row, raw);
+                if ((await writeRegister(this.session.controller, id, row, raw)) === null) this.session.notify({ code: "level-silent", id });
             } finally {
                 if (this.session.isConnected) await this.#read(id).catch(() => (this.registers = null)); // the first failure is told
             }
@@ -356,15 +356,24 @@ export class Setup extends EventTarget {
         });
     }
 
-    /* Torque may have been switched on since the file was compared, so the limits are checked again. */
+    /* Torque may have been switched on since the file was compared, so the limits are checked again. A status return
+     * level that silences the servo is written behind all that is read back. */
     async #restoreServo(operation, id, entry) {
+        const own = this.restored.filter((one) => one.id === id);
+        const isLast = ({ row, file }) => silences(row, file);
+
         if (!operation.isEnding()) await this.#differences(entry);
-        for (const outcome of this.restored.filter((one) => one.id === id)) {
+        await this.#restoreRegisters(operation, own.filter((one) => !isLast(one)));
+        await this.#readBack(id);
+        await this.#restoreRegisters(operation, own.filter(isLast));
+    }
+
+    async #restoreRegisters(operation, outcomes) {
+        for (const outcome of outcomes) {
             if (!operation.isEnding()) await this.#restoreRegister(outcome);
             operation.done++;
             this.#change();
         }
-        await this.#readBack(id);
     }
 
     async #restoreRegister(outcome) {
@@ -372,8 +381,7 @@ export class Setup extends EventTarget {
 
         outcome.why = "unconfirmed";
         try {
-            await writeRegister(this.session.controller, id, row, file);
-            outcome.why = "";
+            outcome.why = (await writeRegister(this.session.controller, id, row, file)) === null ? "unread" : "";
         } catch (error) {
             if (FATAL_CODES.has(error.code)) throw error;
             outcome.why = error instanceof CommandError ? [error.message, error.remedy].filter((part) => part).join("; ") : (error.why ?? error.code);

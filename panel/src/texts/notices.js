@@ -75,6 +75,11 @@ export const notice = {
         text: `${servo(detail)} did not take ${detail.register}: it has ${detail.now}, not ${detail.wanted}.`,
         remedy: "See whether the servo is locked. Switch its power off and on, then try again.",
     }),
+    "level-silent": ({ id }) => ({
+        text: `Servo ${id} was told STATUS_RETURN_LEVEL 0 and now answers PING only: the level could not be read back.`,
+        remedy: `To read it again, send “write ${id} STATUS_RETURN_LEVEL 2” by the console, or its packet by hand.`,
+        level: "warning",
+    }),
     "backup-damaged": ({ detail }) => ({
         text: `The backup is damaged: ${detail}. Nothing was written.`,
         remedy: "Choose another copy of the file, or save a new backup.",

@@ -140,9 +140,11 @@ export const setup = {
     restoring: "Writing …",
     restored: (count) => `${many(count, "register is written and was", "registers are written and were")} read back.`,
     notTaken: (count) => `${many(count, "register was", "registers were")} not taken.`,
+    notConfirmed: (count) => `${many(count, "register", "registers")} could not be confirmed.`,
     close: "Close",
     why: {
         unconfirmed: "not confirmed: read the registers",
+        unread: "written; at this level the servo answers PING only, so it cannot be read back",
         ended: "not written: the restore has ended",
         "servo-silent": "no reply",
         "register-not-taken": "the servo kept another value",

@@ -54,6 +54,30 @@ async function restoreAll({ session, setup, row }) {
 
 test("profile full: backup, change, restore", async (t) => restoreAll(await rig(t)));
 
+/* A restore of two registers and of the level at which servo 1 answers PING only, or PING and READ. */
+async function restoreLevel({ session, setup, row }, level) {
+    const file = JSON.parse(await setup.backup(1));
+
+    file.servos[0].registers.STATUS_RETURN_LEVEL = level;
+    assert.equal(await setup.write(1, row("MIN_VOLTAGE"), 65), true);
+    assert.equal(await setup.write(1, row("MAX_VOLTAGE"), 150), true);
+    await setup.compare(JSON.stringify(file), 1);
+    await setup.restore();
+    assert.deepEqual(setup.restored.map((one) => [one.row.name, one.why]), [
+        ["MIN_VOLTAGE", ""], ["MAX_VOLTAGE", ""], ["STATUS_RETURN_LEVEL", level === 0 ? "unread" : ""],
+    ]);
+    assert.deepEqual(codes(session), []);
+}
+
+for (const [profile, options] of [["full", {}], ["bridge", { elf: "bridge" }]])
+    for (const level of [0, 1])
+        test(`profile ${profile}: restore of the status return level ${level}`, async (t) => {
+            const robot = await rig(t, options);
+
+            if (profile === "bridge") await robot.setup.search("");
+            await restoreLevel(robot, level);
+        });
+
 test("profile console: backup, change, restore", async (t) => {
     const robot = await rig(t, { board: "arbotix" });
 
