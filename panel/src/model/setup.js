@@ -40,7 +40,7 @@ export class Setup extends EventTarget {
         this.isDiagnosisEnded = false; // the user has ended the last diagnosis
         this.findings = []; // findings of the last diagnosis: [{id, number, text, remedy, place, isGood}]
         this.chosen = null; // ID of the servo whose registers are shown
-        this.registers = null; // {id, bytes, at}
+        this.registers = null; // {id, bytes, at, isOld}; isOld: a write since then, and no reply to the read behind it
         this.plan = null; // plan of a restore: {scope, servos: [{id, entry, changes}]}
         this.restored = null; // outcome of a restore: [{id, row, file, now, why}]; why "": written
     }
@@ -286,10 +286,14 @@ export class Setup extends EventTarget {
                 checkLimits(id, await readRegisters(this.session.wire, id), this.rows, { [row.name]: raw });
                 if ((await writeRegister(this.session.controller, id, row, raw)) === null) this.session.notify({ code: "level-silent", id });
             } finally {
-                if (this.session.isConnected) await this.#read(id).catch(() => (this.registers = null)); // the first failure is told
+                if (this.session.isConnected) await this.#read(id).catch(() => this.#markOld()); // the first failure is told
             }
             return true;
         });
+    }
+
+    #markOld() {
+        if (this.registers) this.registers = { ...this.registers, isOld: true };
     }
 
     /* ---- backup ---- */

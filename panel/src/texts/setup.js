@@ -65,6 +65,7 @@ export const setup = {
     notRead: "“Read all” shows the registers with their values.",
     readAt: (seconds) => (seconds < 2 ? "Read just now." : `Read ${seconds < 120 ? `${seconds} s` : `${Math.round(seconds / 60)} minutes`} ago.`),
     oldNow: "A set-up command runs: values are old.",
+    oldSilent: "Values are old: the servo did not answer the last read.",
     columnRegister: "Register",
     columnValue: "Value",
     columnRaw: "Raw",
