@@ -132,7 +132,7 @@ export const notice = {
     "host-rate": () => ({
         text: "The rate to this page has changed.",
         remedy: "If the controller no longer answers, disconnect and connect at the new rate.",
-        level: "info",
+        level: "warning",
     }),
     "clear-inhibited": () => ({
         text: "The alarms were not cleared: driving is inhibited, and the command “clear” would end that, too.",
@@ -147,7 +147,7 @@ export const notice = {
         remedy: "If driving is inhibited, press Release. If the servo has limits (command “limits”), stay within them.",
     }),
     "turn-not-ended": (detail) => ({
-        text: `${servo(detail)} did not confirm the end of its endless turn.`,
+        text: `${servo(detail)} did not confirm the end of ${detail.ids?.length > 1 ? "their" : "its"} endless turn.`,
         remedy: "If it still turns, press Stop.",
     }),
     "goal-refused": (detail) => ({
