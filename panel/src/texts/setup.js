@@ -15,9 +15,9 @@ export const setup = {
     find: "Find servos",
     how: "Where to search",
     hows: {
-        "": "at the rate of the bus, 1 s",
-        all: "at the six listed rates, 4 s",
-        rescue: "at all 255 rates, 9 minutes",
+        "": "rate of the bus, 1 s",
+        all: "six listed rates, 4 s",
+        rescue: "all 255 rates, 9 minutes",
     },
     search: "Search",
     searching: "Searching …",
@@ -40,7 +40,7 @@ export const setup = {
     newStart: "Set up",
     newIdWrong: "An ID is a number from 0 to 253.",
     newIdTaken: (id) => `Servo ${id} of the robot has this ID. Choose another, unless the new servo takes its place.`,
-    newFull: (count) => `The controller knows ${count} servos, unplugged ones too, and refuses another ID (error 11). Type servos forget in the console of the view Packets first.`,
+    newFull: (count) => `The controller knows ${count} servos, unplugged ones too, and refuses another ID (error 11). Type “servos forget” in the console of the view Packets first.`,
     newDone: (id) => `Servo ${id} is set up. Now plug in the others again.`,
     newEnded: "You ended the set-up. Search for the servo before you try again.",
 
