@@ -4,7 +4,7 @@
  *
  * A goal is ignored while the torque of its servo is not known to be on. A servo gets at most 20 goals a
  * second, each at most once; a goal that could not leave within 150 ms is dropped. The goal of a hold also waits for its
- * turn, at most 50 ms, and is never dropped.
+ * turn, at most 50 ms, and is never dropped. Torque is switched within 2 s or not at all.
  *
  * Events: `feedback` after each round, `change` when anything else has changed, `notice`, `reset` when the
  * controller has been reset: its RESET_CAUSE is another one, it echoes a line, or it has forgotten its servos. */
@@ -14,7 +14,7 @@ import { groupsOfIds } from "../wire/stop.js";
 import { pause } from "../wire/clock.js";
 import { WireError } from "../wire/wire_error.js";
 import { FEEDBACK, LIMITS, REGISTER, STATE } from "./blocks.js";
-import { DEVICE, LISTED_MAX } from "./controller.js";
+import { DEVICE, LISTED_MAX, ORDER_MS } from "./controller.js";
 import { Failure, parametersOf, readRegisters, writeRegisters } from "./registers.js";
 import { Servo } from "./servo.js";
 import { RAW_MAX, rawOfDegrees, rawOfRpm, rawOfTurn } from "./units.js";
@@ -23,6 +23,9 @@ export const GOAL_RPM = 20; // speed of a goal, if none is given
 export const GOAL_PERIOD_MS = 50; // between two goals of a servo
 export const GOAL_AGE_MS = 150; // an older goal is dropped
 
+const POSITION_MS = 200; // from the last look at the position to torque on
+const TORQUE_TRIES = 3;
+const MOVED_RAW = 17; // 5 degrees
 const ROUND_MS = 10; // a faster round would only cost CPU time
 const PAUSE_MS = 100; // after an error of the wire
 const SLOW_MS = 250; // torque and goals, the device, the motion
@@ -30,6 +33,7 @@ const LIMITS_MS = 1000;
 const TEXT_MS = 5000; // the command `servos`
 const TEXT_ALARM_MS = 1000; // while something is wrong
 const RATE_MS = 1000; // over which updates are counted
+const POSITION_AT = REGISTER.PRESENT_POSITION - REGISTER.GOAL_POSITION; // in a read from GOAL_POSITION on
 const DEVICE_FIRST = DEVICE.SAVE;
 const MOTION_COUNT = 6;
 
@@ -231,7 +235,8 @@ export class Robot extends EventTarget {
     }
 
     /* Switches torque. On: the goal becomes the present position first, and is read back, so nothing
-     * moves. A later command for the same servo cancels this one. Throws Failure or WireError. */
+     * moves. It is dropped if other commands have the wire for 2 s. A later command for the same servo cancels this one.
+     * Throws Failure or WireError. */
     setTorque(id, isOn) {
         return this.#switchTorque(id, isOn, this.#orderTorque([id]));
     }
@@ -249,9 +254,13 @@ export class Robot extends EventTarget {
         if (isCancelled()) return;
         this.#goals.delete(id);
         if (isOn && this.isInhibited) throw new Failure("inhibited", { id });
-        if (isOn) await this.#holdPosition(id);
+        try {
+            if (isOn) await this.#torqueOn(id, isCancelled);
+            else await this.#writeTorque(id, 0, this.#clock.now() + ORDER_MS);
+        } catch (error) {
+            throw error.code === "late" ? new Failure(isOn ? "torque-on-late" : "torque-off-late", { id }) : error;
+        }
         if (isCancelled()) return; // torque off takes one packet, and overtakes torque on
-        await writeRegisters(this.#wire, id, REGISTER.TORQUE_ENABLE, [isOn ? 1 : 0]);
         const servo = this.servos.get(id);
 
         if (servo) servo.torque = isOn;
@@ -259,17 +268,18 @@ export class Robot extends EventTarget {
     }
 
     /* Switches torque of `ids`, or of all servos that are online, one after the other. `keepsGoals`: a servo that
-     * has torque keeps its goal. A servo that fails is told by onError(error), and the others go on; a stop or a
-     * lost port ends it. */
+     * has torque keeps its goal. A servo that fails is told by onError(error), and the others go on; a stop, a
+     * lost port, or a command that has the wire for 2 s ends it. */
     async setTorqueAll(isOn, onError, { ids = this.#online, keepsGoals = false } = {}) {
         const order = this.#orderTorque(ids);
 
-        for (const id of ids) {
+        for (const [index, id] of ids.entries()) {
             if (isOn && keepsGoals && this.servos.get(id)?.torque === true) continue;
             try {
                 await this.#switchTorque(id, isOn, order);
             } catch (error) {
                 if (["stopped", "closed", "silent", "inhibited"].includes(error.code)) throw error;
+                if (/^torque-.*late$/.test(error.code)) throw new Failure(error.code, { ids: ids.slice(index) });
                 onError(error);
             }
         }
@@ -278,23 +288,48 @@ export class Robot extends EventTarget {
     /* Clears the alarms that the controller has kept. It never ends an inhibit, as the command `clear` would. */
     async clearAlarms() {
         if (this.#wire.hasDevice) await this.#controller.writeDevice(DEVICE.ALARMS, [0]);
-        else if ((await this.#controller.run("status")).includes("driving: allowed")) await this.#controller.run("clear");
+        else if ((await this.#controller.run("status")).includes("driving: allowed")) await this.#controller.order("clear");
         else throw new Failure("clear-inhibited");
         this.#due.delete("device");
         this.#due.delete("text");
     }
 
-    /* Limits and goal are read first: the controller checks a servo with limits by them. */
-    async #holdPosition(id) {
-        const limits = await readRegisters(this.#wire, id, LIMITS.address, LIMITS.count);
+    #writeTorque(id, value, notAfter) {
+        return writeRegisters(this.#wire, id, REGISTER.TORQUE_ENABLE, [value], { notAfter });
+    }
+
+    /* Begins again with the position if the joint was moved meanwhile, or if another job came before torque on. */
+    async #torqueOn(id, isCancelled) {
+        const end = this.#clock.now() + ORDER_MS;
+
+        for (let left = TORQUE_TRIES; left; left--) {
+            const isHeld = await this.#holdPosition(id, end);
+
+            if (isCancelled()) return;
+            if (!isHeld) continue;
+            try {
+                await this.#writeTorque(id, 1, Math.min(this.#clock.now() + POSITION_MS, end));
+                return;
+            } catch (error) {
+                if (error.code !== "late" || left === 1) throw error;
+            }
+        }
+        throw new Failure("joint-moves", { id });
+    }
+
+    /* Limits and goal are read first: the controller checks a servo with limits by them. The last read has the goal and
+     * the position. False: the joint is elsewhere by then. */
+    async #holdPosition(id, notAfter) {
+        const limits = await readRegisters(this.#wire, id, LIMITS.address, LIMITS.count, { notAfter });
         const isEndless = limits.every((byte) => byte === 0);
-        const position = Math.min(wordAt(await readRegisters(this.#wire, id, FEEDBACK.address, 2), 0), RAW_MAX);
+        const position = Math.min(wordAt(await readRegisters(this.#wire, id, FEEDBACK.address, 2, { notAfter }), 0), RAW_MAX);
         const wanted = [...word(position), ...word(isEndless ? 0 : rawOfRpm(GOAL_RPM))];
 
-        await writeRegisters(this.#wire, id, REGISTER.GOAL_POSITION, wanted);
-        const kept = await readRegisters(this.#wire, id, REGISTER.GOAL_POSITION, wanted.length);
+        await writeRegisters(this.#wire, id, REGISTER.GOAL_POSITION, wanted, { notAfter });
+        const kept = await readRegisters(this.#wire, id, REGISTER.GOAL_POSITION, POSITION_AT + 2, { notAfter });
 
-        if (kept.some((byte, index) => byte !== wanted[index])) throw new Failure("goal-not-kept", { id });
+        if (wanted.some((byte, index) => byte !== kept[index])) throw new Failure("goal-not-kept", { id });
+        return isEndless || Math.abs(Math.min(wordAt(kept, POSITION_AT), RAW_MAX) - position) <= MOVED_RAW;
     }
 
     /* ---- the loop ---- */

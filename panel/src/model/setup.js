@@ -257,7 +257,7 @@ export class Setup extends EventTarget {
             this.outcome = null;
             this.registers = null;
             try {
-                this.outcome = { kind, lines: await this.session.controller.run(command, { timeout: CHANGE_MS }) };
+                this.outcome = { kind, lines: await this.session.controller.order(command, { timeout: CHANGE_MS }) };
                 this.chosen = id;
             } catch (error) {
                 if (error instanceof CommandError && error.lines.length) this.outcome = { kind: "partly", lines: error.lines };

@@ -174,9 +174,24 @@ export class Wire extends EventTarget {
         } else {
             this.#queue.push(job);
             this.#listenToSignal(job);
+            this.#dropWhenLate(job);
             this.#pump();
         }
         return job.promise;
+    }
+
+    /* A job that still waits at `notAfter` fails at once, not when its turn comes: a command may run for minutes. */
+    #dropWhenLate(job) {
+        if (job.notAfter === Infinity) return;
+        const timer = this.#clock.after(job.notAfter + 1 - this.#clock.now(), () => {
+            const index = this.#queue.indexOf(job);
+
+            if (index < 0) return;
+            this.#queue.splice(index, 1);
+            job.fail("late");
+        });
+
+        job.promise.catch(() => {}).finally(() => this.#clock.cancel(timer));
     }
 
     #listenToSignal(job) {
