@@ -42,7 +42,7 @@ export class Robot extends EventTarget {
     #controller;
     #clock;
     #isRunning = false;
-    #goals = new Map(); // goals that wait, by servo ID: {raw, speed, at}
+    #goals = new Map(); // goals that wait, by servo ID: {raw, speed, at, since}; since: the first goal that this one replaces
     #goalSentAt = new Map(); // time of the last goal, by servo ID
     #holds = new Map(); // promise of a hold under way, by servo ID
     #stops = 0; // counts the stops and resets: a hold from before one does nothing
@@ -143,8 +143,7 @@ export class Robot extends EventTarget {
     /* A stop has begun: no goal may leave any more, and the torque of no servo is known. */
     forgetGoals() {
         this.#stops++;
-        for (const id of this.#goals.keys()) this.servos.get(id).goalState = "dropped";
-        this.#goals.clear();
+        this.dropGoals([...this.#goals.keys()]);
         for (const servo of this.servos.values()) servo.torque = null;
         this.#change();
     }
@@ -176,6 +175,18 @@ export class Robot extends EventTarget {
         return this.#offerGoal(id, { raw: rawOfDegrees(degrees), speed: rawOfRpm(rpm) });
     }
 
+    /* For how long no goal of these servos could leave, though there were newer ones again and again, in ms. */
+    waitOfGoals(ids) {
+        const waits = ids.map((id) => this.#goals.get(id)).filter((goal) => goal).map(({ since }) => this.#clock.now() - since);
+
+        return Math.max(0, ...waits);
+    }
+
+    /* Goals of these servos that wait are not sent. */
+    dropGoals(ids) {
+        for (const id of ids) if (this.#goals.delete(id)) this.servos.get(id).goalState = "dropped";
+    }
+
     /* Turns a servo in endless turn: more than 0 is counterclockwise. False: ignored, as by setGoal(). hold()
      * ends the turn. */
     setTurn(id, rpm) {
@@ -186,7 +197,9 @@ export class Robot extends EventTarget {
         const servo = this.servos.get(id);
 
         if (!servo || servo.torque !== true || this.isInhibited || this.#wire.state !== "ready") return false;
-        this.#goals.set(id, { ...goal, at: this.#clock.now() });
+        const now = this.#clock.now();
+
+        this.#goals.set(id, { ...goal, at: now, since: this.#goals.get(id)?.since ?? now });
         servo.goalState = "waiting";
         return true;
     }
