@@ -23,6 +23,7 @@ export const GOAL_RPM = 20; // speed of a goal, if none is given
 export const GOAL_PERIOD_MS = 50; // between two goals of a servo
 export const GOAL_AGE_MS = 150; // an older goal is dropped
 
+const HOLD_MS = 500; // so long a newer goal waits for the end of a hold; then its age counts
 const POSITION_MS = 200; // from the last look at the position to torque on
 const TORQUE_TRIES = 3;
 const MOVED_RAW = 17; // 5 degrees
@@ -44,7 +45,7 @@ export class Robot extends EventTarget {
     #isRunning = false;
     #goals = new Map(); // goals that wait, by servo ID: {raw, speed, at, since}; since: the first goal that this one replaces
     #goalSentAt = new Map(); // time of the last goal, by servo ID
-    #holds = new Map(); // promise of a hold under way, by servo ID
+    #holds = new Map(); // hold under way, by servo ID: {promise, since}
     #stops = 0; // counts the stops and resets: a hold from before one does nothing
     #torqueOrders = new Map(); // newest torque command, by servo ID
     #due = new Map(); // time of the next slow read, by its name
@@ -209,8 +210,20 @@ export class Robot extends EventTarget {
      * off, or if a stop comes first. */
     hold(id) {
         this.#goals.delete(id);
-        if (!this.#holds.has(id)) this.#holds.set(id, this.#hold(id).finally(() => this.#holds.delete(id)));
-        return this.#holds.get(id);
+        if (!this.#holds.has(id)) this.#holds.set(id, { promise: this.#hold(id).finally(() => this.#endHold(id)), since: this.#clock.now() });
+        return this.#holds.get(id).promise;
+    }
+
+    /* A goal that came meanwhile follows the hold: its age counts from now on. */
+    #endHold(id) {
+        const goal = this.#goals.get(id);
+
+        if (goal && this.#isBehindHold(id)) goal.at = this.#clock.now();
+        this.#holds.delete(id);
+    }
+
+    #isBehindHold(id) {
+        return this.#clock.now() - (this.#holds.get(id)?.since ?? -Infinity) <= HOLD_MS;
     }
 
     async #hold(id) {
@@ -478,6 +491,7 @@ export class Robot extends EventTarget {
             const servo = this.servos.get(id);
 
             if (this.#goals.get(id) !== goal) continue; // a stop has dropped it, or a newer one waits
+            if (this.#isBehindHold(id)) continue;
             if (now - goal.at <= GOAL_AGE_MS && (this.#holds.has(id) || this.#waitOf(id) > 0)) continue;
             this.#goals.delete(id);
             if (servo.torque !== true || now - goal.at > GOAL_AGE_MS) {
