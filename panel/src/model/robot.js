@@ -88,9 +88,12 @@ export class Robot extends EventTarget {
     }
 
     /* Shows these servos; what is known of a servo that stays is kept. A damaged line may have named an ID that no
-     * servo can have. */
+     * servo can have. At the ID of the device the page reads the device, not the servo. */
     setServos(ids) {
-        const sorted = [...new Set(ids)].filter((id) => id <= ID_MAX).sort((one, other) => one - other);
+        const own = this.#wire.hasDevice ? this.#wire.deviceId : null;
+
+        if (ids.includes(own)) this.#notice({ code: "servo-behind-device", id: own });
+        const sorted = [...new Set(ids)].filter((id) => id <= ID_MAX && id !== own).sort((one, other) => one - other);
 
         this.servos = new Map(sorted.map((id) => [id, this.servos.get(id) ?? new Servo(id)]));
         this.#goals = new Map([...this.#goals].filter(([id]) => this.servos.has(id)));

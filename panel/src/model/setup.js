@@ -83,10 +83,22 @@ export class Setup extends EventTarget {
         return this.ids.includes(this.chosen) ? this.chosen : (this.ids[0] ?? null);
     }
 
+    /* The ID at which the controller itself answers, so that no servo can, or null. */
+    get idOfDevice() {
+        const { wire } = this.session;
+
+        return wire?.hasDevice ? wire.deviceId : null;
+    }
+
+    #checkNewId(id) {
+        if (id === this.idOfDevice) throw new Failure("id-of-device", { id });
+    }
+
     /* The lowest ID from 1 on that no known servo has, or null. */
     get freeId() {
         const taken = new Set([...this.ids, ...(this.found ?? []).map(({ id }) => id)]);
 
+        if (this.idOfDevice !== null) taken.add(this.idOfDevice);
         for (let id = 1; id <= ID_MAX; id++) if (!taken.has(id)) return id;
         return taken.has(0) ? null : 0;
     }
@@ -180,6 +192,7 @@ export class Setup extends EventTarget {
         return this.#run("new", async (operation) => {
             this.steps = [];
             this.outcome = null;
+            this.#checkNewId(id);
             const onLine = (line) => {
                 const step = /step (\d) of (\d)/.exec(line);
 
@@ -233,7 +246,10 @@ export class Setup extends EventTarget {
     /* ---- changes of where a servo answers ---- */
 
     changeId(id, to) {
-        return this.#changePlace("id", `id ${id} ${to}`, to);
+        return this.session.attempt(() => {
+            this.#checkNewId(to);
+            return this.#changePlace("id", `id ${id} ${to}`, to);
+        });
     }
 
     changeRate(id, rate) {

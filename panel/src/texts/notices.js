@@ -128,6 +128,14 @@ export const notice = {
         text: `A servo has the ID ${setting}: with this device_id it could not be reached.`,
         remedy: "Choose an ID that no servo has.",
     }),
+    "id-of-device": ({ id }) => ({
+        text: `${id} is the ID of the controller itself: the page could not reach a servo there. Nothing was changed.`,
+        remedy: "Choose another ID.",
+    }),
+    "servo-behind-device": ({ id }) => ({
+        text: `Servo ${id} has the ID of the controller itself: the page cannot show it, and no stop is confirmed for it.`,
+        remedy: `Give it another ID: send “id ${id} 1” by the console of the view Packets, with 1 or another free ID. Then find servos.`,
+    }),
     "not-saved": () => ({
         text: "The settings were not saved: the EEPROM has failed, or a motion is under way.",
         remedy: "End the motion and save again. If it fails again, replace the board.",

@@ -39,6 +39,7 @@ export const setup = {
     newIdHint: (free) => (free === null ? "All IDs are taken." : `${free} is the next free one.`),
     newStart: "Set up",
     newIdWrong: "An ID is a number from 0 to 253.",
+    newIdOfDevice: (id) => `${id} is the ID of the controller itself. Choose another.`,
     newIdTaken: (id) => `Servo ${id} of the robot has this ID. Choose another, unless the new servo takes its place.`,
     newFull: (count) => `The controller knows ${count} servos, unplugged ones too, and refuses another ID (error 11). Type “servos forget” in the console of the view Packets first.`,
     newDone: (id) => `Servo ${id} is set up. Now plug in the others again.`,

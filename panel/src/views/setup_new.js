@@ -17,7 +17,11 @@ class NewPart extends SetupPart {
     }
 
     get #isWrong() {
-        return !/^\d+$/.test(this.#text) || Number(this.#text) > ID_MAX;
+        return !/^\d+$/.test(this.#text) || Number(this.#text) > ID_MAX || this.#isOfDevice;
+    }
+
+    get #isOfDevice() {
+        return Number(this.#text) === this.setup.idOfDevice;
     }
 
     #start = async () => {
@@ -32,7 +36,7 @@ class NewPart extends SetupPart {
     }
 
     #note() {
-        if (this.#isWrong) return html`<strong class="bad">${t.newIdWrong}</strong>`;
+        if (this.#isWrong) return html`<strong class="bad">${this.#isOfDevice ? t.newIdOfDevice(this.#text) : t.newIdWrong}</strong>`;
         const id = Number(this.#text);
 
         const { ids, freeId } = this.setup;
