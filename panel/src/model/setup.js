@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The operations of the view Set-up: search, new servo, diagnosis, registers, backup and restore. One at a time
- * runs; a failure is a notice of the session. What was found stays until another connection.
+ * runs; a failure is a notice of the session. What was found stays until another connection. What a
+ * restore has left undone stays longer: the port may have been lost meanwhile.
  *
  * Event: `change`. */
 
@@ -43,12 +44,17 @@ export class Setup extends EventTarget {
         this.registers = null; // {id, bytes, at, isOld}; isOld: a write since then, and no reply to the read behind it
         this.plan = null; // plan of a restore: {scope, servos: [{id, entry, changes}]}
         this.restored = null; // outcome of a restore: [{id, row, file, now, why}]; why "": written
+        this.isRestoreEarlier = false; // `restored` is of an earlier connection
     }
 
     #follow() {
         if (this.session.wire !== this.#wire) {
+            const { restored } = this;
+
             this.#wire = this.session.wire;
             this.#clear();
+            this.isRestoreEarlier = Boolean(restored?.some(({ why }) => why));
+            if (this.isRestoreEarlier) this.restored = restored;
         }
         this.#change();
     }
@@ -333,8 +339,7 @@ export class Setup extends EventTarget {
 
     /* Compares a file with the servo `id`, or with the whole robot. Writes nothing. */
     compare(text, id) {
-        this.plan = null;
-        this.restored = null;
+        this.#forgetPlan();
         return this.#run("compare", async (operation) => {
             const entries = entriesFor(readBackup(text, this.rows), id);
 
@@ -356,9 +361,14 @@ export class Setup extends EventTarget {
     }
 
     forgetPlan() {
+        this.#forgetPlan();
+        this.#change();
+    }
+
+    #forgetPlan() {
         this.plan = null;
         this.restored = null;
-        this.#change();
+        this.isRestoreEarlier = false;
     }
 
     /* Writes what differs. The servos must still be as they were when the file was compared. */

@@ -140,6 +140,7 @@ export const setup = {
     columnOutcome: "Outcome",
     writeAll: (count) => `Write ${many(count, "register")}`,
     restoring: "Writing …",
+    restoreEarlier: "The restore before this connection:",
     restored: (count) => `${many(count, "register is written and was", "registers are written and were")} read back.`,
     notTaken: (count) => `${many(count, "register was", "registers were")} not taken.`,
     notConfirmed: (count) => `${many(count, "register", "registers")} could not be confirmed.`,

@@ -480,3 +480,33 @@ test("ID of the device: a servo that has it is told, its card does not show the 
     assert.deepEqual(session.robot.ids, [1]);
     assert.match(session.notices.find(({ code }) => code === "servo-behind-device").text, /^Servo 253 has the ID of the controller/);
 });
+
+test("restore: what a lost port has left is shown after another connection", async () => {
+    const { setup, port, session, clock } = await restoring((it) => (it.unplug(), true));
+    const whys = () => setup.restored?.map(({ why }) => why);
+    const before = whys();
+    const connected = session.connect(port);
+
+    await clock.advance(1000);
+    await connected;
+    assert.equal(session.state, "connected");
+    assert.deepEqual(whys(), before);
+    assert.equal(setup.isRestoreEarlier, true);
+    setup.forgetPlan();
+    assert.deepEqual([setup.restored, setup.isRestoreEarlier], [null, false]);
+});
+
+test("restore: one that was carried out in full is not shown after another connection", async () => {
+    const { setup, port, session, clock } = await rig();
+    const file = await finish(clock, setup.backup(1));
+
+    port.servos.get(1)[MIN_VOLTAGE] = 65;
+    await finish(clock, setup.compare(file, 1));
+    await finish(clock, setup.restore());
+    assert.deepEqual(setup.restored.map(({ why }) => why), [""]);
+    const connected = session.connect(port);
+
+    await clock.advance(1000);
+    await connected;
+    assert.equal(setup.restored, null);
+});
