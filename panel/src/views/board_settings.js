@@ -170,14 +170,21 @@ class SettingsPart extends Part {
         return html`<p class="controls">
             <button class="apply" title=${t.applyHint} ?disabled=${isBlocked || !hasChanges} @click=${this.#apply}>${t.apply}</button>
             <button class="save-settings" title=${t.saveHint} ?disabled=${isBlocked} @click=${this.#save}>${t.save}</button>
-            <button class="undo" ?disabled=${this.#isBusy} @click=${this.#undo}>${hasChanges ? t.undo : t.readAgain}</button>
+            <button class="undo" ?disabled=${this.#isBusy} aria-label=${hasChanges ? t.undo : t.readAgainOf(t.settings)}
+                @click=${this.#undo}>${hasChanges ? t.undo : t.readAgain}</button>
             <button class="defaults" ?disabled=${this.#isBusy} @click=${this.#defaults}>${t.defaults}</button>
             <span class="settings-state" role="status">${this.#state()}</span>
         </p>`;
     }
 
+    /* The first read may have failed, as by a stop. */
+    #unread() {
+        if (this.#isBusy || !this.#settings) return html`<p>${t.reading}</p>`;
+        return html`<p>${t.settingsUnread} <button class="undo" aria-label=${t.readAgainOf(t.settings)} @click=${this.#undo}>${t.readAgain}</button></p>`;
+    }
+
     render() {
-        if (!this.#settings?.values.size) return html`<section><h2>${t.settings}</h2><p>${t.reading}</p></section>`;
+        if (!this.#settings?.values.size) return html`<section><h2>${t.settings}</h2>${this.#unread()}</section>`;
         return html`<section aria-labelledby="settings-title">
             <h2 id="settings-title">${t.settings}</h2>
             ${this.#settings.origin ? html`<p class="soft">${t.atStart(this.#settings.origin)}</p>` : nothing} ${this.#buttons()}
