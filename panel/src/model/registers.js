@@ -3,7 +3,7 @@
 
 import { ERRORS_OF_PACKET, errorNames, ping, read, word, wordAt, write } from "../wire/packet.js";
 import { texts } from "../texts/texts.js";
-import { rawOf, valueOf, withUnit } from "./units.js";
+import { rawOf, typedNumber, valueOf, withUnit } from "./units.js";
 
 export const TABLE_SIZE = 50; // bytes
 const BITS = new Set(["ALARM_LED", "ALARM_SHUTDOWN"]); // conditions, as the error bits of a packet
@@ -62,9 +62,9 @@ export function rangeOf(row) {
 
 /* What a user typed, in the unit of the register or raw. Returns {raw}, or {problem}: a code of texts.setup. */
 export function typedValue(row, text, isRaw) {
-    const number = Number(text.trim().replace(",", "."));
+    const number = typedNumber(text);
 
-    if (!text.trim() || !Number.isFinite(number)) return { problem: "notNumber" };
+    if (Number.isNaN(number)) return { problem: "notNumber" };
     if (isRaw && !Number.isInteger(number)) return { problem: "notWhole" };
     const raw = isRaw ? number : rawInUnit(row, number);
 

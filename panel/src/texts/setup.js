@@ -32,6 +32,7 @@ export const setup = {
     busRate: "Set the bus to",
     busRateHint: "Only servos that have this rate answer. “Save” in the view Board keeps it over power-off.",
     setBusRate: "Set",
+    askBusRate: "Servos may have torque. At another rate of the bus they keep it, and no stop reaches them until the rate is set back. Set it all the same?",
 
     newServo: "New servo",
     newHint: "Connect the new servo alone: unplug all others. The controller finds it at whatever rate, then gives it the ID and the rate of the bus.",

@@ -117,7 +117,8 @@ class SettingsPart extends Part {
 
     /* ---- rendering ---- */
 
-    #field({ name, lowest, highest }) {
+    #field(row) {
+        const { name } = row;
         const text = this.#changes.get(name) ?? String(this.#settings.values.get(name) ?? "");
         const choices = t.choices[name];
         const id = `setting-${name}`;
@@ -130,11 +131,9 @@ class SettingsPart extends Part {
             </select>`;
         return html`<input
             id=${id}
-            type="number"
-            min=${lowest}
-            max=${highest}
+            inputmode="numeric"
             .value=${text}
-            aria-invalid=${this.#isWrong({ name, lowest, highest })}
+            aria-invalid=${this.#isWrong(row)}
             aria-describedby="help-${name}"
             @input=${({ target }) => this.#type(name, target.value)}
         />`;

@@ -68,7 +68,7 @@ class NewPart extends SetupPart {
         return html`<p class="hint">${t.newHint}</p>
             <div class="controls">
                 <label>${t.newId}
-                    <input class="new-id" type="number" min="0" max=${ID_MAX} .value=${this.#text} ?disabled=${setup.isRunning}
+                    <input class="new-id" inputmode="numeric" .value=${this.#text} ?disabled=${setup.isRunning}
                         aria-invalid=${this.#isWrong} aria-describedby="new-id-note" @input=${(event) => this.#type(event)} />
                 </label>
                 <button class="set-up-new" ?disabled=${setup.isRunning || this.#isWrong} @click=${this.#start}>${t.newStart}</button>
