@@ -135,6 +135,7 @@ test("teach: two poses by hand, stored, played by the board", async (t) => {
     await shows(page, "The board has no sequence", ".notice");
     await page.click("button.store");
     await shows(page, /confirmed 2 poses and 1 sequence/, ".notice");
+    await page.evaluate(() => scrollTo(0, 0)); // the box Play is under the header
     await page.click("input.loop");
     await page.click("button.play");
     await shows(page, /seq1 plays: step 2 of 2/, ".motion-state");
