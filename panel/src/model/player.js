@@ -120,16 +120,23 @@ export class Player {
         this.#check(ids);
         const ways = ids.map((id) => degreesOf(Math.abs(positions.get(id) - robot.servos.get(id).raw.position)));
         const ms = (Math.max(...ways) / RPM) * RPM_PER_SPEED;
-        const end = this.#clock.now() + ms + ARRIVE_MS;
+        const begun = this.#clock.now();
+        const end = begun + ms + ARRIVE_MS;
+        const send = (id, index) => this.#goal(id, positions.get(id), (ways[index] / Math.max(ms, TICK_MS)) * RPM_PER_SPEED);
 
-        ids.forEach((id, index) => this.#goal(id, positions.get(id), (ways[index] / Math.max(ms, TICK_MS)) * RPM_PER_SPEED));
+        ids.forEach(send);
         for (;;) {
             const away = ids.filter((id) => Math.abs(robot.servos.get(id)?.raw.position - positions.get(id)) > ARRIVED_RAW);
 
             if (!away.length) return true;
             if (this.#isEnding) return this.#rest(ids);
             this.#check(ids);
-            if (this.#isHeldUp(ids) || ids.some((id) => robot.servos.get(id).goalState === "dropped")) throw this.#busy(ids);
+            if (this.#isHeldUp(ids)) throw this.#busy(ids);
+            ids.forEach((id, index) => {
+                if (robot.servos.get(id).goalState !== "dropped") return; // at a low rate the last of many goals may be too old
+                if (this.#clock.now() > begun + BUSY_MS) throw this.#busy(ids);
+                send(id, index);
+            });
             if (this.#clock.now() > end) throw new MotionError("motion-not-there", { ids: away });
             await pause(this.#clock, TICK_MS);
         }

@@ -213,7 +213,11 @@ export class Robot extends EventTarget {
      * off, or if a stop comes first. */
     hold(id) {
         this.#goals.delete(id);
-        if (!this.#holds.has(id)) this.#holds.set(id, { promise: this.#hold(id).finally(() => this.#endHold(id)), since: this.#clock.now() });
+        if (!this.#holds.has(id)) {
+            const promise = this.#hold(id).finally(() => this.#endHold(id));
+
+            this.#holds.set(id, { promise, since: this.#clock.now() });
+        }
         return this.#holds.get(id).promise;
     }
 

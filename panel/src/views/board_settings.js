@@ -179,7 +179,8 @@ class SettingsPart extends Part {
     /* The first read may have failed, as by a stop. */
     #unread() {
         if (this.#isBusy || !this.#settings) return html`<p>${t.reading}</p>`;
-        return html`<p>${t.settingsUnread} <button class="undo" aria-label=${t.readAgainOf(t.settings)} @click=${this.#undo}>${t.readAgain}</button></p>`;
+        return html`<p>${t.settingsUnread}
+            <button class="undo" aria-label=${t.readAgainOf(t.settings)} @click=${this.#undo}>${t.readAgain}</button></p>`;
     }
 
     render() {

@@ -95,3 +95,19 @@ test("go to: ends if its goal could not leave", async () => {
     await clock.advance(1000);
     assert.deepEqual(goals(), []);
 });
+
+test("go to: a goal that was dropped behind a short command is sent again", async () => {
+    const { clock, port, session, goals, player } = await rig();
+    const search = session.controller.scan();
+
+    await clock.advance(20);
+    const gone = player.goTo(new Map([[1, 900]])).then(() => "there", ({ code }) => code);
+
+    await clock.advance(250);
+    port.say("0 found", "ok");
+    await clock.advance(10);
+    await search;
+    await clock.advance(1000);
+    assert.equal(await gone, "there");
+    assert.equal(goals().at(-1), 900);
+});
