@@ -3,6 +3,7 @@
 #include "robot/moves.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #include "robot/group_cycle.h"
 
@@ -167,15 +168,16 @@ const CDS_FLASH struct robot_operation moves_cycle = {
 enum cds_result moves_begin(struct robot *robot, const struct cds_move *move, bool ends_cycle)
 {
     struct moves *moves = robot->moves;
+    struct cds_move copy = *move;
     enum cds_result result;
 
-    if (moves_is_playing(robot))
+    if (moves_is_playing(robot) || cds_motion_is_busy(&moves->motion))
         return CDS_BUSY;
     if (!moves_go_on(robot))
         moves_set_override(robot, 100); // else when this move begins in place of the other one
-    result = cds_motion_move(&moves->motion, move);
-    if (result == CDS_BUSY)
-        return result;
+    memcpy(moves->player.poses, move->pose, robot->group_count * sizeof *move->pose);
+    copy.pose = moves->player.poses;
+    result = cds_motion_move(&moves->motion, &copy);
     moves->player.is_paused = moves->motion.is_paused;
     moves->player.sequence.result = CDS_OK; // of a sequence that played before
     if (result == CDS_OK)

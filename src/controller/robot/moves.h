@@ -64,9 +64,9 @@ void moves_note_outcome(struct robot *robot, const struct motion_outcome *outcom
 /* Why the motion has refused a move, CDS_LIMIT as MOTION_TOO_FAST where a longer time works. */
 struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result);
 
-/* Begins a move of the running cycle: cds_motion_move(). CDS_BUSY, too, while a sequence plays.
- * Until the motion has ended, nothing else sets goals of the group. `ends_cycle`: the cycle ends
- * with the motion. */
+/* Begins a move of the running cycle: cds_motion_move(). Copies move->pose. CDS_BUSY, too, while a
+ * sequence plays. Until the motion has ended, nothing else sets goals of the group. `ends_cycle`:
+ * the cycle ends with the motion. */
 enum cds_result moves_begin(struct robot *robot, const struct cds_move *move, bool ends_cycle);
 
 /* Begins to play a stored sequence in the running cycle: player_begin(). `percent`: the override,

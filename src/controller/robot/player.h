@@ -16,7 +16,7 @@ struct player {
     uint8_t place; // of the sequence
     bool is_paused;
     struct stored_joints joints;
-    uint16_t poses[2 * ROBOT_SERVOS];
+    uint16_t poses[2 * ROBOT_SERVOS]; // of the sequence; or of a move, while no sequence plays
 };
 
 /* Begins to play the sequence at `place`, which motion_store_find() has returned, `repeats` times;
