@@ -351,13 +351,15 @@ static uint8_t begin_motion(struct robot *robot)
     return result == CDS_OK || result == CDS_BUSY ? (uint8_t)CDS_PENDING : (uint8_t)result;
 }
 
+/* A sequence first tries all its steps, then submits the first one: until the motion is under way,
+ * move_result is that of a step that was tried. */
 static uint8_t check_moves(struct robot *robot)
 {
     const struct moves *moves = robot->moves;
     struct motion_start *start = start_of(robot);
     uint8_t result = moves->player.sequence.result;
 
-    if (result == CDS_PENDING && moves->player.sequence.is_checking)
+    if (result == CDS_PENDING && moves->motion.result != CDS_PENDING)
         return CDS_PENDING;
     if (result == CDS_OK || result == CDS_PENDING)
         result = moves->motion.move_result;

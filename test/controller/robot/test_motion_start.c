@@ -20,10 +20,38 @@ static struct cds_bus bus;
 static struct robot robot;
 static struct settings settings;
 static struct settings_store settings_store;
+static uint8_t eeprom[1400]; // up to the second place of a sequence
 static struct motion_store store;
 static struct moves moves;
 static const uint8_t ids[SERVOS] = {1, 2, 3};
 static uint16_t goals[SERVOS]; // of the last SYNC WRITE; POSITION before it
+
+static void save(const struct motion_store_record *record)
+{
+    TEST_ASSERT_EQUAL(MOTION_STORE_SAVING, motion_store_save(&store, record));
+    while (motion_store_poll(&store)) {
+    }
+    TEST_ASSERT_EQUAL(MOTION_STORE_SAVED, store.result);
+}
+
+/* Sequence "a" goes from where the servos are to GOAL, in 0.3 s. */
+static void save_sequence(void)
+{
+    struct motion_store_step step = {.time_10ms = 30};
+    uint16_t positions[MOTION_STORE_JOINTS];
+
+    memset(positions, UINT8_MAX, sizeof positions); // CDS_POSE_NONE
+    for (uint8_t i = 0; i < SERVOS; i++)
+        positions[i] = GOAL;
+    save(&(struct motion_store_record){
+        .kind = MOTION_STORE_JOINT_LIST, .count = SERVOS, .ids = ids});
+    save(&(struct motion_store_record){
+        .kind = MOTION_STORE_POSE, .name = "p", .length = 1, .positions = positions});
+    step.pose = motion_store_number(&store, MOTION_STORE_POSE,
+                                    motion_store_find(&store, MOTION_STORE_POSE, "p", 1));
+    save(&(struct motion_store_record){
+        .kind = MOTION_STORE_SEQUENCE, .name = "a", .length = 1, .count = 1, .steps = &step});
+}
 
 void setUp(void)
 {
@@ -34,7 +62,8 @@ void setUp(void)
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     robot_begin(&robot, &bus, 0);
     settings_default(&settings);
-    eeprom_fake_reset();
+    eeprom_fake_reset_to(eeprom, sizeof eeprom);
+    eeprom_fake.has_more = true;
     motion_store_load(&store, &settings_store);
     robot.moves = &moves;
     moves_open(&robot, &store, &settings);
@@ -100,6 +129,14 @@ static void turn_while_in_motion(void)
     }
 }
 
+static void start_sequence(void)
+{
+    save_sequence();
+    TEST_ASSERT_EQUAL_UINT8(
+        0,
+        motion_start_sequence(&robot, motion_store_find(&store, MOTION_STORE_SEQUENCE, "a", 1), 1));
+}
+
 static void start_move(const uint16_t *pose)
 {
     TEST_ASSERT_EQUAL_UINT8(0, robot_choose_group(&robot, ids, SERVOS));
@@ -136,4 +173,37 @@ void test_pose_is_free_when_start_is_ended(void)
     turn_while_in_motion();
     for (uint8_t i = 0; i < SERVOS; i++)
         TEST_ASSERT_TRUE(goals[i] >= POSITION && goals[i] < GOAL);
+}
+
+/* A servo may no longer be driven, when all steps are checked and none has begun. */
+void test_start_of_sequence_ends_with_its_first_move(void)
+{
+    start_sequence();
+    for (uint16_t left = TURNS;
+         moves.player.sequence.result != CDS_PENDING || moves.player.sequence.is_checking; left--) {
+        TEST_ASSERT_TRUE(left);
+        turn();
+    }
+    cds_servos_find(&robot.servos, 2)->inhibits = true;
+    turn_while_starting();
+    TEST_ASSERT_EQUAL_UINT8(CDS_INHIBITED, moves.start.outcome.result);
+    TEST_ASSERT_EQUAL_UINT8(1, moves.start.outcome.joint);
+    turn_while_in_motion();
+    TEST_ASSERT_EQUAL_UINT8(CDS_INHIBITED, motion_outcome(&robot)->result);
+    for (uint8_t i = 0; i < 100; i++)
+        turn();
+    TEST_ASSERT_NULL(robot.cycle);
+    TEST_ASSERT_EQUAL_UINT8(0, robot.group_count); // it was chosen for this sequence
+}
+
+void test_start_of_sequence_is_ok_when_its_first_move_has_begun(void)
+{
+    start_sequence();
+    turn_while_starting();
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, moves.start.outcome.result);
+    TEST_ASSERT_EQUAL(CDS_PENDING, moves.motion.result);
+    turn_while_in_motion();
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, motion_outcome(&robot)->result);
+    TEST_ASSERT_EQUAL_UINT16(GOAL, goals[SERVOS - 1]);
+    TEST_ASSERT_EQUAL_UINT8(SERVOS, robot.group_count);
 }
