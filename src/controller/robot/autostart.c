@@ -202,7 +202,7 @@ static enum cds_result switch_on(struct robot *robot, struct autostart *autostar
         return result;
     outcome.result =
         motion_start_alone(robot, autostart->place, autostart->delay & AUTOSTART_LOOP ? 0 : 1);
-    autostart->state = AUTOSTART_READING_POSITIONS;
+    autostart->state = AUTOSTART_STARTING_MOTION;
     if (outcome.result == CDS_OK)
         return CDS_PENDING;
     moves_note_outcome(robot, &outcome);
@@ -215,12 +215,12 @@ static enum cds_result poll_cycle(struct robot *robot, struct autostart *autosta
 {
     enum cds_result result;
 
-    if (autostart->state == AUTOSTART_READING_POSITIONS && autostart->failsafe->watching) {
+    if (autostart->state == AUTOSTART_STARTING_MOTION && autostart->failsafe->watching) {
         autostart->state = AUTOSTART_HOST;
         motion_end(robot);
     }
     result = motion_cycle.poll(robot);
-    if (autostart->state == AUTOSTART_READING_POSITIONS && !motion_is_starting(robot)) {
+    if (autostart->state == AUTOSTART_STARTING_MOTION && !motion_is_starting(robot)) {
         autostart->state = AUTOSTART_BEGUN;
         if (robot->moves->start.outcome.result != CDS_OK)
             refuse(autostart, &robot->moves->start.outcome);

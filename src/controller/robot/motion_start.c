@@ -268,8 +268,9 @@ static uint16_t read_us(const struct cds_bus *bus)
                       CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US);
 }
 
-/* Reads mode and torque of a servo between the goals of the cycle. robot->servos learns them from
- * the packets that pass. */
+/* Reads mode and torque of a servo between the goals of the cycle. If the READ never fits between
+ * them, it is sent at once and delays them. robot->servos learns mode and torque from the packets
+ * that pass. */
 static uint8_t read_state(struct robot *robot, uint8_t id)
 {
     struct motion_start *start = start_of(robot);

@@ -8,8 +8,9 @@
  *   robot_is_in_motion()  a motion starts, is under way or is paused: the servos of the group are
  *                         reserved for its goals
  *   moves_go_on()         the running cycle has a move that is checked, under way or paused, or
- *                         plays a sequence; not while a motion starts
- *   moves_is_playing()    a sequence plays or is paused
+ *                         plays a sequence. A motion that starts: only in the last phase of the
+ *                         start, when the motion checks the move or tries the steps
+ *   moves_is_playing()    a sequence plays or is paused, or its steps are tried
  *
  * Main context. */
 #ifndef CONTROLLER_MOVES_H
@@ -51,7 +52,7 @@ void moves_open(struct robot *robot, const struct motion_store *store,
 /* True while a move of the running cycle is under way, paused or checked, or a sequence plays. */
 bool moves_go_on(const struct robot *robot);
 
-/* True while a sequence plays, also while it is paused. */
+/* True while a sequence plays, is paused, or has its steps tried. */
 bool moves_is_playing(const struct robot *robot);
 
 /* The servos of the group are reserved for the motion that starts (motion_start.h). `ends_cycle`:

@@ -50,7 +50,7 @@ struct robot_operation {
 struct autostart_servos {
     struct cds_torque_on torque_on; // of servo `index` of the group
     uint8_t index;
-    uint8_t tries; // READs of this servo without a good reply
+    uint8_t tries; // READs of this servo without a good reply; WRITEs when torque is switched off
     struct cds_request request;
     uint8_t packet[CDS_TORQUE_ON_PACKET_SIZE];
     uint8_t reply[CDS_TORQUE_ON_READ_SIZE];

@@ -30,9 +30,9 @@ struct play_job {
 
 _Static_assert(sizeof(struct play_job) <= CONSOLE_JOB_SIZE, "the job must fit");
 
-/* Plays the sequence `repeats` times, 0: for ever. Number `index` of the line, if there is one, is
- * the share of the speed. */
-static uint8_t play(struct console *console, uint16_t repeats, uint8_t index)
+/* Stores `repeats`, 0: for ever, and the override in the job. The override is number `index` of the
+ * line; 100 % if the line has no such number. Returns an error or 0. */
+static uint8_t take_options(struct console *console, uint16_t repeats, uint8_t index)
 {
     struct play_job *job = console_job(console);
     uint8_t error = 0;
@@ -50,12 +50,12 @@ static uint8_t play(struct console *console, uint16_t repeats, uint8_t index)
 
 static uint8_t once_begin(struct console *console)
 {
-    return play(console, 1, 0);
+    return take_options(console, 1, 0);
 }
 
 static uint8_t loop_begin(struct console *console)
 {
-    return play(console, 0, 0);
+    return take_options(console, 0, 0);
 }
 
 static uint8_t times_begin(struct console *console)
@@ -64,7 +64,7 @@ static uint8_t times_begin(struct console *console)
 
     if (error == 0 && console->raw == 0)
         error = ERROR_OUT_OF_RANGE;
-    return error ? error : play(console, console->raw, 1);
+    return error ? error : take_options(console, console->raw, 1);
 }
 
 static uint8_t start(struct console *console)

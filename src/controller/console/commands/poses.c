@@ -182,7 +182,7 @@ static bool save_poll(struct console *console)
     }
 }
 
-/* ---- show, list, delete ---- */
+/* ---- show, list ---- */
 
 struct show_job {
     uint16_t positions[MOTION_STORE_JOINTS];

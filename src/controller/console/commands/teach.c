@@ -38,7 +38,8 @@ uint8_t torque_on_error(uint8_t reason)
     return errors[reason];
 }
 
-/* Begins with servo `index` of the list. False: there is none. */
+/* Begins with servo console->index of the job. Stores how that began in console->part, an enum
+ * cds_result. False: the list has ended. */
 static bool begin_servo(struct console *console)
 {
     struct teach_job *job = console_job(console);
