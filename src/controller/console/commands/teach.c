@@ -91,7 +91,7 @@ static uint8_t switch_on(struct console *console)
     return result ? result : torque_on_error(job->torque_on.reason);
 }
 
-/* As switch_on(), of either choice. */
+/* Returns CDS_PENDING while torque of servo line.id is switched on or off; else an error or 0. */
 static uint8_t poll_servo(struct console *console)
 {
     if (console->part) // it did not begin
