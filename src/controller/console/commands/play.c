@@ -70,7 +70,7 @@ static uint8_t times_begin(struct console *console)
 static uint8_t start(struct console *console)
 {
     const struct play_job *job = console_job(console);
-    uint8_t place = motion_store_is_saving(stored())
+    uint8_t place = motion_store_is_saving(console_store())
                         ? (uint8_t)MOTION_STORE_NONE
                         : stored_find(console, MOTION_STORE_SEQUENCE, 0);
     uint8_t error = motion_start_sequence(console->robot, place, job->repeats);
@@ -139,11 +139,11 @@ static void print_motion(struct console *console)
         printer_line(printer, message_move);
     } else {
         printer_flash(printer, message_name);
-        if (motion_store_read_name(stored(), MOTION_STORE_SEQUENCE, player->place, name))
+        if (motion_store_read_name(console_store(), MOTION_STORE_SEQUENCE, player->place, name))
             printer_string(printer, name);
         printer->values[0].number = (uint16_t)(player->sequence.step + 1);
         printer->values[1].number =
-            motion_store_number(stored(), MOTION_STORE_SEQUENCE, player->place);
+            motion_store_number(console_store(), MOTION_STORE_SEQUENCE, player->place);
         printer->values[2].number = (uint16_t)(player->sequence.run + 1);
         printer->values[3].text = paused;
         printer_line(printer, message_plays);
@@ -168,7 +168,7 @@ static bool motion_poll(struct console *console)
         return true;
     if (console->line.choice == CHOICE_OFF)
         return motion_cycle_is_ending(robot);
-    motion_failed(console, motion_outcome(robot));
+    motion_take_outcome(console, motion_outcome(robot));
     return false;
 }
 

@@ -42,7 +42,7 @@ static uint8_t free_joint(const struct robot *robot, const struct save_job *job)
         return job->count;
     for (uint8_t joint = 0; joint < MOTION_STORE_JOINTS; joint++)
         if (!memchr(robot->group, job->ids[joint], robot->group_count) &&
-            !motion_store_uses_joint(stored(), joint))
+            !motion_store_uses_joint(console_store(), joint))
             return joint;
     return MOTION_STORE_NONE;
 }
@@ -79,8 +79,8 @@ static uint8_t save_begin(struct console *console)
         return error;
     if (robot->group_count == 0)
         return ERROR_NO_GROUP;
-    if (motion_store_next(stored(), MOTION_STORE_POSE, 0) != MOTION_STORE_NONE)
-        job->count = motion_store_read_joints(stored(), job->ids);
+    if (motion_store_next(console_store(), MOTION_STORE_POSE, 0) != MOTION_STORE_NONE)
+        job->count = motion_store_read_joints(console_store(), job->ids);
     memset(job->positions, UINT8_MAX, sizeof job->positions); // CDS_POSE_NONE
     for (uint8_t i = 0; i < robot->group_count; i++)
         if (!add_joint(robot, job, robot->group[i]))
@@ -204,9 +204,9 @@ static bool show_line(struct console *console)
 
     if (!stored_next(console, MOTION_STORE_POSE))
         return false;
-    job->count = motion_store_read_joints(stored(), job->ids);
-    if (!motion_store_read_pose(stored(), console->index, job->positions) ||
-        !motion_store_read_name(stored(), MOTION_STORE_POSE, console->index, name)) {
+    job->count = motion_store_read_joints(console_store(), job->ids);
+    if (!motion_store_read_pose(console_store(), console->index, job->positions) ||
+        !motion_store_read_name(console_store(), MOTION_STORE_POSE, console->index, name)) {
         console->index++; // it is damaged
         return true;
     }
@@ -280,7 +280,7 @@ static uint8_t delete_begin(struct console *console)
         return error;
     place = stored_find(console, MOTION_STORE_POSE, 0);
     if (place != MOTION_STORE_NONE)
-        job->number = motion_store_number(stored(), MOTION_STORE_POSE, place);
+        job->number = motion_store_number(console_store(), MOTION_STORE_POSE, place);
     job->place = stored_autostart();
     return stored_delete(console, MOTION_STORE_POSE);
 }
@@ -299,7 +299,7 @@ static bool delete_poll(struct console *console)
     }
     if (stored_may_read())
         return true;
-    if (!motion_store_read_step(stored(), job->place, job->step++, &step))
+    if (!motion_store_read_step(console_store(), job->place, job->step++, &step))
         return false;
     if (step.pose != job->number)
         return true;
@@ -330,8 +330,8 @@ static void take_pose(struct console *console)
     console->error = stored_may_read();
     if (console->error)
         return;
-    stored_joints_find(&joints, stored(), console->robot);
-    console->error = error_of_pose(stored_pose_read(stored(), &joints, console->part, pose));
+    stored_joints_find(&joints, console_store(), console->robot);
+    console->error = error_of_pose(stored_pose_read(console_store(), &joints, console->part, pose));
     memcpy(console->line.request->packet.bytes, pose, sizeof pose);
 }
 
@@ -344,8 +344,9 @@ static uint8_t in_begin(struct console *console)
     if (error)
         return error;
     console->part = stored_find(console, MOTION_STORE_POSE, 0);
-    return console->part == MOTION_STORE_NONE ? (uint8_t)ERROR_NO_POSE
-                                              : stored_group_choose(console->robot, stored());
+    return console->part == MOTION_STORE_NONE
+               ? (uint8_t)ERROR_NO_POSE
+               : stored_group_choose(console->robot, console_store());
 }
 
 /* Finding the pose takes up to 0.4 ms, and reading it 0.65 ms: two polls, so that the cycle is not

@@ -53,8 +53,9 @@ bool motion_command_poll(struct console *console, uint8_t (*start)(struct consol
 
 struct motion_outcome; // motion_start.h
 
-/* In motion_command.c: stores the result in console->error, and prints which servo is the cause. */
-void motion_failed(struct console *console, const struct motion_outcome *outcome);
+/* In motion_command.c: stores outcome->result in console->error, and prints the servo that is the
+ * reason, if there is one. */
+void motion_take_outcome(struct console *console, const struct motion_outcome *outcome);
 
 /* In teach.c: the error for an enum cds_reason. */
 uint8_t torque_on_error(uint8_t reason);

@@ -7,7 +7,7 @@
 #include "robot/motion_store.h"
 
 /* The store of poses and sequences. */
-static inline struct motion_store *stored(void)
+static inline struct motion_store *console_store(void)
 {
     return command_set.store->motions;
 }
