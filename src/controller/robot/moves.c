@@ -92,7 +92,6 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
 {
     const struct moves *moves = robot->moves;
     const struct cds_motion *motion = &moves->motion;
-    const struct cds_sequence_slot *slots = moves->player.sequence.slots;
     struct motion_outcome outcome = {
         .result = result, .joint = motion->joint, .step = MOTION_NO_STEP};
 
@@ -100,7 +99,7 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
         outcome.result = MOTION_TOO_FAST;
         outcome.shortest_ms = motion->shortest_ms;
         if (moves->player.sequence.result != CDS_OK)
-            outcome.step = slots[motion->next.pose == moves->player.poses ? 0 : 1].index;
+            outcome.step = moves->player.sequence.step;
     }
     return outcome;
 }
