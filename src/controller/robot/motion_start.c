@@ -456,7 +456,7 @@ bool motion_may_pause(const struct robot *robot)
 
 bool motion_is_paused(const struct robot *robot)
 {
-    return motion_may_pause(robot) && robot->moves->player.is_paused;
+    return motion_may_pause(robot) && robot->moves->is_paused;
 }
 
 bool motion_is_starting(const struct robot *robot)

@@ -177,7 +177,7 @@ enum cds_result moves_begin(struct robot *robot, const struct cds_move *move, bo
     memcpy(moves->player.poses, move->pose, robot->group_count * sizeof *move->pose);
     copy.pose = moves->player.poses;
     result = cds_motion_move(&moves->motion, &copy);
-    moves->player.is_paused = moves->motion.is_paused;
+    moves->is_paused = moves->motion.is_paused;
     moves->player.sequence.result = CDS_OK; // of a sequence that played before
     if (result == CDS_OK)
         take_servos(robot, ends_cycle);
@@ -193,6 +193,7 @@ enum cds_result moves_play(struct robot *robot, const struct motion_store *store
 
     if (result != CDS_OK)
         return result;
+    moves->is_paused = false;
     take_servos(robot, ends_cycle);
     moves_set_override(robot, percent);
     return CDS_OK;
@@ -206,7 +207,7 @@ void moves_set_override(struct robot *robot, uint8_t percent)
 
 void moves_pause(struct robot *robot)
 {
-    robot->moves->player.is_paused = true;
+    robot->moves->is_paused = true;
     if (moves_is_playing(robot))
         cds_sequence_pause(&robot->moves->player.sequence, CDS_MOTION_DECELERATION);
     else
@@ -215,7 +216,7 @@ void moves_pause(struct robot *robot)
 
 void moves_resume(struct robot *robot)
 {
-    robot->moves->player.is_paused = false;
+    robot->moves->is_paused = false;
     if (moves_is_playing(robot))
         cds_sequence_resume(&robot->moves->player.sequence);
     else
@@ -224,7 +225,7 @@ void moves_resume(struct robot *robot)
 
 void moves_end(struct robot *robot)
 {
-    robot->moves->player.is_paused = false;
+    robot->moves->is_paused = false;
     player_abort(&robot->moves->player);
     cds_motion_abort(&robot->moves->motion, CDS_MOTION_DECELERATION);
 }

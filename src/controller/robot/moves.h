@@ -36,6 +36,7 @@ struct moves {
     bool group_is_tried;      // the group was chosen for a motion that has not begun
     uint8_t tried_from;       // number of servos before that
     bool ends_cycle;          // when the motion has ended
+    bool is_paused;           // the move or the sequence: by moves_pause()
     struct cds_follow follow; // result CDS_TIMEOUT: its joint did not follow, and ended the motion
     uint8_t compared;         // period in which a joint was compared last, modulo 256
     struct cds_follow_joint follow_joints[ROBOT_SERVOS];

@@ -30,7 +30,6 @@ enum cds_result player_begin(struct player *player, struct cds_motion *motion,
 {
     player->store = store;
     player->place = place;
-    player->is_paused = false;
     stored_joints_find(&player->joints, store, robot);
     return cds_sequence_begin(&player->sequence,
                               &(struct cds_sequence_config){.motion = motion,

@@ -127,7 +127,7 @@ static void print_motion(struct console *console)
     const struct moves *moves = console->robot->moves;
     const struct player *player = &moves->player;
     struct printer *printer = &console->printer;
-    const CDS_FLASH char *paused = player->is_paused ? message_paused : message_nothing;
+    const CDS_FLASH char *paused = moves->is_paused ? message_paused : message_nothing;
     char name[MOTION_STORE_NAME + 1];
 
     printer->values[0].text = paused;
