@@ -149,16 +149,15 @@ static enum cds_result check_step(struct robot *robot, struct autostart *autosta
     const uint16_t *highest = robot->work.autostart.highest;
     uint16_t pose[ROBOT_SERVOS];
     struct stored_joints joints;
-    struct motion_store_step step;
+    enum stored_pose_result result;
 
     if (motion_store_is_saving(autostart->store))
         return CDS_PENDING;
-    if (!motion_store_read_step(autostart->store, autostart->place, autostart->step++, &step))
-        return CDS_OK;
     stored_joints_find(&joints, autostart->store, robot);
-    if (stored_pose_read(autostart->store, &joints,
-                         motion_store_pose_of(autostart->store, step.pose),
-                         pose) != STORED_POSE_READ)
+    result = stored_step_pose(autostart->store, &joints, autostart->place, autostart->step++, pose);
+    if (result == STORED_POSE_END)
+        return CDS_OK;
+    if (result != STORED_POSE_READ)
         return give_up(autostart, AUTOSTART_MISSING);
     for (uint8_t i = 0; i < robot->group_count; i++) {
         if (pose[i] == CDS_POSE_NONE || (pose[i] >= lowest[i] && pose[i] <= highest[i]))

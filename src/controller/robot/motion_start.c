@@ -214,23 +214,19 @@ static uint8_t check_servos(const struct robot *robot, const uint16_t *pose)
 static uint8_t check_step(const struct robot *robot)
 {
     static const CDS_FLASH uint8_t errors[] = {
-        [STORED_POSE_READ] = 0,
+        [STORED_POSE_READ] = CDS_PENDING,
         [STORED_POSE_MISSING] = MOTION_POSE_GONE,
         [STORED_POSE_ABSENT] = MOTION_ABSENT,
+        [STORED_POSE_END] = CDS_PENDING,
     };
-    const struct motion_store *store = robot->moves->store;
     struct motion_start *start = start_of(robot);
-    struct motion_store_step step;
     uint16_t pose[ROBOT_SERVOS];
-    uint8_t error;
+    enum stored_pose_result result =
+        stored_step_pose(robot->moves->store, &start->joints, start->place, start->step++, pose);
 
-    if (!motion_store_read_step(store, start->place, start->step++, &step)) {
+    if (result == STORED_POSE_END)
         start->phase = READ_POSITIONS;
-        return CDS_PENDING;
-    }
-    error = errors[stored_pose_read(store, &start->joints, motion_store_pose_of(store, step.pose),
-                                    pose)];
-    return error ? error : (uint8_t)CDS_PENDING;
+    return errors[result];
 }
 
 /* The first joint whose position is not known; there is one. */
@@ -298,16 +294,14 @@ static uint8_t end_states(const struct robot *robot)
 /* Checks the servos of a step. */
 static uint8_t check_step_servos(const struct robot *robot)
 {
-    const struct motion_store *store = robot->moves->store;
     struct motion_start *start = start_of(robot);
-    struct motion_store_step step;
     uint16_t pose[ROBOT_SERVOS];
 
-    if (!motion_store_read_step(store, start->place, start->step++, &step)) {
+    if (stored_step_pose(robot->moves->store, &start->joints, start->place, start->step++, pose) ==
+        STORED_POSE_END) {
         start->phase = BEGIN;
         return CDS_PENDING;
     }
-    stored_pose_read(store, &start->joints, motion_store_pose_of(store, step.pose), pose);
     return check_servos(robot, pose);
 }
 

@@ -76,3 +76,14 @@ enum stored_pose_result stored_pose_read(const struct motion_store *store,
     }
     return STORED_POSE_READ;
 }
+
+enum stored_pose_result stored_step_pose(const struct motion_store *store,
+                                         const struct stored_joints *joints, uint8_t place,
+                                         uint8_t index, uint16_t *pose)
+{
+    struct motion_store_step step;
+
+    if (!motion_store_read_step(store, place, index, &step))
+        return STORED_POSE_END;
+    return stored_pose_read(store, joints, motion_store_pose_of(store, step.pose), pose);
+}
