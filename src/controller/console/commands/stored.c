@@ -115,7 +115,9 @@ static uint8_t error_of(enum motion_store_result result, uint8_t kind)
 
 bool stored_save(struct console *console, const struct motion_store_record *record)
 {
-    console->error = error_of(motion_store_save(console_store(), record), record->kind);
+    console->error = stored_may_write(console);
+    if (console->error == 0)
+        console->error = error_of(motion_store_save(console_store(), record), record->kind);
     return console->error == 0;
 }
 
