@@ -53,7 +53,7 @@
       "remove the cause, then 'release', and set torque and goals again")                          \
     X(ERROR_OMITTED, 55, "not in this firmware",                                                   \
       "boards with more flash and RAM have it, and so has the library")                            \
-    X(ERROR_TIME, 56, "time of the move out of range", "'help COMMAND' has the range")             \
+    X(ERROR_TIME, 56, "time out of range", "'help COMMAND' has the range")                         \
     X(ERROR_TOO_FAST, 57, "too fast for a servo",                                                  \
       "give it more time: the line above, or 'motion wait', names the shortest")                   \
     X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \

@@ -17,6 +17,7 @@ static const CDS_FLASH char message_range[] = " is out of range: ";
 static const CDS_FLASH char message_to[] = " to ";
 static const CDS_FLASH char message_subject_end[] = ": ";
 static const CDS_FLASH char message_ms[] = "ms";
+static const CDS_FLASH char message_whole_s[] = "s, whole seconds";
 static const CDS_FLASH char message_too_fine[] = "has more decimals than the command takes";
 
 /* The values an argument may have. */
@@ -300,7 +301,7 @@ static void print_bound(struct printer *printer, uint8_t unit, uint16_t value, b
         if (with_unit && unit == UNIT_MS)
             printer_flash(printer, message_ms);
         else if (with_unit && unit == UNIT_S)
-            printer_char(printer, 's');
+            printer_flash(printer, message_whole_s);
         else if (with_unit)
             printer_char(printer, '%');
     } else if (with_unit) {
