@@ -8,6 +8,7 @@
 #include "cds55xx/servo.h" // cds_servo_read()
 #include "robot/group_cycle.h"
 #include "robot/moves.h"
+#include "robot/stored_group.h"
 
 enum phase {
     CHECK_STEPS,    // one step of the sequence in each poll

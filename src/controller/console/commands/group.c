@@ -9,7 +9,7 @@
 #include "console/commands/shared.h"
 #include "console/messages.h"
 #include "robot/motion_start.h" // motion_group_is_endless()
-#include "robot/stored_pose.h"
+#include "robot/stored_group.h"
 
 static const CDS_FLASH char message_by_action[] = " action";
 static const CDS_FLASH char message_by_sync[] = " sync";

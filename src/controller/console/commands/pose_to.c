@@ -8,6 +8,7 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "robot/motion_start.h" // motion_group_is_endless()
+#include "robot/stored_group.h"
 #include "robot/stored_pose.h"
 
 /* The error for an enum stored_pose_result, or 0. */
