@@ -3,8 +3,8 @@
 
 const HISTORY_MAX = 100;
 const SILENT_MS = 10000;
-const LONG_MS = 600000; // `scan rescue` says nothing for nine minutes
-const LONG = /^(?:scan +rescue|motion +wait|new|diagnose)\b/i;
+const LONG_MS = 600000; // `motion wait` says nothing while a sequence plays
+const LONG = /^(?:scan|motion +wait|new|diagnose)\b/i;
 const OF_BOARD = /^(?:mode|echo|defaults)\b|^settings +(?:echo|device_id) +\S/i;
 
 /* The longest time without a line of the reply. */

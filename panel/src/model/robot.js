@@ -3,7 +3,8 @@
  * torque, goals, limits and the device in turn with it. Goals go out between two reads.
  *
  * A goal is ignored while the torque of its servo is not known to be on. A servo gets at most 20 goals a
- * second, each at most once; a goal that could not leave within 150 ms is dropped.
+ * second, each at most once; a goal that could not leave within 150 ms is dropped. The goal of a hold also waits for its
+ * turn, at most 50 ms, and is never dropped.
  *
  * Events: `feedback` after each round, `change` when anything else has changed, `notice`, `reset` when the
  * controller has been reset: its RESET_CAUSE is another one, it echoes a line, or it has forgotten its servos. */
@@ -39,6 +40,8 @@ export class Robot extends EventTarget {
     #isRunning = false;
     #goals = new Map(); // goals that wait, by servo ID: {raw, speed, at}
     #goalSentAt = new Map(); // time of the last goal, by servo ID
+    #holds = new Map(); // promise of a hold under way, by servo ID
+    #stops = 0; // counts the stops and resets: a hold from before one does nothing
     #torqueOrders = new Map(); // newest torque command, by servo ID
     #due = new Map(); // time of the next slow read, by its name
     #rounds = []; // times of the last feedback
@@ -90,13 +93,12 @@ export class Robot extends EventTarget {
         this.#change();
     }
 
-    /* Finds servos: those that the controller knows, else by a scan. */
-    async findServos(options = {}) {
+    /* Finds servos: those that the controller knows, else by a scan. `more`: IDs that take the place of the scan. */
+    async findServos({ more, ...options } = {}) {
         const known = options.how === undefined ? await this.#knownServos() : [];
 
-        if (known.length) {
-            if (known.length >= LISTED_MAX && this.#wire.hasDevice)
-                await this.#controller.scanByPackets({ onFound: ({ id }) => known.push(id) });
+        if (known.length || more) {
+            if (known.length >= LISTED_MAX && this.#wire.hasDevice) known.push(...(more ?? (await this.#unlisted())));
             this.setServos(known);
             return;
         }
@@ -107,6 +109,14 @@ export class Robot extends EventTarget {
             options.onFound?.(servo);
         } });
         this.setServos(found);
+    }
+
+    /* IDs of the servos that answer; the console lists 18. */
+    async #unlisted() {
+        const ids = [];
+
+        await this.#controller.scanByPackets({ onFound: ({ id }) => ids.push(id) });
+        return ids;
     }
 
     async #knownServos() {
@@ -128,6 +138,7 @@ export class Robot extends EventTarget {
 
     /* A stop has begun: no goal may leave any more, and the torque of no servo is known. */
     forgetGoals() {
+        this.#stops++;
         for (const id of this.#goals.keys()) this.servos.get(id).goalState = "dropped";
         this.#goals.clear();
         for (const servo of this.servos.values()) servo.torque = null;
@@ -177,12 +188,22 @@ export class Robot extends EventTarget {
     }
 
     /* Ends a movement: the goal becomes the present position; in endless turn the speed becomes 0. Unlike
-     * another goal it is never dropped. Does nothing while torque is off, or if a stop comes first. */
-    async hold(id) {
+     * another goal it is never dropped; another hold of the servo meanwhile is this one. Does nothing while torque is
+     * off, or if a stop comes first. */
+    hold(id) {
+        this.#goals.delete(id);
+        if (!this.#holds.has(id)) this.#holds.set(id, this.#hold(id).finally(() => this.#holds.delete(id)));
+        return this.#holds.get(id);
+    }
+
+    async #hold(id) {
+        const stops = this.#stops;
+        const wait = this.#waitOf(id);
+
+        if (wait > 0) await pause(this.#clock, wait);
         const servo = this.servos.get(id);
 
-        this.#goals.delete(id);
-        if (!servo || servo.torque === false) return;
+        if (!servo || servo.torque === false || stops !== this.#stops) return;
         try {
             if (servo.isEndless) await writeRegisters(this.#wire, id, REGISTER.MOVING_SPEED, word(0));
             else await this.#holdWithin(servo);
@@ -191,7 +212,14 @@ export class Robot extends EventTarget {
             if (error.code === "stopped") return;
             servo.goalState = "unconfirmed";
             throw servo.isEndless ? new Failure("turn-not-ended", { id }) : error;
+        } finally {
+            this.#goalSentAt.set(id, this.#clock.now());
         }
+    }
+
+    /* Time until the servo may get another goal, in ms. */
+    #waitOf(id) {
+        return (this.#goalSentAt.get(id) ?? -Infinity) + GOAL_PERIOD_MS - this.#clock.now();
     }
 
     async #holdWithin(servo) {
@@ -402,7 +430,7 @@ export class Robot extends EventTarget {
             const servo = this.servos.get(id);
 
             if (this.#goals.get(id) !== goal) continue; // a stop has dropped it, or a newer one waits
-            if (now - goal.at <= GOAL_AGE_MS && now - (this.#goalSentAt.get(id) ?? -Infinity) < GOAL_PERIOD_MS) continue;
+            if (now - goal.at <= GOAL_AGE_MS && (this.#holds.has(id) || this.#waitOf(id) > 0)) continue;
             this.#goals.delete(id);
             if (servo.torque !== true || now - goal.at > GOAL_AGE_MS) {
                 servo.goalState = "dropped";

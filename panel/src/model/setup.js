@@ -7,7 +7,7 @@
 import { ID_MAX } from "../wire/packet.js";
 import { CommandError } from "./controller.js";
 import { checkLimits, differences, entriesFor, entryOf, readBackup, textOfBackup } from "./backup.js";
-import { Failure, rawAt, readRegisters, registerRows, writeRegister } from "./registers.js";
+import { Failure, rawAt, readRegisters, registerRows, silences, writeRegister } from "./registers.js";
 
 /* The rates at which a search looks, bit/s. */
 export const RATES = [1000000, 500000, 250000, 115200, 57600, 19200];
@@ -15,6 +15,7 @@ export const RATES = [1000000, 500000, 250000, 115200, 57600, 19200];
 const SEARCH_MS = 15000; // `new` and `diagnose` say nothing while they search, 4 s each time
 const CHANGE_MS = 10000; // a change of the rate of a servo
 const ERROR_KEY = 49; // the user has ended a command
+const ENDED_CODES = new Set(["cancelled", "ended"]); // errors of the wire: the user has ended the command
 const FATAL_CODES = new Set(["stopped", "closed", "silent", "cancelled"]); // errors of the wire after which the next job would fail, too
 
 export class Setup extends EventTarget {
@@ -36,9 +37,10 @@ export class Setup extends EventTarget {
         this.isPartial = false; // true until the last search has asked all IDs
         this.steps = []; // lines of the last set-up of a new servo
         this.outcome = null; // outcome of the last change: {kind, lines}
+        this.isDiagnosisEnded = false; // the user has ended the last diagnosis
         this.findings = []; // findings of the last diagnosis: [{id, number, text, remedy, place, isGood}]
         this.chosen = null; // ID of the servo whose registers are shown
-        this.registers = null; // {id, bytes, at}
+        this.registers = null; // {id, bytes, at, isOld}; isOld: a write since then, and no reply to the read behind it
         this.plan = null; // plan of a restore: {scope, servos: [{id, entry, changes}]}
         this.restored = null; // outcome of a restore: [{id, row, file, now, why}]; why "": written
     }
@@ -122,7 +124,7 @@ export class Setup extends EventTarget {
             await call();
             return true;
         } catch (error) {
-            const isEnded = operation.isEnding() && (error.number === ERROR_KEY || error.code === "cancelled");
+            const isEnded = operation.isEnding() && (error.number === ERROR_KEY || ENDED_CODES.has(error.code));
 
             if (!isEnded) throw error;
             return false;
@@ -137,9 +139,9 @@ export class Setup extends EventTarget {
         this.#change();
     }
 
-    /* The controller may have other servos now. */
-    async #findServos() {
-        await this.session.robot.findServos();
+    /* The controller may have other servos now. `more`: robot.js. */
+    async #findServos(options) {
+        await this.session.robot.findServos(options);
     }
 
     /* ---- search ---- */
@@ -160,7 +162,9 @@ export class Setup extends EventTarget {
 
             this.isPartial = true; // until the search has asked all IDs
             this.isPartial = !(await this.#endable(operation, scan)) || operation.isEnding();
-            if (wire.hasConsole) await this.#findServos();
+            const more = how || this.isPartial ? robot.ids : this.found.map(({ id }) => id);
+
+            if (wire.hasConsole) await this.#findServos({ more }); // no key would end another scan
             else if (!this.isPartial) robot.setServos(this.found.map(({ id }) => id));
         });
     }
@@ -202,11 +206,11 @@ export class Setup extends EventTarget {
     diagnose(who) {
         return this.#run("diagnose", async (operation) => {
             this.findings = [];
+            this.isDiagnosisEnded = false;
             const onLine = (line) => this.#takeFinding(line, typeof who === "number" ? who : null);
+            const run = () => this.session.controller.run(`diagnose ${who}`.trim(), { onLine, signal: operation.signal, timeout: SEARCH_MS });
 
-            await this.#endable(operation, () =>
-                this.session.controller.run(`diagnose ${who}`.trim(), { onLine, signal: operation.signal, timeout: SEARCH_MS }),
-            );
+            this.isDiagnosisEnded = !(await this.#endable(operation, run));
         });
     }
 
@@ -275,17 +279,21 @@ export class Setup extends EventTarget {
         this.registers = { id, bytes: await readRegisters(this.session.wire, id), at: this.session.clock.now() };
     }
 
-    /* Returns true if the register has the value now. */
+    /* Returns true if the register has the value now, as far as it can be read. */
     write(id, row, raw) {
         return this.#run("write", async () => {
             try {
                 checkLimits(id, await readRegisters(this.session.wire, id), this.rows, { [row.name]: raw });
-                await writeRegister(this.session.controller, id, row, raw);
+                if ((await writeRegister(this.session.controller, id, row, raw)) === null) this.session.notify({ code: "level-silent", id });
             } finally {
-                if (this.session.isConnected) await this.#read(id).catch(() => (this.registers = null)); // the first failure is told
+                if (this.session.isConnected) await this.#read(id).catch(() => this.#markOld()); // the first failure is told
             }
             return true;
         });
+    }
+
+    #markOld() {
+        if (this.registers) this.registers = { ...this.registers, isOld: true };
     }
 
     /* ---- backup ---- */
@@ -352,15 +360,24 @@ export class Setup extends EventTarget {
         });
     }
 
-    /* Torque may have been switched on since the file was compared, so the limits are checked again. */
+    /* Torque may have been switched on since the file was compared, so the limits are checked again. A status return
+     * level that silences the servo is written behind all that is read back. */
     async #restoreServo(operation, id, entry) {
+        const own = this.restored.filter((one) => one.id === id);
+        const isLast = ({ row, file }) => silences(row, file);
+
         if (!operation.isEnding()) await this.#differences(entry);
-        for (const outcome of this.restored.filter((one) => one.id === id)) {
+        await this.#restoreRegisters(operation, own.filter((one) => !isLast(one)));
+        await this.#readBack(id);
+        await this.#restoreRegisters(operation, own.filter(isLast));
+    }
+
+    async #restoreRegisters(operation, outcomes) {
+        for (const outcome of outcomes) {
             if (!operation.isEnding()) await this.#restoreRegister(outcome);
             operation.done++;
             this.#change();
         }
-        await this.#readBack(id);
     }
 
     async #restoreRegister(outcome) {
@@ -368,8 +385,7 @@ export class Setup extends EventTarget {
 
         outcome.why = "unconfirmed";
         try {
-            await writeRegister(this.session.controller, id, row, file);
-            outcome.why = "";
+            outcome.why = (await writeRegister(this.session.controller, id, row, file)) === null ? "unread" : "";
         } catch (error) {
             if (FATAL_CODES.has(error.code)) throw error;
             outcome.why = error instanceof CommandError ? [error.message, error.remedy].filter((part) => part).join("; ") : (error.why ?? error.code);

@@ -30,7 +30,7 @@ export const motion = {
     endRecording: "End recording",
 
     poses: "Poses",
-    noPoses: "Turn the servos by hand, then press “Capture pose”.",
+    noPoses: ["Choose servos and press “Torque off”.", "Turn them by hand.", "Press “Capture pose”, once for each pose."],
     goTo: "Go there",
     goToOf: (name) => `Go to pose ${name}`,
     editOf: (name) => `Edit pose ${name}`,
@@ -60,6 +60,7 @@ export const motion = {
     choose: "Sequence",
     noSequence: "none yet",
     noSequences: "Add a step to begin a sequence.",
+    noPosesYet: "A sequence goes from pose to pose: first capture poses in the box Teach, or open a file. Then add a step.",
     newSequence: "New",
     deleteSequence: "Delete sequence",
     step: "Step",

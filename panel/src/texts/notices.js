@@ -17,6 +17,11 @@ export const wire = {
     stopped: () => ({ text: "Not sent: the robot was stopped first.", remedy: "Remove the cause, press Release, then try again." }),
     closed: () => ({ text: "The port is closed.", remedy: "Connect again." }),
     cancelled: () => ({ text: "Cancelled before it was sent.", remedy: "Start it again if you want it." }),
+    ended: ({ detail }) => ({
+        text: `${detail ? `“${detail}”` : "The command"} was ended, and the controller did not confirm it.`,
+        remedy: "See what the command has done, then start it again if you want it.",
+        level: "warning",
+    }),
     silent: () => ({
         text: "The controller does not answer.",
         remedy: "Check its power, the cable and the rate. Press reset on the board. If another program has the port, close it.",
@@ -70,6 +75,11 @@ export const notice = {
         text: `${servo(detail)} did not take ${detail.register}: it has ${detail.now}, not ${detail.wanted}.`,
         remedy: "See whether the servo is locked. Switch its power off and on, then try again.",
     }),
+    "level-silent": ({ id }) => ({
+        text: `Servo ${id} was told STATUS_RETURN_LEVEL 0 and now answers PING only: the level could not be read back.`,
+        remedy: `To read it again, send “write ${id} STATUS_RETURN_LEVEL 2” by the console, or its packet by hand.`,
+        level: "warning",
+    }),
     "backup-damaged": ({ detail }) => ({
         text: `The backup is damaged: ${detail}. Nothing was written.`,
         remedy: "Choose another copy of the file, or save a new backup.",
@@ -122,7 +132,7 @@ export const notice = {
     "host-rate": () => ({
         text: "The rate to this page has changed.",
         remedy: "If the controller no longer answers, disconnect and connect at the new rate.",
-        level: "info",
+        level: "warning",
     }),
     "clear-inhibited": () => ({
         text: "The alarms were not cleared: driving is inhibited, and the command “clear” would end that, too.",
@@ -137,7 +147,7 @@ export const notice = {
         remedy: "If driving is inhibited, press Release. If the servo has limits (command “limits”), stay within them.",
     }),
     "turn-not-ended": (detail) => ({
-        text: `${servo(detail)} did not confirm the end of its endless turn.`,
+        text: `${servo(detail)} did not confirm the end of ${detail.ids?.length > 1 ? "their" : "its"} endless turn.`,
         remedy: "If it still turns, press Stop.",
     }),
     "goal-refused": (detail) => ({

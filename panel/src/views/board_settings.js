@@ -46,14 +46,20 @@ class SettingsPart extends Part {
         });
 
         this.#isBusy = false;
+        for (const [name, text] of this.#changes) if (this.#isInForce(name, text)) this.#changes.delete(name);
         this.requestUpdate();
         return isDone;
     }
 
     /* ---- what is typed ---- */
 
+    #isInForce(name, text) {
+        return text === String(this.#settings.values.get(name));
+    }
+
+    /* The value in force may be another one as soon as what is under way has ended. */
     #type(name, text) {
-        if (text === String(this.#settings.values.get(name))) this.#changes.delete(name);
+        if (!this.#isBusy && this.#isInForce(name, text)) this.#changes.delete(name);
         else this.#changes.set(name, text);
         this.requestUpdate();
     }
@@ -70,10 +76,11 @@ class SettingsPart extends Part {
 
     /* ---- what is sent ---- */
 
+    /* What is typed meanwhile stays. */
     async #applyChanges() {
         for (const [name, text] of [...this.#changes]) {
             await this.#settings.apply({ [name]: Number(text) });
-            this.#changes.delete(name);
+            if (this.#changes.get(name) === text) this.#changes.delete(name);
         }
     }
 

@@ -62,6 +62,7 @@ class DiagnosePart extends SetupPart {
                 <button class="diagnose" ?disabled=${setup.isRunning || this.#isWrong} @click=${this.#start}>${t.diagnose}</button>
             </div>
             ${this.progressOf("diagnose", t.diagnosing)}
+            ${setup.isDiagnosisEnded ? html`<p class="diagnosis-ended" role="status">${t.diagnosisEnded}</p>` : nothing}
             <ul class="findings" role="status">${setup.findings.map((finding) => this.#finding(finding))}</ul>`;
     }
 

@@ -117,6 +117,7 @@ test("teach: two poses by hand, stored, played by the board", async (t) => {
     await shows(page, "The board has no sequence", ".notice");
     await page.click("button.store");
     await shows(page, /confirmed 2 poses and 1 sequence/, ".notice");
+    await page.evaluate(() => scrollTo(0, 0)); // the box Play is under the header
     await page.click("input.loop");
     await page.click("button.play");
     await shows(page, /seq1 plays: step 2 of 2/, ".motion-state");
@@ -230,12 +231,18 @@ test("files: damaged changes nothing; undo restores a step", async (t) => {
         input.dispatchEvent(new Event("change"));
     }, text);
 
+    await shows(page, "Press “Capture pose”", ".poses"); // what to do first
+    await shows(page, "first capture poses", ".sequence");
     await open("group 1\npose set up 90\npose set down 9x\n");
     await shows(page, "Line 3 of the file is damaged", ".notice");
     assert.equal((await page.$$(".pose")).length, 0);
     await open("group 1\npose set up 90\nsequence nod new up 1s\n");
     await shows(page, /up/, ".list .pose");
     assert.equal((await page.$$(".step")).length, 1);
+    const heights = await page.$$eval(".motion button:not(.open), .motion select, .motion .file, .motion input:not([type=checkbox], [type=radio], [type=range], [type=file])",
+        (elements) => [...new Set(elements.map((element) => Math.round(element.getBoundingClientRect().height)))]);
+
+    assert.equal(heights.length, 1, `heights: ${heights}`);
     await page.click(".step .remove");
     await page.click(".notice .undo");
     await page.waitForSelector(".step");

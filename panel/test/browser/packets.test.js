@@ -164,6 +164,33 @@ test("console: a line and its reply, Up, and Tab", async (t) => {
     await shows(page, "Use the settings of the view Board", ".console-output");
 });
 
+test("console: the line that is typed, and the newest echo, stay when the view or the connection changes", async (t) => {
+    const { page } = await startRobot(t);
+    const isAtEnd = () => page.waitForFunction(() => {
+        const { scrollTop, scrollHeight, clientHeight } = document.querySelector(".console-output");
+
+        return scrollHeight > 2 * clientHeight && scrollHeight - scrollTop - clientHeight < 8;
+    });
+
+    await openTab(page, "packets");
+    await command(page, "help");
+    await shows(page, /\nok\s*$/, ".console-output");
+    await isAtEnd();
+    await fill(page, ".console-line", "get 1 GOAL");
+    await openTab(page, "board");
+    await page.waitForSelector("panel-board");
+    await openTab(page, "packets");
+    await isAtEnd();
+    await holds(page, ".console-line", "get 1 GOAL");
+    await page.evaluate(() => (document.querySelector("panel-app").session.wire.hasConsole = false));
+    await shows(page, "This firmware has no console", "panel-console");
+    await page.evaluate(() => (document.querySelector("panel-app").session.wire.hasConsole = true));
+    await holds(page, ".console-line", "get 1 GOAL");
+    await page.focus(".console-line");
+    await page.keyboard.press("Tab");
+    await holds(page, ".console-line", "get 1 GOAL_POSITION ");
+});
+
 test("console: a command that goes on is ended", async (t) => {
     const { page } = await startRobot(t);
 

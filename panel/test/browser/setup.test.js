@@ -168,6 +168,47 @@ test("profile bridge: offers search, registers and backup", async (t) => {
     await page.waitForSelector(".save-all:enabled");
 });
 
+/* Holds up what follows a write, so that the test can type meanwhile. */
+const holdWrites = (page) => page.$eval("panel-setup-registers", ({ setup }) => {
+    const write = setup.write.bind(setup);
+
+    setup.write = async (...all) => {
+        const isWritten = await write(...all);
+
+        await new Promise((resolve) => (globalThis.goOn = resolve));
+        return isWritten;
+    };
+});
+const goOn = async (page) => {
+    await page.waitForFunction(() => globalThis.goOn);
+    await page.evaluate(() => (globalThis.goOn(), (globalThis.goOn = null)));
+};
+
+test("registers: what is typed while a write is under way stays, in its form and in other fields", async (t) => {
+    const { page } = await startSetup(t, { count: 1 });
+
+    await press(page, ".read-all");
+    await page.waitForSelector(".registers");
+    await holdWrites(page);
+    await edit(page, "MIN_VOLTAGE", "6.5");
+    await page.keyboard.type("1");
+    await goOn(page);
+    await shows(page, "MIN_VOLTAGE is written and was read back", "panel-setup-registers");
+    assert.equal(await page.$eval(".edit-form input", (input) => input.value), "6.51");
+    await page.keyboard.press("Backspace");
+    await page.keyboard.press("Enter");
+    await page.waitForFunction(() => globalThis.goOn);
+    await page.focus(".new-id");
+    await goOn(page);
+    await page.waitForFunction(() => !document.querySelector(".edit-form"));
+    assert.ok(await page.$eval(".new-id", (input) => input === document.activeElement));
+    await press(page, '[data-register="MAX_VOLTAGE"] .edit');
+    await page.keyboard.type("5"); // behind the value
+    await page.$eval("panel-setup-registers", ({ setup }) => setup.backup(1));
+    await page.$eval("panel-setup-registers", ({ setup }) => setup.readAll(1));
+    assert.match(await page.$eval(".edit-form input", (input) => input.value), /^16\.05$/);
+});
+
 test("phone: no horizontal scroll, with registers and a dialog", async (t) => {
     const { page } = await startSetup(t, { count: 1, viewport: PHONE });
     const width = () => page.evaluate(() => document.documentElement.scrollWidth);

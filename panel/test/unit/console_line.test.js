@@ -54,5 +54,6 @@ test("isOfBoard: lines that take mode or device of the page away", () => {
 
 test("silenceOf: commands that say nothing for long", () => {
     assert.ok(silenceOf("scan rescue") > 540000);
+    assert.ok(silenceOf("scan") > 20000); // diagnoses up to four servos
     assert.ok(silenceOf("ping 1") < 20000);
 });

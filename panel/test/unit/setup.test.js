@@ -12,6 +12,7 @@ import { tables } from "../support/tables.js";
 
 const MIN_VOLTAGE = 0x0c;
 const MAX_VOLTAGE = 0x0d;
+const RETURN_LEVEL = 0x10;
 const TORQUE = 0x18;
 
 /* A session with servos. Without a console the page knows only what packets tell. */
@@ -84,6 +85,37 @@ test("search: progress, servos and remarks; a key ends it", async () => {
     assert.deepEqual(setup.remarks, ["servo 9: finding 8: two servos seem to have this ID"]);
     assert.equal(setup.isPartial, true);
     assert.deepEqual(codes(setup.session), []);
+});
+
+const deaf = {
+    search: { line: "scan rescue", start: (setup) => setup.search("rescue"), told: (setup) => setup.isPartial },
+    "new servo": { line: "new 4", start: (setup) => setup.setUpNew(4), told: (setup) => setup.outcome?.kind === "newEnded" },
+    diagnosis: { line: "diagnose 9", start: (setup) => setup.diagnose(9), told: (setup) => setup.isDiagnosisEnded },
+};
+
+for (const [what, { line: command, start, told }] of Object.entries(deaf))
+    test(`${what}: ends within 2 s though the controller ignores the key`, async () => {
+        const { setup, clock, session } = await rig({ onText: (line) => line === command || line === "" });
+        const run = start(setup);
+
+        await clock.advance(100);
+        setup.end();
+        await clock.advance(2000);
+        assert.equal(setup.isRunning, false);
+        await run;
+        assert.equal(told(setup), true);
+        assert.deepEqual(codes(session), []);
+    });
+
+test("search: no scan follows one that was ended", async () => {
+    const { setup, clock, port } = await rig({ ids: [], onText: (line, at) => line === "scan all" || (line === "" && (at.say("error 49: ended"), true)) });
+    const search = setup.search("all");
+
+    await clock.advance(100);
+    port.written = [];
+    setup.end();
+    await finish(clock, search);
+    assert.deepEqual(port.lines.filter((line) => line.startsWith("scan")), []);
 });
 
 test("search: one that a stop ends is not shown as complete", async () => {
@@ -212,6 +244,52 @@ test("write: a value that the servo does not keep is told", async () => {
 
     assert.equal(await finish(clock, setup.write(1, row("MIN_VOLTAGE"), 65)), undefined);
     assert.deepEqual(codes(session), ["register-not-taken"]);
+});
+
+test("write: a reply that is lost is no failure if the register has the value", async () => {
+    const { setup, clock, row, session } = await rig({
+        onText: (line, port) => {
+            if (!line.startsWith("set 1")) return false;
+            if (line.includes("MIN")) port.servos.get(1)[MIN_VOLTAGE] = 65;
+            port.say("error 2: servo 1: no reply by the deadline; check power, wiring, ID and baud rate of the servo");
+            return true;
+        },
+    });
+
+    assert.equal(await finish(clock, setup.write(1, row("MIN_VOLTAGE"), 65)), true);
+    assert.deepEqual(codes(session), []);
+    assert.equal(await finish(clock, setup.write(1, row("MAX_VOLTAGE"), 150)), undefined);
+    assert.deepEqual(codes(session), ["command"]);
+});
+
+/* A servo that answers PING only once its status return level is 0. */
+const silent = (port) => (bytes) => bytes[2] === 1 && port.servos.get(1)[RETURN_LEVEL] === 0 && bytes[4] !== INSTRUCTION.PING;
+
+test("write: a status return level that silences the servo is told as not read back", async () => {
+    const { setup, port, clock, row, session } = await rig();
+
+    port.servos.get(1)[RETURN_LEVEL] = 2;
+    port.onPacket = silent(port);
+    await finish(clock, setup.readAll(1));
+    assert.equal(await finish(clock, setup.write(1, row("STATUS_RETURN_LEVEL"), 0), 5000), true);
+    assert.deepEqual(codes(session), ["level-silent"]);
+    assert.equal(setup.registers.isOld, true);
+});
+
+test("restore: a servo that is dead behind its new level is told as silent", async () => {
+    const { setup, port, clock } = await rig();
+    const isDead = { value: false };
+    const file = await finish(clock, setup.backup(1));
+
+    port.servos.get(1)[MIN_VOLTAGE] = 65;
+    port.servos.get(1)[RETURN_LEVEL] = 2;
+    port.onPacket = (bytes) => silent(port)(bytes) || (isDead.value && bytes[2] === 1);
+    await finish(clock, setup.compare(file, 1), 2000);
+    const said = port.say.bind(port);
+
+    port.say = (...lines) => ((isDead.value ||= port.servos.get(1)[RETURN_LEVEL] === 0), said(...lines));
+    await finish(clock, setup.restore(), 9000);
+    assert.deepEqual(setup.restored.map(({ row, why }) => [row.name, why]), [["MIN_VOLTAGE", ""], ["STATUS_RETURN_LEVEL", "servo-silent"]]);
 });
 
 test("write: no endless turn, and no limit beyond the goal, while torque is on", async () => {

@@ -407,6 +407,41 @@ test("command: a key ends it, its reply comes", async () => {
     assert.equal((await scan).error.number, 49);
 });
 
+test("command: the key is sent again until the reply ends", async () => {
+    const { wire, port, clock } = await rig();
+    const controller = new AbortController();
+    let keys = 0;
+
+    port.onText = (line) => line.startsWith("scan") || (line === "" && (++keys === 2 && port.say("error 49: ended by a key"), true));
+    const scan = wire.command("scan rescue", { signal: controller.signal, timeout: 30000 });
+
+    await clock.advance(1000);
+    controller.abort();
+    await clock.advance(250);
+    assert.equal(keys, 1);
+    await clock.advance(100);
+    assert.equal((await scan).error.number, 49);
+    await clock.advance(2000);
+    assert.equal(keys, 2);
+    assert.equal(wire.state, "ready");
+});
+
+test("command: one that no key ends is given up", async () => {
+    const { wire, port, clock } = await rig();
+    const controller = new AbortController();
+
+    port.onText = (line) => line.startsWith("scan") || line === "";
+    const scan = codeOf(wire.command("scan rescue", { signal: controller.signal, timeout: 30000 }));
+    const talk = (left) => left && clock.after(100, () => (port.say("254 of 64770 asked"), talk(left - 1)));
+
+    talk(30);
+    controller.abort();
+    await clock.advance(1500);
+    assert.equal(await scan, "ended");
+    assert.equal(wire.state, "ready"); // the marker was answered
+    assert.equal(await codeOf(wire.request(ping(1))), "ok");
+});
+
 test("command: empty lines resolve, other characters throw", async () => {
     const { wire } = await rig();
 
