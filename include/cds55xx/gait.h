@@ -115,7 +115,8 @@ struct cds_gait {
     bool is_ending : 1;            // ends as soon as the joints stand still
     uint16_t rate;                 // at which the time runs, in 1/16384
     uint16_t rate_goal;            // the rate that `rate` approaches
-    uint16_t rate_step;            // largest change of `rate` in a period
+    uint16_t rate_step;            // largest change of `rate` in a period; while a gait that is
+                                   // paused is checked: the deceleration of the pause
     uint16_t peak;                 // highest speed of a joint, in register units
     uint32_t periods;              // of the cycle, when the last goals were set
     uint32_t phase;                // of the base period, in 1/2^32
@@ -148,7 +149,8 @@ enum cds_result cds_gait_begin(struct cds_gait *gait, const struct cds_gait_conf
  *   CDS_LIMIT         not begun: gait.joint starts beyond a soft limit, rest -+ the sum of its
  *                     amplitudes is beyond one, or it would be too fast: gait.shortest_ms
  *   CDS_INHIBITED     not begun: gait.joint may not be driven
- *   CDS_TIMEOUT       not begun: the cycle has not read the position of gait.joint yet
+ *   CDS_TIMEOUT       not begun: the cycle has not read the position of gait.joint yet, or not in
+ *                     the last 0.5 s
  *   CDS_BAD_ARGUMENT  not begun: a value in the table is out of range for gait.joint; or with its
  *                     first goals: a joint that takes no part never had a goal (cycle.h)
  *   CDS_INHIBITED while it runs: the cycle was aborted, or was begun again since

@@ -217,8 +217,22 @@ static NOINLINE void set_goals(struct cds_gait *gait)
         end_period(gait);
 }
 
+/* The time slows down to 0, or speeds up from there, at `acceleration` at most. */
+static void set_rate_step(struct cds_gait *gait, uint16_t acceleration)
+{
+    uint32_t change = (uint32_t)acceleration * gait->config.cycle->period_us;
+    uint32_t step = change / 62 / gait->peak; // 1000000 / 16384, rounded up
+
+    if (step > CDS_GAIT_1)
+        step = CDS_GAIT_1;
+    gait->rate_step = step ? (uint16_t)step : 1;
+}
+
+/* All joints are checked. */
 static void start(struct cds_gait *gait)
 {
+    if (gait->rate == 0) // paused during the check
+        set_rate_step(gait, gait->rate_step);
     gait->is_under_way = gait->is_starting = gait->is_ramping = true;
     begin_ramp(gait);
     set_phases(gait);
@@ -305,17 +319,6 @@ enum cds_result cds_gait_set_speed(struct cds_gait *gait, int8_t percent)
     return set_value(gait, CDS_GAIT_SPEED, percent);
 }
 
-/* The time slows down to 0, or speeds up from there, at `acceleration` at most. */
-static void set_rate_step(struct cds_gait *gait, uint16_t acceleration)
-{
-    uint32_t change = (uint32_t)acceleration * gait->config.cycle->period_us;
-    uint32_t step = change / 62 / gait->peak; // 1000000 / 16384, rounded up
-
-    if (step > CDS_GAIT_1)
-        step = CDS_GAIT_1;
-    gait->rate_step = step ? (uint16_t)step : 1;
-}
-
 void cds_gait_stop(struct cds_gait *gait)
 {
     if (!gait->is_under_way)
@@ -327,10 +330,12 @@ void cds_gait_stop(struct cds_gait *gait)
 void cds_gait_pause(struct cds_gait *gait, uint16_t deceleration)
 {
     gait->rate_goal = 0;
-    if (gait->is_under_way)
+    if (gait->is_under_way) {
         set_rate_step(gait, deceleration);
-    else
+    } else { // start() sets the step
         gait->rate = 0;
+        gait->rate_step = deceleration;
+    }
 }
 
 void cds_gait_resume(struct cds_gait *gait)

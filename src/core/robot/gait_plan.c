@@ -4,6 +4,7 @@
 
 #include "cds55xx/control_table.h" // CDS_VALUE_MAX
 #include "robot/gait_internal.h"
+#include "robot/rest_internal.h"
 
 /* Highest speed of a sine with an amplitude of 1 step and a period of 1 ms: TURN / full_speed_mrpm
  * register units. A speed of 1 step/ms is 50000000 / full_speed_mrpm units; times 2 pi. */
@@ -49,20 +50,6 @@ static bool measure(const CDS_GAIT_FLASH struct cds_gait_sine *sine, struct reac
     return true;
 }
 
-/* The joint starts at its last goal, or if it is far from that, where it is. False: not known. */
-static bool locate(const struct cds_gait *gait, uint8_t index, uint16_t *position)
-{
-    const struct cds_feedback *feedback = &gait->config.cycle->feedback[index];
-    uint16_t goal = cds_cycle_sent_goal(gait->config.cycle, index);
-
-    if (!feedback->known)
-        return false;
-    *position = feedback->position;
-    if (goal <= CDS_VALUE_MAX && abs((int16_t)(goal - *position)) <= CDS_MOTION_NEAR_STEPS)
-        *position = goal;
-    return true;
-}
-
 /* Checks the speed of joint `index` and sets what turns its positions into speeds. */
 static void check_speed(struct cds_gait *gait, uint8_t index, const struct reach *reach)
 {
@@ -101,7 +88,8 @@ static enum cds_result check_positions(struct cds_gait *gait, uint8_t index,
     struct cds_servo_state *servo = NULL;
     uint8_t id = gait->config.cycle->ids[index];
 
-    if (!locate(gait, index, &state->start))
+    if (!cds_rest_find(gait->config.cycle, index, cds_cycle_sent_goal(gait->config.cycle, index),
+                       &state->start))
         return CDS_TIMEOUT;
     if (gait->config.servos)
         servo = cds_servos_find(gait->config.servos, id);

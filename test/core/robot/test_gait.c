@@ -86,6 +86,8 @@ static void poll_often(void)
 static enum cds_result pass_period(void)
 {
     rig_send_goals();
+    for (uint8_t i = 0; i < JOINTS; i++)
+        feedback[i].time_us = port_fake.now_us;
     sent++;
     poll_often();
     return (enum cds_result)gait.result;
@@ -406,6 +408,15 @@ void test_joint_of_unknown_position_is_refused(void)
     assert_refused(CDS_TIMEOUT, 4);
 }
 
+void test_joint_without_feedback_for_half_a_second_is_refused(void)
+{
+    port_fake.now_us += 400000;
+    begin_gait();
+    memset(&gait, 0, sizeof gait);
+    port_fake.now_us += 600000;
+    assert_refused(CDS_TIMEOUT, 0);
+}
+
 void test_bad_tables_are_refused(void)
 {
     CDS_GAIT_TABLE(too_far) = {{.rest = 512, .sines = {{.amplitude = -512, .multiple = 1}}}};
@@ -529,6 +540,22 @@ void test_pause_during_the_check_begins_paused(void)
     cds_gait_resume(&gait);
     pass_without_a_jump(200);
     TEST_ASSERT_NOT_EQUAL(first, goals[0]);
+}
+
+/* As in the next test: the rate is 0 after 105 periods, and so it is 1 again after as many. */
+void test_pause_during_the_check_keeps_its_deceleration(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_gait_begin(&gait, &config));
+    cds_gait_pause(&gait, 2000);
+    for (uint8_t i = 0; i < 10; i++)
+        pass_period();
+    cds_gait_resume(&gait);
+    for (uint8_t i = 0; i < 110; i++) {
+        if (i == 90)
+            TEST_ASSERT_LESS_THAN_UINT16(CDS_GAIT_1, gait.rate);
+        pass_period();
+    }
+    TEST_ASSERT_EQUAL_UINT16(CDS_GAIT_1, gait.rate);
 }
 
 /* 2000 units per second: 834 units at the most are at rest within 105 periods. */
