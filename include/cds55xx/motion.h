@@ -50,7 +50,8 @@ enum cds_motion_curve {
 /* In a pose: the joint takes no part in the move. */
 #define CDS_POSE_NONE UINT16_MAX
 
-/* A joint that is at rest and further than this from its last goal starts from where it is. */
+/* A joint that is at rest starts from its last goal, or if its servo reports a position further
+ * than this from the goal, from the reported position. */
 #define CDS_MOTION_NEAR_STEPS 16
 
 /* What a motion works on. It is copied; what the pointers point to stays in place. */
@@ -174,11 +175,13 @@ struct cds_motion {
     bool is_under_way : 1;
     bool is_ending : 1;                 // ends as soon as it is at rest
     bool is_trial : 1;                  // the move that is checked does not begin
+    bool follows : 1;                   // the next move waited for the end of another one
     bool from_rest : 1;                 // the check takes the joints to be at rest
     uint32_t periods;                   // of the cycle, when the last goals were set
     uint32_t rate;                      // at which the time runs, in 1/65536
     uint32_t rate_goal;                 // the rate that `rate` approaches
     uint32_t rate_step;                 // largest change of `rate` in a period
+    uint16_t deceleration;              // of the last pause: the next move begins paused, too
     uint16_t carry;                     // share of the speeds that the next move takes over, in
                                         // 1/4096
     uint32_t override;                  // what the program has set
@@ -187,7 +190,6 @@ struct cds_motion {
     struct cds_move next;               // the move that is checked
     struct cds_motion_plan next_plan;   // of that move
     uint32_t shortest_periods;          // that it takes at least, as far as is checked
-    uint32_t requested;                 // periods that the program asks for
     uint32_t longest_distance;          // of its joints: register units x periods
     uint32_t longest_window;            // periods in which all joints brake within their limits
     bool has_speeds;                    // a joint moves when the move begins, or when it ends
@@ -205,7 +207,8 @@ enum cds_result cds_motion_begin(struct cds_motion *motion, const struct cds_mot
  * motion.move_result tells:
  *
  *   CDS_OK            the move has begun
- *   CDS_LIMIT         shortest_ms is 0: the goal of motion.joint is beyond a soft limit
+ *   CDS_LIMIT         shortest_ms is 0: the goal of motion.joint is beyond a soft limit, or the
+ *                     joint rests beyond one; by the servo (CDS_MOTION_BY_SERVO) it may rest there
  *   CDS_LIMIT         shortest_ms is 0: the move needs more than CDS_MOTION_TIME_MAX_MS
  *   CDS_LIMIT         shortest_ms is not 0: the time is too short for motion.joint. shortest_ms is
  *                     the shortest time that works
@@ -251,8 +254,8 @@ enum cds_result cds_motion_poll(struct cds_motion *motion);
  * per second, 1 or more; what the curve itself slows down adds to that). cds_motion_resume() speeds
  * up at the same rate. A move that is still checked, or waits, begins paused: move_result is
  * CDS_OK, no joint moves, and cds_motion_is_busy() is true until cds_motion_resume(). A move by the
- * servo (CDS_MOTION_BY_SERVO) goes on to its goal. Does nothing if no move is under way or checked.
- */
+ * servo (CDS_MOTION_BY_SERVO) goes on to its goal. Does nothing if no move is under way or checked,
+ * or while a move is tried. */
 void cds_motion_pause(struct cds_motion *motion, uint16_t deceleration);
 void cds_motion_resume(struct cds_motion *motion);
 

@@ -95,7 +95,8 @@ enum cds_result cds_sequence_begin(struct cds_sequence *sequence,
 enum cds_result cds_sequence_poll(struct cds_sequence *sequence);
 
 /* Brings the joints to rest on their way, at `deceleration` as for cds_motion_pause(), until
- * cds_sequence_resume(). If the joints rest at a pose already, the next step does not begin. */
+ * cds_sequence_resume(). If the joints rest at a pose already, or the steps are checked, the next
+ * step does not begin. */
 void cds_sequence_pause(struct cds_sequence *sequence, uint16_t deceleration);
 void cds_sequence_resume(struct cds_sequence *sequence);
 

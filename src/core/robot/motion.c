@@ -7,6 +7,7 @@
 #include "robot/curve_internal.h"
 #include "robot/motion_internal.h"
 #include "robot/rate_internal.h"
+#include "robot/rest_internal.h"
 
 #define JOINTS_PER_POLL 6
 #define BEGIN_COST      5 // joints less in this poll: a joint that begins a move divides
@@ -19,7 +20,6 @@
 #define RESERVE       (CDS_CURVE_RATE_1 / 2)
 #define CARRY_QUARTER (CDS_MOTION_CARRY_1 / CDS_MOTION_QUARTERS)
 #define HALF          ((int32_t)32768)
-#define OLD_US        ((uint32_t)500000) // older feedback is ignored
 #define OVERRIDE_US   ((uint32_t)250000) // longest time of a change of the override
 
 /* ---- one joint ---- */
@@ -76,13 +76,14 @@ int16_t cds_motion_speed(const struct cds_motion_joint *joint, const struct cds_
     return (int16_t)(speed >> 16);
 }
 
-/* Where the joint is, and its speed. False: not known. */
+/* Finds where the joint is, and its speed. A joint that moves is at the goal of `basis`. So is a
+ * joint at the end of a move that the next one follows: its feedback lags behind. False: not known.
+ */
 static bool locate(const struct cds_motion *motion, uint8_t index,
                    const struct cds_motion_basis *basis, struct cds_motion_path *path)
 {
     const struct cds_motion_joint *joint = &motion->config.joints[index];
-    const struct cds_feedback *feedback = &motion->config.cycle->feedback[index];
-    uint16_t steps;
+    uint16_t goal, rest;
 
     if (motion->is_trial && joint->is_tried) {
         path->position = joint->trial_end;
@@ -96,14 +97,14 @@ static bool locate(const struct cds_motion *motion, uint8_t index,
             (int16_t)((int32_t)cds_motion_speed(joint, basis) * motion->carry / CARRY_QUARTER);
         return true;
     }
-    if (!feedback->known || cds_port_now_us() - feedback->time_us > OLD_US ||
-        (joint->is_moving && motion->next.waits &&
-         motion->is_under_way)) // ends at the goal of the move under way
+    if (joint->is_moving && motion->follows)
+        return true;
+    goal = joint->is_known ? (uint16_t)path->position / CDS_MOTION_STEP
+                           : cds_cycle_sent_goal(motion->config.cycle, index);
+    if (!cds_rest_find(motion->config.cycle, index, goal, &rest))
         return joint->is_known;
-    steps = (uint16_t)((int16_t)feedback->position - path->position / CDS_MOTION_STEP +
-                       CDS_MOTION_NEAR_STEPS);
-    if (!joint->is_known || steps > 2 * CDS_MOTION_NEAR_STEPS)
-        path->position = (int16_t)(feedback->position * CDS_MOTION_STEP);
+    if (!joint->is_known || rest != goal)
+        path->position = (int16_t)(rest * CDS_MOTION_STEP);
     return true;
 }
 
@@ -312,14 +313,27 @@ static uint32_t override_step(const struct cds_motion *motion)
     return CDS_MOTION_RATE_1 * motion->config.cycle->period_us / OVERRIDE_US + 1;
 }
 
+/* The time slows down to 0, or speeds up from there, at `acceleration` at most. */
+static void set_rate_step(struct cds_motion *motion, uint16_t acceleration)
+{
+    uint32_t change = cds_motion_speed_change(motion, acceleration);
+
+    if (change > UINT16_MAX)
+        change = UINT16_MAX;
+    motion->rate_step = (change << 16) / motion->plan.peak + 1;
+}
+
 static void begin_move(struct cds_motion *motion)
 {
     motion->last_basis = motion->basis;
     motion->basis.is_end = false;
     motion->plan = motion->next_plan;
-    motion->rate_goal = motion->is_paused ? 0 : permitted_rate(motion);
-    if (!motion->is_paused)
-        motion->rate_step = override_step(motion); // not the step of a pause or abort before
+    motion->rate_goal = permitted_rate(motion);
+    motion->rate_step = override_step(motion); // not the step of a pause or abort before
+    if (motion->is_paused) {
+        motion->rate_goal = 0;
+        set_rate_step(motion, motion->deceleration);
+    }
     motion->carry = CDS_MOTION_CARRY_1;
     if (motion->last_basis.is_at_rest) {
         motion->rate = motion->rate_goal;
@@ -550,23 +564,14 @@ enum cds_result cds_motion_poll(struct cds_motion *motion)
     return (enum cds_result)motion->result;
 }
 
-/* The time slows down to 0, or speeds up from there, at `acceleration` at most. */
-static void set_rate_step(struct cds_motion *motion, uint16_t acceleration)
-{
-    uint32_t change = cds_motion_speed_change(motion, acceleration);
-
-    if (change > UINT16_MAX)
-        change = UINT16_MAX;
-    motion->rate_step = (change << 16) / motion->plan.peak + 1;
-}
-
 void cds_motion_pause(struct cds_motion *motion, uint16_t deceleration)
 {
-    if (motion->move_result == CDS_PENDING)
-        motion->is_paused = true;
-    if (!motion->is_under_way)
+    if (motion->is_trial || (motion->move_result != CDS_PENDING && !motion->is_under_way))
         return;
     motion->is_paused = true;
+    motion->deceleration = deceleration;
+    if (!motion->is_under_way)
+        return;
     set_rate_step(motion, deceleration);
     motion->rate_goal = 0;
 }

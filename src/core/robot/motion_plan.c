@@ -54,10 +54,10 @@ void cds_motion_begin_check(struct cds_motion *motion)
         motion->longest_window = WINDOW_US / motion->config.cycle->period_us + 1;
     motion->shortest_periods = 1;
     motion->longest_distance = 0;
-    motion->requested = plan->duration;
     motion->shortest_ms = 0;
     motion->has_speeds = false;
     motion->checked = 0;
+    motion->follows = motion->next.waits && motion->is_under_way;
     motion->from_rest = basis_before(motion)->is_at_rest;
     motion->stage = motion->from_rest && !motion->is_trial ? GOALS : BRAKING;
     motion->move_result = CDS_PENDING;
@@ -179,15 +179,28 @@ static enum cds_result check_braking(struct cds_motion *motion, uint8_t index)
     return CDS_OK;
 }
 
-/* Second check of joint `index`: its goal, and the time that it takes from rest. */
+/* True if the goals of a joint are within its limits from the first to the last one. By the servo
+ * the first goal is the last one. */
+static bool is_within_limits(const struct cds_motion *motion, const struct cds_motion_path *path,
+                             uint16_t lowest, uint16_t highest)
+{
+    int16_t low = (int16_t)(lowest * CDS_MOTION_STEP), high = (int16_t)(highest * CDS_MOTION_STEP);
+
+    if (path->goal < low || path->goal > high)
+        return false;
+    return motion->next.curve == CDS_MOTION_BY_SERVO ||
+           (path->position >= low && path->position <= high);
+}
+
+/* Second check of joint `index`: where it begins, its goal, and the time that it takes from rest.
+ */
 static enum cds_result check_goal(struct cds_motion *motion, uint8_t index)
 {
-    uint16_t goal = motion->next.pose[index], lowest = 0, highest = CDS_VALUE_MAX,
-             fastest = CDS_VALUE_MAX;
+    uint16_t lowest = 0, highest = CDS_VALUE_MAX, fastest = CDS_VALUE_MAX;
     const struct cds_servo_state *servo;
     struct cds_motion_path path;
 
-    if (goal == CDS_POSE_NONE)
+    if (motion->next.pose[index] == CDS_POSE_NONE)
         return CDS_OK;
     if (!cds_motion_find_path(motion, index, basis_before(motion), motion->next_plan.duration,
                               &path))
@@ -200,7 +213,7 @@ static enum cds_result check_goal(struct cds_motion *motion, uint8_t index)
         highest = servo->highest;
         fastest = servo->fastest;
     }
-    if (goal < lowest || goal > highest || fastest == 0)
+    if (fastest == 0 || !is_within_limits(motion, &path, lowest, highest))
         return CDS_LIMIT;
     motion->config.joints[index].fastest = (uint16_t)(fastest * CDS_MOTION_QUARTERS);
     note_shortest(motion, index, &path, fastest);
@@ -317,7 +330,7 @@ static enum cds_result decide(struct cds_motion *motion)
 
     if (motion->has_speeds) // joints with speeds were checked for this duration only
         motion->shortest_periods = duration;
-    if (duration <= motion->requested)
+    if (duration <= periods_of(motion, motion->next.time_ms))
         return CDS_OK;
     motion->shortest_ms = (duration * motion->config.cycle->period_us + 999) / 1000;
     return motion->next.may_take_longer ? CDS_OK : CDS_LIMIT;
