@@ -101,7 +101,8 @@ struct cds_gait {
     bool is_under_way;    // the check is over, and joints move
     uint8_t joint;        // for which the gait was refused or ended
     uint32_t shortest_ms; // result CDS_LIMIT: the shortest base period that works, if ramp_ms is
-                          // lengthened by the same factor; 0: a position limit was the reason
+                          // lengthened by the same factor; 0: a position limit was the reason, or
+                          // a speed limit of 0
     // internal:
     struct cds_gait_config config;
     uint8_t count;                 // of joints
@@ -123,7 +124,7 @@ struct cds_gait {
     uint32_t phase_step;           // in a period
     uint32_t ramp;                 // time of the ramp, in 1/2^32
     uint32_t ramp_step;            // in a period
-    uint16_t way;                  // of the ramp, in 1/65536
+    uint16_t ramp_progress;        // in 1/65536 of the change
     int16_t set[CDS_GAIT_RAMPED];  // by the program
     int16_t from[CDS_GAIT_RAMPED]; // when the ramp began
     int16_t to[CDS_GAIT_RAMPED];   // when it ends
@@ -136,7 +137,7 @@ struct cds_gait {
  * 100 %. Call cds_gait_set_scale() and cds_gait_set_speed() after cds_gait_begin() to start with
  * other values.
  *
- * Returns CDS_OK: it is checked now. CDS_BUSY: it runs already, and its cycle, too.
+ * Returns CDS_OK: it is checked now. CDS_BUSY: the gait has not ended, and its cycle still runs.
  * CDS_BAD_ARGUMENT: the cycle was not begun, or a time is out of range; nothing was changed. */
 enum cds_result cds_gait_begin(struct cds_gait *gait, const struct cds_gait_config *config);
 

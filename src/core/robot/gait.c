@@ -7,11 +7,11 @@
 #include "robot/rate_internal.h"
 #include "robot/sine_internal.h"
 
-/* A poll does so much: a joint counts JOINT, and 1 for each of its sines. So it sets the goals of 4
+/* The work of a poll: a joint costs JOINT_COST, each of its sines 1. So a poll sets the goals of 4
  * joints without a sine, and of 2 joints with three. */
 #define WORK_PER_POLL 12
-#define JOINT         3
-#define RATE_US       ((uint32_t)250000) // the time stops within, if the permit refuses a goal
+#define JOINT_COST    3
+#define RATE_US       ((uint32_t)250000) // after a refused goal the joints stand within this time
 
 /* ---- one joint ---- */
 
@@ -49,11 +49,11 @@ static NOINLINE uint32_t add_sines(const struct cds_gait *gait,
  * be full speed. */
 static uint16_t speed_to(uint16_t position, const struct cds_gait_state *state)
 {
-    uint16_t way = (uint16_t)(position - state->position), speed;
+    uint16_t distance = (uint16_t)(position - state->position), speed;
 
-    if (way & 0x8000)
-        way = (uint16_t)-way;
-    speed = (uint16_t)((uint16_t)((uint32_t)way * state->scale >> 8) + state->reserve);
+    if (distance & 0x8000)
+        distance = (uint16_t)-distance;
+    speed = (uint16_t)((uint16_t)((uint32_t)distance * state->scale >> 8) + state->reserve);
     return speed < state->fastest ? speed : state->fastest;
 }
 
@@ -67,7 +67,8 @@ static enum cds_result set_goal(const struct cds_gait *gait, uint8_t index,
     enum cds_result result;
 
     if (gait->is_starting)
-        goal += (uint32_t)((int32_t)(int16_t)(state->start - joint->rest) * (uint16_t)~gait->way);
+        goal += (uint32_t)((int32_t)(int16_t)(state->start - joint->rest) *
+                           (uint16_t)~gait->ramp_progress);
     result = cds_cycle_goal(gait->config.cycle, index, (uint16_t)(goal >> 16),
                             speed_to((uint16_t)(goal >> 8), state));
     if (result != CDS_BUSY)
@@ -102,11 +103,11 @@ static bool begin_ramp(struct cds_gait *gait)
         gait->is_ramping |= gait->to[i] != gait->from[i];
     }
     gait->ramp = 0;
-    gait->way = 0;
+    gait->ramp_progress = 0;
     return gait->is_ramping;
 }
 
-/* Moves the ramp on: its way is 3 t^2 - 2 t^3. */
+/* Moves the ramp on: its progress is 3 t^2 - 2 t^3. */
 static void advance_ramp(struct cds_gait *gait)
 {
     uint32_t step = scaled(gait->ramp_step, gait->rate);
@@ -116,13 +117,13 @@ static void advance_ramp(struct cds_gait *gait)
     gait->ramp += step;
     time = (uint16_t)(gait->ramp >> 16);
     square = (uint16_t)((uint32_t)time * time >> 16);
-    gait->way = (uint16_t)((uint32_t)square * (uint16_t)(49151u - time / 2u) >> 14);
+    gait->ramp_progress = (uint16_t)((uint32_t)square * (uint16_t)(49151u - time / 2u) >> 14);
     for (uint8_t i = 0; i < CDS_GAIT_RAMPED; i++) {
         int32_t change = (int32_t)gait->to[i] - gait->from[i];
 
         gait->now[i] = gait->to[i];
         if (gait->is_ramping)
-            gait->now[i] = (int16_t)(gait->from[i] + (int16_t)(change * gait->way >> 16));
+            gait->now[i] = (int16_t)(gait->from[i] + (int16_t)(change * gait->ramp_progress >> 16));
     }
     gait->is_starting &= gait->is_ramping;
 }
@@ -210,7 +211,7 @@ static NOINLINE void set_goals(struct cds_gait *gait)
             gait->joint = index;
             end_soon(gait, result);
         }
-        left = (int8_t)(left - JOINT - state->sines);
+        left = (int8_t)(left - JOINT_COST - state->sines);
     }
     gait->index = index;
     if (index == gait->count)

@@ -10,7 +10,7 @@
 #include "robot/rest_internal.h"
 
 #define JOINTS_PER_POLL 6
-#define BEGIN_COST      5 // joints less in this poll: a joint that begins a move divides
+#define BEGIN_COST      5 // a joint that begins a move costs as much as 5 more joints: it divides
 /* Speed of one step per period, in 1/16 register unit, is SCALE / (period in us x full speed in
  * RPM): 300 degrees are 1023 steps, and full speed is 1023 units. */
 #define SCALE      ((uint32_t)800000000)
@@ -24,17 +24,19 @@
 
 /* ---- one joint ---- */
 
-/* What the speeds at begin and end add to the offset from the start, in 1/65536 of the unit of
- * positions. */
-static int32_t offset_of_speeds(const struct cds_motion_joint *joint,
-                                const struct cds_motion_basis *basis)
+/* What braking from begin_speed and speeding up to end_speed add to the offset from the start, in
+ * 1/65536 of the unit of positions. */
+static int32_t transition_offset(const struct cds_motion_joint *joint,
+                                 const struct cds_motion_basis *basis)
 {
     return (int32_t)joint->braking * basis->braking_progress +
            (int32_t)joint->passing * basis->passing_progress;
 }
 
-static int32_t speed_of_speeds(const struct cds_motion_joint *joint,
-                               const struct cds_motion_basis *basis)
+/* What braking from begin_speed and speeding up to end_speed add to the speed, in 1/16384 of the
+ * unit of speeds. */
+static int32_t transition_speed(const struct cds_motion_joint *joint,
+                                const struct cds_motion_basis *basis)
 {
     return (int32_t)joint->begin_speed * basis->braking_rate +
            (int32_t)joint->end_speed * basis->passing_rate;
@@ -61,7 +63,7 @@ static int16_t position_of(const struct cds_motion_joint *joint,
     if (basis->is_end)
         offset = ((int32_t)joint->distance + joint->braking / 2 + joint->passing / 2) * 65536;
     else if (joint->has_speeds)
-        offset += offset_of_speeds(joint, basis);
+        offset += transition_offset(joint, basis);
     offset = offset_within_limits(joint, offset);
     return (int16_t)(joint->start + (uint16_t)((uint32_t)(offset + HALF) >> 16));
 }
@@ -72,7 +74,7 @@ int16_t cds_motion_speed(const struct cds_motion_joint *joint, const struct cds_
     int32_t speed = (int32_t)joint->mean_speed * basis->rate;
 
     if (joint->has_speeds)
-        speed += speed_of_speeds(joint, basis);
+        speed += transition_speed(joint, basis);
     return (int16_t)(speed >> 16);
 }
 
@@ -217,8 +219,8 @@ static enum cds_result set_goal(struct cds_motion *motion, uint8_t index,
     uint16_t position, quarters;
 
     if (joint->has_speeds) {
-        offset = offset_within_limits(joint, offset + offset_of_speeds(joint, basis));
-        speed += speed_of_speeds(joint, basis);
+        offset = offset_within_limits(joint, offset + transition_offset(joint, basis));
+        speed += transition_speed(joint, basis);
     }
     position = (uint16_t)(joint->start + (uint16_t)((uint32_t)(offset + HALF) >> 16));
     quarters = (uint16_t)((uint32_t)(speed < 0 ? -speed : speed) >> 16);

@@ -27,9 +27,9 @@ enum cds_result cds_motion_check(struct cds_motion *motion);
 /* Returns by how much `acceleration` changes a speed in a period, in 1/16 unit, 1 or more. */
 uint32_t cds_motion_speed_change(const struct cds_motion *motion, uint16_t acceleration);
 
-/* Finds the path of joint `index` in motion->next, which takes `duration` periods: from where it is
- * at `basis`, and with the speed it has there; at rest perhaps from where the servo says it is.
- * False: not known. */
+/* Finds the path of joint `index` in motion->next, which takes `duration` periods. The path begins
+ * at the goal of `basis`, with its speed. If the joint rests and its servo reports a position more
+ * than CDS_MOTION_NEAR_STEPS away, the path begins at the reported position. False: not known. */
 bool cds_motion_find_path(const struct cds_motion *motion, uint8_t index,
                           const struct cds_motion_basis *basis, uint32_t duration,
                           struct cds_motion_path *path);

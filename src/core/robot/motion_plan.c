@@ -58,8 +58,8 @@ void cds_motion_begin_check(struct cds_motion *motion)
     motion->has_speeds = false;
     motion->checked = 0;
     motion->follows = motion->next.waits && motion->is_under_way;
-    motion->from_rest = basis_before(motion)->is_at_rest;
-    motion->stage = motion->from_rest && !motion->is_trial ? GOALS : BRAKING;
+    motion->checks_from_rest = basis_before(motion)->is_at_rest;
+    motion->stage = motion->checks_from_rest && !motion->is_trial ? GOALS : BRAKING;
     motion->move_result = CDS_PENDING;
 }
 
@@ -239,13 +239,13 @@ static void set_curve(struct cds_motion *motion)
 {
     struct cds_motion_plan *plan = &motion->next_plan;
     uint32_t mean_speed = motion->longest_distance * CDS_MOTION_UNIT / plan->duration;
-    uint32_t bend = CDS_CURVE_TRIANGLE;
+    uint32_t ramp_ratio = CDS_CURVE_TRIANGLE;
 
     if (motion->next.curve == CDS_MOTION_TRAPEZOID) {
         if (mean_speed <= UINT16_MAX)
-            bend = (mean_speed << 16) / trapezoid_change(motion) / plan->duration;
-        cds_curve_set_trapezoid(&plan->curve,
-                                bend < CDS_CURVE_TRIANGLE ? (uint16_t)bend : CDS_CURVE_TRIANGLE);
+            ramp_ratio = (mean_speed << 16) / trapezoid_change(motion) / plan->duration;
+        cds_curve_set_trapezoid(&plan->curve, ramp_ratio < CDS_CURVE_TRIANGLE ? (uint16_t)ramp_ratio
+                                                                              : CDS_CURVE_TRIANGLE);
     } else {
         cds_curve_set(&plan->curve, motion->next.curve);
     }
@@ -302,7 +302,8 @@ static bool is_slow(const struct cds_motion_plan *plan, const struct cds_motion_
 }
 
 /* Third check of joint `index`: its speed. CDS_PENDING: it is too fast, and a duration 1/8 longer
- * is tried. A joint that is at rest now is checked, too: it may have moved in check_goal(). */
+ * is tried. A joint that rests now is checked, too: if it was moving in check_goal(), its shortest
+ * time was not noted there. */
 static enum cds_result check_speed(struct cds_motion *motion, uint8_t index)
 {
     const struct cds_motion_plan *plan = &motion->next_plan;
@@ -440,7 +441,7 @@ enum cds_result cds_motion_check(struct cds_motion *motion)
     bool is_of_joints = is_stage_of_joints(motion->stage);
     enum cds_result result;
 
-    if (motion->from_rest && !basis_before(motion)->is_at_rest) { // resumed during the check
+    if (motion->checks_from_rest && !basis_before(motion)->is_at_rest) { // resumed during the check
         cds_motion_begin_check(motion);
         return CDS_PENDING;
     }

@@ -341,6 +341,27 @@ void test_checked_sequence_reports_each_pose_once(void)
     TEST_ASSERT_EQUAL_UINT8(4, told_count);
 }
 
+static uint8_t polls_of_check(bool passes)
+{
+    uint8_t polls = 0;
+
+    setUp();
+    checks_all = true;
+    add_step(600, 400, 0, passes);
+    add_step(700, 400, 0, false);
+    for (begin(1); sequence.is_checking; polls++)
+        cds_sequence_poll(&sequence);
+    TEST_ASSERT_EQUAL(CDS_PENDING, sequence.result);
+    return polls;
+}
+
+/* As sequence.h says: 4 a step, and 3 or 4 for each servo. */
+void test_check_takes_up_to_4_polls_for_each_servo_and_step(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(2 * (4 + 3 * JOINTS), polls_of_check(false));
+    TEST_ASSERT_EQUAL_UINT8(2 * (4 + 4 * JOINTS), polls_of_check(true));
+}
+
 /* Result of a run of the steps. */
 static enum cds_result run_all(bool checks, uint16_t repeats)
 {
