@@ -6,6 +6,7 @@
 #include "robot/gait_internal.h"
 #include "robot/rate_internal.h"
 #include "robot/sine_internal.h"
+#include "servo/cycle_internal.h" // cds_cycle_has_ended_since()
 
 /* The work of a poll: a joint costs JOINT_COST, each of its sines 1. So a poll sets the goals of 4
  * joints without a sine, and of 2 joints with three. */
@@ -265,7 +266,8 @@ enum cds_result cds_gait_begin(struct cds_gait *gait, const struct cds_gait_conf
 {
     uint16_t period_us = config->cycle->period_us;
 
-    if (gait->result == CDS_PENDING && !cds_cycle_is_lost(gait->config.cycle, gait->cycle_begun))
+    if (gait->result == CDS_PENDING &&
+        !cds_cycle_has_ended_since(gait->config.cycle, gait->cycle_begun))
         return CDS_BUSY;
     if (!config->cycle->bus || config->period_ms < CDS_GAIT_TIME_MIN_MS ||
         config->ramp_ms < config->period_ms || config->ramp_ms > CDS_GAIT_TIME_MAX_MS)
@@ -291,7 +293,7 @@ enum cds_result cds_gait_poll(struct cds_gait *gait)
 {
     if (gait->result != CDS_PENDING)
         return (enum cds_result)gait->result;
-    if (cds_cycle_is_lost(gait->config.cycle, gait->cycle_begun))
+    if (cds_cycle_has_ended_since(gait->config.cycle, gait->cycle_begun))
         end(gait, CDS_INHIBITED);
     else if (!gait->is_under_way)
         check_next(gait);
@@ -349,7 +351,7 @@ void cds_gait_abort(struct cds_gait *gait, uint16_t deceleration)
 {
     if (gait->result != CDS_PENDING)
         return;
-    if (!gait->is_under_way || cds_cycle_is_lost(gait->config.cycle, gait->cycle_begun)) {
+    if (!gait->is_under_way || cds_cycle_has_ended_since(gait->config.cycle, gait->cycle_begun)) {
         end(gait, CDS_CANCELLED);
         return;
     }

@@ -8,6 +8,7 @@
 #include "robot/motion_internal.h"
 #include "robot/rate_internal.h"
 #include "robot/rest_internal.h"
+#include "servo/cycle_internal.h" // cds_cycle_has_ended_since()
 
 #define JOINTS_PER_POLL 6
 #define BEGIN_COST      5 // a joint that begins a move costs as much as 5 more joints: it divides
@@ -554,7 +555,7 @@ static void end_without_cycle(struct cds_motion *motion)
 
 enum cds_result cds_motion_poll(struct cds_motion *motion)
 {
-    if (cds_cycle_is_lost(motion->config.cycle, motion->cycle_begun))
+    if (cds_cycle_has_ended_since(motion->config.cycle, motion->cycle_begun))
         end_without_cycle(motion);
     else if (motion->index < motion->count)
         set_goals(motion);
