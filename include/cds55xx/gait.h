@@ -101,8 +101,8 @@ struct cds_gait {
     bool is_under_way;    // the check is over, and joints move
     uint8_t joint;        // for which the gait was refused or ended
     uint32_t shortest_ms; // result CDS_LIMIT: the shortest base period that works, if ramp_ms is
-                          // lengthened by the same factor; 0: a position limit was the reason, or
-                          // a speed limit of 0
+                          // lengthened by the same factor, rounded up; 0: a position limit was the
+                          // reason, or a speed limit of 0
     // internal:
     struct cds_gait_config config;
     uint8_t count;                 // of joints

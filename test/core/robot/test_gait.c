@@ -396,6 +396,52 @@ void test_far_start_within_a_short_ramp_is_refused(void)
     begin_gait();
 }
 
+/* As gait.h says: the ramp is lengthened by the same factor. */
+static void check_shortest_period_works(void)
+{
+    uint32_t ramp_ms = config.ramp_ms, period_ms = config.period_ms;
+
+    memset(&gait, 0, sizeof gait);
+    if (try_gait() == CDS_PENDING)
+        return;
+    TEST_ASSERT_EQUAL(CDS_LIMIT, gait.result);
+    TEST_ASSERT_NOT_EQUAL(0, gait.shortest_ms);
+    ramp_ms = (ramp_ms * gait.shortest_ms + period_ms - 1) / period_ms;
+    if (ramp_ms > CDS_GAIT_TIME_MAX_MS)
+        return;
+    config.period_ms = (uint16_t)gait.shortest_ms;
+    config.ramp_ms = (uint16_t)ramp_ms;
+    TEST_ASSERT_EQUAL(CDS_PENDING, try_gait());
+    memset(&gait, 0, sizeof gait);
+    config.period_ms = (uint16_t)(config.period_ms * 49ul / 50);
+    config.ramp_ms = (uint16_t)(config.ramp_ms * 49ul / 50);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, try_gait());
+}
+
+void test_shortest_period_of_a_far_start_works(void)
+{
+    CDS_GAIT_TABLE(fast) = {
+        {.rest = 700, .sines = {{.amplitude = 250, .multiple = 2}}},
+        {.rest = CDS_POSE_NONE},
+        {.rest = CDS_POSE_NONE},
+        {.rest = CDS_POSE_NONE},
+        {.rest = CDS_POSE_NONE},
+        {.rest = CDS_POSE_NONE},
+        {.rest = CDS_POSE_NONE},
+    };
+
+    config.joints = fast;
+    for (uint16_t i = 0; i < MANY / 16; i++) {
+        uint16_t speed = (uint16_t)(20 + rand() % 1004);
+
+        feedback[0].position = (uint16_t)(rand() % 1024);
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[0], 0, 1023, speed));
+        config.period_ms = (uint16_t)(CDS_GAIT_TIME_MIN_MS + 10 + (uint16_t)rand() % 2000);
+        config.ramp_ms = (uint16_t)(config.period_ms + (uint16_t)(rand() % 3000));
+        check_shortest_period_works();
+    }
+}
+
 void test_inhibited_joint_is_refused(void)
 {
     cds_servos_inhibit(&servos, &states[1], CDS_INHIBIT_STOPPED);
