@@ -133,12 +133,15 @@ static void begin_move(struct cds_motion *motion)
     motion->move_result = CDS_OK;
 }
 
-/* The motion is over; its joints stay where their last goals are. */
+/* The motion is over; its joints stay where their last goals are. If the move was paused before its
+ * first goal, the joints still have the paths of the move before. */
 static void end(struct cds_motion *motion, enum cds_result result)
 {
+    if (motion->begun == 0)
+        motion->basis = motion->last_basis;
     motion->basis.is_at_rest = true;
     motion->is_under_way = motion->is_ending = motion->is_paused = false;
-    motion->begun = motion->count; // it may have been paused before its first goal
+    motion->begun = motion->count;
     motion->result = result;
 }
 

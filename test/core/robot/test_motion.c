@@ -986,6 +986,42 @@ void test_move_paused_before_its_first_goal_can_be_ended(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
 }
 
+/* A joint went from 500 to 500 + `way`; the next move begins paused and is aborted. Then the joint
+ * goes 50 steps further. */
+static void check_move_after_an_abort_before_the_first_goal(uint16_t way, bool waits, bool resumes)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 1000};
+
+    setUp();
+    pose[0] = (uint16_t)(500 + way);
+    move(1000, CDS_MOTION_MINIMUM_JERK);
+    while (pass_period() == CDS_PENDING) {
+    }
+    feedback[0].position = goals[0];
+    pose[0] = 450;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    cds_motion_pause(&motion, 8000);
+    for (uint8_t i = 0; i < 10; i++)
+        pass_period();
+    if (resumes)
+        cds_motion_resume(&motion);
+    cds_motion_abort(&motion, 8000);
+    pass_period();
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, motion.result);
+    it.waits = waits;
+    pose[0] = (uint16_t)(550 + way);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    check_goals_rise_to(pose[0]);
+}
+
+void test_move_after_an_abort_before_the_first_goal_does_not_jump(void)
+{
+    for (uint8_t i = 0; i < 4; i++) {
+        check_move_after_an_abort_before_the_first_goal(14, i & 1, i & 2);
+        check_move_after_an_abort_before_the_first_goal(100, i & 1, i & 2);
+    }
+}
+
 void test_pause_ends_with_the_refusal_of_its_move(void)
 {
     struct cds_move it = {.pose = pose, .time_ms = 4};
