@@ -47,14 +47,18 @@ static bool read_frame(void *context, uint8_t index, struct cds_sequence_step *s
         .time_ms = frame.time_ms, .dwell_ms = frame.dwell_ms, .passes = frame.passes};
     for (uint8_t i = 0; i < JOINTS; i++)
         if (cds_robot_to_position(&robot, i, 1000l * frame.degrees[i], &pose[i]) != CDS_OK)
-            cds_robot_stop(&robot); // the angle is outside of the limits
+            stop_report_refused(&robot, index, i, CDS_LIMIT); // beyond the limits of the joint
     return true;
 }
 
 static void poll_sequence(struct cds_robot *self)
 {
-    if (cds_sequence_poll(&sequence) != CDS_PENDING)
-        cds_robot_stop(self); // stop_report() tells why
+    uint8_t result = cds_sequence_poll(&sequence);
+
+    if (result == CDS_BAD_ARGUMENT) // a time of the key frame
+        stop_report_refused(self, sequence.step, STOP_REPORT_NO_JOINT, result);
+    else if (result != CDS_PENDING)
+        stop_report_refused(self, sequence.step, motion.joint, result);
 }
 
 static void on_event(struct cds_robot *self)

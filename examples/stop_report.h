@@ -3,9 +3,10 @@
  *
  *     joint 2, elbow: offline
  *
- * or, if the program has stopped it because a move was refused,
+ * or, if the program has stopped it because a move was refused or has ended early,
  *
  *     motion: joint 1, base: the limits of the servo do not permit this, it needs 1282 ms
+ *     step 2: joint 1, base: the limits of the servo do not permit this, it needs 1282 ms
  *
  * stop_report_note() is the program's on_event, or is called from it. Call stop_report() when the
  * main loop has ended: it waits for each character. On a board without a host USART it tells
@@ -30,6 +31,28 @@ static inline void stop_report_note(struct cds_robot *robot)
     if (stop_report_event.kind == CDS_ROBOT_EVENT_STARTED && !is_tolerated &&
         robot->event.kind != CDS_ROBOT_EVENT_STOPPED)
         stop_report_event = robot->event;
+}
+
+#define STOP_REPORT_NO_JOINT 255
+
+/* Why the program has stopped the robot; result CDS_OK: it has not. */
+static struct {
+    uint8_t result; // enum cds_result
+    uint8_t step;   // of a sequence
+    uint8_t joint;  // or STOP_REPORT_NO_JOINT
+} stop_report_refusal;
+
+/* Stops the robot: `joint` of a sequence was refused in `step`, or has ended it there. The first
+ * call counts. */
+static inline void stop_report_refused(struct cds_robot *robot, uint8_t step, uint8_t joint,
+                                       uint8_t result)
+{
+    if (stop_report_refusal.result == CDS_OK) {
+        stop_report_refusal.result = result;
+        stop_report_refusal.step = step;
+        stop_report_refusal.joint = joint;
+    }
+    cds_robot_stop(robot);
 }
 
 #ifdef BOARD_HOST_USART
@@ -104,7 +127,6 @@ static inline void stop_report_result(uint8_t result)
 static inline void stop_report_reason(uint8_t why)
 {
     static const char reasons[][24] PROGMEM = {
-        [CDS_REASON_NONE] = "not a valid joint",
         [CDS_REASON_NO_REPLY] = "no reply",
         [CDS_REASON_ALARM] = "alarm",
         [CDS_REASON_RETURN_DELAY] = "return delay not taken",
@@ -140,17 +162,13 @@ static inline void stop_report_robot(const struct cds_robot *robot)
     stop_report_char('\n');
 }
 
-static inline void stop_report_motion(const struct cds_robot *robot,
-                                      const struct cds_motion *motion)
+/* "joint 2, elbow: no reply by the deadline" */
+static inline void stop_report_reply(const struct cds_robot *robot, const struct cds_motion *motion,
+                                     uint8_t joint, uint8_t result)
 {
-    uint8_t result = motion->move_result > CDS_PENDING ? motion->move_result : motion->result;
-
-    if (result <= CDS_PENDING)
-        return;
-    stop_report_flash(PSTR("motion: "));
-    stop_report_joint(robot, motion->joint);
+    stop_report_joint(robot, joint);
     stop_report_result(result);
-    if (result == CDS_LIMIT && motion->shortest_ms) {
+    if (result == CDS_LIMIT && motion->move_result == CDS_LIMIT && motion->shortest_ms) {
         stop_report_flash(PSTR(", it needs "));
         stop_report_number(motion->shortest_ms);
         stop_report_flash(PSTR(" ms"));
@@ -158,11 +176,41 @@ static inline void stop_report_motion(const struct cds_robot *robot,
     stop_report_char('\n');
 }
 
+static inline void stop_report_motion(const struct cds_robot *robot,
+                                      const struct cds_motion *motion)
+{
+    uint8_t result = motion->move_result > CDS_PENDING ? motion->move_result : motion->result;
+
+    if (stop_report_refusal.result != CDS_OK) {
+        stop_report_flash(PSTR("step "));
+        stop_report_number(stop_report_refusal.step);
+        stop_report_flash(PSTR(": "));
+        stop_report_reply(robot, motion, stop_report_refusal.joint, stop_report_refusal.result);
+    } else if (result > CDS_PENDING) {
+        stop_report_flash(PSTR("motion: "));
+        stop_report_reply(robot, motion, motion->joint, result);
+    }
+}
+
+/* The robot was not opened, or not started: the arguments were refused, and there was no event. */
+static inline void stop_report_arguments(const struct cds_robot *robot)
+{
+    if (robot->count) {
+        stop_report_flash(PSTR("not started: argument out of range\n"));
+        return;
+    }
+    stop_report_flash(PSTR("joint "));
+    stop_report_number(robot->event.joint);
+    stop_report_flash(PSTR(" of the table, or an ID: out of range\n"));
+}
+
 /* `motion`: NULL if the program has none. */
 static inline void stop_report(const struct cds_robot *robot, const struct cds_motion *motion)
 {
     stop_report_open();
-    if (stop_report_event.kind != CDS_ROBOT_EVENT_STARTED)
+    if (robot->event.kind != CDS_ROBOT_EVENT_STOPPED)
+        stop_report_arguments(robot);
+    else if (stop_report_event.kind != CDS_ROBOT_EVENT_STARTED)
         stop_report_robot(robot);
     else if (motion)
         stop_report_motion(robot, motion);

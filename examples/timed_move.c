@@ -46,7 +46,7 @@ int main(void)
         if (robot.state != CDS_ROBOT_RUNNING || cds_motion_is_busy(&motion) ||
             motion.result == CDS_PENDING)
             continue;
-        if (motion.move_result != CDS_OK) // refused for motion.joint; motion.shortest_ms works
+        if (motion.move_result != CDS_OK || motion.result != CDS_OK) // refused, or ended early
             cds_robot_stop(&robot);
         else
             move_to(mdeg, mdeg / 2);

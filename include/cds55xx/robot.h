@@ -118,14 +118,15 @@ enum cds_robot_state {
 /* What has happened to a robot. */
 enum cds_robot_event_kind {
     CDS_ROBOT_EVENT_STARTED,      // torque is on
-    CDS_ROBOT_EVENT_START_FAILED, // `joint` has failed the check: `why`, `result`, `alarms`. One
-                                  // event for each such joint
+    CDS_ROBOT_EVENT_START_FAILED, // `joint` has failed the check (one event for each such joint),
+                                  // or did not take its goal or torque (one event): `why`,
+                                  // `result`, `alarms`
     CDS_ROBOT_EVENT_ALARM,        // `joint` reports CDS_ERROR_* bits of a condition: `alarms`
     CDS_ROBOT_EVENT_OFFLINE,      // `joint` does not answer any more
     CDS_ROBOT_EVENT_STATE_LOST,   // `joint` had torque on and has it off: power failed, or an alarm
     CDS_ROBOT_EVENT_STOPPED,      // the stop is over: `result` of cds_torque_off_poll()
     CDS_ROBOT_EVENT_LINE_BUSY, // the line was low or disturbed for CDS_ROBOT_LINE_US, and nothing
-                               // could be sent: the robot stops
+                               // could be sent: the robot stops. `result` is CDS_LINE_BUSY
 } __attribute__((packed));
 
 /* An event; a field that its kind does not name is 0. */
@@ -259,7 +260,8 @@ enum cds_result cds_robot_joint(const struct cds_robot *robot, uint8_t joint,
 /* Prepares timed moves; call it after each CDS_ROBOT_EVENT_STARTED. The program then calls
  * cds_motion_move(). cds_robot_poll() polls `motion`, too; after a stop a move under way ends as
  * CDS_INHIBITED. `joints`: one for each joint. `profiles`: as in struct cds_motion_config; required
- * if a joint is CDS_JOINT_AX12. A program that does not call it does not link motion.c. CDS_OK;
+ * if a joint is CDS_JOINT_AX12. Accelerations are not checked: config.acceleration is 0. A program
+ * that does not call it does not link motion.c. CDS_OK;
  * CDS_INHIBITED: the robot is not running; else as cds_motion_begin(). */
 enum cds_result cds_robot_begin_motion(struct cds_robot *robot, struct cds_motion *motion,
                                        struct cds_motion_joint *joints,
