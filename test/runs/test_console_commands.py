@@ -476,7 +476,11 @@ def list_line(name, usage):
     """What help says of lists, in a profile that has them."""
     if "ID" not in re.sub("ID:", "", usage):
         return ""
-    return ("ID: one servo, no list" if name in PACKETS else "ID: one servo, or a list: 1 2 5-8, or 1,5-8, or all") + "\r\n"
+    if name in PACKETS:
+        return "ID: one servo, no list\r\n"
+    if re.search(r"ID(\|254)? (ANGLE|SPEED|LOW|RATE)\b", usage): # `move 1 2 30` moves servo 1 to 2deg
+        return "ID: one servo, or a list in one word: 1,2,5-8, or all\r\n"
+    return "ID: one servo, or a list: 1 2 5-8, or 1,5-8, or all\r\n"
 
 
 class Typed(unittest.TestCase):

@@ -12,6 +12,10 @@
 
 static const CDS_FLASH char message_prefix[] = "servo %u: ";
 static const CDS_FLASH char message_ok[] = "ok";
+static const CDS_FLASH char message_warning[] = "warning: ";
+static const CDS_FLASH char message_read_as[] = " was read as ";
+static const CDS_FLASH char message_one_word[] =
+    ", not as servo %u; a list of servos is one word here: %u,%u";
 
 /* ---- reading a line: these functions return an error or 0 ---- */
 
@@ -309,10 +313,46 @@ static void end_servo(struct console *console)
         servo_failed(console, error);
 }
 
+/* True if the user may have meant a list: in `move 1 2 30` all numbers are bare, the optional one
+ * is there, and the first one is the ID of another servo of the robot. */
+static bool may_be_list(const struct console *console)
+{
+    const struct command_line *line = &console->line;
+    const struct number *first = line->number;
+
+    if (line->takes_all || line->values != 1 || line->numbers < 2 || *line->usage ||
+        first->digits == line->id || first->digits < 0 || first->digits > CDS_ID_MAX)
+        return false;
+    for (uint8_t i = 0; i < line->numbers; i++)
+        if (line->number[i].kind != NUMBER_BARE || line->number[i].decimals)
+            return false;
+    return cds_servos_find(&console->robot->servos, (uint8_t)first->digits) != NULL;
+}
+
+/* "warning: 2 was read as ANGLE, not as servo 2; a list of servos is one word here: 1,2" */
+static void warn_of_list(struct console *console)
+{
+    struct printer *printer = &console->printer;
+    uint16_t number = (uint16_t)console->line.number[0].digits;
+
+    printer_flash(printer, message_warning);
+    printer_decimal(printer, number);
+    printer_flash(printer, message_read_as);
+    for (const CDS_FLASH char *name = parse_number_name(&console->line, 0); *name != ' '; name++)
+        printer_char(printer, *name);
+    printer->values[0].number = printer->values[2].number = number;
+    printer->values[1].number = console->line.id;
+    printer_line(printer, message_one_word);
+}
+
 static bool poll(struct console *console)
 {
     struct servo_list *list = list_of(console);
 
+    if (!console->line.is_repeated && console->step == 0 && may_be_list(console)) {
+        warn_of_list(console);
+        return true;
+    }
     if (!console->line.is_repeated)
         return run_servo(console);
     switch (list->phase) {
