@@ -119,7 +119,7 @@ struct command_lists {
     uint8_t (*take)(struct command_line *line, const struct token *token, uint8_t highest);
     uint8_t (*take_word)(struct command_line *line, const struct token *token);
     /* The parser's, while line->list_is_open: true if this word belongs to the list; and what is
-     * called at the end of the line. */
+     * called at the end of the line. Both may store line->error. */
     bool (*goes_on)(struct command_line *line, const struct token *token);
     void (*end)(struct command_line *line);
     /* The console's: begin and poll of the command, for each servo of the list. */

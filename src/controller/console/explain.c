@@ -22,12 +22,13 @@ static const CDS_FLASH char message_too_fine[] = "has more decimals than the com
 /* The values an argument may have. */
 struct range {
     uint16_t lowest, highest; // registers of `unit`, or the numbers themselves
-    uint8_t unit;             // enum cds_unit; UNIT_MS, UNIT_S: whole seconds, UNIT_PERCENT
+    uint8_t unit;             // enum cds_unit, or one of these:
 };
 
-#define UNIT_MS      UINT8_MAX
-#define UNIT_PERCENT (UINT8_MAX - 1)
-#define UNIT_S       (UINT8_MAX - 2)
+#define UNIT_MS      UINT8_MAX               // milliseconds
+#define UNIT_PERCENT (UINT8_MAX - 1)         // percent
+#define UNIT_S       (UINT8_MAX - 2)         // whole seconds
+#define UNIT_ADDRESS (UINT8_MAX - 3)         // of a register: printed in hexadecimal digits
 #define CW_FULL      (0x400 | CDS_VALUE_MAX) // full speed CW (R35)
 
 /* By the name of the argument and, where it differs, the first letter of the command. */
@@ -41,7 +42,7 @@ static const CDS_FLASH struct {
     {"OLD", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
     {"NEW", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
     {"ID|254", 0, {0, CDS_BROADCAST_ID, CDS_UNIT_NUMBER}},
-    {"REG", 0, {0, CDS_TABLE_SIZE - 1, CDS_UNIT_NUMBER}},
+    {"REG", 0, {0, CDS_TABLE_SIZE - 1, UNIT_ADDRESS}},
     {"ANGLE", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
     {"ANGLE...", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
     {"HIGH", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
@@ -177,6 +178,13 @@ struct subject {
     bool has_range;
 };
 
+/* True if an address behind a list of servos is out of range (take_address_out() of servo_list.c).
+ * No number stands before a REG. */
+static bool is_of_address(const struct command_line *line)
+{
+    return line->error == ERROR_OUT_OF_RANGE && parse_at_register(line) && line->numbers;
+}
+
 /* True if a word of the line, which the console keeps, has caused the error. */
 static bool is_of_word(const struct console *console)
 {
@@ -187,7 +195,8 @@ static bool is_of_word(const struct console *console)
 
     for (uint8_t i = 0; i < sizeof errors; i++)
         if (errors[i] == console->error)
-            return console->line.error == console->error && console->token.length;
+            return console->line.error == console->error && console->token.length &&
+                   !is_of_address(&console->line);
     return false;
 }
 
@@ -209,6 +218,12 @@ static bool find_subject(const struct console *console, struct subject *subject)
         subject->has_range = console->error == ERROR_OUT_OF_RANGE &&
                              range_of(line, subject->name, &subject->range) &&
                              (subject->range.lowest || subject->range.highest);
+        return true;
+    }
+    if (is_of_address(line)) {
+        subject->name = line->usage;
+        subject->number = line->number;
+        subject->has_range = range_of(line, subject->name, &subject->range);
         return true;
     }
     for (uint8_t i = 0; line->error == 0 && line->command && i < line->numbers; i++) {
@@ -295,7 +310,9 @@ static void print_subject(struct console *console, const struct subject *subject
 
 static void print_bound(struct printer *printer, uint8_t unit, uint16_t value, bool with_unit)
 {
-    if (unit >= UNIT_S) {
+    if (unit == UNIT_ADDRESS) {
+        printer_address(printer, (uint8_t)value);
+    } else if (unit >= UNIT_S) {
         printer_decimal(printer, value);
         if (with_unit && unit == UNIT_MS)
             printer_flash(printer, message_ms);

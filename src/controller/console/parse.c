@@ -449,7 +449,7 @@ void parse_word(struct command_line *line, const struct token *token, char separ
         line->error = take_command(line, token);
     } else if (command_set.lists && line->list_is_open && command_set.lists->goes_on(line, token)) {
         line->error = command_set.lists->take_word(line, token);
-    } else {
+    } else if (line->error == 0) { // goes_on() may have found one
         find_argument(line, token);
         line->error = take_argument(line, token, separator);
         if (!repeats(line) && !(command_set.explain && line->error)) // it names the argument
@@ -505,6 +505,8 @@ NOINLINE uint8_t parse_end(struct command_line *line)
         return line->error;
     if (command_set.lists)
         command_set.lists->end(line);
+    if (line->error)
+        return line->error;
     if (!is_complete(line))
         line->error = ERROR_COUNT;
     else if (line->remaining)

@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "cds55xx/control_table.h"   // CDS_TABLE_SIZE
 #include "console/commands/shared.h" // servo_outcome()
 #include "console/console.h"
 #include "console/errors.h"
@@ -149,12 +150,19 @@ static bool may_hold_address(const struct command_line *line, uint8_t words)
     return parse_at_register(line) && line->values > words && line->singles >= words;
 }
 
-/* The last ID of the list is the address of a register instead. */
+/* The last ID of the list is the address of a register instead. If no register has the address, the
+ * line gets the error, stays at REG, and number[0] is the address (explain.c). */
 static void take_address_out(struct command_line *line)
 {
     line->address = line->next = ids_of(line)[--line->values];
     line->length = 1;
-    parse_next_argument(line);
+    if (line->address < CDS_TABLE_SIZE) {
+        parse_next_argument(line);
+        return;
+    }
+    line->number[0] = (struct number){.digits = line->address, .kind = NUMBER_BARE};
+    line->numbers = 1;
+    line->error = ERROR_OUT_OF_RANGE;
 }
 
 /* More words of the list may follow, unless a number comes next. The address of a register may be
@@ -186,7 +194,7 @@ static void end(struct command_line *line)
     if (has_value)
         value.digits = ids_of(line)[--line->values];
     take_address_out(line);
-    if (has_value) {
+    if (has_value && line->error == 0) {
         line->number[line->numbers++] = value;
         parse_next_argument(line);
     }

@@ -50,13 +50,14 @@ static void rub_out(struct editor *editor, struct printer *echo)
         printer_flash(echo, take_back);
 }
 
-/* Drops the whole line; the locked part is shown again on a new line. */
+/* Drops the line and begins a new one on the terminal. No characters are locked: the console takes
+ * no key while the parser takes characters. */
 static void rub_out_all(struct editor *editor, struct printer *echo)
 {
-    if (echo && editor->length > editor->locked)
+    if (echo && editor->length)
         printer_flash(echo, new_line);
-    editor->length = editor->locked;
-    editor->shown = editor->locked;
+    editor->length = 0;
+    editor->shown = 0;
 }
 
 static void fetch_back(struct editor *editor)
@@ -110,8 +111,12 @@ enum editor_event editor_key(struct editor *editor, char key, struct printer *ec
         if (echo)
             printer_flash(echo, new_line);
         return EDITOR_END;
-    case CTRL_C: rub_out_all(editor, echo); return EDITOR_DROP;
-    case CTRL_U: rub_out_all(editor, echo); return EDITOR_NONE;
+    case CTRL_C:
+    case CTRL_U:
+        rub_out_all(editor, echo);
+        if (key == CTRL_C || !editor->longer)
+            return EDITOR_DROP; // the console prints the prompt
+        return EDITOR_NONE;
     case CTRL_P: fetch_back(editor); return EDITOR_NONE;
     case BACKSPACE:
     case DELETE: rub_out(editor, echo); return EDITOR_NONE;

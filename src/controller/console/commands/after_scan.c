@@ -129,6 +129,18 @@ static void tell(struct console *console, struct after_scan *job)
     next(job);
 }
 
+/* The diagnosis has ended. False: a key has ended it, or it has failed. */
+static bool end_diagnosis(struct console *console, struct after_scan *job)
+{
+    if (console->error == 0) {
+        tell(console, job);
+        return true;
+    }
+    if (command_set.account)
+        account_end(console);
+    return false;
+}
+
 bool after_scan(struct console *console)
 {
     struct after_scan *job = after_scan_job(console);
@@ -147,7 +159,7 @@ bool after_scan(struct console *console)
         if (console->line.request->result != CDS_PENDING)
             take(console, job);
     } else if (!console_operates(console)) {
-        tell(console, job);
+        return end_diagnosis(console, job);
     }
     return true;
 }
