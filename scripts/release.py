@@ -36,6 +36,12 @@ def fill(target, prefix, files, sources):
     return names
 
 
+def put_back(target, old):
+    """A run that ended between its two renames has left the earlier release in `old`."""
+    if old.exists() and not target.exists():
+        old.rename(target)
+
+
 def main(folder, prefix, *files):
     if not git("rev-parse", "HEAD"):
         return "make release needs a clone with git: it packs the sources of the last commit"
@@ -45,6 +51,7 @@ def main(folder, prefix, *files):
     if not sources:
         return f"git archive fails: {folder} is as it was; mend what this says: git archive HEAD > /dev/null"
     target, new, old = [pathlib.Path(folder + end) for end in ["", ".new", ".old"]]
+    put_back(target, old)
     for rest in [new, old]:
         shutil.rmtree(rest, ignore_errors=True)
     try:
@@ -53,6 +60,7 @@ def main(folder, prefix, *files):
             target.rename(old)
         new.rename(target)
     except OSError as error:
+        put_back(target, old)
         shutil.rmtree(new, ignore_errors=True)
         return f"{error.filename2 or error.filename or new}: {error.strerror}; {folder} is as it was: mend this, and repeat"
     shutil.rmtree(old, ignore_errors=True)
