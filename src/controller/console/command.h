@@ -55,9 +55,9 @@ struct command {
      * docs/console.md print it. Rules:
      *   - [ ] encloses an argument that may be missing, and with it all arguments after it
      *   - a|b in small letters: one of these words
-     *   - a word in capitals: an argument, stored in `struct command_line`:
      *   - rows may begin alike: the first word that differs chooses the row. Rows with a small word
      *     there stand before the row with a NAME
+     *   - a word in capitals is an argument, stored in `struct command_line`:
      *
      *   in the usage   argument                        stored in
      *   ID             0 to 253, or a list             id; 254 if it is missing
@@ -106,7 +106,7 @@ struct command_store {
     void (*abort)(struct motion_store *motions); // Ctrl-X has ended a command
     void (*end)(struct console *console);        // a line was refused, or its command has ended
     void (*room)(struct console *console);       // prints a line of `status`
-    void (*wear)(struct console *console);       // prints another one
+    void (*wear)(struct console *console);       // prints the line of `status` behind it
     /* main() calls it once, after the load and failsafe_begin(): begins what plays without a host.
      * NULL: this firmware has no motions. */
     void (*begin)(const struct failsafe *failsafe, struct motion_store *motions);

@@ -37,7 +37,7 @@ static void begin_line(struct console *console)
 
 _Static_assert(sizeof(((union console_buffer *)0)->command) + PARSE_NAMES_MAX * PARSE_NAME_SIZE <=
                    sizeof(((union console_buffer *)0)->packet),
-               "the longest packet decides");
+               "the job and two names must fit behind a short packet");
 
 bool console_is_for_person(const struct console *console)
 {

@@ -30,7 +30,8 @@
     X(ERROR_TWICE, 41, "an ID is given twice", "give each servo once")                             \
     X(ERROR_NOT_WRITABLE, 42, "register cannot be set",                                            \
       "it is read-only or reserved; 'id' and 'baud' change ID and BAUD_RATE")                      \
-    X(ERROR_CYCLE, 43, "a cycle is running", "'cycle off' first: this needs the bus for itself")   \
+    X(ERROR_CYCLE, 43, "a cycle is running",                                                       \
+      "'cycle off' first; while a cycle runs, 'pose' sets the goals")                              \
     X(ERROR_NO_CYCLE, 44, "no cycle is running", "'cycle every 4ms' starts one")                   \
     X(ERROR_NO_GROUP, 45, "no group chosen", "choose its servos, as by 'group 1 2 3'")             \
     X(ERROR_GROUP_SIZE, 46, "not as many angles as servos",                                        \
@@ -134,8 +135,8 @@ extern const CDS_FLASH char *const CDS_FLASH errors_without_remedies[];
 /* The message of an error of either table. */
 const CDS_FLASH char *error_text(uint8_t number);
 
-/* The console's error for the packet errors among the CDS_ERROR_* bits `bits` (the highest one, if
- * several are set), or 0 if none is; clears that bit in *bits. */
+/* Returns the console's error for one of the CDS_ERROR_* bits that refuse a packet, and clears the
+ * bit in *bits. Several bits: the first of instruction, range, checksum, angle. No such bit: 0. */
 uint8_t error_of_servo(uint8_t *bits);
 
 #endif

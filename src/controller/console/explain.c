@@ -77,7 +77,9 @@ static bool range_of_register(uint8_t address, bool in_unit, struct range *range
 
 bool explain_is_settings(const struct command_line *line)
 {
-    return line->command->usage[0] == 's' && line->command->usage[sizeof "set" - 1] == 't';
+    static const CDS_FLASH char settings_command[] = "settings";
+
+    return parse_has_name(line->command->usage, settings_command);
 }
 
 /* The range of the setting of the line. A rate may be given in bit/s. */

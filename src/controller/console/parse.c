@@ -149,9 +149,9 @@ static bool takes(const CDS_FLASH char *usage, uint8_t argument, const struct to
     return is_letter(token->text[0]) == (argument == ARGUMENT_NAME);
 }
 
-/* The first row whose usage begins with the `same` characters at `begin` and takes the token next;
- * NULL: there is none. Most rows differ in the first two letters: comparing these first keeps the
- * bus from waiting for a list of names. */
+/* The first row whose usage begins with the text from `begin` to `end` (NULL: no text) and takes
+ * the token next, or NULL. Compares two letters first, because a full comparison of each row delays
+ * the bus. */
 static const CDS_FLASH struct command *
 find_row(const CDS_FLASH char *begin, const CDS_FLASH char *end, const struct token *token)
 {
@@ -231,7 +231,7 @@ static uint8_t take_servo(struct command_line *line, const struct token *token, 
     return take_byte(token, highest, &line->id);
 }
 
-/* The register is known: the packet can begin, unless it is a READ, which is built at the end. */
+/* The register is known: begins the packet. A READ is built anew at the end of the line. */
 static void begin_packet(struct command_line *line)
 {
     uint8_t instruction = line->command->instruction;

@@ -2,7 +2,7 @@
 /* Text for the PC, into a ring that empties at its own pace. Nothing waits: a caller asks first
  * whether there is room (printer_ready()), prints a short piece, and comes back later.
  *
- * A message is a string in flash. In it stand for the printer's values, in their order:
+ * A message is a string in flash. These conversions in it print the printer's values, in order:
  *   %u  a number              %s  another message, whose values, if it has any, are the next ones
  *   %l  two numbers: 32 bits, low word first, shown up to 2 147 483 647
  *   %a %r %v %c %b  a register's angle, signed speed, voltage, temperature, baud rate, with unit

@@ -11,7 +11,7 @@
 #define ESCAPE    0x1B
 #define DELETE    0x7F
 
-#define ROOM 4 // in the printer's ring: "\b \b", or the end of a line
+#define ECHO_BYTES 4 // bytes that must be free in the printer's ring: a key's echo, at most "\b \b"
 
 static const CDS_FLASH char take_back[] = "\b \b";
 static const CDS_FLASH char new_line[] = "\r\n";
@@ -19,7 +19,7 @@ static const CDS_FLASH char short_prompt[] = "\r> ";
 
 bool editor_show(struct editor *editor, struct printer *echo)
 {
-    while (cds_ring_count(echo->ring) < CDS_RING_SIZE - ROOM) {
+    while (cds_ring_count(echo->ring) < CDS_RING_SIZE - ECHO_BYTES) {
         if (editor->prompt_due) {
             editor->prompt_due = false;
             printer_flash(echo, short_prompt);

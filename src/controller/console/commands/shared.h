@@ -111,7 +111,7 @@ uint8_t baud_begin(struct console *console);
 enum after_scan_kind {
     AFTER_SCAN_GOOD,
     AFTER_SCAN_DAMAGED, // damaged replies: it is diagnosed
-    AFTER_SCAN_SUSPECT, // bytes without a packet: only what they may be is told
+    AFTER_SCAN_SUSPECT, // bytes without a packet: printed only if the finding is 8 or 18
 } __attribute__((packed));
 
 /* The job of `scan` and `diagnose`. */
