@@ -26,7 +26,7 @@
     X(ERROR_UNIT, 39, "wrong unit",                                                                \
       "deg mdeg, rpm mrpm, V mV, %, C, us ms s, bps kbps, or raw, to suit the value")              \
     X(ERROR_TOO_MANY, 40, "too many servos",                                                       \
-      "'help COMMAND' says how many; 'servos forget' empties the list of the robot's servos")      \
+      "a line takes 50 servos or angles, 'monitor' 8, the robot 18: 'servos forget' empties it")   \
     X(ERROR_TWICE, 41, "an ID is given twice", "give each servo once")                             \
     X(ERROR_NOT_WRITABLE, 42, "register cannot be set",                                            \
       "it is read-only or reserved; 'id' and 'baud' change ID and BAUD_RATE")                      \

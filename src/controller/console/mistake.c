@@ -13,7 +13,7 @@ static const CDS_FLASH char message_one_servo[] =
     "this command takes one servo, no list; send it once for each";
 static const CDS_FLASH char message_reversed[] =
     "the range begins with the larger ID; write the smaller one first";
-static const CDS_FLASH char message_comma[] = "a number has a point, no comma; write ";
+static const CDS_FLASH char message_comma[] = "write a point, not a comma: ";
 static const CDS_FLASH char message_or_spaces[] = ", or spaces between angles";
 static const CDS_FLASH char message_no_unit[] =
     "this setting takes a number without unit; 'settings' shows the unit";
