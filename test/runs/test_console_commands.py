@@ -49,7 +49,7 @@ for row in console.commands():
     COMMANDS.setdefault(row[1].split()[0], []).append(row)
 ERROR_ROWS = [row for path, table in [("include/cds55xx/result.h", "CDS_RESULTS"),
                                       ("src/controller/console/errors.h", "CONSOLE_ERRORS"),
-                                      ("src/controller/console/errors.h", "MOTION_ERRORS")]
+                                      ("src/controller/console/errors.h", "FULL_ERRORS")]
               for row in rows(path, table, 4).values()]
 CAUSES = {int(number): cause for _, number, cause, _ in ERROR_ROWS}
 ERRORS = {int(number): f"{cause}; {remedy}" for _, number, cause, remedy in ERROR_ROWS}

@@ -23,7 +23,7 @@ _Static_assert((int)ERROR_NO_GROUP == MOTION_NO_GROUP && (int)ERROR_ENDLESS == M
 
 const CDS_FLASH char *const CDS_FLASH errors_with_remedies[] = {
 #define ROW(name, number, text, remedy) [number] = FLASH_TEXT(text "; " remedy),
-    CDS_RESULTS(ROW) CONSOLE_ERRORS(ROW) MOTION_ERRORS(ROW)
+    CDS_RESULTS(ROW) CONSOLE_ERRORS(ROW) FULL_ERRORS(ROW)
 #undef ROW
 };
 

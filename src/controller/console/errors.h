@@ -76,7 +76,7 @@
       "the goal lies outside CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT")
 
 /* X(name, number, text, remedy): errors of the profile `full`. */
-#define MOTION_ERRORS(X)                                                                           \
+#define FULL_ERRORS(X)                                                                             \
     X(ERROR_MOTION, 58, "a motion is under way",                                                   \
       "'motion wait' waits for its end, 'motion off' ends it; torque off always works")            \
     X(ERROR_GOAL, 70, "the servo does not take its goal",                                          \
@@ -123,7 +123,7 @@
 
 enum console_error {
 #define CONSOLE_ERROR_ENUM_(name, number, text, remedy) name = number,
-    CONSOLE_ERRORS(CONSOLE_ERROR_ENUM_) MOTION_ERRORS(CONSOLE_ERROR_ENUM_)
+    CONSOLE_ERRORS(CONSOLE_ERROR_ENUM_) FULL_ERRORS(CONSOLE_ERROR_ENUM_)
 #undef CONSOLE_ERROR_ENUM_
 } __attribute__((packed));
 

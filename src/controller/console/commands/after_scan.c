@@ -149,7 +149,7 @@ bool after_scan(struct console *console)
         scan_sum_up(console);
         copy_found(console, job);
         job->phase = AFTER_SCAN_ASK;
-        return console->error == 0 && scan_is_here(console);
+        return console->error == 0 && scan_is_at_bus_rate(console);
     }
     if (job->phase == AFTER_SCAN_ASK && job->index == job->count)
         return false;
