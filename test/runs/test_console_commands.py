@@ -315,7 +315,7 @@ EXPLANATIONS = {
     "ping 300": "error 33: ID|254 300 is out of range: 0 to 254",
     "monitor 1 every 5ms": "error 33: MS 5ms is out of range: 10 to 60000ms",
     "bus 3000000": "error 33: RATE 3000000 is out of range: 7843 to 2000000bps",
-    "get 1 GOAL": f"error 34: servo 1: REG 'GOAL': {ERRORS[34]}",
+    "get 1 GOAL": f"error 34: servo 1: REG 'GOAL': {ERRORS[34]}; did you mean GOAL_POSITION?",
     "ping 77": f"error 2: servo 77: {ERRORS[2]}",
 }
 
