@@ -132,6 +132,10 @@ static inline void *console_job(struct console *console)
     return console->buffer.command.job.bytes;
 }
 
+/* Clears console_job(), and step, phase, index and part of the console; the command is under way.
+ * The console calls it for each command, servo_list.c for each servo of a list. */
+void console_begin_job(struct console *console);
+
 /* Converts number `index` of the line, 0 to 2, to a register value of `unit` (number_within()).
  * Returns 0, and console->raw is the value; or an error, and console->raw is undefined. */
 uint8_t console_number(struct console *console, uint8_t index, enum cds_unit unit);

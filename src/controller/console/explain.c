@@ -279,12 +279,6 @@ static bool is_of_servo(const struct console *console)
 
 /* ---- printing ---- */
 
-/* A character of a word that was typed: a terminal may obey others. */
-static void print_typed(struct printer *printer, char c)
-{
-    printer_char(printer, c >= ' ' && c < 0x7F ? c : '?');
-}
-
 /* "ANGLE 400deg", or "REG 'GOAL'" */
 static void print_subject(struct console *console, const struct subject *subject)
 {
@@ -301,7 +295,7 @@ static void print_subject(struct console *console, const struct subject *subject
     if (quotes)
         printer_char(printer, '\'');
     for (uint8_t i = 0; subject->number == NULL && i < token->length && i < TOKEN_MAX; i++)
-        print_typed(printer, token->text[i]);
+        printer_typed_char(printer, token->text[i]);
     if (quotes)
         printer_char(printer, '\'');
     if (subject->number) {

@@ -39,7 +39,7 @@ static const CDS_FLASH char erase[] = "\x1B[K";
 
 static void show_character(struct editor *editor, struct printer *echo, char c)
 {
-    printer_char(echo, c >= ' ' && c < DELETE ? c : '?'); // a terminal may obey other characters
+    printer_typed_char(echo, c);
     editor->column++;
 }
 

@@ -22,6 +22,11 @@ static const CDS_FLASH struct {
 
 #define CONVERSIONS (sizeof conversions / sizeof conversions[0])
 
+void printer_typed_char(struct printer *printer, char c)
+{
+    printer_char(printer, c >= ' ' && c < 0x7F ? c : '?');
+}
+
 void printer_end_of_line(struct printer *printer)
 {
     printer_char(printer, '\r');

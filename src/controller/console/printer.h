@@ -48,6 +48,10 @@ void printer_hex(struct printer *printer, uint8_t byte);
 /* Characters out of flash, up to a NUL, as they are. */
 void printer_flash(struct printer *printer, const CDS_FLASH char *text);
 
+/* A character that was typed, or '?' for a control character or a byte from 0x7F on, which a
+ * terminal may obey. */
+void printer_typed_char(struct printer *printer, char c);
+
 /* " = ", and "0x1E". */
 void printer_equals(struct printer *printer);
 void printer_address(struct printer *printer, uint8_t address);

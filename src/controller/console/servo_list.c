@@ -298,8 +298,7 @@ static bool run_servo(struct console *console)
 /* Begins the command, and polls it at once, as a command that runs alone. */
 static bool begin_servo(struct console *console)
 {
-    memset(console_job(console), 0, CONSOLE_JOB_SIZE);
-    console->step = console->phase = console->index = console->part = 0;
+    console_begin_job(console);
     console->error = begin_command(console);
     return console->error == 0 && run_servo(console);
 }

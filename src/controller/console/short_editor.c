@@ -27,10 +27,7 @@ bool editor_show(struct editor *editor, struct printer *echo)
         }
         if (editor->shown >= editor->length)
             return true;
-        char c = editor->text[editor->shown++];
-
-        printer_char(echo,
-                     c >= ' ' && c < DELETE ? c : '?'); // a terminal may obey other characters
+        printer_typed_char(echo, editor->text[editor->shown++]);
     }
     return false;
 }

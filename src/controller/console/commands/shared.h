@@ -79,6 +79,9 @@ uint8_t servo_write(struct console *console, uint8_t address, uint8_t length);
 /* In register.c: prints "GOAL_POSITION = 150.147deg (512)", at most 44 characters. */
 void register_print(struct printer *printer, uint8_t address, uint16_t raw);
 
+/* In register.c: the value of a register of `width` bytes, 1 or 2, whose bytes are at `bytes`. */
+uint16_t register_raw_at(const uint8_t *bytes, uint8_t width);
+
 /* In register.c: the REG and number 0 of the line as a register that `set` may write, in *at, and
  * its value, in `data` of the struct set_job. Returns an error or 0. */
 uint8_t register_take_value(struct console *console, struct cds_register *at);
