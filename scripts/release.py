@@ -3,6 +3,7 @@
 """Collects a release: copies files, packs the sources of the last commit, and writes SHA256SUMS.
 
 usage: release.py DIR PREFIX FILE:NAME...    DIR/PREFIX-NAME is a copy of FILE, DIR/PREFIX.tar.gz the sources
+       release.py --check    only tells what refuses a release: make asks before it builds
 The same commit gives the same bytes. Exit 1 if there is no commit, or if what was built is not the commit. DIR is
 replaced when all files are there: an error leaves it as it was.
 """
@@ -42,11 +43,18 @@ def put_back(target, old):
         old.rename(target)
 
 
-def main(folder, prefix, *files):
+def refusal():
+    """Why the tree cannot be released; None: it can."""
     if not git("rev-parse", "HEAD"):
         return "make release needs a clone with git: it packs the sources of the last commit"
     if git("status", "--porcelain") != b"":
         return "there are changes that are not committed: commit them, so that sources and firmware agree"
+    return None
+
+
+def main(folder, prefix, *files):
+    if refusal():
+        return refusal()
     sources = git("archive", "--format=tar", f"--prefix={prefix}/", "HEAD")
     if not sources:
         return f"git archive fails: {folder} is as it was; mend what this says: git archive HEAD > /dev/null"
@@ -69,4 +77,4 @@ def main(folder, prefix, *files):
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    sys.exit(refusal() if sys.argv[1:] == ["--check"] else main(*sys.argv[1:]))
