@@ -2,14 +2,16 @@
 /* Errors with servo, argument, value and range; see explain.h. */
 #include "console/explain.h"
 
-#include "cds55xx/control_table.h"   // cds_register_at()
-#include "console/commands/shared.h" // setting_is_rate()
+#include "cds55xx/control_table.h"    // cds_register_at()
+#include "console/commands/monitor.h" // MONITOR_MS_MIN
+#include "console/commands/shared.h"  // setting_is_rate()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
 #include "console/mistake.h"
 #include "console/number_format.h"
-#include "robot/settings.h" // settings_table
+#include "robot/autostart.h" // AUTOSTART_DELAY_MAX
+#include "robot/settings.h"  // settings_table
 
 static const CDS_FLASH char message_error[] = "error %u: ";
 static const CDS_FLASH char message_of_servo[] = "servo %u: ";
@@ -31,31 +33,31 @@ struct range {
 #define UNIT_ADDRESS (UINT8_MAX - 3)         // of a register: printed in hexadecimal digits
 #define CW_FULL      (0x400 | CDS_VALUE_MAX) // full speed CW (R35)
 
-/* By the name of the argument and, where it differs, the first letter of the command. */
+/* By the name of the argument and, where commands differ, the name of the command, else "". */
 static const CDS_FLASH struct {
     char name[11];
-    char command;
+    char command[8];
     struct range range;
 } argument_ranges[] = {
-    {"ID", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"ID...", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"OLD", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"NEW", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"ID|254", 0, {0, CDS_BROADCAST_ID, CDS_UNIT_NUMBER}},
-    {"REG", 0, {0, CDS_TABLE_SIZE - 1, UNIT_ADDRESS}},
-    {"ANGLE", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"ANGLE...", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"HIGH", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"SPEED", 't', {CW_FULL, CDS_VALUE_MAX, CDS_UNIT_SIGNED_MRPM}}, // turn
-    {"SPEED", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MRPM}},
-    {"RATE", 0, {CDS_BAUD_MAX, 0, CDS_UNIT_BPS}},
-    {"MS", 'm', {10, 60000, UNIT_MS}},            // monitor
-    {"MS", 'c', {2, 65, UNIT_MS}},                // cycle
-    {"N", 'p', {1, UINT16_MAX, CDS_UNIT_NUMBER}}, // play
-    {"PERCENT", 0, {10, 200, UNIT_PERCENT}},
-    {"DELAY", 0, {1, 127, UNIT_S}},
-    {"TIME", 0, {0, 0, UNIT_MS}}, // its range depends on the command
-    {"SPEED|TIME", 0, {0, 0, UNIT_MS}},
+    {"ID", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"ID...", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"OLD", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"NEW", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"ID|254", "", {0, CDS_BROADCAST_ID, CDS_UNIT_NUMBER}},
+    {"REG", "", {0, CDS_TABLE_SIZE - 1, UNIT_ADDRESS}},
+    {"ANGLE", "", {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"ANGLE...", "", {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"HIGH", "", {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"SPEED", "turn", {CW_FULL, CDS_VALUE_MAX, CDS_UNIT_SIGNED_MRPM}},
+    {"SPEED", "", {0, CDS_VALUE_MAX, CDS_UNIT_MRPM}},
+    {"RATE", "", {CDS_BAUD_MAX, 0, CDS_UNIT_BPS}},
+    {"MS", "monitor", {MONITOR_MS_MIN, MONITOR_MS_MAX, UNIT_MS}},
+    {"MS", "cycle", {CYCLE_MS_MIN, CYCLE_MS_MAX, UNIT_MS}},
+    {"N", "play", {1, UINT16_MAX, CDS_UNIT_NUMBER}},
+    {"PERCENT", "", {10, 200, UNIT_PERCENT}},
+    {"DELAY", "", {1, AUTOSTART_DELAY_MAX, UNIT_S}},
+    {"TIME", "", {0, 0, UNIT_MS}}, // its range depends on the command
+    {"SPEED|TIME", "", {0, 0, UNIT_MS}},
 };
 
 #define RANGES (sizeof argument_ranges / sizeof argument_ranges[0])
@@ -137,7 +139,8 @@ static bool range_of(const struct command_line *line, const CDS_FLASH char *name
     }
     for (uint8_t i = 0; i < RANGES; i++) {
         if (!parse_has_name(name, argument_ranges[i].name) ||
-            (argument_ranges[i].command && argument_ranges[i].command != *line->command->usage))
+            (argument_ranges[i].command[0] &&
+             !parse_has_name(line->command->usage, argument_ranges[i].command)))
             continue;
         *range = argument_ranges[i].range;
         return true;

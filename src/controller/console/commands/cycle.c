@@ -18,9 +18,6 @@ static const CDS_FLASH char message_cycle_servo[] = "servo %u:%s";
 static const CDS_FLASH char message_cycle_servo_known[] = "servo %u: %a %r %v %c%s";
 static const CDS_FLASH char message_cycle_bus[] = ", bus ";
 
-#define PERIOD_MIN_MS 2
-#define PERIOD_MAX_MS 65
-
 enum cycle_choice { CHOICE_NONE, CHOICE_EVERY, CHOICE_OFF } __attribute__((packed));
 enum cycle_phase { CYCLE_TELL, CYCLE_READ, CYCLE_GOALS, CYCLE_END } __attribute__((packed));
 
@@ -34,7 +31,7 @@ static uint8_t period(struct console *console)
         return 0;
     }
     error = console_ms(console);
-    if (error == 0 && (console->raw < PERIOD_MIN_MS || console->raw > PERIOD_MAX_MS))
+    if (error == 0 && (console->raw < CYCLE_MS_MIN || console->raw > CYCLE_MS_MAX))
         error = ERROR_OUT_OF_RANGE;
     console->raw = (uint16_t)(console->raw * 1000u);
     return error;

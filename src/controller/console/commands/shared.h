@@ -22,6 +22,10 @@ static inline struct move_job *move_job(struct console *console)
     return console_job(console);
 }
 
+/* In cycle.c: range of the period, in ms. */
+#define CYCLE_MS_MIN 2
+#define CYCLE_MS_MAX 65
+
 /* In cycle.c: starts the cycle of the group. Returns an error, or 0. */
 uint8_t cycle_start(struct console *console, uint16_t period_us);
 
