@@ -255,7 +255,8 @@ FULL_ONLY = {
            + text("step 3 of 4: ID 1 becomes 9") + text("step 4 of 4: rate 29851bps becomes 1000000bps")
            + text("servo 9 is set up and joins the robot, at 1000000bps") + servo("1 ID 9")
            + servo("1 BAUD_RATE 1") + servo("1 RETURN_DELAY 1") + "new 9\n" + "@power off\n"
-           + error(88, "new 9") + "@servos 1-18\n@wait 10\nservos forget\nscan\n" + error(40, "new 30")
+           + error(88, "new 9") + "@servos 1,4\n@wait 10\nservos forget\nscan\n@power 4 off\n! new 4\n"
+           + text("ID 4 is in the list of the robot's servos") + "@servos 1-18\n@wait 10\nservos forget\nscan\n" + error(40, "new 30")
            + "@expect silence 10\n",
     "backup": "@servos 1-3\nset 2 MIN_VOLTAGE 6.5V\nbackup 2\n" + text("restore 2 RETURN_DELAY 2us")
               + text("restore 2 MIN_VOLTAGE 6.5V") + text("restore 2 STATUS_RETURN_LEVEL 2")

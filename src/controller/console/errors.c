@@ -2,6 +2,8 @@
 /* Texts of the numbered errors; see errors.h. */
 #include "console/errors.h"
 
+#include <stdbool.h>
+
 #include "cds55xx/packet.h"     // CDS_ERROR_*
 #include "console/command.h"    // command_set
 #include "console/messages.h"   // FLASH_TEXT()
@@ -36,6 +38,13 @@ const CDS_FLASH char *const CDS_FLASH errors_without_remedies[] = {
 const CDS_FLASH char *error_text(uint8_t number)
 {
     return command_set.errors[number];
+}
+
+const CDS_FLASH char *error_text_of_servo(uint8_t number)
+{
+    bool has_word = number >= ERROR_SERVO_INSTRUCTION && number <= ERROR_SERVO_ANGLE;
+
+    return error_text(number) + (has_word ? sizeof "servo: " - 1 : 0);
 }
 
 uint8_t error_of_servo(uint8_t *bits)

@@ -37,7 +37,7 @@
     X(ERROR_GROUP_SIZE, 46, "not as many angles as servos",                                        \
       "give one for each servo of the group; 'group' shows them")                                  \
     X(ERROR_ENDLESS, 47, "the servo is in endless turn",                                           \
-      "set its limits, as by 'set 1 CCW_ANGLE_LIMIT 300deg'")                                      \
+      "set its limits: 'set ID CCW_ANGLE_LIMIT 300deg'")                                           \
     X(ERROR_NOT_KNOWN, 48, "not one of the robot's servos",                                        \
       "'scan' finds them, 'servos' lists them")                                                    \
     X(ERROR_KEY, 49, "ended by a key or a packet",                                                 \
@@ -134,6 +134,10 @@ extern const CDS_FLASH char *const CDS_FLASH errors_without_remedies[];
 
 /* The message of an error of either table. */
 const CDS_FLASH char *error_text(uint8_t number);
+
+/* The same without "servo: " at its begin, for a line that names the servo. Not for the profile
+ * `console`, whose lines keep the word. */
+const CDS_FLASH char *error_text_of_servo(uint8_t number);
 
 /* Returns the console's error for one of the CDS_ERROR_* bits that refuse a packet, and clears the
  * bit in *bits. Several bits: the first of instruction, range, checksum, angle. No such bit: 0. */

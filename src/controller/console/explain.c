@@ -338,12 +338,7 @@ static void print_range(struct printer *printer, const struct range *range)
 /* The text of the error. Texts of refusals begin with "servo: ", which the number replaces. */
 static const CDS_FLASH char *text_of(const struct console *console)
 {
-    const CDS_FLASH char *text = error_text(console->error);
-
-    if (console->error >= ERROR_SERVO_INSTRUCTION && console->error <= ERROR_SERVO_ANGLE &&
-        is_of_servo(console))
-        text += sizeof "servo: " - 1;
-    return text;
+    return is_of_servo(console) ? error_text_of_servo(console->error) : error_text(console->error);
 }
 
 enum part { PART_NUMBER, PART_SERVO, PART_SUBJECT, PART_TEXT, PART_RANGE } __attribute__((packed));

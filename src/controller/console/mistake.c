@@ -76,12 +76,13 @@ static bool is_id_argument(uint8_t argument)
            argument == ARGUMENT_NEW_ID;
 }
 
-/* True if the command is `id`. Its refusal for a known ID is that of a limit. */
-static bool is_id_command(const struct command_line *line)
+/* True if the command is `id` or `new`. Its refusal for a known ID is that of a limit. */
+static bool changes_id(const struct command_line *line)
 {
-    static const CDS_FLASH char old[] = "OLD";
+    static const CDS_FLASH char id_command[] = "id", new_command[] = "new";
 
-    return line->command && parse_has_name(line->command->usage + sizeof "id " - 1, old);
+    return line->command && (parse_has_name(line->command->usage, id_command) ||
+                             parse_has_name(line->command->usage, new_command));
 }
 
 enum mistake mistake_of(const struct console *console, bool is_of_word)
@@ -90,7 +91,7 @@ enum mistake mistake_of(const struct console *console, bool is_of_word)
     const struct token *token = &console->token;
     enum mistake mistake;
 
-    if (console->error == CDS_LIMIT && is_id_command(line) && line->id != line->new_id &&
+    if (console->error == CDS_LIMIT && changes_id(line) && line->id != line->new_id &&
         cds_servos_find(&console->robot->servos, line->new_id))
         return MISTAKE_KNOWN_ID;
     if (console->error == ERROR_UNIT && line->command && explain_is_settings(line))

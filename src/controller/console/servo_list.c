@@ -315,7 +315,7 @@ static void end_servo(struct console *console)
     list->failed = list->failed || error;
     list->phase = NEXT_SERVO;
     if (console->printer.within)
-        printer_line(&console->printer, error ? error_text(error) : message_ok);
+        printer_line(&console->printer, error ? error_text_of_servo(error) : message_ok);
     else if (error)
         servo_failed(console, error);
 }

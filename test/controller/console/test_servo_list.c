@@ -227,6 +227,15 @@ void test_warning_of_any_servo_stands_before_end(void)
     TEST_ASSERT_EQUAL_STRING("servo 1: ok\r\nservo 2: ok\r\nwarning: overheating\r\nok\r\n", said);
 }
 
+void test_refusal_in_list_names_servo_once(void)
+{
+    reply_to("led 1 2 on");
+    port_fake_transmit(&bus.link, 0);
+    answer(1, CDS_ERROR_RANGE, NULL, 0);
+    acknowledge(2);
+    TEST_ASSERT_EQUAL_STRING_LEN("servo 1: range error; ", said, 22);
+}
+
 void test_list_with_wrong_words_is_refused(void)
 {
     assert_error(ERROR_TWICE, "torque 1 1 on");
