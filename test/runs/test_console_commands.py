@@ -49,7 +49,7 @@ for row in console.commands():
     COMMANDS.setdefault(row[1].split()[0], []).append(row)
 ERROR_ROWS = [row for path, table in [("include/cds55xx/result.h", "CDS_RESULTS"),
                                       ("src/controller/console/errors.h", "CONSOLE_ERRORS"),
-                                      ("src/controller/console/errors.h", "MOTION_ERRORS")]
+                                      ("src/controller/console/errors.h", "FULL_ERRORS")]
               for row in rows(path, table, 4).values()]
 CAUSES = {int(number): cause for _, number, cause, _ in ERROR_ROWS}
 ERRORS = {int(number): f"{cause}; {remedy}" for _, number, cause, remedy in ERROR_ROWS}
@@ -255,7 +255,8 @@ FULL_ONLY = {
            + text("step 3 of 4: ID 1 becomes 9") + text("step 4 of 4: rate 29851bps becomes 1000000bps")
            + text("servo 9 is set up and joins the robot, at 1000000bps") + servo("1 ID 9")
            + servo("1 BAUD_RATE 1") + servo("1 RETURN_DELAY 1") + "new 9\n" + "@power off\n"
-           + error(88, "new 9") + "@servos 1-18\n@wait 10\nservos forget\nscan\n" + error(40, "new 30")
+           + error(88, "new 9") + "@servos 1,4\n@wait 10\nservos forget\nscan\n@power 4 off\n! new 4\n"
+           + text("ID 4 is in the list of the robot's servos") + "@servos 1-18\n@wait 10\nservos forget\nscan\n" + error(40, "new 30")
            + "@expect silence 10\n",
     "backup": "@servos 1-3\nset 2 MIN_VOLTAGE 6.5V\nbackup 2\n" + text("restore 2 RETURN_DELAY 2us")
               + text("restore 2 MIN_VOLTAGE 6.5V") + text("restore 2 STATUS_RETURN_LEVEL 2")
@@ -476,7 +477,11 @@ def list_line(name, usage):
     """What help says of lists, in a profile that has them."""
     if "ID" not in re.sub("ID:", "", usage):
         return ""
-    return ("ID: one servo, no list" if name in PACKETS else "ID: one servo, or a list: 1 2 5-8, or 1,5-8, or all") + "\r\n"
+    if name in PACKETS:
+        return "ID: one servo, no list\r\n"
+    if re.search(r"ID(\|254)? (ANGLE|SPEED|LOW|RATE)\b", usage): # `move 1 2 30` moves servo 1 to 2deg
+        return "ID: one servo, or a list in one word: 1,2,5-8, or all\r\n"
+    return "ID: one servo, or a list: 1 2 5-8, or 1,5-8, or all\r\n"
 
 
 class Typed(unittest.TestCase):

@@ -13,7 +13,7 @@ static const CDS_FLASH char message_one_servo[] =
     "this command takes one servo, no list; send it once for each";
 static const CDS_FLASH char message_reversed[] =
     "the range begins with the larger ID; write the smaller one first";
-static const CDS_FLASH char message_comma[] = "a number has a point, no comma; write ";
+static const CDS_FLASH char message_comma[] = "write a point, not a comma: ";
 static const CDS_FLASH char message_or_spaces[] = ", or spaces between angles";
 static const CDS_FLASH char message_no_unit[] =
     "this setting takes a number without unit; 'settings' shows the unit";
@@ -76,12 +76,13 @@ static bool is_id_argument(uint8_t argument)
            argument == ARGUMENT_NEW_ID;
 }
 
-/* True if the command is `id`. Its refusal for a known ID is that of a limit. */
-static bool is_id_command(const struct command_line *line)
+/* True if the command is `id` or `new`. Its refusal for a known ID is that of a limit. */
+static bool changes_id(const struct command_line *line)
 {
-    static const CDS_FLASH char old[] = "OLD";
+    static const CDS_FLASH char id_command[] = "id", new_command[] = "new";
 
-    return line->command && parse_has_name(line->command->usage + sizeof "id " - 1, old);
+    return line->command && (parse_has_name(line->command->usage, id_command) ||
+                             parse_has_name(line->command->usage, new_command));
 }
 
 enum mistake mistake_of(const struct console *console, bool is_of_word)
@@ -90,7 +91,7 @@ enum mistake mistake_of(const struct console *console, bool is_of_word)
     const struct token *token = &console->token;
     enum mistake mistake;
 
-    if (console->error == CDS_LIMIT && is_id_command(line) && line->id != line->new_id &&
+    if (console->error == CDS_LIMIT && changes_id(line) && line->id != line->new_id &&
         cds_servos_find(&console->robot->servos, line->new_id))
         return MISTAKE_KNOWN_ID;
     if (console->error == ERROR_UNIT && line->command && explain_is_settings(line))
