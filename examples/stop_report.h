@@ -29,7 +29,7 @@ static struct {
     uint8_t step;                 // of its sequence, or STOP_REPORT_NO_STEP
     uint8_t joint;                // of that move
     int32_t mdeg;                 // goal of the joint, if is_beyond
-    uint16_t shortest_ms;         // of the move, or 0
+    uint32_t shortest_ms;         // of the move, or 0
     bool is_beyond;               // the goal is beyond the limits of the joint
     bool is_made;                 // the text is complete
     uint32_t ran_us;              // when the robot was running last
@@ -226,7 +226,7 @@ static inline void stop_report_result(const struct cds_robot *robot)
     stop_report_text(text);
     if (stop_report.result == CDS_LIMIT && stop_report.shortest_ms) {
         stop_report_flash(PSTR(", it needs "));
-        stop_report_number(stop_report.shortest_ms);
+        stop_report_number((int32_t)stop_report.shortest_ms);
         stop_report_flash(PSTR(" ms"));
     }
 }
