@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """examples/stop_report.h tells why a program has stopped: copies of examples with a mistake, or with trouble on the way."""
-# needs: build/lib/libcds55xx-atmega128.a
+# needs: build/lib/libcds55xx-atmega128.a $(patsubst %,build/atmega128/examples/%.elf,keyframes timed_move two_joints)
 import pathlib
 import tempfile
 import unittest
@@ -17,26 +17,22 @@ TROUBLE = """        if (robot.cycle.counters.periods == 300)
 
 
 class StopReport(unittest.TestCase):
-    def run_copy(self, example, old="", new="", *options, servos="1-3", script=None):
-        """The run of a copy of the example with `new` in place of `old`."""
+    def reported(self, example, old, new, seconds="4"):
+        """What a copy of the example with `new` in place of `old` prints."""
         text = (ROOT / f"examples/{example}.c").read_text()
-        self.assertTrue(old == "" or text.count(old) == 1)
+        self.assertEqual(text.count(old), 1)
         with tempfile.TemporaryDirectory() as folder:
             source, elf = (pathlib.Path(folder) / f"{example}{end}" for end in (".c", ".elf"))
-            source.write_text(text.replace(old, new) if old else text)
+            source.write_text(text.replace(old, new))
             self.assertEqual(call("avr-gcc", "-mmcu=atmega128", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", "-flto",
                                   "-Wall", "-Wextra", "-Werror", "-Wl,--relax", "-Wl,--gc-sections", "-Iinclude",
                                   "-Iboards/atmega128", "-Iexamples", source, "build/lib/libcds55xx-atmega128.a", "-o",
                                   elf, cwd=ROOT), (0, ""))
-            return Run(elf, *options, servos=servos, script=script)
+            return Run(elf, "--host", "stdout", "--seconds", seconds, servos="1-3").output
 
-    def reported(self, example, old, new, seconds="4"):
-        """What such a copy prints."""
-        return self.run_copy(example, old, new, "--host", "stdout", "--seconds", seconds).output
-
-    def check_scenario(self, example, lines, *options, servos="1-3"):
+    def check_scenario(self, example, lines, *options):
         """The example as it is passes the scenario."""
-        run = self.run_copy(example, "", "", *options, servos=servos, script=lines)
+        run = Run(f"build/atmega128/examples/{example}.elf", *options, servos="1-3", script=lines)
         self.assertEqual(run.status, 0, run.output)
         return run
 
