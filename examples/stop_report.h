@@ -33,8 +33,10 @@ static struct {
     bool is_beyond;               // the goal is beyond the limits of the joint
     bool is_made;                 // the text is complete
     uint32_t ran_us;              // when the robot was running last
-    uint8_t size, sent;           // of the text
+#ifdef BOARD_HOST_USART
+    uint8_t size, sent; // of the text
     char text[160];
+#endif
 } stop_report;
 
 static inline void stop_report_note(struct cds_robot *robot)
