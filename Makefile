@@ -16,7 +16,7 @@ override BOARD_DIR := $(abspath $(BOARD_DIR))
 override BOARD := $(notdir $(BOARD_DIR))
 endif
 # The recipes put these paths between quotes, or into flags.
-$(foreach v,BOARD_DIR PREFIX DESTDIR ELF PORT UNITY,$(if $(findstring ',$($(v)))$(findstring ",$($(v))),$(error \
+$(foreach v,BOARD_DIR PREFIX DESTDIR ELF EXAMPLE PORT UNITY,$(if $(findstring ',$($(v)))$(findstring ",$($(v))),$(error \
   $(v)=$($(v)) has a quote, which ends a word in the shell; give the path another name)))
 
 BOARD_IS_ASKED_FOR := $(BOARD)

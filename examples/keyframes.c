@@ -47,7 +47,7 @@ static bool read_frame(void *context, uint8_t index, struct cds_sequence_step *s
         .time_ms = frame.time_ms, .dwell_ms = frame.dwell_ms, .passes = frame.passes};
     for (uint8_t i = 0; i < JOINTS; i++)
         if (cds_robot_to_position(&robot, i, 1000l * frame.degrees[i], &pose[i]) != CDS_OK)
-            stop_report_refused(&robot, index, i, CDS_LIMIT); // beyond the limits of the joint
+            stop_report_beyond(&robot, index, i, 1000l * frame.degrees[i]);
     return true;
 }
 
@@ -55,10 +55,8 @@ static void poll_sequence(struct cds_robot *self)
 {
     uint8_t result = cds_sequence_poll(&sequence);
 
-    if (result == CDS_BAD_ARGUMENT) // a time of the key frame
-        stop_report_refused(self, sequence.step, STOP_REPORT_NO_JOINT, result);
-    else if (result != CDS_PENDING)
-        stop_report_refused(self, sequence.step, motion.joint, result);
+    if (result != CDS_PENDING)
+        stop_report_refused(self, result, sequence.step, &motion);
 }
 
 static void on_event(struct cds_robot *self)
@@ -82,7 +80,8 @@ int main(void)
     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
     robot.on_event = on_event;
     cds_robot_start(&robot);
-    while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED) {
+    for (;;) {
+        cds_robot_poll(&robot);
+        stop_report_poll(&robot);
     }
-    stop_report(&robot, &motion);
 }

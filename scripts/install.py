@@ -205,6 +205,7 @@ def uninstall(prefix):
             (prefix / name).unlink(missing_ok=True)
     manifest.unlink()
     remove_folders(prefix, rows)
+    print(f"removed cds55xx from {prefix}: {sum(kind == 'file' for kind, _ in rows)} files")
 
 
 def main():

@@ -9,7 +9,7 @@
  *
  *     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
  *     cds_robot_start(&robot);
- *     while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED)
+ *     for (;; cds_robot_poll(&robot)) // stops by itself when something is wrong
  *         cds_robot_set_goal_mdeg(&robot, 0, 45000); // refused until the robot runs
  *
  * A program that needs more uses the parts: robot.bus, robot.cycle. All functions: main context. */
@@ -217,8 +217,8 @@ enum cds_result cds_robot_open(struct cds_robot *robot, const struct cds_robot_c
  * delay without reading it first: a servo with a short delay may reply before the board can
  * receive. CDS_OK; CDS_BUSY: the robot is starting, running or stopping; CDS_BAD_ARGUMENT: it was
  * not opened well, return_delay_us is out of range, or goals of all joints do not fit period_us;
- * the state is CDS_ROBOT_STOPPED. So a program may ignore the results of open and start if its main
- * loop ends with that state. */
+ * the state is CDS_ROBOT_STOPPED. So a program may ignore the results of open and start: such a
+ * robot refuses goals. */
 enum cds_result cds_robot_start(struct cds_robot *robot);
 
 /* Moves all of the robot on: bus, start, cycle, state check, stop. Call it from the main loop, as
