@@ -73,9 +73,9 @@ def text(what):
 
 
 # Errors whose line names the word or the value, in the profile `full`: test_explain.c.
-EXPLAINED = {30, 32, 33, 34, 38, 39, 41, 60}
+EXPLAINED = {30, 32, 33, 34, 38, 39, 41, 60, 96}
 # Errors whose line names the servo, in the profile `full`.
-OF_SERVO = {2, 3, 5, 7, *range(9, 15), *range(20, 24), 42, 47, 48, 50, 51, 52}
+OF_SERVO = {2, 3, 5, 7, *range(9, 15), *range(20, 24), 42, 47, 48, 50, 51, 52, 95}
 
 
 def error(number, line):
@@ -254,7 +254,9 @@ FULL_ONLY = {
            + text("step 2 of 4: return delay 2 us")
            + text("step 3 of 4: ID 1 becomes 9") + text("step 4 of 4: rate 29851bps becomes 1000000bps")
            + text("servo 9 is set up and joins the robot, at 1000000bps") + servo("1 ID 9")
-           + servo("1 BAUD_RATE 1") + servo("1 RETURN_DELAY 1") + "new 9\n" + "@power off\n"
+           + servo("1 BAUD_RATE 1") + servo("1 RETURN_DELAY 1")
+           + error(95, "new 9") + "@expect silence 10\nservos\n"
+           + error(96, "new 8") + text(f"servo 9: {ERRORS[96]}") + servo("1 ID 9") + "servos forget\nnew 9\nservos forget\n@power off\n"
            + error(88, "new 9") + "@servos 1-18\n@wait 10\nservos forget\nscan\n" + error(40, "new 30")
            + "@expect silence 10\n",
     "backup": "@servos 1-3\nset 2 MIN_VOLTAGE 6.5V\nbackup 2\n" + text("restore 2 RETURN_DELAY 2us")
@@ -282,7 +284,7 @@ BAUD_LIST = ("scan\nbaud all 500000\n" + text("servo 3: at 500000bps") + text("b
 # Two servos that answer PING in step and differ in a measured value.
 TWINS = ("servos forget\n@servos 1,2\n@supply 2 11.5\nwrite 2 ID 1\nscan\n" + text("id 1 model 1")
          + text("servo 1: finding 8: two servos seem to have this ID") + "@expect rule collision\n"
-         + error(90, "new 9") + servo("1,2 ID 1") + "@expect rule collision\n"
+         + "servos forget\n" + error(90, "new 9") + servo("1,2 ID 1") + "@expect rule collision\n"
          + "diagnose 1\n" + text("finding 8:") + "@expect rule collision\ncounters\n"
          + text("since the reset, ") + text(" by scan and diagnose"))
 
@@ -315,7 +317,7 @@ EXPLANATIONS = {
     "ping 300": "error 33: ID|254 300 is out of range: 0 to 254",
     "monitor 1 every 5ms": "error 33: MS 5ms is out of range: 10 to 60000ms",
     "bus 3000000": "error 33: RATE 3000000 is out of range: 7843 to 2000000bps",
-    "get 1 GOAL": f"error 34: servo 1: REG 'GOAL': {ERRORS[34]}",
+    "get 1 GOAL": f"error 34: servo 1: REG 'GOAL': {ERRORS[34]}; did you mean GOAL_POSITION?",
     "ping 77": f"error 2: servo 77: {ERRORS[2]}",
 }
 

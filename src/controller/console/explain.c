@@ -246,7 +246,8 @@ static bool is_of_servo(const struct console *console)
     static const CDS_FLASH uint8_t errors[] = {
         ERROR_NOT_A_NUMBER, ERROR_OUT_OF_RANGE, ERROR_UNIT,        ERROR_UNKNOWN_REGISTER,
         ERROR_NOT_WRITABLE, ERROR_ENDLESS,      ERROR_NOT_KNOWN,   ERROR_UNKNOWN_WORD,
-        ERROR_LOST,         ERROR_BOTH,         ERROR_PLACE_TAKEN,
+        ERROR_LOST,         ERROR_BOTH,         ERROR_PLACE_TAKEN, ERROR_ID_KNOWN,
+        ERROR_NOT_NEW,
     };
     const struct command_line *line = &console->line;
     uint8_t error = console->error;

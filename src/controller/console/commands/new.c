@@ -44,13 +44,19 @@ static const CDS_FLASH struct robot_operation new_servo = {
 
 static uint8_t begin(struct console *console)
 {
-    uint8_t shortest = console->robot->servos.shortest_delay;
+    struct cds_servos *servos = &console->robot->servos;
+    uint8_t shortest = servos->shortest_delay;
 
+    if (cds_servos_find(servos, console->line.new_id)) {
+        console->line.id = console->line.new_id; // the error names it
+        return ERROR_ID_KNOWN;
+    }
     if (!robot_has_room(console->robot, &console->line.new_id, 1))
         return ERROR_TOO_MANY;
     return robot_start(console->robot, &new_servo,
                        &(struct new_servo_config){.bus = console->bus,
                                                   .request = console->line.request,
+                                                  .servos = servos,
                                                   .id = console->line.new_id,
                                                   .return_delay = shortest ? shortest : 1});
 }
@@ -112,11 +118,12 @@ static bool print_others(struct console *console, const struct new_servo *servo)
 
 static bool conclude(struct console *console, const struct new_servo *servo)
 {
-    if (servo->step >= NEW_SERVO_CHECK)
+    if (servo->step >= NEW_SERVO_CHECK || servo->outcome == NEW_SERVO_KNOWN)
         console->line.id = servo->id; // an error names it
     switch (servo->outcome) {
     case NEW_SERVO_NOT_ALONE: return print_others(console, servo);
     case NEW_SERVO_NONE: console->error = ERROR_NO_SERVO; return false;
+    case NEW_SERVO_KNOWN: console->error = ERROR_NOT_NEW; return false;
     case NEW_SERVO_DAMAGED: console->error = ERROR_DAMAGED; return false;
     case NEW_SERVO_LOST: console->error = ERROR_LOST; return false;
     case NEW_SERVO_ENDED: console->error = ERROR_KEY; return false;
@@ -148,7 +155,7 @@ static const CDS_FLASH struct command new_rows[] = {
         .details = COMMAND_DETAILS(
             "Finds it at whatever rate, then gives it the return delay that this board needs, the "
             "ID NEW, 0 to 253, and the rate of the bus; says each step and retries what may be "
-            "retried. Writes nothing if another servo answers"),
+            "retried. Writes nothing if another servo answers, or one that the robot knows"),
         .example = COMMAND_DETAILS("new 5"),
         .begin = begin,
         .poll = poll,
