@@ -386,6 +386,18 @@ class Scripts(unittest.TestCase):
                                  "--rules", "warn")
                 self.assertEqual(run.status, 0, run.output[-3000:])
 
+    def test_new_servo_at_neighbour_of_listed_rate_has_the_rate_of_the_bus(self):
+        script = ("bus 19417\nnew 1\nservos forget\nnew 1\n" + text("one ID answers: ID 1 at 19231bps") + text("step 4 of 4: the rate is 19417bps already")
+                  + text("servo 1 is set up and joins the robot, at 19417bps") + error(96, "new 2"))
+        run = controller("echo off\n" + said_by("full", script), "atmega128", "1", "--rules", "warn")
+        self.assertEqual(run.status, 0, run.output[-3000:])
+
+    def test_new_servo_that_fails_does_not_join(self):
+        refused = "! new 5\n" + text(f"error 21: servo 1: {ERRORS[21].removeprefix('servo: ')}")
+        script = "lock 1\nservos forget\n" + refused + "servos\n" + text("no servo known") + refused
+        run = controller("echo off\nwrite 1 RETURN_DELAY 10\n" + said_by("full", script), "atmega128", "1")
+        self.assertEqual(run.status, 0, run.output[-3000:])
+
     def test_a_servo_that_does_not_answer(self):
         self.run_on("atmega128", MUTE)
 

@@ -214,6 +214,17 @@ static void mend_all(struct new_servo *servo)
                                             servo->config.return_delay) == CDS_OK;
 }
 
+/* The servo can be understood. A servo also answers at neighbours of its rate, so its register says
+ * which rate it has. */
+static void checked(struct new_servo *servo)
+{
+    servo->baud_reg = servo->first_baud_reg = servo->config.request->reply[CDS_REG_BAUD_RATE];
+    if (is_known(servo))
+        finish(servo, NEW_SERVO_KNOWN, CDS_OK);
+    else
+        enter(servo, NEW_SERVO_SET_DELAY);
+}
+
 static void check(struct new_servo *servo)
 {
     struct cds_request *request = servo->config.request;
@@ -224,7 +235,7 @@ static void check(struct new_servo *servo)
         return;
     }
     if (request->result != CDS_PENDING && is_well(servo, (enum cds_result)request->result))
-        enter(servo, NEW_SERVO_SET_DELAY);
+        checked(servo);
 }
 
 static void set_delay(struct new_servo *servo)

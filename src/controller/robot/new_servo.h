@@ -69,11 +69,12 @@ struct new_servo {
     bool mended_all;
     bool searched_any;
     uint8_t id;       // where the servo was found
-    uint8_t baud_reg; // rate at which it was found
+    uint8_t baud_reg; // its own rate; before NEW_SERVO_SET_DELAY the rate at which it was found
     uint8_t count;    // servos in `found`
     struct cds_scan_found found[NEW_SERVO_FOUND];
-    uint8_t home_baud_reg; // this and what follows: the operation's own
-    uint8_t known;         // servos of the robot before the search: replies may add others
+    uint8_t home_baud_reg;  // this and what follows: the operation's own
+    uint8_t first_baud_reg; // its own rate before any change
+    uint8_t known;          // servos of the robot before the search: replies may add others
     uint8_t tries;
     uint8_t any_baud; // rate of the PING to all
     uint8_t listed;   // index of the listed rate at which the return delay is written
