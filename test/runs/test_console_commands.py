@@ -49,7 +49,7 @@ for row in console.commands():
     COMMANDS.setdefault(row[1].split()[0], []).append(row)
 ERROR_ROWS = [row for path, table in [("include/cds55xx/result.h", "CDS_RESULTS"),
                                       ("src/controller/console/errors.h", "CONSOLE_ERRORS"),
-                                      ("src/controller/console/errors.h", "MOTION_ERRORS")]
+                                      ("src/controller/console/errors.h", "FULL_ERRORS")]
               for row in rows(path, table, 4).values()]
 CAUSES = {int(number): cause for _, number, cause, _ in ERROR_ROWS}
 ERRORS = {int(number): f"{cause}; {remedy}" for _, number, cause, remedy in ERROR_ROWS}
@@ -490,7 +490,11 @@ def list_line(name, usage):
     """What help says of lists, in a profile that has them."""
     if "ID" not in re.sub("ID:", "", usage):
         return ""
-    return ("ID: one servo, no list" if name in PACKETS else "ID: one servo, or a list: 1 2 5-8, or 1,5-8, or all") + "\r\n"
+    if name in PACKETS:
+        return "ID: one servo, no list\r\n"
+    if re.search(r"ID(\|254)? (ANGLE|SPEED|LOW|RATE)\b", usage): # `move 1 2 30` moves servo 1 to 2deg
+        return "ID: one servo, or a list in one word: 1,2,5-8, or all\r\n"
+    return "ID: one servo, or a list: 1 2 5-8, or 1,5-8, or all\r\n"
 
 
 class Typed(unittest.TestCase):

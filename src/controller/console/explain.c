@@ -2,14 +2,16 @@
 /* Errors with servo, argument, value and range; see explain.h. */
 #include "console/explain.h"
 
-#include "cds55xx/control_table.h"   // cds_register_at()
-#include "console/commands/shared.h" // setting_is_rate()
+#include "cds55xx/control_table.h"    // cds_register_at()
+#include "console/commands/monitor.h" // MONITOR_MS_MIN
+#include "console/commands/shared.h"  // setting_is_rate()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
 #include "console/mistake.h"
 #include "console/number_format.h"
-#include "robot/settings.h" // settings_table
+#include "robot/autostart.h" // AUTOSTART_DELAY_MAX
+#include "robot/settings.h"  // settings_table
 
 static const CDS_FLASH char message_error[] = "error %u: ";
 static const CDS_FLASH char message_of_servo[] = "servo %u: ";
@@ -22,39 +24,40 @@ static const CDS_FLASH char message_too_fine[] = "has more decimals than the com
 /* The values an argument may have. */
 struct range {
     uint16_t lowest, highest; // registers of `unit`, or the numbers themselves
-    uint8_t unit;             // enum cds_unit; UNIT_MS, UNIT_S: whole seconds, UNIT_PERCENT
+    uint8_t unit;             // enum cds_unit, or one of these:
 };
 
-#define UNIT_MS      UINT8_MAX
-#define UNIT_PERCENT (UINT8_MAX - 1)
-#define UNIT_S       (UINT8_MAX - 2)
+#define UNIT_MS      UINT8_MAX               // milliseconds
+#define UNIT_PERCENT (UINT8_MAX - 1)         // percent
+#define UNIT_S       (UINT8_MAX - 2)         // whole seconds
+#define UNIT_ADDRESS (UINT8_MAX - 3)         // of a register: printed in hexadecimal digits
 #define CW_FULL      (0x400 | CDS_VALUE_MAX) // full speed CW (R35)
 
-/* By the name of the argument and, where it differs, the first letter of the command. */
+/* By the name of the argument and, where commands differ, the name of the command, else "". */
 static const CDS_FLASH struct {
     char name[11];
-    char command;
+    char command[8];
     struct range range;
 } argument_ranges[] = {
-    {"ID", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"ID...", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"OLD", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"NEW", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"ID|254", 0, {0, CDS_BROADCAST_ID, CDS_UNIT_NUMBER}},
-    {"REG", 0, {0, CDS_TABLE_SIZE - 1, CDS_UNIT_NUMBER}},
-    {"ANGLE", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"ANGLE...", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"HIGH", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"SPEED", 't', {CW_FULL, CDS_VALUE_MAX, CDS_UNIT_SIGNED_MRPM}}, // turn
-    {"SPEED", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MRPM}},
-    {"RATE", 0, {CDS_BAUD_MAX, 0, CDS_UNIT_BPS}},
-    {"MS", 'm', {10, 60000, UNIT_MS}},            // monitor
-    {"MS", 'c', {2, 65, UNIT_MS}},                // cycle
-    {"N", 'p', {1, UINT16_MAX, CDS_UNIT_NUMBER}}, // play
-    {"PERCENT", 0, {10, 200, UNIT_PERCENT}},
-    {"DELAY", 0, {1, 127, UNIT_S}},
-    {"TIME", 0, {0, 0, UNIT_MS}}, // its range depends on the command
-    {"SPEED|TIME", 0, {0, 0, UNIT_MS}},
+    {"ID", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"ID...", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"OLD", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"NEW", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"ID|254", "", {0, CDS_BROADCAST_ID, CDS_UNIT_NUMBER}},
+    {"REG", "", {0, CDS_TABLE_SIZE - 1, UNIT_ADDRESS}},
+    {"ANGLE", "", {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"ANGLE...", "", {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"HIGH", "", {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"SPEED", "turn", {CW_FULL, CDS_VALUE_MAX, CDS_UNIT_SIGNED_MRPM}},
+    {"SPEED", "", {0, CDS_VALUE_MAX, CDS_UNIT_MRPM}},
+    {"RATE", "", {CDS_BAUD_MAX, 0, CDS_UNIT_BPS}},
+    {"MS", "monitor", {MONITOR_MS_MIN, MONITOR_MS_MAX, UNIT_MS}},
+    {"MS", "cycle", {CYCLE_MS_MIN, CYCLE_MS_MAX, UNIT_MS}},
+    {"N", "play", {1, UINT16_MAX, CDS_UNIT_NUMBER}},
+    {"PERCENT", "", {10, 200, UNIT_PERCENT}},
+    {"DELAY", "", {1, AUTOSTART_DELAY_MAX, UNIT_S}},
+    {"TIME", "", {0, 0, UNIT_MS}}, // its range depends on the command
+    {"SPEED|TIME", "", {0, 0, UNIT_MS}},
 };
 
 #define RANGES (sizeof argument_ranges / sizeof argument_ranges[0])
@@ -76,7 +79,9 @@ static bool range_of_register(uint8_t address, bool in_unit, struct range *range
 
 bool explain_is_settings(const struct command_line *line)
 {
-    return line->command->usage[0] == 's' && line->command->usage[sizeof "set" - 1] == 't';
+    static const CDS_FLASH char settings_command[] = "settings";
+
+    return parse_has_name(line->command->usage, settings_command);
 }
 
 /* The range of the setting of the line. A rate may be given in bit/s. */
@@ -134,7 +139,8 @@ static bool range_of(const struct command_line *line, const CDS_FLASH char *name
     }
     for (uint8_t i = 0; i < RANGES; i++) {
         if (!parse_has_name(name, argument_ranges[i].name) ||
-            (argument_ranges[i].command && argument_ranges[i].command != *line->command->usage))
+            (argument_ranges[i].command[0] &&
+             !parse_has_name(line->command->usage, argument_ranges[i].command)))
             continue;
         *range = argument_ranges[i].range;
         return true;
@@ -177,6 +183,13 @@ struct subject {
     bool has_range;
 };
 
+/* True if an address behind a list of servos is out of range (take_address_out() of servo_list.c).
+ * No number stands before a REG. */
+static bool is_of_address(const struct command_line *line)
+{
+    return line->error == ERROR_OUT_OF_RANGE && parse_at_register(line) && line->numbers;
+}
+
 /* True if a word of the line, which the console keeps, has caused the error. */
 static bool is_of_word(const struct console *console)
 {
@@ -187,7 +200,8 @@ static bool is_of_word(const struct console *console)
 
     for (uint8_t i = 0; i < sizeof errors; i++)
         if (errors[i] == console->error)
-            return console->line.error == console->error && console->token.length;
+            return console->line.error == console->error && console->token.length &&
+                   !is_of_address(&console->line);
     return false;
 }
 
@@ -209,6 +223,12 @@ static bool find_subject(const struct console *console, struct subject *subject)
         subject->has_range = console->error == ERROR_OUT_OF_RANGE &&
                              range_of(line, subject->name, &subject->range) &&
                              (subject->range.lowest || subject->range.highest);
+        return true;
+    }
+    if (is_of_address(line)) {
+        subject->name = line->usage;
+        subject->number = line->number;
+        subject->has_range = range_of(line, subject->name, &subject->range);
         return true;
     }
     for (uint8_t i = 0; line->error == 0 && line->command && i < line->numbers; i++) {
@@ -263,12 +283,6 @@ static bool is_of_servo(const struct console *console)
 
 /* ---- printing ---- */
 
-/* A character of a word that was typed: a terminal may obey others. */
-static void print_typed(struct printer *printer, char c)
-{
-    printer_char(printer, c >= ' ' && c < 0x7F ? c : '?');
-}
-
 /* "ANGLE 400deg", or "REG 'GOAL'" */
 static void print_subject(struct console *console, const struct subject *subject)
 {
@@ -285,7 +299,7 @@ static void print_subject(struct console *console, const struct subject *subject
     if (quotes)
         printer_char(printer, '\'');
     for (uint8_t i = 0; subject->number == NULL && i < token->length && i < TOKEN_MAX; i++)
-        print_typed(printer, token->text[i]);
+        printer_typed_char(printer, token->text[i]);
     if (quotes)
         printer_char(printer, '\'');
     if (subject->number) {
@@ -296,7 +310,9 @@ static void print_subject(struct console *console, const struct subject *subject
 
 static void print_bound(struct printer *printer, uint8_t unit, uint16_t value, bool with_unit)
 {
-    if (unit >= UNIT_S) {
+    if (unit == UNIT_ADDRESS) {
+        printer_address(printer, (uint8_t)value);
+    } else if (unit >= UNIT_S) {
         printer_decimal(printer, value);
         if (with_unit && unit == UNIT_MS)
             printer_flash(printer, message_ms);
@@ -323,12 +339,7 @@ static void print_range(struct printer *printer, const struct range *range)
 /* The text of the error. Texts of refusals begin with "servo: ", which the number replaces. */
 static const CDS_FLASH char *text_of(const struct console *console)
 {
-    const CDS_FLASH char *text = error_text(console->error);
-
-    if (console->error >= ERROR_SERVO_INSTRUCTION && console->error <= ERROR_SERVO_ANGLE &&
-        is_of_servo(console))
-        text += sizeof "servo: " - 1;
-    return text;
+    return is_of_servo(console) ? error_text_of_servo(console->error) : error_text(console->error);
 }
 
 enum part { PART_NUMBER, PART_SERVO, PART_SUBJECT, PART_TEXT, PART_RANGE } __attribute__((packed));

@@ -13,7 +13,7 @@ static const CDS_FLASH char message_one_servo[] =
     "this command takes one servo, no list; send it once for each";
 static const CDS_FLASH char message_reversed[] =
     "the range begins with the larger ID; write the smaller one first";
-static const CDS_FLASH char message_comma[] = "a number has a point, no comma; write ";
+static const CDS_FLASH char message_comma[] = "write a point, not a comma: ";
 static const CDS_FLASH char message_or_spaces[] = ", or spaces between angles";
 static const CDS_FLASH char message_no_unit[] =
     "this setting takes a number without unit; 'settings' shows the unit";
@@ -79,9 +79,9 @@ static bool is_id_argument(uint8_t argument)
 /* True if the command is `id`. Its refusal for a known ID is that of a limit. */
 static bool is_id_command(const struct command_line *line)
 {
-    static const CDS_FLASH char old[] = "OLD";
+    static const CDS_FLASH char id_command[] = "id";
 
-    return line->command && parse_has_name(line->command->usage + sizeof "id " - 1, old);
+    return line->command && parse_has_name(line->command->usage, id_command);
 }
 
 enum mistake mistake_of(const struct console *console, bool is_of_word)

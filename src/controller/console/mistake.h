@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Mistakes in a line that are easy to see. Their text stands in place of that of the error:
  *
- *     error 39: servo 1: ANGLE '90,5': a number has a point, no comma; write 90.5 */
+ *     error 39: servo 1: ANGLE '90,5': write a point, not a comma: 90.5 */
 #ifndef CONTROLLER_MISTAKE_H
 #define CONTROLLER_MISTAKE_H
 

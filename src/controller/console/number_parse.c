@@ -13,7 +13,7 @@ struct unit_name {
     uint8_t exponent; // power of ten of the library's unit
 };
 
-/* In either case, so there is no micro and no mega. */
+/* Compared without regard to case, so M cannot mean mega. */
 static const CDS_FLASH struct unit_name unit_names[] = {
     {"raw", NUMBER_RAW, 0},    {"deg", NUMBER_ANGLE, 3},  {"mdeg", NUMBER_ANGLE, 0},
     {"rpm", NUMBER_SPEED, 3},  {"mrpm", NUMBER_SPEED, 0}, {"v", NUMBER_VOLTAGE, 3},
@@ -41,7 +41,7 @@ static bool append(int32_t *digits, uint8_t base, uint8_t digit)
 {
     uint32_t value;
 
-    if (*digits > INT32_MAX / 10) // of any base; up to this 32 bits hold what comes of it
+    if (*digits > INT32_MAX / 10) // so digits * 16 + 15 fits 32 bits
         return false;
     value = (uint32_t)*digits * base + digit;
     if (value > INT32_MAX)
@@ -177,7 +177,7 @@ static uint8_t value_of(const struct number *number, uint8_t kind, uint8_t expon
     return scaled(number, number->kind == NUMBER_BARE ? exponent : number->exponent, value);
 }
 
-/* Is there a baud register near enough for a UART? */
+/* True if a baud register is within 3 % of `bps`. */
 static bool is_near(int32_t bps)
 {
     uint8_t baud;

@@ -40,7 +40,7 @@ uint8_t number_parse(const struct token *token, struct number *number);
 const CDS_FLASH char *number_unit_name(const struct number *number);
 
 /* A bare whole number from 0 to `highest`, for IDs, bytes and lengths: 0 and *value; else
- * ERROR_NOT_A_NUMBER, ERROR_UNIT or ERROR_OUT_OF_RANGE. */
+ * ERROR_NOT_A_NUMBER or ERROR_OUT_OF_RANGE. */
 uint8_t number_whole(const struct token *token, uint16_t highest, uint16_t *value);
 
 /* The register value of `unit` that is nearest; a bare number is in the unit that number_print()

@@ -47,6 +47,20 @@ static void assert_refused(const char *error)
     TEST_ASSERT_EQUAL_UINT8(1, robot.group[0]);
 }
 
+void test_cycle_shows_servo_that_was_not_read_yet(void)
+{
+    uint8_t packet[] = {0xFF, 0xFF, CDS_BROADCAST_ID, 8, CDS_SYNC_WRITE, 0x1E, 4, 1};
+
+    memset(&robot.work, 0, sizeof robot.work);
+    robot.work.cycle.cycle.count = 1;
+    robot.work.cycle.cycle.ids = robot.group;
+    robot.work.cycle.cycle.front = packet;
+    robot.cycle = &robot.work.cycle.cycle;
+    reply_to("cycle");
+    TEST_ASSERT_NOT_NULL(strstr(said, "\r\nservo 1: not read yet\r\nok\r\n"));
+    robot.cycle = NULL;
+}
+
 void test_commands_beside_an_operation_are_refused(void)
 {
     assert_refused("error 43: ");

@@ -64,7 +64,7 @@ static void setting_line(struct console *console, uint8_t index)
     printer_end_of_line(printer);
 }
 
-/* No register of a rate has as great a value: it is bit/s. */
+/* A bare number from 256 on is bit/s: a baud register is one byte. */
 #define LEAST_BPS 256
 
 bool setting_is_rate(const struct command_line *line)

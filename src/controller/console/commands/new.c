@@ -38,7 +38,7 @@ static void abort_new(struct robot *robot)
     new_servo_abort(&robot->work.new_servo);
 }
 
-/* What was known of a servo with this ID does not hold for the new servo, so nothing is learnt. */
+/* changes_rate also stops learning: the list of servos may hold another servo of this ID. */
 static const CDS_FLASH struct robot_operation new_servo = {
     .begin = begin_new, .poll = poll_new, .abort = abort_new, .changes_rate = true};
 
