@@ -300,6 +300,16 @@ LISTS = ("torque 1 2 3 on\n" + text("servo 3: ok") + servo("1-3 torque on") + "s
          + servo("2 LED 0") + error(87, "torque 1 9 3 off") + text(f"servo 9: {ERRORS[2]}"[:60])
          + servo("1,3 torque off") + servo("2 torque on"))
 
+# A line that is held low, and a servo that is unplugged: what is not known is not shown. In mode person, whose
+# replies are the same but for the last lines of stop.
+LINE_LOW = ("scan\ntorque 1 on\n@fault stuck low 3000\n@wait 1500\nservos\n" + text("the line is held low: no servo can be asked")
+            + text("servo 1: line held low, torque unknown") + "status\n"
+            + text("servos: 3, inhibited 0, offline unknown: the line is held low")
+            + error(9, "stop") + text("torque may still be on: switch off the supply of the servos; driving is inhibited until 'release'")
+            + "@wait 2000\nservos\n" + text("servo 1: online, torque off, inhibited: stopped")
+            + "release\n@power 3 off\n@wait 2500\nservos\n" + text("servo 3: offline, torque unknown")
+            + error(2, "stop") + text("torque may still be on: switch off the supply of the servos"))
+
 # A servo that is set not to answer, which the controller knows.
 MUTE = ("scan\nread 1 STATUS_RETURN_LEVEL\nwrite 1 STATUS_RETURN_LEVEL 0\n@wait 1200\n"
         + error(10, "get 1 LED"))
@@ -385,6 +395,9 @@ class Scripts(unittest.TestCase):
                 run = controller("echo off\n" + said_by("full", script), "atmega128", "1", "--state", folder,
                                  "--rules", "warn")
                 self.assertEqual(run.status, 0, run.output[-3000:])
+
+    def test_line_low_and_servo_offline_are_told(self):
+        self.run_on("atmega128", LINE_LOW)
 
     def test_new_servo_at_neighbour_of_listed_rate_has_the_rate_of_the_bus(self):
         script = ("bus 19417\nnew 1\nservos forget\nnew 1\n" + text("one ID answers: ID 1 at 19231bps") + text("step 4 of 4: the rate is 19417bps already")

@@ -28,6 +28,8 @@ static const CDS_FLASH char message_delays[] = "RETURN_DELAY refused: %u; lowest
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, inhibited %u, offline %u";
+static const CDS_FLASH char message_servos_low[] =
+    "servos: %u%s, inhibited %u, offline unknown: the line is held low";
 static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes never used";
 
 /* ---- settings, save, defaults ---- */
@@ -320,6 +322,7 @@ static void print_stops(struct printer *printer, const struct failsafe *failsafe
 /* "servos: 18, inhibited 0, offline 1" */
 static void print_servos(struct printer *printer, const struct cds_servos *servos)
 {
+    const CDS_FLASH char *message = message_servos;
     const struct cds_servo_state *servo = servos->states;
     uint8_t inhibited = 0, offline = 0;
 
@@ -333,7 +336,9 @@ static void print_servos(struct printer *printer, const struct cds_servos *servo
     printer->values[1].text = servos->is_full ? message_and_more : message_nothing;
     printer->values[2].number = inhibited;
     printer->values[3].number = offline;
-    printer_line(printer, message_servos);
+    if (command_set.explain && cds_bus_line(servos->bus) == CDS_BUS_LINE_FAULT)
+        message = message_servos_low;
+    printer_line(printer, message);
 }
 
 static void print_stack(struct printer *printer, const struct failsafe *failsafe)
