@@ -73,7 +73,7 @@ def text(what):
 
 
 # Errors whose line names the word or the value, in the profile `full`: test_explain.c.
-EXPLAINED = {30, 32, 33, 34, 38, 39, 41, 60, 96}
+EXPLAINED = {30, 31, 32, 33, 34, 38, 39, 41, 60, 96}
 # Errors whose line names the servo, in the profile `full`.
 OF_SERVO = {2, 3, 5, 7, *range(9, 15), *range(20, 24), 42, 47, 48, 50, 51, 52, 95}
 
@@ -194,7 +194,7 @@ SCRIPT = {
             + text("3 found, 1524 asked") + "bus 57600\nbaud 3 1000000\n" + error(38, "scan here"),
     "servos": "servos forget\nscan\n@wait 1500\nservos\n" + text("servo 1: online, torque off")
               + text("servo 3: online, torque off") + "counters 1\n" + text("timeouts 0")
-              + "torque 1 on\n@power 1 off\n@wait 4000\nservos\n" + text("servo 1: offline, torque on")
+              + "torque 1 on\n@power 1 off\n@wait 4000\nservos\n" + text("servo 1: offline, torque ")
               + "@power 1 on\n@wait 3000\nservos\n"
               + text("servo 1: online, torque off, inhibited: lost its state")
               + error(12, "torque 1 on") + "release 1\ntorque 1 on\n" + servo("1 torque on")

@@ -24,6 +24,8 @@ static const CDS_FLASH char message_torque_unknown[] = "unknown";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", alarms: %s";
 static const CDS_FLASH char message_presence[] = "servo %u: %s, torque %s";
+static const CDS_FLASH char message_presence_limits[] =
+    "servo %u: %s, torque %s, limits %a to %a and %r";
 static const CDS_FLASH char message_on[] = "on";
 static const CDS_FLASH char message_off[] = "off";
 static const CDS_FLASH char message_lost[] = ", inhibited: lost its state";
@@ -177,7 +179,7 @@ ALWAYS_INLINE bool is_line_low(const struct robot *robot)
 }
 
 /* "servo 1: online, torque on". The profile `full`, which has command_set.explain, tells if the
- * torque is not known. */
+ * torque is not known, and the limits: ", limits 60deg to 200deg and 30rpm". */
 ALWAYS_INLINE void print_presence(struct printer *printer, const struct robot *robot,
                                   const struct cds_servo_state *servo)
 {
@@ -188,6 +190,13 @@ ALWAYS_INLINE void print_presence(struct printer *printer, const struct robot *r
     printer->values[2].text = servo->torque ? message_on : message_off;
     if (is_low || (command_set.explain && servo->presence != CDS_PRESENCE_ONLINE))
         printer->values[2].text = message_torque_unknown;
+    if (command_set.explain && servo->has_limits) {
+        printer->values[3].number = servo->lowest;
+        printer->values[4].number = servo->highest;
+        printer->values[5].number = servo->fastest;
+        printer_text(printer, message_presence_limits);
+        return;
+    }
     printer_text(printer, message_presence);
 }
 
