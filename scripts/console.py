@@ -268,7 +268,11 @@ not follow is named. Typed into tmux as above.
 
 ## A new servo
 
-The new servo is alone on the bus; if another one answers, `new` names both and writes nothing. To restore registers, send the
+The new servo is alone on the bus; if another one answers, `new` names both and writes nothing (error 89). An ID of the robot's
+list is refused, as NEW (error 95) and as that of the servo found (error 96): `servos forget` empties the list, and of several
+new servos the last gets ID 1, the factory's ([hardware.md](hardware.md#more-new-servos)). The six listed rates are 1000000,
+500000, 250000, 117647, 57143 and 19231 bps: those of the manual, which a servo keeps over power-off. Behind another rate the console
+prints `, until power-off`: then the servo is back at its last listed rate. To restore registers, send the
 lines of `backup`: `restore` reads the register, shows a value that differs, writes it and reads it back. An error follows the
 name of the register: `not written`, the servo does not hold the new value; `sent, not confirmed`, the servo could not be read back,
 so it may hold the new value: send the line again. Typed into tmux as above.

@@ -119,7 +119,11 @@
     X(ERROR_AUTOSTART, 93, "the sequence plays after power-up, nothing was deleted",               \
       "'settings autostart off' first")                                                            \
     X(ERROR_NO_NEW, 94, "the 'sequence NAME new' before was refused, nothing was stored",          \
-      "send that line again; to add to a stored sequence: 'sequence list' first")
+      "send that line again; to add to a stored sequence: 'sequence list' first")                  \
+    X(ERROR_ID_KNOWN, 95, "this ID is in the list of the robot's servos, nothing was sent",        \
+      "choose another ID, or empty the list by 'servos forget'")                                   \
+    X(ERROR_NOT_NEW, 96, "this ID answers and is in the robot's list, nothing was written",        \
+      "unplug the servo of the robot; if the new servo has this ID, 'servos forget' first")
 
 enum console_error {
 #define CONSOLE_ERROR_ENUM_(name, number, text, remedy) name = number,

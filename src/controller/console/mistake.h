@@ -16,6 +16,8 @@ enum mistake {
     MISTAKE_COMMA,    // "90,5"
     MISTAKE_UNIT,     // of a setting
     MISTAKE_KNOWN_ID, // `id` to the ID of another known servo
+    MISTAKE_COUNT,    // too many words, or too few, for the one usage of the command
+    MISTAKE_LIMITS,   // beyond the soft limits of the servo
 } __attribute__((packed));
 
 /* Returns the mistake that has caused console->error. `is_of_word`: a word of the line, which the
