@@ -21,7 +21,7 @@ export class MotionDesk extends MotionEditor {
     #isStopped = false; // the user has stopped the motion that is or was under way
     #robot = null;
 
-    /* `ask(text)` resolves with true if the user says yes. */
+    /* `ask(text)` resolves with true if the user says yes, and returns null if the view was left: then it cannot ask. */
     constructor(session, { ask } = {}) {
         super(session);
         this.ask = ask;
@@ -201,6 +201,13 @@ export class MotionDesk extends MotionEditor {
         this.showSequence([...this.motions.sequences.keys()][0] ?? "");
     }
 
+    async #mayReplace(textOfQuestion) {
+        const isConfirmed = await this.ask(textOfQuestion);
+
+        if (isConfirmed === null) throw new MotionError("motion-not-asked");
+        return isConfirmed;
+    }
+
     async load(askFirst) {
         if (this.motions.isChanged && !(await this.ask(askFirst))) return;
         await this.#during("loading", () =>
@@ -225,7 +232,7 @@ export class MotionDesk extends MotionEditor {
                 const { poses, sequences } = store.replaced(motions);
                 const names = [...poses, ...sequences];
 
-                if (names.length && !(await this.ask(textOfQuestion(names)))) return;
+                if (names.length && !(await this.#mayReplace(textOfQuestion(names)))) return;
                 await store.store(this.#newOf(motions));
                 motions.isChanged = false;
                 this.#notifyCounts("motion-stored");
@@ -260,10 +267,10 @@ export class MotionDesk extends MotionEditor {
 
             if (read.motions.isEmpty) throw new MotionError("motion-file-empty");
             if (read.gone.length) this.session.notify({ code: "motion-gone", names: read.gone });
-            return read.motions;
+            return !this.motions.isChanged || (await this.#mayReplace(askFirst)) ? read.motions : null;
         });
 
-        if (!motions || (this.motions.isChanged && !(await this.ask(askFirst)))) return;
+        if (!motions) return;
         this.#takeMotions(motions);
         this.motions.isChanged = true; // the board does not have it
         this.#notifyCounts("motion-loaded");

@@ -3,7 +3,7 @@
 
 import { ERRORS_OF_PACKET, errorNames, ping, read, word, wordAt, write } from "../wire/packet.js";
 import { texts } from "../texts/texts.js";
-import { rawOf, valueOf, withUnit } from "./units.js";
+import { rawOf, typedNumber, valueOf, withUnit } from "./units.js";
 
 export const TABLE_SIZE = 50; // bytes
 const BITS = new Set(["ALARM_LED", "ALARM_SHUTDOWN"]); // conditions, as the error bits of a packet
@@ -62,9 +62,9 @@ export function rangeOf(row) {
 
 /* What a user typed, in the unit of the register or raw. Returns {raw}, or {problem}: a code of texts.setup. */
 export function typedValue(row, text, isRaw) {
-    const number = Number(text.trim().replace(",", "."));
+    const number = typedNumber(text);
 
-    if (!text.trim() || !Number.isFinite(number)) return { problem: "notNumber" };
+    if (Number.isNaN(number)) return { problem: "notNumber" };
     if (isRaw && !Number.isInteger(number)) return { problem: "notWhole" };
     const raw = isRaw ? number : rawInUnit(row, number);
 
@@ -89,19 +89,19 @@ export function parametersOf(id, { error, parameters }) {
 }
 
 /* Sends a packet to a servo. Returns the parameters of its reply; throws Failure or WireError. */
-async function ask(wire, id, bytes) {
+async function ask(wire, id, bytes, options) {
     try {
-        return parametersOf(id, await wire.request(bytes));
+        return parametersOf(id, await wire.request(bytes, options));
     } catch (error) {
         throw error.code === "timeout" ? new Failure("servo-silent", { id }) : error;
     }
 }
 
-/* Reads registers of a servo. Throws Failure or WireError. */
-export const readRegisters = (wire, id, address = 0, count = TABLE_SIZE) => ask(wire, id, read(id, address, count));
+/* Reads registers of a servo. `options`: as of wire.request(). Throws Failure or WireError. */
+export const readRegisters = (wire, id, address = 0, count = TABLE_SIZE, options = {}) => ask(wire, id, read(id, address, count), options);
 
-/* Writes bytes to registers of a servo, from `address` on. Throws Failure or WireError. */
-export const writeRegisters = (wire, id, address, bytes) => ask(wire, id, write(id, address, bytes));
+/* Writes bytes to registers of a servo, from `address` on. `options`: as of wire.request(). Throws Failure or WireError. */
+export const writeRegisters = (wire, id, address, bytes, options = {}) => ask(wire, id, write(id, address, bytes), options);
 
 /* True if the servo answers PING only with this value, so that nothing can be read back. */
 export const silences = (row, raw) => row.name === RETURN_LEVEL && raw === 0;
@@ -113,7 +113,7 @@ export async function writeRegister(controller, id, row, raw) {
     let failure = null;
 
     try {
-        if (wire.hasConsole) await controller.run(`set ${id} ${row.name} ${raw}raw`);
+        if (wire.hasConsole) await controller.order(`set ${id} ${row.name} ${raw}raw`);
         else await writeByPacket(wire, id, row, raw);
     } catch (error) {
         if (!MAY_BE_WRITTEN.has(error.number)) throw error;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The operations of the view Set-up: search, new servo, diagnosis, registers, backup and restore. One at a time
- * runs; a failure is a notice of the session. What was found stays until another connection.
+ * runs; a failure is a notice of the session. What was found stays until another connection. What a
+ * restore has left undone stays longer: the port may have been lost meanwhile.
  *
  * Event: `change`. */
 
@@ -45,12 +46,17 @@ export class Setup extends EventTarget {
         this.registers = null; // {id, bytes, at, isOld}; isOld: a write since then, and no reply to the read behind it
         this.plan = null; // plan of a restore: {scope, servos: [{id, entry, changes}]}
         this.restored = null; // outcome of a restore: [{id, row, file, now, why}]; why "": written
+        this.isRestoreEarlier = false; // `restored` is of an earlier connection
     }
 
     #follow() {
         if (this.session.wire !== this.#wire) {
+            const { restored } = this;
+
             this.#wire = this.session.wire;
             this.#clear();
+            this.isRestoreEarlier = Boolean(restored?.some(({ why }) => why));
+            if (this.isRestoreEarlier) this.restored = restored;
         }
         this.#change();
     }
@@ -85,10 +91,22 @@ export class Setup extends EventTarget {
         return this.ids.includes(this.chosen) ? this.chosen : (this.ids[0] ?? null);
     }
 
+    /* The ID at which the controller itself answers, so that no servo can, or null. */
+    get idOfDevice() {
+        const { wire } = this.session;
+
+        return wire?.hasDevice ? wire.deviceId : null;
+    }
+
+    #checkNewId(id) {
+        if (id === this.idOfDevice) throw new Failure("id-of-device", { id });
+    }
+
     /* The lowest ID from 2 on that no known servo has, or null. 1 comes last: new servos have it. */
     get freeId() {
         const taken = new Set([...this.ids, ...(this.found ?? []).map(({ id }) => id)]);
 
+        if (this.idOfDevice !== null) taken.add(this.idOfDevice);
         for (let id = 2; id <= ID_MAX; id++) if (!taken.has(id)) return id;
         return [0, 1].find((id) => !taken.has(id)) ?? null;
     }
@@ -183,6 +201,7 @@ export class Setup extends EventTarget {
         return this.#run("new", async (operation) => {
             this.steps = [];
             this.outcome = null;
+            this.#checkNewId(id);
             if (forgets) await this.session.controller.run("servos forget");
             const onLine = (line) => {
                 const step = /step (\d) of (\d)/.exec(line);
@@ -242,7 +261,10 @@ export class Setup extends EventTarget {
     /* ---- changes of where a servo answers ---- */
 
     changeId(id, to) {
-        return this.#changePlace("id", `id ${id} ${to}`, to);
+        return this.session.attempt(() => {
+            this.#checkNewId(to);
+            return this.#changePlace("id", `id ${id} ${to}`, to);
+        });
     }
 
     changeRate(id, rate) {
@@ -266,7 +288,7 @@ export class Setup extends EventTarget {
             this.outcome = null;
             this.registers = null;
             try {
-                this.outcome = { kind, lines: await this.session.controller.run(command, { timeout: CHANGE_MS }) };
+                this.outcome = { kind, lines: await this.session.controller.order(command, { timeout: CHANGE_MS }) };
                 this.chosen = id;
             } catch (error) {
                 if (error instanceof CommandError && error.lines.length) this.outcome = { kind: "partly", lines: error.lines };
@@ -326,8 +348,7 @@ export class Setup extends EventTarget {
 
     /* Compares a file with the servo `id`, or with the whole robot. Writes nothing. */
     compare(text, id) {
-        this.plan = null;
-        this.restored = null;
+        this.#forgetPlan();
         return this.#run("compare", async (operation) => {
             const entries = entriesFor(readBackup(text, this.rows), id);
 
@@ -349,9 +370,14 @@ export class Setup extends EventTarget {
     }
 
     forgetPlan() {
+        this.#forgetPlan();
+        this.#change();
+    }
+
+    #forgetPlan() {
         this.plan = null;
         this.restored = null;
-        this.#change();
+        this.isRestoreEarlier = false;
     }
 
     /* Writes what differs. The servos must still be as they were when the file was compared. */

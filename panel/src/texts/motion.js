@@ -245,6 +245,14 @@ export const motionNotices = {
         text: "The page was held up, and late goals are not sent. The replay has ended; the servos hold their last goals.",
         remedy: "Keep this page in front, then play again.",
     }),
+    "motion-not-asked": () => ({
+        text: "Nothing was replaced: the view Motion was left before the page could ask.",
+        remedy: "Start it again, and stay in the view until it has ended.",
+    }),
+    "motion-busy": () => ({
+        text: "Goals could not leave, since a command had the wire. The page sends no more goals; the servos hold their last ones.",
+        remedy: "Let the command end, or end it. Then play again.",
+    }),
     "motion-none-chosen": () => ({ text: "No servo is chosen.", remedy: "Choose servos in the box Teach." }),
     "motion-offline": ({ ids }) => ({
         text: `No fresh position: ${list(ids)}. Nothing was kept.`,

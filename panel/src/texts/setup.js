@@ -32,6 +32,7 @@ export const setup = {
     busRate: "Set the bus to",
     busRateHint: "Only servos that have this rate answer. “Save” in the view Board keeps it over power-off.",
     setBusRate: "Set",
+    askBusRate: "Servos may have torque. At another rate of the bus they keep it, and no stop reaches them until the rate is set back. Set it all the same?",
 
     newServo: "New servo",
     newHint: "Connect the new servo alone: unplug all others. The controller finds it at whatever rate, then gives it the ID and the rate of the bus.",
@@ -39,6 +40,7 @@ export const setup = {
     newIdHint: (free) => (free === null ? "All IDs are taken." : `${free} is the next free one.`),
     newStart: "Set up",
     newIdWrong: "An ID is a number from 0 to 253.",
+    newIdOfDevice: (id) => `${id} is the ID of the controller itself. Choose another.`,
     newIdTaken: (id) => `Servo ${id} of the robot has this ID. Choose another, or set up the new servo in its place: the page asks first.`,
     newFull: (count) => `The controller knows ${count} servos, unplugged ones too, and refuses another ID (error 40). Type servos forget in the console of the view Packets first.`,
     newDone: (id) => `Servo ${id} is set up. Now plug in the others again.`,
@@ -141,6 +143,7 @@ export const setup = {
     columnOutcome: "Outcome",
     writeAll: (count) => `Write ${many(count, "register")}`,
     restoring: "Writing …",
+    restoreEarlier: "The restore before this connection:",
     restored: (count) => `${many(count, "register is written and was", "registers are written and were")} read back.`,
     notTaken: (count) => `${many(count, "register was", "registers were")} not taken.`,
     notConfirmed: (count) => `${many(count, "register", "registers")} could not be confirmed.`,

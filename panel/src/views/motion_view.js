@@ -6,7 +6,7 @@ import { guard } from "lit/directives/guard.js";
 import { live } from "lit/directives/live.js";
 import { MotionDesk } from "../model/motion_desk.js";
 import { pathOfPoints } from "../model/path.js";
-import { degreesOf } from "../model/units.js";
+import { degreesOf, typedNumber } from "../model/units.js";
 import { texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { chart, legend } from "./motion_chart.js";
@@ -21,7 +21,7 @@ const CHART_WIDTH = 600; // until the page is laid out
 
 const degrees = (raw, digits = 1) => degreesOf(raw).toFixed(digits);
 const seconds = (ms, digits = 1) => (ms / 1000).toFixed(digits);
-const milliseconds = ({ target }) => Math.round(Number(target.value) * 1000);
+const milliseconds = ({ target }) => Math.round(typedNumber(target.value) * 1000);
 
 export class MotionView extends View {
     #width = CHART_WIDTH;
@@ -38,7 +38,7 @@ export class MotionView extends View {
     /* The browser asks before it leaves the page, if the desk has unsaved changes. */
     #makeView() {
         keepsTyping(this);
-        this.desk = new MotionDesk(this.session, { ask: (text) => confirmed({ text, yes: t.replace, no: t.cancel }) });
+        this.desk = new MotionDesk(this.session, { ask: (text) => (this.isConnected ? confirmed({ text, yes: t.replace, no: t.cancel }) : null) });
         addEventListener("beforeunload", (event) => this.desk.hasUnsaved && event.preventDefault());
     }
 
@@ -150,8 +150,8 @@ export class MotionView extends View {
                     ([id, raw]) => html`<label>
                         ${t.angle(id)}
                         <span class="unit">
-                            <input type="number" min="0" max="300" step="0.1" data-id=${id} .value=${taken(degrees(raw))}
-                                @change=${({ target }) => desk.setAngle(id, target.value === "" ? NaN : Number(target.value))} />°
+                            <input inputmode="decimal" data-id=${id} .value=${taken(degrees(raw))}
+                                @change=${({ target }) => desk.setAngle(id, typedNumber(target.value))} />°
                         </span>
                         <button class="delete" aria-label=${t.angleOut(id)} title=${t.angleOut(id)} ?disabled=${pose.size === 1}
                             @click=${() => desk.edit((motions) => motions.removeJoint(name, id))}>×</button>
@@ -179,7 +179,7 @@ export class MotionView extends View {
         const number = index + 1;
         const time = (name, value) => html`<label class="time-of">
             <span class="cap">${t[name]}</span>
-            <input type="number" class=${name} min="0" max="600" step="0.01" aria-label=${t.ofStep(t[name], number)}
+            <input inputmode="decimal" class=${name} aria-label=${t.ofStep(t[name], number)}
                 .value=${taken(seconds(value, 2))}
                 ?disabled=${name === "dwell" && step.passes}
                 @change=${(event) => desk.changeStep(index, { [name]: milliseconds(event) })} />
@@ -285,9 +285,9 @@ export class MotionView extends View {
             <div class="chart">${guard([desk.version, this.#width], () => this.#recordingChart())}</div>
             <p class="row">
                 <label>${t.tolerance}
-                    <span class="unit"><input class="tolerance" type="number" min="0.1" max="60" step="0.1"
+                    <span class="unit"><input class="tolerance" inputmode="decimal"
                         .value=${taken(recordings.tolerance.toFixed(1))}
-                        @change=${({ target }) => recordings.setTolerance(target.value)} />°</span>
+                        @change=${({ target }) => recordings.setTolerance(typedNumber(target.value))} />°</span>
                 </label>
                 <button class="fit" title=${t.fitHint} @click=${() => recordings.fit()}>${t.fit}</button>
                 <output class="thinned">${t.thinned({
@@ -337,9 +337,9 @@ export class MotionView extends View {
                         <option value="page" .selected=${live(desk.playedBy === "page")}>${t.byPage}</option>
                     </select>
                 </label>
-                <label>${t.times} <input class="times" type="number" min="1" max="65535" ?disabled=${desk.isLoop}
+                <label>${t.times} <input class="times" inputmode="numeric" ?disabled=${desk.isLoop}
                     .value=${taken(String(desk.times))}
-                    @change=${({ target }) => (desk.times = Math.min(65535, Math.max(1, Math.round(Number(target.value)) || 1)))} /></label>
+                    @change=${({ target }) => (desk.times = Math.min(65535, Math.max(1, Math.round(typedNumber(target.value)) || desk.times)))} /></label>
                 <label>
                     <input class="loop" type="checkbox" .checked=${live(desk.isLoop)}
                         @change=${({ target }) => desk.setLoop(target.checked)} /> ${t.loop}

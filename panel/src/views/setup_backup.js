@@ -79,6 +79,7 @@ class BackupPart extends SetupPart {
         if (this.runs("restore")) return nothing;
         return html`<div class="restored">
             <p role="status">
+                ${this.setup.isRestoreEarlier ? t.restoreEarlier : nothing}
                 ${taken ? html`<b class="good">${t.restored(taken)}</b>` : nothing}
                 ${refused ? html`<b class="bad">${t.notTaken(refused)}</b>` : nothing}
                 ${open ? html`<b class="warn">${t.notConfirmed(open)}</b>` : nothing}

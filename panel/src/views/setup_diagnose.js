@@ -55,7 +55,7 @@ class DiagnosePart extends SetupPart {
                 </label>
                 ${this.#who === OTHER
                     ? html`<label>${t.otherIdLabel}
-                          <input type="number" min="0" max=${ID_MAX} .value=${this.#other} aria-invalid=${this.#isWrong}
+                          <input inputmode="numeric" .value=${this.#other} aria-invalid=${this.#isWrong}
                               @input=${({ target }) => this.#set("other", target.value)} />
                       </label>`
                     : nothing}

@@ -17,7 +17,11 @@ class NewPart extends SetupPart {
     }
 
     get #isWrong() {
-        return !/^\d+$/.test(this.#text) || Number(this.#text) > ID_MAX;
+        return !/^\d+$/.test(this.#text) || Number(this.#text) > ID_MAX || this.#isOfDevice;
+    }
+
+    get #isOfDevice() {
+        return Number(this.#text) === this.setup.idOfDevice;
     }
 
     #start = () => this.#setUp(Number(this.#text));
@@ -34,7 +38,7 @@ class NewPart extends SetupPart {
     }
 
     #note() {
-        if (this.#isWrong) return html`<strong class="bad">${t.newIdWrong}</strong>`;
+        if (this.#isWrong) return html`<strong class="bad">${this.#isOfDevice ? t.newIdOfDevice(this.#text) : t.newIdWrong}</strong>`;
         const id = Number(this.#text);
 
         const { ids, freeId } = this.setup;
@@ -74,7 +78,7 @@ class NewPart extends SetupPart {
         return html`<p class="hint">${t.newHint}</p>
             <div class="controls">
                 <label>${t.newId}
-                    <input class="new-id" type="number" min="0" max=${ID_MAX} .value=${this.#text} ?disabled=${setup.isRunning}
+                    <input class="new-id" inputmode="numeric" .value=${this.#text} ?disabled=${setup.isRunning}
                         aria-invalid=${this.#isWrong} aria-describedby="new-id-note" @input=${(event) => this.#type(event)} />
                 </label>
                 <button class="set-up-new" ?disabled=${setup.isRunning || this.#isWrong} @click=${this.#start}>${t.newStart}</button>

@@ -33,6 +33,8 @@ const SILENCE_MS = 200; // an unfinished packet is then given up; a busy machine
 const STOP_FENCE_MS = 100;
 const OPEN_MS = 6000; // a board that the opening of its port resets, with its boot loader
 const MARKER_MS = 500;
+const MARKER_LIMIT_MS = 1000; // another program may talk at the port and never answer
+const LIMIT_TIMEOUTS = 10; // in so many timeouts a command has ended, unless a user can end it
 const RETRY_MS = 1000; // between two attempts while the controller is silent
 const FENCE_ATTEMPTS = 3;
 const MARKER_ATTEMPTS = 6;
@@ -45,6 +47,7 @@ export class Wire extends EventTarget {
     #demux;
     #queue = [];
     #current = null;
+    #endsAt = Infinity; // latest end of the current job
     #timeout = null; // timeout of the current job
     #ending = null; // timeout of the next key, while a user ends the current line
     #silence = null; // timeout of an unfinished packet
@@ -130,12 +133,12 @@ export class Wire extends EventTarget {
     }
 
     /* Sends a line of text. Resolves with {lines, error}; error is null or {number, text}. `timeout`: the
-     * longest time without a line of the reply. `signal`: ends the command by a key, as scan; if its reply does not come
-     * soon, the command fails as `ended`. */
-    command(line, { timeout = LINE_MS, notAfter, onLine, signal, source } = {}) {
+     * longest time without a line of the reply. `limit`: the longest time of the whole reply. `signal`: ends the command by a
+     * key, as scan; if its reply does not come soon, the command fails as `ended`. */
+    command(line, { timeout = LINE_MS, signal, limit = signal ? Infinity : LIMIT_TIMEOUTS * timeout, notAfter, onLine, source } = {}) {
         if (/[^\x20-\x7e]/.test(line)) throw new RangeError(`not a line of text: ${line}`);
         if (!line.trim()) return Promise.resolve({ lines: [], error: null }); // the console does not answer
-        return this.#submit(new LineJob(line, { timeout, notAfter, onLine, signal, source }));
+        return this.#submit(new LineJob(line, { timeout, limit, notAfter, onLine, signal, source }));
     }
 
     /* Stops the robot: Ctrl-X leaves before all that waits. Resolves, once the device and the servos
@@ -174,9 +177,24 @@ export class Wire extends EventTarget {
         } else {
             this.#queue.push(job);
             this.#listenToSignal(job);
+            this.#dropWhenLate(job);
             this.#pump();
         }
         return job.promise;
+    }
+
+    /* A job that still waits at `notAfter` fails at once, not when its turn comes: a command may run for minutes. */
+    #dropWhenLate(job) {
+        if (job.notAfter === Infinity) return;
+        const timer = this.#clock.after(job.notAfter + 1 - this.#clock.now(), () => {
+            const index = this.#queue.indexOf(job);
+
+            if (index < 0) return;
+            this.#queue.splice(index, 1);
+            job.fail("late");
+        });
+
+        job.promise.catch(() => {}).finally(() => this.#clock.cancel(timer));
     }
 
     #listenToSignal(job) {
@@ -225,6 +243,7 @@ export class Wire extends EventTarget {
 
     #begin(job) {
         this.#current = job;
+        this.#endsAt = this.#clock.now() + job.limit;
         this.#write(job.bytes);
         this.#emitTraffic("out", job.kind === "line" || job.kind === "marker" ? "line" : "packet", {
             bytes: job.bytes,
@@ -238,7 +257,9 @@ export class Wire extends EventTarget {
 
     #armTimer(job) {
         this.#timeout?.cancel();
-        this.#timeout = new Timeout(this.#clock, job.timeout, () => this.#giveUp(job, "timeout"));
+        const left = Math.min(job.timeout, this.#endsAt - this.#clock.now());
+
+        this.#timeout = new Timeout(this.#clock, left, () => this.#giveUp(job, "timeout"));
     }
 
     /* The job has ended, or `end` ends it. */
@@ -319,7 +340,7 @@ export class Wire extends EventTarget {
     }
 
     #nextMarker() {
-        return new MarkerJob(MARKERS[this.#markers++ % MARKERS.length], { timeout: MARKER_MS });
+        return new MarkerJob(MARKERS[this.#markers++ % MARKERS.length], { timeout: MARKER_MS, limit: MARKER_LIMIT_MS });
     }
 
     /* Sends a job of the wire itself. False: no reply. Throws WireError if the epoch has passed. */

@@ -90,6 +90,45 @@ test("question: another connection, Esc at Stop and another tab answer no", asyn
     }
 });
 
+test("question: one at a time, none of a view that was left, and Esc closes it", async (t) => {
+    const { page } = await startSetup(t, { count: 1 });
+    const dialogs = () => page.$$eval("dialog", (all) => all.length);
+
+    await page.click("#tab-motion");
+    const desk = await page.waitForFunction(() => document.querySelector("panel-motion")?.desk);
+    const both = await page.evaluateHandle((it) => ({ first: it.ask("first"), second: it.ask("second") }), desk);
+
+    await shows(page, "second", "dialog");
+    assert.equal(await dialogs(), 1);
+    assert.equal(await page.evaluate(({ first }) => first, both), false);
+    await page.keyboard.press("Escape");
+    assert.equal(await page.evaluate(({ second }) => second, both), false);
+    assert.equal(await dialogs(), 0);
+    assert.equal(await page.$eval("main", (main) => main.inert), false);
+    await page.click("#tab-setup");
+    await page.click(".change-id");
+    await shows(page, "gets another ID", "dialog");
+    assert.equal(await page.evaluate((it) => it.ask("third"), desk), null);
+    assert.equal(await dialogs(), 1);
+    await page.keyboard.press("Escape");
+    await page.waitForFunction(() => !document.querySelector("dialog"));
+});
+
+test("rate of the bus: asked for while torque may be on", async (t) => {
+    const { page } = await startSetup(t, { count: 1 });
+
+    await page.click("#tab-robot");
+    await press(page, ".torque input");
+    await page.waitForFunction(() => document.querySelector(".torque input").checked);
+    await page.click("#tab-setup");
+    await press(page, ".set-bus-rate");
+    await shows(page, "no stop reaches them", "dialog");
+    await page.click("dialog .no");
+    await press(page, ".set-bus-rate");
+    await page.click("dialog .yes");
+    await shows(page, "The rate of the bus is changed.", ".place-outcome");
+});
+
 test("backup, change, restore", async (t) => {
     const { panel, page } = await startSetup(t, { count: 3 });
     const path = await saveBy(page, panel.folder, ".save-all");

@@ -5,6 +5,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { Jog } from "../../src/model/jog.js";
 import { Session } from "../../src/model/session.js";
+import { rawOfDegrees } from "../../src/model/units.js";
 import { INSTRUCTION, word, wordAt } from "../../src/wire/packet.js";
 import { FakeClock } from "../support/fake_clock.js";
 import { FakePort } from "../support/fake_port.js";
@@ -163,3 +164,20 @@ test("jog: a hold that fails is a notice", async () => {
     await clock.advance(500);
     assert.ok(session.notices.some(({ code }) => code === "refused"), JSON.stringify(session.notices));
 });
+
+for (const delay of [2, 20, 60])
+    for (const gap of [0, 5, 10, 60])
+        test(`jog: a goal ${gap} ms after its end is the last one, replies take ${delay} ms`, async () => {
+            const { clock, port, session, jog, goals } = await rig();
+            const answer = port.answer.bind(port);
+
+            port.answer = (bytes) => clock.after(delay, () => answer(bytes));
+            jog.start(1, 1, 20);
+            await clock.advance(300);
+            jog.stop();
+            await clock.advance(gap);
+            session.robot.setGoal(1, 200);
+            await clock.advance(2000);
+            assert.equal(goals().at(-1), rawOfDegrees(200), `${goals().slice(-3)}`);
+            assert.equal(session.robot.servos.get(1).goalState, "confirmed");
+        });

@@ -479,3 +479,53 @@ test("restore: torque that is switched on meanwhile refuses limits that would mo
     assert.ok(setup.restored.filter(({ id }) => id === 3).every(({ why }) => why === "ended"));
     assert.ok(setLines(port).every((line) => !line.startsWith("set 3")));
 });
+
+test("ID of the device: no servo gets it, and none is proposed", async () => {
+    const { setup, session, port, clock } = await rig();
+
+    await finish(clock, setup.changeId(1, 253));
+    await finish(clock, setup.setUpNew(253));
+    assert.deepEqual(port.lines.filter((line) => /^(id|new) /.test(line)), []);
+    assert.match(session.notices.find(({ code }) => code === "id-of-device").text, /^253 is the ID of the controller/);
+    session.wire.deviceId = 4;
+    assert.equal(setup.freeId, 5);
+});
+
+test("ID of the device: a servo that has it is told, its card does not show the device", async () => {
+    const { session, port, clock } = await rig({ onText: (line, { say }) => line === "scan" });
+
+    port.onText = (line) => line === "servos" && (port.say("servo 1: online, torque off", "servo 253: online, torque off", "ok"), true);
+    await finish(clock, session.robot.findServos());
+    assert.deepEqual(session.robot.ids, [1]);
+    assert.match(session.notices.find(({ code }) => code === "servo-behind-device").text, /^Servo 253 has the ID of the controller/);
+});
+
+test("restore: what a lost port has left is shown after another connection", async () => {
+    const { setup, port, session, clock } = await restoring((it) => (it.unplug(), true));
+    const whys = () => setup.restored?.map(({ why }) => why);
+    const before = whys();
+    const connected = session.connect(port);
+
+    await clock.advance(1000);
+    await connected;
+    assert.equal(session.state, "connected");
+    assert.deepEqual(whys(), before);
+    assert.equal(setup.isRestoreEarlier, true);
+    setup.forgetPlan();
+    assert.deepEqual([setup.restored, setup.isRestoreEarlier], [null, false]);
+});
+
+test("restore: one that was carried out in full is not shown after another connection", async () => {
+    const { setup, port, session, clock } = await rig();
+    const file = await finish(clock, setup.backup(1));
+
+    port.servos.get(1)[MIN_VOLTAGE] = 65;
+    await finish(clock, setup.compare(file, 1));
+    await finish(clock, setup.restore());
+    assert.deepEqual(setup.restored.map(({ why }) => why), [""]);
+    const connected = session.connect(port);
+
+    await clock.advance(1000);
+    await connected;
+    assert.equal(setup.restored, null);
+});

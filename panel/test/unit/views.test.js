@@ -141,6 +141,25 @@ async function settingsPart() {
         answer: async () => (answers.shift()(), settle()) };
 }
 
+test("settings: read again after a first read that failed", async () => {
+    const part = new (customElements.get("panel-settings"))();
+    const answers = [Promise.reject(new Error("stopped")), Promise.resolve(["cycle_us = 20000"])];
+    const button = () => valuesOf(part.render()).find(([before]) => before.endsWith("@click="))?.[1];
+
+    part.requestUpdate = () => {};
+    part.session = {
+        isConnected: true, wire: { hasConsole: true }, tables: tables(), robot: { ids: [] },
+        controller: { modeBefore: null, run: () => answers.shift() }, attempt: (call) => call().catch(() => {}), notify: () => {},
+    };
+    part.updated();
+    assert.equal(button(), undefined);
+    await settle();
+    assert.ok(button(), "a button that reads again");
+    button()();
+    await settle();
+    assert.ok(valuesOf(part.render()).some(([, value]) => value === "20000"));
+});
+
 test("settings: what is typed while an Apply is under way stays", async () => {
     const { apply, shown, type, answer } = await settingsPart();
     const initial = shown("link_loss_ms");

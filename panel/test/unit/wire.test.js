@@ -779,3 +779,53 @@ test("SYNC READ: only the device may answer", async () => {
     port.onBytes(packet(253, 0, [0, 1]));
     assert.deepEqual([...(await request).parameters], [0, 1]);
 });
+
+/* Another program at the port prints a line each 100 ms. */
+function chat(clock, port) {
+    const tick = () => {
+        if (!port.isOpen) return;
+        port.say("ax=0.1 ay=0.2");
+        clock.after(100, tick);
+    };
+
+    clock.after(100, tick);
+}
+
+test("open: a port that talks and answers nothing is silent within 8 s", async () => {
+    const { clock, port, wire } = await rig({ open: false });
+
+    port.isMute = true;
+    chat(clock, port);
+    const opened = codeOf(wire.open());
+
+    await clock.advance(8000);
+    assert.equal(wire.state, "closed");
+    assert.equal(await opened, "silent");
+});
+
+test("command: lines without an end do not hold the wire for ever", async () => {
+    const { clock, port, wire } = await rig();
+
+    port.onText = () => true;
+    chat(clock, port);
+    const sent = codeOf(wire.command("servos"));
+
+    await clock.advance(31000);
+    assert.equal(await sent, "timeout");
+    await clock.advance(10000);
+    assert.equal(wire.state, "silent");
+});
+
+test("command: one without a limit goes on while lines come", async () => {
+    const { clock, port, wire } = await rig();
+
+    port.onText = (line) => line === "monitor";
+    chat(clock, port);
+    const sent = codeOf(wire.command("monitor", { limit: Infinity }));
+
+    await clock.advance(60000);
+    assert.ok(wire.isBusyWithText);
+    port.say("ok");
+    await clock.advance(10);
+    assert.equal(await sent, "ok");
+});
