@@ -12,7 +12,8 @@ import { compare } from "./recording.js";
 import { Recordings } from "./recordings.js";
 
 const ERROR_NO_MOTION = 79; // the motion was ended
-const UNDER_WAY = 2; // register MOTION_STATE
+const BEGINS = 1; // register MOTION_STATE
+const UNDER_WAY = 2;
 
 export class MotionDesk extends MotionEditor {
     #loadedFrom = null; // the controller whose poses and sequences were read
@@ -20,6 +21,7 @@ export class MotionDesk extends MotionEditor {
     #motionState = 0;
     #isStopped = false; // the user has stopped the motion that is or was under way
     #robot = null;
+    #isStarting = false; // play() has not ended
 
     /* `ask(text)` resolves with true if the user says yes, and returns null if the view was left: then it cannot ask. */
     constructor(session, { ask } = {}) {
@@ -80,12 +82,17 @@ export class MotionDesk extends MotionEditor {
         return this.player.isPlaying ? this.player.isPaused : Boolean(this.session.robot?.motion?.paused);
     }
 
-    play() {
-        return this.attempt(() => (this.playedBy === "board" ? this.#playByBoard() : this.#playByPage()));
+    /* Does nothing if it was called already: the button may be pressed several times before it is disabled. */
+    async play() {
+        if (this.#isStarting) return;
+        this.#isStarting = true;
+        await this.attempt(() => (this.playedBy === "board" ? this.#playByBoard() : this.#playByPage()));
+        this.#isStarting = false;
     }
 
     async #playByBoard() {
         const { sequence, store, motions } = this;
+        const { robot } = this.session;
 
         await this.#loadStored();
         if (!store.stored.sequences.has(sequence)) throw new MotionError("motion-not-stored", { detail: sequence });
@@ -93,6 +100,7 @@ export class MotionDesk extends MotionEditor {
 
         if (poses.length || sequences.length) throw new MotionError("motion-differs", { detail: sequence });
         await store.play(sequence, { times: this.isLoop ? 0 : this.times, percent: this.percent });
+        robot.motion = { ...robot.motion, state: BEGINS }; // until it is read
     }
 
     async #playByPage() {

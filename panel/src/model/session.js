@@ -27,6 +27,7 @@ const WITHDRAWN_BY = { // notices that an event withdraws
 };
 /* Notices that no other notice pushes out: the robot may move, or its torque is not known. */
 const ABOUT_SAFETY = new Set([...WITHDRAWN_BY.stop, "lost", "reset", "silent", "turn-not-ended"]);
+const LOST = new Set(["lost", "lost-stopping"]);
 const RANKS = ["info", "warning", "error"]; // which notices go first if there are too many
 const TAKEN_MS = 5000; // a page that has been left gives its port free in this time
 const TAKEN_PAUSE_MS = 250;
@@ -267,7 +268,7 @@ export class Session extends EventTarget {
         try {
             return await call();
         } catch (error) {
-            this.notify(error);
+            if (!this.#isToldAsLost(error)) this.notify(error);
             return undefined;
         } finally {
             this.#change();
@@ -275,6 +276,11 @@ export class Session extends EventTarget {
     }
 
     /* ---- notices and traffic ---- */
+
+    /* A lost port fails all that waited, and has a notice of its own. */
+    #isToldAsLost({ code }) {
+        return code === "closed" && this.notices.some((shown) => LOST.has(shown.code));
+    }
 
     /* Shows a notice: {code, ...}, or an error of wire, port, console or robot. The same notice again only
      * renews the one that is shown; one of another servo joins it. Information goes away by itself; warnings and errors

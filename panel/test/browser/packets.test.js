@@ -294,14 +294,17 @@ test("bridge: the page says what is missing, and offers the rest", async (t) => 
     await shows(page, "As saved", ".settings-state");
 });
 
-test("views Packets and Board fit the width of a phone", async (t) => {
-    const panel = await startPanel(t);
-    const browser = await startBrowser(t);
-    const page = await openPage(t, browser, panel.url, { viewport: PHONE });
+for (const width of [320, PHONE.width])
+    test(`views fit a width of ${width} px`, async (t) => {
+        const panel = await startPanel(t);
+        const browser = await startBrowser(t);
+        const page = await openPage(t, browser, panel.url, { viewport: { ...PHONE, width } });
 
-    await shows(page, "3 servos", ".state-line");
-    for (const name of ["packets", "board"]) {
-        await openTab(page, name);
-        assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), name);
-    }
-});
+        await shows(page, "3 servos", ".state-line");
+        for (const name of ["graphs", "setup", "motion", "packets", "board", "robot"]) {
+            await openTab(page, name);
+            const widths = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+
+            assert.ok(widths[0] <= width, `${name}: ${widths}`);
+        }
+    });

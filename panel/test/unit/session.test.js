@@ -339,3 +339,15 @@ test("release: the button stays until INHIBIT reads 0", async () => {
     await clock.advance(1000);
     assert.equal(session.isInhibited, false);
 });
+
+test("notices: a lost port is told once, also during a search", async () => {
+    const { port, session, clock } = await rig({ onText: (line) => line.startsWith("scan") });
+    const search = session.attempt(() => session.controller.scan());
+
+    await clock.advance(100);
+    port.unplug();
+    await search;
+    assert.deepEqual(session.notices.map(({ code }) => code).filter((code) => ["lost", "closed"].includes(code)), ["lost"]);
+    await session.attempt(() => session.controller.scan()); // asked for behind it
+    assert.ok(!session.notices.some(({ code }) => code === "closed"));
+});
