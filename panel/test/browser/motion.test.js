@@ -63,6 +63,7 @@ function questions(page) {
 async function type(page, selector, text, shown = text) {
     await page.waitForSelector(selector);
     await page.$eval(selector, (input) => input.select());
+    if (!text) await page.keyboard.press("Delete");
     await page.keyboard.type(text, { delay: 120 });
     await page.keyboard.press("Enter");
     await page.waitForFunction((css, value) => document.querySelector(css)?.value === value, {}, selector, shown);
