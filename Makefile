@@ -16,7 +16,7 @@ override BOARD_DIR := $(abspath $(BOARD_DIR))
 override BOARD := $(notdir $(BOARD_DIR))
 endif
 # The recipes put these paths between quotes, or into flags.
-$(foreach v,BOARD_DIR PREFIX DESTDIR ELF PORT UNITY,$(if $(findstring ',$($(v)))$(findstring ",$($(v))),$(error \
+$(foreach v,BOARD_DIR PREFIX DESTDIR ELF EXAMPLE PORT UNITY,$(if $(findstring ',$($(v)))$(findstring ",$($(v))),$(error \
   $(v)=$($(v)) has a quote, which ends a word in the shell; give the path another name)))
 
 BOARD_IS_ASKED_FOR := $(BOARD)
@@ -66,7 +66,7 @@ endif
 .SECONDARY:
 .DEFAULT_GOAL := help
 
-PARTS := mk/library.mk mk/avr.mk sim/sim.mk mk/install.mk mk/arduino.mk mk/benchmark.mk mk/panel.mk test/test.mk mk/check.mk mk/site.mk
+PARTS := mk/library.mk mk/avr.mk sim/sim.mk mk/install.mk mk/arduino.mk mk/benchmark.mk mk/panel.mk test/test.mk mk/check.mk mk/site.mk mk/release.mk
 
 WARNINGS := -Wall -Wextra -Wconversion -Wvla -Werror
 DEPFILES := -MMD -MP

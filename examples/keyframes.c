@@ -47,14 +47,16 @@ static bool read_frame(void *context, uint8_t index, struct cds_sequence_step *s
         .time_ms = frame.time_ms, .dwell_ms = frame.dwell_ms, .passes = frame.passes};
     for (uint8_t i = 0; i < JOINTS; i++)
         if (cds_robot_to_position(&robot, i, 1000l * frame.degrees[i], &pose[i]) != CDS_OK)
-            cds_robot_stop(&robot); // the angle is outside of the limits
+            stop_report_beyond(&robot, index, i, 1000l * frame.degrees[i]);
     return true;
 }
 
 static void poll_sequence(struct cds_robot *self)
 {
-    if (cds_sequence_poll(&sequence) != CDS_PENDING)
-        cds_robot_stop(self); // stop_report() tells why
+    uint8_t result = cds_sequence_poll(&sequence);
+
+    if (result != CDS_PENDING)
+        stop_report_refused(self, result, sequence.step, &motion);
 }
 
 static void on_event(struct cds_robot *self)
@@ -78,7 +80,8 @@ int main(void)
     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
     robot.on_event = on_event;
     cds_robot_start(&robot);
-    while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED) {
+    for (;;) {
+        cds_robot_poll(&robot);
+        stop_report_poll(&robot);
     }
-    stop_report(&robot, &motion);
 }

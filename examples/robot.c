@@ -38,10 +38,12 @@ int main(void)
     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
     robot.on_event = stop_report_note;
     cds_robot_start(&robot);
-    while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED)
+    for (;;) {
+        cds_robot_poll(&robot);
+        stop_report_poll(&robot);
         if (robot.state == CDS_ROBOT_RUNNING && (uint16_t)robot.cycle.counters.periods != now) {
             now = (uint16_t)robot.cycle.counters.periods;
             gait(now);
         }
-    stop_report(&robot, NULL);
+    }
 }

@@ -1,15 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* Tells on the host USART of the board why a robot has stopped:
+/* Tells on the host USART of the board why a robot has stopped, as in
  *
- *     joint 2, elbow: offline
+ *     servo 2 (joint 1, elbow): offline
+ *     step 2: servo 1 (joint 0, base): the limits of the servo do not permit this, it needs 1282 ms
  *
- * or, if the program has stopped it because a move was refused,
- *
- *     motion: joint 1, base: the limits of the servo do not permit this, it needs 1282 ms
- *
- * stop_report_note() is the program's on_event, or is called from it. Call stop_report() when the
- * main loop has ended: it waits for each character. On a board without a host USART it tells
- * nothing. */
+ * Joints and steps count from 0, as in their tables. stop_report_note() is the program's on_event,
+ * or is called from it. Call stop_report_poll() in the main loop, also after the robot has stopped.
+ * It never waits, and begins when torque off has left, or could not be sent for 20 ms. On a board
+ * without a host USART it tells nothing. */
 #ifndef STOP_REPORT_H
 #define STOP_REPORT_H
 
@@ -19,17 +17,63 @@
 #include <cds55xx/motion.h>
 #include <cds55xx/robot.h>
 #include <stdlib.h>
+#include <string.h>
 
-/* The first event that stops the robot; kind CDS_ROBOT_EVENT_STARTED: there was none. */
-static struct cds_robot_event stop_report_event;
+#define STOP_REPORT_NO_STEP   255
+#define STOP_REPORT_UNSENT_US 20000 // torque off that has not left by then is told
+
+/* What is known of a stop, and the text about it. */
+static struct {
+    struct cds_robot_event event; // the first that stops the robot; CDS_ROBOT_EVENT_STARTED: none
+    uint8_t result;               // of a move that was refused or has ended early, or CDS_OK
+    uint8_t step;                 // of its sequence, or STOP_REPORT_NO_STEP
+    uint8_t joint;                // of that move
+    int32_t mdeg;                 // goal of the joint, if is_beyond
+    uint32_t shortest_ms;         // of the move, or 0
+    bool is_beyond;               // the goal is beyond the limits of the joint
+    bool is_made;                 // the text is complete
+    uint32_t ran_us;              // when the robot was running last
+#ifdef BOARD_HOST_USART
+    uint8_t size, sent; // of the text
+    char text[160];
+#endif
+} stop_report;
 
 static inline void stop_report_note(struct cds_robot *robot)
 {
     bool is_tolerated = robot->tolerates & 1u << robot->event.kind;
 
-    if (stop_report_event.kind == CDS_ROBOT_EVENT_STARTED && !is_tolerated &&
+    if (stop_report.event.kind == CDS_ROBOT_EVENT_STARTED && !is_tolerated &&
         robot->event.kind != CDS_ROBOT_EVENT_STOPPED)
-        stop_report_event = robot->event;
+        stop_report.event = robot->event;
+}
+
+/* Stops the robot: a move was refused, or has ended early, as `result`. `step`: of a sequence, or
+ * STOP_REPORT_NO_STEP. The first call counts. */
+static inline void stop_report_refused(struct cds_robot *robot, uint8_t result, uint8_t step,
+                                       const struct cds_motion *motion)
+{
+    if (stop_report.result == CDS_OK) {
+        stop_report.result = result;
+        stop_report.step = step;
+        stop_report.joint = motion->joint;
+        stop_report.shortest_ms = motion->move_result == CDS_LIMIT ? motion->shortest_ms : 0;
+    }
+    cds_robot_stop(robot);
+}
+
+/* Stops the robot: the goal `mdeg` is beyond the limits of `joint`. */
+static inline void stop_report_beyond(struct cds_robot *robot, uint8_t step, uint8_t joint,
+                                      int32_t mdeg)
+{
+    if (stop_report.result == CDS_OK) {
+        stop_report.result = CDS_LIMIT;
+        stop_report.step = step;
+        stop_report.joint = joint;
+        stop_report.mdeg = mdeg;
+        stop_report.is_beyond = true;
+    }
+    cds_robot_stop(robot);
 }
 
 #ifdef BOARD_HOST_USART
@@ -42,69 +86,73 @@ static inline void stop_report_open(void)
     STOP_REPORT_REGISTER(UCSR, B) = 1 << 3; // TXEN
 }
 
-static inline void stop_report_char(char c)
+/* Sends the next character if the USART has room for it. */
+static inline void stop_report_send(void)
 {
-    while (!(STOP_REPORT_REGISTER(UCSR, A) & 1 << 5)) { // UDRE
-    }
-    CDS_AVR_PASTE(UDR, BOARD_HOST_USART) = (uint8_t)c;
-}
-#else
-static inline void stop_report_open(void)
-{
+    if (STOP_REPORT_REGISTER(UCSR, A) & 1 << 5) // UDRE
+        CDS_AVR_PASTE(UDR, BOARD_HOST_USART) = (uint8_t)stop_report.text[stop_report.sent++];
 }
 
-static inline void stop_report_char(char c)
-{
-    (void)c;
-}
-#endif
+/* ---- the text ---- */
 
 static inline void stop_report_text(const char *text)
 {
-    while (*text)
-        stop_report_char(*text++);
+    while (*text && stop_report.size < sizeof stop_report.text)
+        stop_report.text[stop_report.size++] = *text++;
 }
 
 static inline void stop_report_flash(const char *text)
 {
-    for (char c; (c = (char)pgm_read_byte(text)); text++)
-        stop_report_char(c);
+    char copy[64];
+
+    strncpy_P(copy, text, sizeof copy - 1);
+    copy[sizeof copy - 1] = 0;
+    stop_report_text(copy);
 }
 
-static inline void stop_report_number(uint32_t number)
+static inline void stop_report_number(int32_t number)
 {
-    char digits[11];
+    char digits[12];
 
-    stop_report_text(ultoa(number, digits, 10));
+    stop_report_text(ltoa(number, digits, 10));
 }
 
-/* "joint 2, elbow: " */
+/* As in -90 or 90.500. */
+static inline void stop_report_degrees(int32_t mdeg)
+{
+    char digits[12];
+
+    if (mdeg < 0)
+        stop_report_flash(PSTR("-"));
+    stop_report_number(labs(mdeg) / 1000);
+    if (mdeg % 1000) {
+        ltoa(1000 + labs(mdeg) % 1000, digits, 10);
+        digits[0] = '.';
+        stop_report_text(digits);
+    }
+}
+
+/* "servo 3 (joint 2, wrist): " */
 static inline void stop_report_joint(const struct cds_robot *robot, uint8_t joint)
 {
     struct cds_joint row;
 
     if (cds_robot_joint(robot, joint, &row) != CDS_OK)
         return;
-    stop_report_flash(PSTR("joint "));
+    stop_report_flash(PSTR("servo "));
+    stop_report_number(row.id);
+    stop_report_flash(PSTR(" (joint "));
     stop_report_number(joint);
-    stop_report_flash(PSTR(", "));
+    if (*row.name)
+        stop_report_flash(PSTR(", "));
     stop_report_text(row.name);
-    stop_report_flash(PSTR(": "));
-}
-
-static inline void stop_report_result(uint8_t result)
-{
-    char text[CDS_RESULT_TEXT_SIZE];
-
-    cds_result_text(result, text, sizeof text);
-    stop_report_text(text);
+    stop_report_flash(PSTR("): "));
 }
 
 /* Of CDS_ROBOT_EVENT_START_FAILED: enum cds_reason. */
 static inline void stop_report_reason(uint8_t why)
 {
     static const char reasons[][24] PROGMEM = {
-        [CDS_REASON_NONE] = "not a valid joint",
         [CDS_REASON_NO_REPLY] = "no reply",
         [CDS_REASON_ALARM] = "alarm",
         [CDS_REASON_RETURN_DELAY] = "return delay not taken",
@@ -118,12 +166,23 @@ static inline void stop_report_reason(uint8_t why)
     stop_report_flash(reasons[why]);
 }
 
-static inline void stop_report_robot(const struct cds_robot *robot)
+/* ": overload" */
+static inline void stop_report_alarms(uint8_t alarms)
 {
-    const struct cds_robot_event *event = &stop_report_event;
+    if (alarms & CDS_ERROR_VOLTAGE)
+        stop_report_flash(PSTR(": input voltage"));
+    if (alarms & CDS_ERROR_OVERHEATING)
+        stop_report_flash(PSTR(": overheating"));
+    if (alarms & CDS_ERROR_OVERLOAD)
+        stop_report_flash(PSTR(": overload"));
+}
 
-    if (event->kind == CDS_ROBOT_EVENT_LINE_BUSY) {
-        stop_report_flash(PSTR("line low or disturbed\n"));
+static inline void stop_report_event(const struct cds_robot *robot)
+{
+    const struct cds_robot_event *event = &stop_report.event;
+
+    if (event->kind == CDS_ROBOT_EVENT_LINE_BUSY || event->result == CDS_LINE_BUSY) {
+        stop_report_flash(PSTR("line low or disturbed"));
         return;
     }
     stop_report_joint(robot, event->joint);
@@ -133,39 +192,105 @@ static inline void stop_report_robot(const struct cds_robot *robot)
     case CDS_ROBOT_EVENT_OFFLINE: stop_report_flash(PSTR("offline")); break;
     default: stop_report_flash(PSTR("lost its state")); break;
     }
-    if (event->alarms) {
-        stop_report_flash(PSTR(", error bits "));
-        stop_report_number(event->alarms);
-    }
-    stop_report_char('\n');
+    stop_report_alarms(event->alarms);
 }
 
-static inline void stop_report_motion(const struct cds_robot *robot,
-                                      const struct cds_motion *motion)
+static inline void stop_report_goal(const struct cds_robot *robot)
 {
-    uint8_t result = motion->move_result > CDS_PENDING ? motion->move_result : motion->result;
+    struct cds_joint row;
 
-    if (result <= CDS_PENDING)
+    stop_report_degrees(stop_report.mdeg);
+    cds_robot_joint(robot, stop_report.joint, &row);
+    stop_report_flash(PSTR(" degrees, its limits are "));
+    stop_report_degrees(row.lowest_mdeg);
+    stop_report_flash(PSTR(" and "));
+    stop_report_degrees(row.highest_mdeg);
+}
+
+static inline void stop_report_result(const struct cds_robot *robot)
+{
+    char text[CDS_RESULT_TEXT_SIZE];
+
+    if (stop_report.step == STOP_REPORT_NO_STEP) {
+        stop_report_flash(PSTR("motion: "));
+    } else {
+        stop_report_flash(PSTR("step "));
+        stop_report_number(stop_report.step);
+        stop_report_flash(PSTR(": "));
+    }
+    if (stop_report.result != CDS_BAD_ARGUMENT) // a time or speed, not a joint
+        stop_report_joint(robot, stop_report.joint);
+    if (stop_report.is_beyond) {
+        stop_report_goal(robot);
         return;
-    stop_report_flash(PSTR("motion: "));
-    stop_report_joint(robot, motion->joint);
-    stop_report_result(result);
-    if (result == CDS_LIMIT && motion->shortest_ms) {
+    }
+    cds_result_text(stop_report.result, text, sizeof text);
+    stop_report_text(text);
+    if (stop_report.result == CDS_LIMIT && stop_report.shortest_ms) {
         stop_report_flash(PSTR(", it needs "));
-        stop_report_number(motion->shortest_ms);
+        stop_report_number((int32_t)stop_report.shortest_ms);
         stop_report_flash(PSTR(" ms"));
     }
-    stop_report_char('\n');
 }
 
-/* `motion`: NULL if the program has none. */
-static inline void stop_report(const struct cds_robot *robot, const struct cds_motion *motion)
+/* The robot was not opened, or not started: the arguments were refused, and there was no event. */
+static inline void stop_report_arguments(const struct cds_robot *robot)
 {
-    stop_report_open();
-    if (stop_report_event.kind != CDS_ROBOT_EVENT_STARTED)
-        stop_report_robot(robot);
-    else if (motion)
-        stop_report_motion(robot, motion);
+    if (robot->count) {
+        stop_report_flash(PSTR("not started: argument out of range"));
+        return;
+    }
+    stop_report_flash(PSTR("joint "));
+    stop_report_number(robot->event.joint);
+    stop_report_flash(PSTR(" of the table, or an ID: out of range"));
 }
+
+static inline void stop_report_make(const struct cds_robot *robot)
+{
+    bool is_asked = robot->state == CDS_ROBOT_STOPPING ||
+                    robot->event.kind == CDS_ROBOT_EVENT_STOPPED; // by cds_robot_stop()
+
+    if (!is_asked)
+        stop_report_arguments(robot);
+    else if (stop_report.event.kind != CDS_ROBOT_EVENT_STARTED)
+        stop_report_event(robot);
+    else if (stop_report.result != CDS_OK)
+        stop_report_result(robot);
+    else
+        stop_report_flash(PSTR("stopped by the program"));
+    if (is_asked && robot->torque_off.broadcasts == 0)
+        stop_report_flash(PSTR("; torque off cannot be sent, switch the power off"));
+    stop_report_flash(PSTR("\n"));
+}
+
+/* True if torque off does not need this poll: it has left, or cannot leave. */
+static inline bool stop_report_may_begin(const struct cds_robot *robot)
+{
+    return robot->state == CDS_ROBOT_STOPPED ||
+           robot->torque_off.broadcasts >= CDS_TORQUE_OFF_BROADCASTS ||
+           cds_port_now_us() - stop_report.ran_us > STOP_REPORT_UNSENT_US;
+}
+
+static inline void stop_report_poll(const struct cds_robot *robot)
+{
+    if (robot->state < CDS_ROBOT_STOPPING) {
+        if (stop_report.is_made) // the robot was started again
+            memset(&stop_report, 0, sizeof stop_report);
+        stop_report.ran_us = cds_port_now_us();
+    } else if (stop_report.is_made) {
+        if (stop_report.sent < stop_report.size)
+            stop_report_send();
+    } else if (stop_report_may_begin(robot)) {
+        stop_report_make(robot);
+        stop_report_open();
+        stop_report.is_made = true;
+    }
+}
+#else
+static inline void stop_report_poll(const struct cds_robot *robot)
+{
+    (void)robot;
+}
+#endif
 
 #endif

@@ -26,9 +26,10 @@ static void on_event(struct cds_robot *self)
 
 static void move_to(int32_t left_mdeg, int32_t right_mdeg)
 {
-    if (cds_robot_to_position(&robot, 0, left_mdeg, &pose[0]) != CDS_OK ||
-        cds_robot_to_position(&robot, 1, right_mdeg, &pose[1]) != CDS_OK)
-        cds_robot_stop(&robot); // an angle is outside of the limits
+    if (cds_robot_to_position(&robot, 0, left_mdeg, &pose[0]) != CDS_OK)
+        stop_report_beyond(&robot, STOP_REPORT_NO_STEP, 0, left_mdeg);
+    else if (cds_robot_to_position(&robot, 1, right_mdeg, &pose[1]) != CDS_OK)
+        stop_report_beyond(&robot, STOP_REPORT_NO_STEP, 1, right_mdeg);
     else
         cds_motion_move(&motion, &(struct cds_move){.pose = pose, .time_ms = 1500});
 }
@@ -36,21 +37,24 @@ static void move_to(int32_t left_mdeg, int32_t right_mdeg)
 int main(void)
 {
     int32_t mdeg = 60000;
+    uint8_t result;
 
     cds_avr_clock_open();
     sei();
     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
     robot.on_event = on_event;
     cds_robot_start(&robot);
-    while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED) {
+    for (;;) {
+        cds_robot_poll(&robot);
+        stop_report_poll(&robot);
         if (robot.state != CDS_ROBOT_RUNNING || cds_motion_is_busy(&motion) ||
             motion.result == CDS_PENDING)
             continue;
-        if (motion.move_result != CDS_OK) // refused for motion.joint; motion.shortest_ms works
-            cds_robot_stop(&robot);
+        result = motion.move_result != CDS_OK ? motion.move_result : motion.result;
+        if (result != CDS_OK) // refused, or ended early
+            stop_report_refused(&robot, result, STOP_REPORT_NO_STEP, &motion);
         else
             move_to(mdeg, mdeg / 2);
         mdeg = -mdeg;
     }
-    stop_report(&robot, &motion);
 }

@@ -16,7 +16,7 @@ int main(void)
     sei();
     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
     cds_robot_start(&robot);
-    while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED)
+    for (;; cds_robot_poll(&robot))
         for (uint8_t i = 0; i < CDS_JOINT_COUNT(joints); i++)
             cds_robot_set_goal_mdeg(&robot, i, robot.cycle.counters.periods & 256 ? 60000 : -60000);
 }

@@ -19,7 +19,7 @@ gnuplot -e "csv='$out/motion.csv'; svg='$out/motion.svg'; name='A wave through 1
 
 printf '\nA hand teaches three poses to three servos; the controller stores and plays them\n'
 build/host/cds55xx-sim firmware build/arduino-mega/controller.elf --board arduino-mega --servos 1-3 \
-    --script examples/console_teach.script --csv "$out/taught.csv" > "$out/taught.txt" || {
+    --script examples/console_teach.script --csv "$out/taught.csv" > "$out/taught.txt" 2>&1 || {
     cat "$out/taught.txt"
     exit 1
 }

@@ -48,18 +48,19 @@ static const char help[] =
     "  --host-baud client the PC's rate is the one set at the pty, not the board's\n"
     "  --host FILE        (with a . or / in it) a program of the PC's: what it says and waits for, "
     "docs/simulator.md\n"
-    "  --host stdout      print what the firmware says; ends when it sleeps with interrupts off\n"
+    "  --host stdout      print what the firmware says, also beside --script; ends when it sleeps\n"
+    "                     with interrupts off\n"
     "  --echo             show commands, replies and packets as they come\n"
     "  --transcript FILE  every packet on the wire, with the cycle of its first start bit\n"
     "  --vcd FILE         waveforms of the bus, for GTKWave\n"
     "  --csv FILE         goal and present position of every servo, every 4 ms\n"
     "  --plot FILE.svg    a picture: who talks when, and where the servos are (gnuplot)\n"
-    "  --panes WHAT       more of the servos in it: speed, load, or speed,load\n"
+    "  --panes WHAT       add panes to --plot: speed, load, or speed,load\n"
     "  --eeprom FILE      keep the AVR's EEPROM from run to run\n"
     "  --mark PIN         how much of the time that pin is high, as in B0, handlers not counted\n"
     "  --times FILE       what happened when, to the cycle, and how long handlers took\n"
-    "  --stamp PORT       each step of its pins too, as in B\n"
-    "  --steps FROM-TO    each instruction that begins in these cycles too\n"
+    "  --stamp PORT       add each change of the pins of PORT, as B, to --times\n"
+    "  --steps FROM-TO    add each instruction of the cycles FROM to TO to --times\n"
     "  --gdb PORT         wait for avr-gdb (target remote 127.0.0.1:PORT) before all else\n"
     "  --rules warn       tell and count what breaks the rules of the wire, but do not fail\n"
     "  --state DIR        keep what each servo has in its EEPROM from run to run\n"
@@ -109,8 +110,12 @@ static bool parse_tcp(struct testbench_options *options, const char *text)
 
 static bool parse_host(struct testbench_options *options, const char *value)
 {
+    if (options->host == TESTBENCH_HOST_SCRIPT && strcmp(value, "stdout") == 0) {
+        options->prints_text = true;
+        return true;
+    }
     if (options->host != TESTBENCH_HOST_NONE) {
-        return usage("one of --script and --host, and only once", 0);
+        return usage("only one --host, and with --script only --host stdout", 0);
     }
     if (strncmp(value, TCP_PREFIX, strlen(TCP_PREFIX)) == 0) {
         return parse_tcp(options, value + strlen(TCP_PREFIX));
@@ -137,8 +142,9 @@ static bool parse_host_baud(struct testbench_options *options, const char *value
 
 static bool parse_script(struct testbench_options *options, const char *value)
 {
-    if (options->host != TESTBENCH_HOST_NONE) {
-        return usage("one of --script and --host, and only once", 0);
+    options->prints_text = options->host == TESTBENCH_HOST_STDOUT;
+    if (options->host != TESTBENCH_HOST_NONE && !options->prints_text) {
+        return usage("only one --script, and with it only --host stdout", 0);
     }
     options->host = TESTBENCH_HOST_SCRIPT;
     options->script = value;
@@ -347,7 +353,8 @@ static bool check_bus(const struct testbench_options *options)
 {
     if (options->elf || options->board || !options->exact || options->gdb || options->eeprom ||
         options->cycles.mark || options->cycles.times || options->cycles.stamp ||
-        options->cycles.steps || (options->host != TESTBENCH_HOST_NONE && !options->script)) {
+        options->cycles.steps || options->prints_text ||
+        (options->host != TESTBENCH_HOST_NONE && !options->script)) {
         return usage("a bus has no firmware: no ELF, no --board, --host, --usart, --gdb, --eeprom, "
                      "--mark, --times, --stamp, --steps",
                      0);

@@ -46,18 +46,33 @@ demo: $(addprefix build/,atmega128/controller.elf arduino-mega/controller.elf at
 SERVOS ?= 1-18
 SECONDS ?= 5
 
-## run-example: EXAMPLE=two_joints of examples/ on BOARD, simulated for SECONDS=5, with a table and a picture of the servos
+## run-example: EXAMPLE=two_joints of examples/, or a C file of yours, on BOARD, simulated for SECONDS=5; draws the servos
 .PHONY: run-example
 EXAMPLE ?= two_joints
+OWN_PROGRAM := $(filter %.c,$(EXAMPLE))
 ifneq ($(filter run-example,$(MAKECMDGOALS)),)
-ifeq ($(call example_source,$(EXAMPLE)),)
-$(error there is no example '$(EXAMPLE)'; EXAMPLE= one of: $(sort $(basename $(notdir $(wildcard examples/*.c examples/*/*.c)))))
+ifneq ($(words $(EXAMPLE)),1)
+$(error EXAMPLE=$(EXAMPLE) has a blank, which make takes for the end of a name)
+endif
+ifneq ($(OWN_PROGRAM),)
+ifeq ($(wildcard $(OWN_PROGRAM)),)
+$(error EXAMPLE=$(EXAMPLE) does not exist: name a C file of yours, or an example without .c)
+endif
+else ifeq ($(call example_source,$(EXAMPLE)),)
+$(error there is no example '$(EXAMPLE)'; EXAMPLE= a C file of yours, or one of: $(sort $(basename $(notdir $(wildcard examples/*.c examples/*/*.c)))))
 endif
 endif
-run-example: build/$(BOARD)/examples/$(EXAMPLE).elf build/host/cds55xx-sim
+EXAMPLE_NAME := $(basename $(notdir $(EXAMPLE)))
+# Compiled each time: two files of the user may have one name. Warnings do not fail it.
+build/$(BOARD)/own/%.elf: $(OWN_PROGRAM) build/$(BOARD)/flags $(call library_of,$(MCU)) force | tools
+	$(call say,LD,$@)
+	@mkdir -p $(@D)
+	$(Q)$(AVR_CC) $(filter-out -Wconversion -Wvla -Werror,$($(BOARD)_FLAGS)) -iquote examples $(AVR_LINK) $(filter %.c %.a,$^) -o $@
+
+run-example: build/$(BOARD)/$(if $(OWN_PROGRAM),own,examples)/$(EXAMPLE_NAME).elf build/host/cds55xx-sim
 	$(clear)
-	@build/host/cds55xx-sim firmware $< --board $(or $(BOARD_DIR),$(BOARD)) --servos $(SERVOS) --seconds $(SECONDS) $(if $(shell grep -l BOARD_HOST_USART $(BOARD_FOLDER)/board.h),--host stdout) --follow --plot build/$(EXAMPLE).svg
-	@echo "picture: build/$(EXAMPLE).svg"
+	@build/host/cds55xx-sim firmware $< --board $(or $(BOARD_DIR),$(BOARD)) --servos $(SERVOS) --seconds $(SECONDS) $(if $(shell grep -l BOARD_HOST_USART $(BOARD_FOLDER)/board.h),--host stdout) --follow --plot build/$(EXAMPLE_NAME).svg
+	@echo "picture: build/$(EXAMPLE_NAME).svg"
 
 HOST_BAUD ?= board
 

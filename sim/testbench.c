@@ -107,7 +107,12 @@ static void console_byte(void *context, uint64_t now, uint8_t byte)
 {
     struct testbench *bench = context;
     switch (bench->options->host) {
-    case TESTBENCH_HOST_SCRIPT: script_receive(&bench->script, now, byte); break;
+    case TESTBENCH_HOST_SCRIPT:
+        script_receive(&bench->script, now, byte);
+        if (bench->options->prints_text && !bench->script.echo) {
+            fputc(byte, stdout);
+        }
+        break;
     case TESTBENCH_HOST_PTY:
     case TESTBENCH_HOST_TCP:
         bench->traffic = now;

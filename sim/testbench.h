@@ -82,6 +82,7 @@ struct testbench_options {
     bool rules_warn;
     bool client_baud; // the PC has the bit rate that the client of the pty sets, not the board's
     enum testbench_host host;
+    bool prints_text;      // what the firmware says beside a scenario
     const char *poke;      // the socket of --poke
     const char *poke_hint; // the command that the banner names for orders, or NULL
     uint16_t tcp_port;     // of --host tcp:PORT; 0: any

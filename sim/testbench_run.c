@@ -120,6 +120,9 @@ void testbench_report(struct testbench *bench, FILE *out)
     if (bench->realtime.lost_ns) {
         fprintf(out, "pace:    %.3f s behind real time\n", (double)bench->realtime.lost_ns * 1e-9);
     }
+    if (bench->options->script && bench->script.done && !rules_failed(&bench->rules)) {
+        fprintf(out, "script:  %u lines done\n", bench->script.next);
+    }
     rules_report(&bench->rules, out);
 }
 

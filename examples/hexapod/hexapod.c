@@ -75,7 +75,7 @@ int main(void)
     sei();
     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
     cds_robot_start(&robot);
-    while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED) {
+    for (;; cds_robot_poll(&robot)) {
         if (robot.state != CDS_ROBOT_RUNNING)
             continue;
         if (!walks)

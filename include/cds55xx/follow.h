@@ -8,7 +8,7 @@
  *     ...
  *     cds_motion_poll(&motion);
  *     if (cds_follow_poll(&follow) == CDS_TIMEOUT)
- *         cds_motion_abort(&motion, 8000), then what the robot does if it fails: follow.joint
+ *         cds_motion_abort(&motion, CDS_MOTION_DECELERATION); // joint follow.joint is blocked
  *
  * Poll it while torque is on. Defaults, and the time until a report: docs/internals/motion.md.
  * Manual: registers 0x1E and 0x24. All functions: main context. */
@@ -24,8 +24,8 @@
 extern "C" {
 #endif
 
-/* Defaults: simulated servos lag 55 steps behind in moves at their highest speed, and 81 steps for
- * 32 ms if they also carry 40 % of their stall torque. */
+/* Defaults: simulated servos lag up to 55 steps behind in moves at their highest speed, and up to
+ * 81 steps, above 80 for at most 32 ms, if they also carry 40 % of their stall torque. */
 #define CDS_FOLLOW_STEPS 80
 #define CDS_FOLLOW_MS    200
 

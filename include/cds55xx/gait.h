@@ -101,7 +101,8 @@ struct cds_gait {
     bool is_under_way;    // the check is over, and joints move
     uint8_t joint;        // for which the gait was refused or ended
     uint32_t shortest_ms; // result CDS_LIMIT: the shortest base period that works, if ramp_ms is
-                          // lengthened by the same factor; 0: a position limit was the reason
+                          // lengthened by the same factor, rounded up; 0: a position limit was the
+                          // reason, or a speed limit of 0
     // internal:
     struct cds_gait_config config;
     uint8_t count;                 // of joints
@@ -115,14 +116,15 @@ struct cds_gait {
     bool is_ending : 1;            // ends as soon as the joints stand still
     uint16_t rate;                 // at which the time runs, in 1/16384
     uint16_t rate_goal;            // the rate that `rate` approaches
-    uint16_t rate_step;            // largest change of `rate` in a period
+    uint16_t rate_step;            // largest change of `rate` in a period; while a gait that is
+                                   // paused is checked: the deceleration of the pause
     uint16_t peak;                 // highest speed of a joint, in register units
     uint32_t periods;              // of the cycle, when the last goals were set
     uint32_t phase;                // of the base period, in 1/2^32
     uint32_t phase_step;           // in a period
     uint32_t ramp;                 // time of the ramp, in 1/2^32
     uint32_t ramp_step;            // in a period
-    uint16_t way;                  // of the ramp, in 1/65536
+    uint16_t ramp_progress;        // in 1/65536 of the change
     int16_t set[CDS_GAIT_RAMPED];  // by the program
     int16_t from[CDS_GAIT_RAMPED]; // when the ramp began
     int16_t to[CDS_GAIT_RAMPED];   // when it ends
@@ -135,7 +137,7 @@ struct cds_gait {
  * 100 %. Call cds_gait_set_scale() and cds_gait_set_speed() after cds_gait_begin() to start with
  * other values.
  *
- * Returns CDS_OK: it is checked now. CDS_BUSY: it runs already, and its cycle, too.
+ * Returns CDS_OK: it is checked now. CDS_BUSY: the gait has not ended, and its cycle still runs.
  * CDS_BAD_ARGUMENT: the cycle was not begun, or a time is out of range; nothing was changed. */
 enum cds_result cds_gait_begin(struct cds_gait *gait, const struct cds_gait_config *config);
 
@@ -148,7 +150,8 @@ enum cds_result cds_gait_begin(struct cds_gait *gait, const struct cds_gait_conf
  *   CDS_LIMIT         not begun: gait.joint starts beyond a soft limit, rest -+ the sum of its
  *                     amplitudes is beyond one, or it would be too fast: gait.shortest_ms
  *   CDS_INHIBITED     not begun: gait.joint may not be driven
- *   CDS_TIMEOUT       not begun: the cycle has not read the position of gait.joint yet
+ *   CDS_TIMEOUT       not begun: the cycle has not read the position of gait.joint yet, or not in
+ *                     the last 0.5 s
  *   CDS_BAD_ARGUMENT  not begun: a value in the table is out of range for gait.joint; or with its
  *                     first goals: a joint that takes no part never had a goal (cycle.h)
  *   CDS_INHIBITED while it runs: the cycle was aborted, or was begun again since

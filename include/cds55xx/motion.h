@@ -50,7 +50,8 @@ enum cds_motion_curve {
 /* In a pose: the joint takes no part in the move. */
 #define CDS_POSE_NONE UINT16_MAX
 
-/* A joint that is at rest and further than this from its last goal starts from where it is. */
+/* A joint that is at rest starts from its last goal, or if its servo reports a position further
+ * than this from the goal, from the reported position. */
 #define CDS_MOTION_NEAR_STEPS 16
 
 /* What a motion works on. It is copied; what the pointers point to stays in place. */
@@ -60,8 +61,9 @@ struct cds_motion_config {
     struct cds_servos *servos;       // their soft limits; NULL: none
     struct cds_motion_joint *joints; // one for each servo of the cycle
     const struct cds_register_profile *const *profiles; // one for each joint; NULL: all CDS55xx
-    uint16_t acceleration; // the most of minimum jerk and trapezoid, in speed register units
-                           // (62/1023 RPM) per second: cds_motion_acceleration(); 0: not checked
+    uint16_t acceleration; // the most of minimum jerk and trapezoid, for joints that begin and end
+                           // at rest, in speed register units (62/1023 RPM) per second:
+                           // cds_motion_acceleration(); 0: not checked
 };
 
 /* Returns the acceleration that a CDS55xx has with the value `acc`, 0 to 255, in register 0x22 or
@@ -74,11 +76,12 @@ static inline uint16_t cds_motion_acceleration(uint8_t acc)
 
 /* A move. What the pointers point to stays in place until the move is over. */
 struct cds_move {
-    const uint16_t *pose; // position of each joint, 0 to 1023, or CDS_POSE_NONE
-    uint32_t time_ms;     // 1 to CDS_MOTION_TIME_MAX_MS, rounded up to whole periods
-    uint8_t curve;        // enum cds_motion_curve
-    bool may_take_longer; // a time that is too short is stretched, not refused
-    bool waits;           // for the end of the move under way; else it begins at once, in its place
+    const uint16_t *pose;      // position of each joint, 0 to 1023, or CDS_POSE_NONE
+    uint32_t time_ms;          // 1 to CDS_MOTION_TIME_MAX_MS, rounded up to whole periods
+    uint8_t curve;             // enum cds_motion_curve
+    bool may_take_longer;      // a time that is too short is stretched, not refused
+    bool waits;                // true: the move begins when the move under way has ended, or at
+                               // once if there is none. False: it replaces the move under way
     uint16_t acceleration;     // of a trapezoid: of the joint with the longest distance, in speed
                                // register units per second, 1 or more; config.acceleration at most
     const uint16_t *next_pose; // NULL: the joints stop at `pose`. Else they pass `pose` without a
@@ -158,7 +161,7 @@ struct cds_motion {
                          // move is checked, CDS_OK once it has begun or was tried, or why it was
                          // refused
     uint8_t joint;       // for which the move was refused or ended
-    uint32_t shortest_ms; // refused as CDS_LIMIT: the time in which the move works, or 0: none
+    uint32_t shortest_ms; // refused as CDS_LIMIT: a time in which the move works, or 0: none
     // internal:
     struct cds_motion_config config;
     struct cds_motion_basis basis; // of the goals that are set now
@@ -174,20 +177,21 @@ struct cds_motion {
     bool is_under_way : 1;
     bool is_ending : 1;                 // ends as soon as it is at rest
     bool is_trial : 1;                  // the move that is checked does not begin
-    bool from_rest : 1;                 // the check takes the joints to be at rest
+    bool follows : 1;                   // the next move waited for the end of another one
+    bool checks_from_rest : 1;          // the check takes the joints to be at rest
     uint32_t periods;                   // of the cycle, when the last goals were set
     uint32_t rate;                      // at which the time runs, in 1/65536
     uint32_t rate_goal;                 // the rate that `rate` approaches
     uint32_t rate_step;                 // largest change of `rate` in a period
-    uint16_t carry;                     // share of the speeds that the next move takes over, in
-                                        // 1/4096
-    uint32_t override;                  // what the program has set
+    uint16_t deceleration;              // of the last pause: the next move begins paused, too
+    uint16_t carry;                     // speeds at the beginning are multiplied by this, in
+                                        // 1/4096: the next move may have to run its time slower
+    uint32_t override;                  // rate that cds_motion_set_override() asks for, in 1/65536
     struct cds_motion_plan plan;        // of the move under way
     struct cds_motion_basis last_basis; // of the goals before it
     struct cds_move next;               // the move that is checked
     struct cds_motion_plan next_plan;   // of that move
     uint32_t shortest_periods;          // that it takes at least, as far as is checked
-    uint32_t requested;                 // periods that the program asks for
     uint32_t longest_distance;          // of its joints: register units x periods
     uint32_t longest_window;            // periods in which all joints brake within their limits
     bool has_speeds;                    // a joint moves when the move begins, or when it ends
@@ -205,10 +209,12 @@ enum cds_result cds_motion_begin(struct cds_motion *motion, const struct cds_mot
  * motion.move_result tells:
  *
  *   CDS_OK            the move has begun
- *   CDS_LIMIT         shortest_ms is 0: the goal of motion.joint is beyond a soft limit
+ *   CDS_LIMIT         shortest_ms is 0: the goal of motion.joint is beyond a soft limit, or the
+ *                     joint rests beyond one; by the servo (CDS_MOTION_BY_SERVO) it may rest there
  *   CDS_LIMIT         shortest_ms is 0: the move needs more than CDS_MOTION_TIME_MAX_MS
  *   CDS_LIMIT         shortest_ms is not 0: the time is too short for motion.joint. shortest_ms is
- *                     the shortest time that works
+ *                     a time that works: the shortest one if all joints begin and end at rest, else
+ *                     up to 1/8 longer
  *   CDS_INHIBITED     motion.joint may not be driven
  *   CDS_TIMEOUT       the position of motion.joint is not known: the cycle has not read it yet, or
  *                     not in the last 0.5 s
@@ -242,8 +248,8 @@ static inline bool cds_motion_is_busy(const struct cds_motion *motion)
  *   CDS_CANCELLED  aborted; the joints stand still
  *   CDS_LIMIT      the permit refused a goal of motion.joint; the other joints have stopped where
  *                  they were
- *   CDS_INHIBITED  the permit refused a goal of motion.joint in this way, or the cycle was aborted
- *                  or begun again
+ *   CDS_INHIBITED  the permit refused a goal because motion.joint may not be driven; or the cycle
+ *                  was aborted, or begun again
  *   CDS_TIMEOUT    when the move began, the last feedback of motion.joint was older than 0.5 s */
 enum cds_result cds_motion_poll(struct cds_motion *motion);
 
@@ -251,8 +257,8 @@ enum cds_result cds_motion_poll(struct cds_motion *motion);
  * per second, 1 or more; what the curve itself slows down adds to that). cds_motion_resume() speeds
  * up at the same rate. A move that is still checked, or waits, begins paused: move_result is
  * CDS_OK, no joint moves, and cds_motion_is_busy() is true until cds_motion_resume(). A move by the
- * servo (CDS_MOTION_BY_SERVO) goes on to its goal. Does nothing if no move is under way or checked.
- */
+ * servo (CDS_MOTION_BY_SERVO) goes on to its goal. Does nothing if no move is under way or checked,
+ * or while a move is tried. */
 void cds_motion_pause(struct cds_motion *motion, uint16_t deceleration);
 void cds_motion_resume(struct cds_motion *motion);
 

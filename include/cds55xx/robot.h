@@ -9,7 +9,7 @@
  *
  *     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
  *     cds_robot_start(&robot);
- *     while (cds_robot_poll(&robot) != CDS_ROBOT_STOPPED)
+ *     for (;; cds_robot_poll(&robot)) // stops by itself when something is wrong
  *         cds_robot_set_goal_mdeg(&robot, 0, 45000); // refused until the robot runs
  *
  * A program that needs more uses the parts: robot.bus, robot.cycle. All functions: main context. */
@@ -118,14 +118,15 @@ enum cds_robot_state {
 /* What has happened to a robot. */
 enum cds_robot_event_kind {
     CDS_ROBOT_EVENT_STARTED,      // torque is on
-    CDS_ROBOT_EVENT_START_FAILED, // `joint` has failed the check: `why`, `result`, `alarms`. One
-                                  // event for each such joint
+    CDS_ROBOT_EVENT_START_FAILED, // `joint` has failed the check (one event for each such joint),
+                                  // or did not take its goal or torque (one event): `why`,
+                                  // `result`, `alarms`
     CDS_ROBOT_EVENT_ALARM,        // `joint` reports CDS_ERROR_* bits of a condition: `alarms`
     CDS_ROBOT_EVENT_OFFLINE,      // `joint` does not answer any more
     CDS_ROBOT_EVENT_STATE_LOST,   // `joint` had torque on and has it off: power failed, or an alarm
     CDS_ROBOT_EVENT_STOPPED,      // the stop is over: `result` of cds_torque_off_poll()
     CDS_ROBOT_EVENT_LINE_BUSY, // the line was low or disturbed for CDS_ROBOT_LINE_US, and nothing
-                               // could be sent: the robot stops
+                               // could be sent: the robot stops. `result` is CDS_LINE_BUSY
 } __attribute__((packed));
 
 /* An event; a field that its kind does not name is 0. */
@@ -216,8 +217,8 @@ enum cds_result cds_robot_open(struct cds_robot *robot, const struct cds_robot_c
  * delay without reading it first: a servo with a short delay may reply before the board can
  * receive. CDS_OK; CDS_BUSY: the robot is starting, running or stopping; CDS_BAD_ARGUMENT: it was
  * not opened well, return_delay_us is out of range, or goals of all joints do not fit period_us;
- * the state is CDS_ROBOT_STOPPED. So a program may ignore the results of open and start if its main
- * loop ends with that state. */
+ * the state is CDS_ROBOT_STOPPED. So a program may ignore the results of open and start: such a
+ * robot refuses goals. */
 enum cds_result cds_robot_start(struct cds_robot *robot);
 
 /* Moves all of the robot on: bus, start, cycle, state check, stop. Call it from the main loop, as
@@ -259,7 +260,8 @@ enum cds_result cds_robot_joint(const struct cds_robot *robot, uint8_t joint,
 /* Prepares timed moves; call it after each CDS_ROBOT_EVENT_STARTED. The program then calls
  * cds_motion_move(). cds_robot_poll() polls `motion`, too; after a stop a move under way ends as
  * CDS_INHIBITED. `joints`: one for each joint. `profiles`: as in struct cds_motion_config; required
- * if a joint is CDS_JOINT_AX12. A program that does not call it does not link motion.c. CDS_OK;
+ * if a joint is CDS_JOINT_AX12. Accelerations are not checked: config.acceleration is 0. A program
+ * that does not call it does not link motion.c. CDS_OK;
  * CDS_INHIBITED: the robot is not running; else as cds_motion_begin(). */
 enum cds_result cds_robot_begin_motion(struct cds_robot *robot, struct cds_motion *motion,
                                        struct cds_motion_joint *joints,

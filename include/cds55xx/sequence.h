@@ -49,8 +49,10 @@ struct cds_sequence_config {
                                                                   // NULL: not called
     uint16_t repeats; // how often the sequence runs; 0: for ever
     bool checks_all;  // the steps of the first two runs are checked before anything moves
-                      // (cds_motion_try()); each other run is as the second one. Takes up to 4
-                      // polls a joint and step. Not for a `read` that has steps for ever
+                      // (cds_motion_try()); each other run is as the second one. A step takes 4
+                      // polls, and 3 for each servo of the cycle, or 4 if it begins or ends at a
+                      // pose that is passed; each longer time that is tried then takes 2, and up
+                      // to 1 for each servo. Not for a `read` that has steps for ever
 };
 
 /* A buffer for a step that was read. The fields are internal. */
@@ -61,11 +63,13 @@ struct cds_sequence_slot {
 };
 
 /* A sequence. Zero it (static storage is), then cds_sequence_begin(). The program reads the first
- * three fields and is_checking; the rest is internal. */
+ * four fields; the rest is internal. */
 struct cds_sequence {
-    uint8_t result; // CDS_PENDING while it runs; then how it ended
-    uint8_t step;   // under way, from 0 on
-    uint16_t run;   // under way, from 0 on
+    uint8_t result;   // CDS_PENDING while it runs; then how it ended
+    uint8_t step;     // under way, from 0 on; while the joints rest at a pose, the step that begins
+                      // next, or the last step
+    uint16_t run;     // of that step, from 0 on
+    bool is_checking; // steps are checked, and none has begun: checks_all
     // internal:
     struct cds_sequence_config config;
     struct cds_sequence_slot slots[2]; // the step under way and the next one
@@ -73,7 +77,6 @@ struct cds_sequence {
     uint8_t state;
     uint8_t event;          // of the step under way
     bool passes;            // the step under way passes its pose
-    bool is_checking;       // steps are checked, and none has begun: checks_all
     bool is_paused;         // until cds_sequence_resume()
     uint16_t step_dwell_ms; // of the step under way
     uint16_t dwell_ms;      // of the pose where the joints are at rest
@@ -95,7 +98,8 @@ enum cds_result cds_sequence_begin(struct cds_sequence *sequence,
 enum cds_result cds_sequence_poll(struct cds_sequence *sequence);
 
 /* Brings the joints to rest on their way, at `deceleration` as for cds_motion_pause(), until
- * cds_sequence_resume(). If the joints rest at a pose already, the next step does not begin. */
+ * cds_sequence_resume(). If the joints rest at a pose already, or the steps are checked, the next
+ * step does not begin. */
 void cds_sequence_pause(struct cds_sequence *sequence, uint16_t deceleration);
 void cds_sequence_resume(struct cds_sequence *sequence);
 

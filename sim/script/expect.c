@@ -7,7 +7,8 @@
 
 #include "script/lexer.h"
 
-#define MS_MAX 3600000
+#define MS_MAX            3600000
+#define EXPECT_VALUE_SIZE 32
 
 /* --- reading --- */
 
@@ -66,9 +67,10 @@ static const char *parse_rule(struct expectation *e, char *words)
 }
 
 /* off, on and blinking are 0, 1 and 2, as in enum servo_lamp. */
+static const char *const states[] = {"off", "on", "blinking"};
+
 static bool parse_value(const char *text, int32_t *value)
 {
-    static const char *const states[] = {"off", "on", "blinking"};
     for (int32_t i = 0; i < 3; i++) {
         if (strcmp(text, states[i]) == 0) {
             *value = i;
@@ -226,6 +228,16 @@ static int32_t look_at(const struct expectation *e, const struct servo *servo)
     }
 }
 
+/* Writes "torque off", "led blinking" or "512 (0x200)" to `seen`. */
+static void tell_value(const struct expectation *e, int32_t value, char *seen, size_t capacity)
+{
+    if (e->subject == EXPECT_TORQUE || e->subject == EXPECT_LED) {
+        snprintf(seen, capacity, "%s %s", e->text, states[value]);
+    } else {
+        snprintf(seen, capacity, "%" PRId32 " (0x%02" PRIX32 ")", value, (uint32_t)value);
+    }
+}
+
 static enum expect_result check_servo(const struct expectation *e,
                                       const struct expect_sources *sources, char *seen,
                                       size_t capacity)
@@ -236,8 +248,9 @@ static enum expect_result check_servo(const struct expectation *e,
             const struct servo_node *node = &servos->node[i];
             int32_t value = e->ids[node->id] ? look_at(e, &node->servo) : e->lowest;
             if (value < e->lowest || value > e->highest) {
-                snprintf(seen, capacity, "servo %u has %" PRId32 " (0x%02" PRIX32 ")", node->id,
-                         value, (uint32_t)value);
+                char what[EXPECT_VALUE_SIZE];
+                tell_value(e, value, what, sizeof(what));
+                snprintf(seen, capacity, "servo %u has %s", node->id, what);
                 return EXPECT_PENDING;
             }
         }
@@ -291,9 +304,14 @@ void expect_show(const struct expectation *e, const struct expect_sources *sourc
     for (unsigned bus = 0; (servos = sources->bus(sources->context, bus)) != 0; bus++) {
         for (unsigned i = 0; i < servos->count; i++) {
             const struct servo_node *node = &servos->node[i];
-            if (e->ids[node->id]) {
-                fprintf(out, "servo %u %s %" PRId32 "\n", node->id, e->text,
-                        look_at(e, &node->servo));
+            int32_t value = look_at(e, &node->servo);
+            if (!e->ids[node->id]) {
+                continue;
+            }
+            if (e->subject == EXPECT_TORQUE || e->subject == EXPECT_LED) {
+                fprintf(out, "servo %u %s %s\n", node->id, e->text, states[value]);
+            } else {
+                fprintf(out, "servo %u %s %" PRId32 "\n", node->id, e->text, value);
             }
         }
     }

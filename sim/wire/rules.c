@@ -20,8 +20,8 @@ static const struct {
     [RULE_TRANSMITTER_OFF] = {"transmitter-off", "a byte was written to UDR while TXEN was off"},
     [RULE_REPLY_LOST] = {"reply-lost",
                          "a servo talked while the way to the receiver (RX enable, RXEN) was shut"},
-    [RULE_OVERRUN] = {"overrun",
-                      "the receiver lost a byte because nobody had read the earlier ones"},
+    [RULE_OVERRUN] =
+        {"overrun", "the receiver lost a byte because the firmware had not read the earlier ones"},
     [RULE_FLOATING_RXD] = {"floating-rxd",
                            "RXD floated: RX enable was off and the AVR's pull-up too"},
     [RULE_FLOATING_TXD] = {"floating-txd",

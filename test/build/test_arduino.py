@@ -264,13 +264,13 @@ class CommandLine(unittest.TestCase):
             with tempfile.TemporaryDirectory() as folder:
                 sketch = pathlib.Path(folder, "blink.ino")
                 sketch.write_text(ROBOT + "void setup() { robot.begin(1000000); robot.ledOn(1); }\nvoid loop() {}\n")
-                status, output = call(sys.executable, ROOT / "test/build/arduino_core.py", sketch, "--board", board)
+                status, output = call(sys.executable, ROOT / "scripts/arduino_core.py", sketch, "--board", board)
                 self.assertEqual(status, 0, output)
                 run = Run(pathlib.Path(output.strip()).resolve(), "--seconds", "1", board=board, servos="1")
                 self.assertIn("03 19 01", run.transcript)
 
     def test_a_sketch_that_is_missing_or_wrong_is_named(self):
-        status, output = call(sys.executable, ROOT / "test/build/arduino_core.py", "nosuch.ino")
+        status, output = call(sys.executable, ROOT / "scripts/arduino_core.py", "nosuch.ino")
         self.assertEqual((status, output), (1, "arduino_core.py: there is no file nosuch.ino\n"))
 
 
@@ -291,6 +291,12 @@ class Archive(unittest.TestCase):
                 target = (pathlib.Path("/") / name).parent / include
                 self.assertIn(str(pathlib.Path(*target.parts).resolve()).lstrip("/"),
                               arduino.files(), f"{name}: {include}")
+
+    def test_every_link_of_a_document_leads_to_a_file(self):
+        files = arduino.files()
+        for name in [name for name in files if name.endswith(".md")]:
+            for target in re.findall(r"\]\(([^)#]+)", files[name]):
+                self.assertIn((pathlib.PurePosixPath(name).parent / target).as_posix(), files, name)
 
     def test_the_same_sources_give_the_same_bytes(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -67,6 +67,11 @@ class Files(unittest.TestCase):
             version = re.search(r'"(.*)"', (ROOT / "include/cds55xx/version.h").read_text())[1]
             self.assertEqual(shell(f"pkg-config --modversion cds55xx-{mcu}"), (0, version + "\n"))
 
+    def assert_uninstalls(self, prefix, words):
+        """It says where, and how many files it has removed."""
+        count = (prefix / "share/cds55xx/manifest").read_text().count("file ")
+        self.assertEqual(make("uninstall", *words), (0, f"removed cds55xx from {prefix}: {count} files\n"))
+
     def test_destdir_install_and_uninstall_leave_nothing(self):
         words = [f"DESTDIR={FOLDER}/image", "PREFIX=/usr", "MCUS=atmega328p"]
         self.assertEqual(make("install", *words)[0], 0)
@@ -75,7 +80,7 @@ class Files(unittest.TestCase):
         flags = call("pkg-config", "--cflags", "cds55xx-atmega328p", env={
             **os.environ, "PKG_CONFIG_PATH": f"{FOLDER}/image/usr/lib/pkgconfig"})[1]
         self.assertIn("/usr/lib/pkgconfig/../../include/cds55xx", flags)  # never /usr/include of the host
-        self.assertEqual(make("uninstall", *words), (0, ""))
+        self.assert_uninstalls(FOLDER / "image/usr", words)
         self.assertFalse((FOLDER / "image").exists())
 
     def test_uninstall_keeps_files_and_folders_of_others(self):
@@ -85,7 +90,7 @@ class Files(unittest.TestCase):
         self.assertEqual(make("install", *words)[0], 0)
         (prefix / "bin/other").write_text("")
         self.assertEqual(make("install", *words)[0], 0)  # again: replaces what is there
-        self.assertEqual(make("uninstall", *words), (0, ""))
+        self.assert_uninstalls(prefix, words)
         self.assertEqual(files_of(prefix), ["bin", "bin/other", "lib"])
 
     def test_uninstall_where_nothing_is_installed_says_so(self):
@@ -108,7 +113,7 @@ class Refused(unittest.TestCase):
         self.assertRegex(done.stderr, f"^install.py: {message}.*\n$")
 
     def setUp(self):
-        for file in ["scripts/install.py", "include/cds55xx/version.h"]:
+        for file in ["scripts/install.py", "scripts/version.py", "include/cds55xx/version.h"]:
             target = FOLDER / "tree" / file
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / file, target)

@@ -288,6 +288,23 @@ class Build(unittest.TestCase):
             self.assertEqual(status, 0, output)
             self.assertIn(line, output.replace("\\\n", ""))
 
+    def test_run_example_builds_and_runs_a_program_of_the_user(self):
+        board = self.make_board()
+        source = board.parent / "hello.c"
+        shutil.copy(ROOT / "examples/two_joints.c", source)
+        status, output = self.make("run-example", f"EXAMPLE={source}", f"BOARD_DIR={board}", "SERVOS=1-2", "SECONDS=1")
+        self.assertEqual(status, 0, output)
+        self.assertIn("rules:   none broken\n", output)
+        self.assertIn("picture: build/hello.svg\n", output)
+        status, output = self.make("run-example", f"EXAMPLE={source}", "SERVOS=1-2", "SECONDS=1")
+        self.assertEqual(status, 0, output)
+        source.write_text("int main(void) { return nothing; }\n")
+        self.assertIn("hello.c:1:25: error: ", self.make("run-example", f"EXAMPLE={source}")[1])
+        for value, message in [("/nowhere/hello.c", "EXAMPLE=/nowhere/hello.c does not exist"),
+                               ("/a b/hello.c", "EXAMPLE=/a b/hello.c has a blank"),
+                               ("hello", "there is no example 'hello'; EXAMPLE= a C file of yours, or one of: blink ")]:
+            self.assertIn(message, self.make("-n", "run-example", f"EXAMPLE={value}")[1])
+
     def test_board_dir_names_all_that_is_missing_at_once(self):
         board = self.make_board("BUS0_TXD_BIT|CLOCK_TIMER|HOST_BAUD", chip="# nothing")
         self.assert_one_line(f"{board} lacks board.mk: MCU; board.h: BOARD_BUS0_TXD_BIT, BOARD_CLOCK_TIMER, "
@@ -311,7 +328,7 @@ class Build(unittest.TestCase):
         self.assert_one_line("boards/ has a board 'cm510', too", f"BOARD_DIR={board}")
 
     def test_path_with_a_quote_is_refused(self):
-        for name in ["BOARD_DIR", "PREFIX", "DESTDIR", "ELF", "PORT", "UNITY"]:
+        for name in ["BOARD_DIR", "PREFIX", "DESTDIR", "ELF", "EXAMPLE", "PORT", "UNITY"]:
             for path in ["/tmp/it's", '/tmp/"best"']:
                 self.assert_one_line(f"{name}={path} has a quote, which ends a word in the shell; give the path another "
                                      "name", f"{name}={path}")

@@ -100,6 +100,14 @@ class NewBoard(unittest.TestCase):
                 self.assertRegex(self.header(board, chip, rf"#define BOARD_{macro} .*\n"),
                                  rf"board\.h: .*\bBOARD_{macro}\b")
 
+    def test_pin_out_of_range_is_named(self):
+        for board, chip, pin in [("arduino-uno", "atmega328p", "BUS0_ENABLE"), ("cm510", "atmega2561", "BUS0_RXD"),
+                                 ("arduino-mega", "atmega2560", "BUS2_TXD")]:
+            for bit in "8", "9", "x", "10":
+                self.assertIn(f"board.h: wanted is BOARD_{pin}_BIT, 0 to 7",
+                              self.header(board, chip, rf"({pin}_BIT +)\d", rf"\g<1>{bit}"))
+            self.assertEqual(self.header(board, chip, rf"({pin}_BIT +)\d", r"\g<1>7"), "")
+
     def test_what_a_chip_lacks_is_named(self):
         self.assertIn("this chip is not supported: registers of its USART have no digit",
                       self.header("arduino-uno", "atmega32"))

@@ -41,6 +41,9 @@ class Manual(unittest.TestCase):
         self.assertIn("present position", (ROOT / "build/demo/motion.svg").read_text())
         for text in ["A hand teaches three poses", "> play wave loop\n", "A hexapod walks"]:
             self.assertIn(text, demo.stdout)
+        self.assertRegex(demo.stdout, r"A hand teaches [^\n]*\n\n?(?!speed)")  # the speed follows a run
+        self.assertEqual(demo.stdout.count("CPU cycle of its first start bit, 16 cycles per microsecond"), 1)
+        self.assertNotIn("none of this number", demo.stdout)
         self.assertIn("animate", (ROOT / "build/demo/hexapod.svg").read_text())
 
 

@@ -115,7 +115,7 @@ class Orders(Poke):
         self.assert_ok("expect servo 1 PRESENT_VOLTAGE 95 within 60000")
         self.assertEqual(self.poke("show servo 1-2 MODEL_NUMBER"),
                          (0, "servo 1 MODEL_NUMBER 1\nservo 2 MODEL_NUMBER 1\nok\n", ""))
-        self.assert_error("not met; seen: servo 1 has 0", "expect servo 1 torque on within 10")
+        self.assert_error("not met; seen: servo 1 has torque off", "expect servo 1 torque on within 10")
 
     def test_expect_text_sees_lines_of_the_console(self):
         with Console(self.start()) as console:

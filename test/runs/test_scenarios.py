@@ -56,6 +56,20 @@ class Language(unittest.TestCase):
             self.assertIn(f"expectation: {path}:2: @expect servo 1 LED 1 within 5: not met; "
                           "seen: servo 1 has 0 (0x00)\n", output)
 
+    def test_passed_scenario_tells_its_number_of_lines(self):
+        for way in [["bus"], firmware("atmega128")]:
+            self.assertIn("\nscript:  2 lines done\n", self.run_text("# one\n@wait 1\n\n@expect servo 1 LED 0\n", way)[1])
+            self.assertNotIn("done", self.run_text("@wait 1\n@expect servo 1 LED 1 within 5\n", way)[1])
+
+    def test_host_stdout_shows_the_text_of_the_firmware_beside_the_scenario(self):
+        for options, count in [([], 0), (["--host", "stdout"], 1), (["--echo"], 1), (["--echo", "--host", "stdout"], 1)]:
+            status, output, _ = self.run_text("get 1 ID\n", firmware("atmega128") + options)
+            self.assertEqual((status, len(re.findall("^ID = 1$", output, re.M))), (0, count), output)
+        self.assertIn("a bus has no firmware", self.run_text("@wait 1\n", ["bus", "--host", "stdout"])[1])
+        for other in "pty", "tcp:0", "./pc":
+            self.assertIn("only --host stdout",
+                          self.run_text("@wait 1\n", firmware("atmega128") + ["--host", other])[1])
+
     def test_a_scenario_that_does_not_reach_its_last_line_fails(self):
         for way in [["bus", "--seconds", "0.1"], firmware("atmega128") + ["--seconds", "0.1"]]:
             status, output, path = self.run_text("@wait 200\n@print done\n", way)

@@ -451,7 +451,10 @@ void test_expect_servo_reads_the_state_of_the_servo(void)
     expect_unmet("@supply 3 5\n@wait 9\n@expect servo 1-3 error 0 within 7\n@echo on\n",
                  "seen: servo 3 has 1 (0x01)\nfinished 17 ms");
     expect_unmet("@supply 3 5\n@wait 9\n@expect servo 3 led off\n@echo on\n", "finished 1010 ms");
-    expect_unmet("@expect servo 1 torque on within 0\n", "servo 1 has 0 (0x00)\nfinished 1 ms");
+    expect_unmet("@expect servo 1 torque on within 0\n",
+                 "seen: servo 1 has torque off\nfinished 1 ms");
+    expect_unmet("@expect servo 1 led blinking within 0\n",
+                 "seen: servo 1 has led off\nfinished 1 ms");
     setUp();
 }
 
@@ -570,7 +573,7 @@ void test_show_prints_the_state_of_a_servo(void)
     rewind(out);
     TEST_ASSERT_TRUE(fread(shown, 1, sizeof(shown) - 1, out) > 0);
     TEST_ASSERT_EQUAL_STRING("servo 2 GOAL_POSITION 341\nservo 1 0x03 1\nservo 3 0x03 3\n"
-                             "servo 1 torque 0\n",
+                             "servo 1 torque off\n",
                              shown);
 }
 
@@ -840,7 +843,7 @@ void test_order_that_fails_has_an_outcome_and_the_next_runs(void)
     start_empty();
     TEST_ASSERT_EQUAL_STRING("", order("expect servo 1 torque on within 10"));
     TEST_ASSERT_EQUAL_STRING("outcome 4 @expect servo 1 torque on within 10: not met; seen: "
-                             "servo 1 has 0 (0x00)\nfinished 10 ms\n",
+                             "servo 1 has torque off\nfinished 10 ms\n",
                              log_text);
     TEST_ASSERT_EQUAL_STRING("", order("expect servo 1 torque off"));
     TEST_ASSERT_EQUAL_STRING("finished 60000 ms\n", log_text);

@@ -39,13 +39,24 @@
 #define CDS_AVR_CHECK_WIRING_ADAPTER      1
 #define CDS_AVR_CHECK_WIRING_ADAPTER_ECHO 1
 
+/* A bit of 0 to 7 becomes one character. Any other bit is the name of no macro, which is longer. */
+#define CDS_AVR_CHECK_BIT_0 0
+#define CDS_AVR_CHECK_BIT_1 1
+#define CDS_AVR_CHECK_BIT_2 2
+#define CDS_AVR_CHECK_BIT_3 3
+#define CDS_AVR_CHECK_BIT_4 4
+#define CDS_AVR_CHECK_BIT_5 5
+#define CDS_AVR_CHECK_BIT_6 6
+#define CDS_AVR_CHECK_BIT_7 7
+
 /* Port and bit of a pin, each one character long; a macro that is not defined is its own name. */
 #define CDS_AVR_CHECK_PIN(bus, key)                                                                \
     CDS_AVR_CHECK_ASSERT(                                                                          \
         sizeof(CDS_AVR_CHECK_TEXT(CDS_AVR_CHECK_PASTE3(BOARD_BUS, bus, _##key##_PORT))) == 2,      \
         "board.h: wanted is BOARD_BUS" #bus "_" #key "_PORT, a letter");                           \
     CDS_AVR_CHECK_ASSERT(                                                                          \
-        sizeof(CDS_AVR_CHECK_TEXT(CDS_AVR_CHECK_PASTE3(BOARD_BUS, bus, _##key##_BIT))) == 2,       \
+        sizeof(CDS_AVR_CHECK_TEXT(CDS_AVR_CHECK_PASTE(                                             \
+            CDS_AVR_CHECK_BIT_, CDS_AVR_CHECK_PASTE3(BOARD_BUS, bus, _##key##_BIT)))) == 2,        \
         "board.h: wanted is BOARD_BUS" #bus "_" #key "_BIT, 0 to 7");
 
 #define CDS_AVR_CHECK_PINS_TWO_ENABLES(bus)                                                        \

@@ -17,6 +17,8 @@ const SEARCH_MS = 15000; // `new` and `diagnose` say nothing while they search, 
 const CHANGE_MS = 10000; // a change of the rate of a servo
 const ERROR_KEY = 49; // the user has ended a command
 const ENDED_CODES = new Set(["cancelled", "ended"]); // errors of the wire: the user has ended the command
+const ERROR_ID_KNOWN = 95; // `new`: the ID is in the controller's list
+const ERROR_NOT_NEW = 96; // `new`: the servo that answers may be one of the list
 const FATAL_CODES = new Set(["stopped", "closed", "silent", "cancelled"]); // errors of the wire after which the next job would fail, too
 
 export class Setup extends EventTarget {
@@ -100,13 +102,13 @@ export class Setup extends EventTarget {
         if (id === this.idOfDevice) throw new Failure("id-of-device", { id });
     }
 
-    /* The lowest ID from 1 on that no known servo has, or null. */
+    /* The lowest ID from 2 on that no known servo has, or null. 1 comes last: new servos have it. */
     get freeId() {
         const taken = new Set([...this.ids, ...(this.found ?? []).map(({ id }) => id)]);
 
         if (this.idOfDevice !== null) taken.add(this.idOfDevice);
-        for (let id = 1; id <= ID_MAX; id++) if (!taken.has(id)) return id;
-        return taken.has(0) ? null : 0;
+        for (let id = 2; id <= ID_MAX; id++) if (!taken.has(id)) return id;
+        return [0, 1].find((id) => !taken.has(id)) ?? null;
     }
 
     choose(id) {
@@ -194,11 +196,13 @@ export class Setup extends EventTarget {
 
     /* ---- new servo ---- */
 
-    setUpNew(id) {
+    /* `forgets`: empties the controller's list first, because the new servo, or the one whose place it takes, is in it. */
+    setUpNew(id, { forgets = false } = {}) {
         return this.#run("new", async (operation) => {
             this.steps = [];
             this.outcome = null;
             this.#checkNewId(id);
+            if (forgets) await this.session.controller.run("servos forget");
             const onLine = (line) => {
                 const step = /step (\d) of (\d)/.exec(line);
 
@@ -208,9 +212,14 @@ export class Setup extends EventTarget {
             };
             const run = () => this.session.controller.run(`new ${id}`, { onLine, signal: operation.signal, timeout: SEARCH_MS });
 
-            if (!(await this.#endable(operation, run))) {
-                this.outcome = { kind: "newEnded", lines: [] };
-                return;
+            try {
+                if (!(await this.#endable(operation, run))) {
+                    this.outcome = { kind: "newEnded", lines: [] };
+                    return;
+                }
+            } catch (error) {
+                if (error.number === ERROR_ID_KNOWN || error.number === ERROR_NOT_NEW) this.outcome = { kind: "newKnown", lines: [], id };
+                throw error;
             }
             this.outcome = { kind: "new", lines: [], id };
             this.chosen = id;

@@ -24,11 +24,13 @@ class NewPart extends SetupPart {
         return Number(this.#text) === this.setup.idOfDevice;
     }
 
-    #start = async () => {
-        await this.setup.setUpNew(Number(this.#text));
+    #start = () => this.#setUp(Number(this.#text));
+
+    async #setUp(id, options) {
+        await this.setup.setUpNew(id, options);
         this.#typed = null;
         this.requestUpdate();
-    };
+    }
 
     #type({ target }) {
         this.#typed = target.value.trim();
@@ -50,7 +52,15 @@ class NewPart extends SetupPart {
         const { outcome } = this.setup;
 
         if (outcome?.kind === "new") return html`<p class="new-outcome good" role="status">${t.newDone(outcome.id)}</p>`;
+        if (outcome?.kind === "newKnown") return this.#known(outcome.id);
         return outcome?.kind === "newEnded" ? html`<p class="new-outcome" role="status">${t.newEnded}</p>` : nothing;
+    }
+
+    /* The controller cannot tell the new servo from one of its list: the user can. */
+    #known(id) {
+        return html`<div class="new-outcome" role="status"><p class="warn">${t.newKnown}</p>
+            <button class="forget-and-set-up" ?disabled=${this.setup.isRunning}
+                @click=${() => this.#setUp(id, { forgets: true })}>${t.newForget(id)}</button></div>`;
     }
 
     render() {

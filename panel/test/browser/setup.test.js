@@ -63,6 +63,8 @@ test("new servo: gets the ID that is typed, step by step", async (t) => {
     await page.click(".new-id", { clickCount: 3 });
     await page.keyboard.type("7");
     await press(page, ".set-up-new");
+    await shows(page, "Nothing was written", ".new-outcome"); // the page has found servo 1, so it is in the list
+    await press(page, ".forget-and-set-up");
     await shows(page, "step 3 of 4: ID 1 becomes 7", ".steps");
     await shows(page, "Servo 7 is set up", ".new-outcome");
     await press(page, ".search");

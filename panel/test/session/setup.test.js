@@ -122,6 +122,8 @@ test("profile full: a new servo gets its ID; not beside another", async (t) => {
     const alone = await rig(t, { servos: "1" });
 
     await alone.setup.setUpNew(5);
+    assert.equal(alone.setup.outcome.kind, "newKnown"); // the page has found servo 1
+    await alone.setup.setUpNew(5, { forgets: true });
     assert.equal(alone.setup.outcome.kind, "new", JSON.stringify(alone.session.notices));
     assert.match(alone.setup.steps.at(-1), /^servo 5 is set up/);
     assert.ok(alone.setup.ids.includes(5));

@@ -60,7 +60,7 @@ const writesOf = (port) => port.packets.filter((bytes) => bytes[4] === INSTRUCTI
 const setLines = (port) => port.lines.filter((line) => line.startsWith("set "));
 const codes = (session) => session.notices.map(({ code }) => code);
 
-test("freeId: the lowest from 1 on that no servo has", async () => {
+test("freeId: the lowest from 2 on that no servo has, 1 last", async () => {
     const { setup } = await rig({ ids: [1, 2, 4] });
 
     assert.equal(setup.freeId, 3);
@@ -171,6 +171,25 @@ test("new servo: its steps, then it is the chosen one", async () => {
     assert.equal(setup.id, 4);
     assert.deepEqual(codes(setup.session), []);
     assert.ok(port.lines.includes("new 4"));
+});
+
+test("new servo: an ID of the list is refused, and set up once the list is forgotten", async () => {
+    let isListed = true;
+    const { setup, port, clock } = await rig({
+        onText: (line, at) => {
+            if (line === "servos forget") isListed = false;
+            if (line !== "new 4" || !isListed) return false;
+            at.say("error 96: servo 1: this ID answers and is in the robot's list, nothing was written; unplug the servo of the robot");
+            return true;
+        },
+    });
+
+    await finish(clock, setup.setUpNew(4));
+    assert.deepEqual(codes(setup.session), ["command"]);
+    assert.deepEqual(setup.outcome, { kind: "newKnown", lines: [], id: 4 });
+    await finish(clock, setup.setUpNew(4, { forgets: true }));
+    assert.equal(setup.outcome.kind, "new");
+    assert.deepEqual(port.lines.filter((line) => /^new|forget/.test(line)), ["new 4", "servos forget", "new 4"]);
 });
 
 test("new servo: waits through a silent search of 4 s", async () => {

@@ -27,11 +27,11 @@ void cds_curve_set(struct cds_curve *curve, uint8_t kind)
     curve->rate = kind == CDS_MOTION_MINIMUM_JERK ? RATE_MINIMUM_JERK : CDS_CURVE_RATE_1;
 }
 
-/* The share f of the time for speeding up solves f (1 - f) = bend; the highest speed is 1 / (1 - f)
- * of the mean speed. */
-void cds_curve_set_trapezoid(struct cds_curve *curve, uint16_t bend)
+/* The share f of the time for speeding up solves f (1 - f) = ramp_ratio; the highest speed is 1 /
+ * (1 - f) of the mean speed. */
+void cds_curve_set_trapezoid(struct cds_curve *curve, uint16_t ramp_ratio)
 {
-    uint32_t square = 65536 - 4 * (uint32_t)bend; // of 1 - 2 f, Q16
+    uint32_t square = 65536 - 4 * (uint32_t)ramp_ratio; // of 1 - 2 f, Q16
     uint16_t root = square > UINT16_MAX ? UINT16_MAX : cds_curve_root(square << 16);
     uint32_t inverse_ramp;
 
@@ -45,7 +45,7 @@ void cds_curve_set_trapezoid(struct cds_curve *curve, uint16_t bend)
 }
 
 /* 10 t^3 - 15 t^4 + 6 t^5 for a time up to 1/2. */
-static uint16_t jerk_way(uint16_t time)
+static uint16_t jerk_progress(uint16_t time)
 {
     uint16_t t = (uint16_t)(2u * time - (time == HALF));    // Q17
     uint16_t square = (uint16_t)((uint32_t)t * t >> 16);    // Q18
@@ -73,15 +73,16 @@ static uint16_t share_of_ramp(const struct cds_curve *curve, uint16_t time)
 }
 
 /* For a time up to 1/2. */
-static uint16_t trapezoid_way(const struct cds_curve *curve, uint16_t time)
+static uint16_t trapezoid_progress(const struct cds_curve *curve, uint16_t time)
 {
-    uint16_t share = share_of_ramp(curve, time), half_ramp = curve->ramp / 2, way = half_ramp;
+    uint16_t share = share_of_ramp(curve, time), half_ramp = curve->ramp / 2, progress;
 
     if (time < curve->ramp)
-        way = (uint16_t)((uint32_t)half_ramp * (uint16_t)((uint32_t)share * share >> 16) >> 16);
+        progress =
+            (uint16_t)((uint32_t)half_ramp * (uint16_t)((uint32_t)share * share >> 16) >> 16);
     else
-        way = (uint16_t)(time - half_ramp);
-    return (uint16_t)((uint32_t)way * curve->rate / CDS_CURVE_RATE_1);
+        progress = (uint16_t)(time - half_ramp);
+    return (uint16_t)((uint32_t)progress * curve->rate / CDS_CURVE_RATE_1);
 }
 
 static uint16_t trapezoid_rate(const struct cds_curve *curve, uint16_t time)
@@ -94,15 +95,15 @@ static uint16_t trapezoid_rate(const struct cds_curve *curve, uint16_t time)
 /* The second half of each curve is the first one, turned. */
 uint16_t cds_curve_progress(const struct cds_curve *curve, uint16_t time)
 {
-    uint16_t first = time > HALF ? (uint16_t)(0u - time) : time, way = first;
+    uint16_t first = time > HALF ? (uint16_t)(0u - time) : time, progress = first;
 
     if (curve->kind == CDS_MOTION_MINIMUM_JERK)
-        way = jerk_way(first);
+        progress = jerk_progress(first);
     else if (curve->kind == CDS_MOTION_TRAPEZOID)
-        way = trapezoid_way(curve, first);
+        progress = trapezoid_progress(curve, first);
     if (time <= HALF)
-        return way;
-    return way ? (uint16_t)(0u - way) : UINT16_MAX; // the whole way does not fit
+        return progress;
+    return progress ? (uint16_t)(0u - progress) : UINT16_MAX; // the whole way does not fit
 }
 
 uint16_t cds_curve_rate(const struct cds_curve *curve, uint16_t time)
@@ -120,9 +121,9 @@ uint16_t cds_curve_braking_progress(uint16_t time)
 {
     uint16_t square = (uint16_t)((uint32_t)time * time >> 16);
     uint32_t factor = 65536 - ((uint32_t)square * (uint32_t)(65536 - time / 2u) >> 16);
-    uint16_t way = (uint16_t)((uint32_t)time * factor >> 16);
+    uint16_t progress = (uint16_t)((uint32_t)time * factor >> 16);
 
-    return way < 32768 ? way : 32768;
+    return progress < 32768 ? progress : 32768;
 }
 
 /* 1 - 3 t^2 + 2 t^3 */

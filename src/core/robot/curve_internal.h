@@ -12,14 +12,15 @@
 /* Speeds are in 1/16384 of the mean speed of the move. */
 #define CDS_CURVE_RATE_1 16384u
 
-#define CDS_CURVE_TRIANGLE 16384u // `bend` of the trapezoid that keeps no speed
+#define CDS_CURVE_TRIANGLE 16384u // `ramp_ratio` of the trapezoid that keeps no speed
 
 /* Linear and minimum jerk. `kind`: enum cds_motion_curve but for the trapezoid. */
 void cds_curve_set(struct cds_curve *curve, uint8_t kind);
 
-/* Trapezoid. `bend` is mean speed / (acceleration x time), in 1/65536: 0 to 16384, which is a
- * triangle. A share of the time for speeding up below 1/64 becomes 1/64. */
-void cds_curve_set_trapezoid(struct cds_curve *curve, uint16_t bend);
+/* Trapezoid. `ramp_ratio` is mean speed / (acceleration x time), in 1/65536: f (1 - f) of the share
+ * f of the time for speeding up, 0 to 16384, which is a triangle. A share below 1/64 becomes 1/64.
+ */
+void cds_curve_set_trapezoid(struct cds_curve *curve, uint16_t ramp_ratio);
 
 /* Returns the share of the way, in 1/65536, after the share `time` of the time, in 1/65536. */
 uint16_t cds_curve_progress(const struct cds_curve *curve, uint16_t time);

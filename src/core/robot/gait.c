@@ -6,12 +6,13 @@
 #include "robot/gait_internal.h"
 #include "robot/rate_internal.h"
 #include "robot/sine_internal.h"
+#include "servo/cycle_internal.h" // cds_cycle_has_ended_since()
 
-/* A poll does so much: a joint counts JOINT, and 1 for each of its sines. So it sets the goals of 4
+/* The work of a poll: a joint costs JOINT_COST, each of its sines 1. So a poll sets the goals of 4
  * joints without a sine, and of 2 joints with three. */
 #define WORK_PER_POLL 12
-#define JOINT         3
-#define RATE_US       ((uint32_t)250000) // the time stops within, if the permit refuses a goal
+#define JOINT_COST    3
+#define RATE_US       ((uint32_t)250000) // after a refused goal the joints stand within this time
 
 /* ---- one joint ---- */
 
@@ -49,11 +50,11 @@ static NOINLINE uint32_t add_sines(const struct cds_gait *gait,
  * be full speed. */
 static uint16_t speed_to(uint16_t position, const struct cds_gait_state *state)
 {
-    uint16_t way = (uint16_t)(position - state->position), speed;
+    uint16_t distance = (uint16_t)(position - state->position), speed;
 
-    if (way & 0x8000)
-        way = (uint16_t)-way;
-    speed = (uint16_t)((uint16_t)((uint32_t)way * state->scale >> 8) + state->reserve);
+    if (distance & 0x8000)
+        distance = (uint16_t)-distance;
+    speed = (uint16_t)((uint16_t)((uint32_t)distance * state->scale >> 8) + state->reserve);
     return speed < state->fastest ? speed : state->fastest;
 }
 
@@ -67,7 +68,8 @@ static enum cds_result set_goal(const struct cds_gait *gait, uint8_t index,
     enum cds_result result;
 
     if (gait->is_starting)
-        goal += (uint32_t)((int32_t)(int16_t)(state->start - joint->rest) * (uint16_t)~gait->way);
+        goal += (uint32_t)((int32_t)(int16_t)(state->start - joint->rest) *
+                           (uint16_t)~gait->ramp_progress);
     result = cds_cycle_goal(gait->config.cycle, index, (uint16_t)(goal >> 16),
                             speed_to((uint16_t)(goal >> 8), state));
     if (result != CDS_BUSY)
@@ -102,11 +104,11 @@ static bool begin_ramp(struct cds_gait *gait)
         gait->is_ramping |= gait->to[i] != gait->from[i];
     }
     gait->ramp = 0;
-    gait->way = 0;
+    gait->ramp_progress = 0;
     return gait->is_ramping;
 }
 
-/* Moves the ramp on: its way is 3 t^2 - 2 t^3. */
+/* Moves the ramp on: its progress is 3 t^2 - 2 t^3. */
 static void advance_ramp(struct cds_gait *gait)
 {
     uint32_t step = scaled(gait->ramp_step, gait->rate);
@@ -116,13 +118,13 @@ static void advance_ramp(struct cds_gait *gait)
     gait->ramp += step;
     time = (uint16_t)(gait->ramp >> 16);
     square = (uint16_t)((uint32_t)time * time >> 16);
-    gait->way = (uint16_t)((uint32_t)square * (uint16_t)(49151u - time / 2u) >> 14);
+    gait->ramp_progress = (uint16_t)((uint32_t)square * (uint16_t)(49151u - time / 2u) >> 14);
     for (uint8_t i = 0; i < CDS_GAIT_RAMPED; i++) {
         int32_t change = (int32_t)gait->to[i] - gait->from[i];
 
         gait->now[i] = gait->to[i];
         if (gait->is_ramping)
-            gait->now[i] = (int16_t)(gait->from[i] + (int16_t)(change * gait->way >> 16));
+            gait->now[i] = (int16_t)(gait->from[i] + (int16_t)(change * gait->ramp_progress >> 16));
     }
     gait->is_starting &= gait->is_ramping;
 }
@@ -210,15 +212,29 @@ static NOINLINE void set_goals(struct cds_gait *gait)
             gait->joint = index;
             end_soon(gait, result);
         }
-        left = (int8_t)(left - JOINT - state->sines);
+        left = (int8_t)(left - JOINT_COST - state->sines);
     }
     gait->index = index;
     if (index == gait->count)
         end_period(gait);
 }
 
+/* The time slows down to 0, or speeds up from there, at `acceleration` at most. */
+static void set_rate_step(struct cds_gait *gait, uint16_t acceleration)
+{
+    uint32_t change = (uint32_t)acceleration * gait->config.cycle->period_us;
+    uint32_t step = change / 62 / gait->peak; // 1000000 / 16384, rounded up
+
+    if (step > CDS_GAIT_1)
+        step = CDS_GAIT_1;
+    gait->rate_step = step ? (uint16_t)step : 1;
+}
+
+/* All joints are checked. */
 static void start(struct cds_gait *gait)
 {
+    if (gait->rate == 0) // paused during the check
+        set_rate_step(gait, gait->rate_step);
     gait->is_under_way = gait->is_starting = gait->is_ramping = true;
     begin_ramp(gait);
     set_phases(gait);
@@ -250,7 +266,8 @@ enum cds_result cds_gait_begin(struct cds_gait *gait, const struct cds_gait_conf
 {
     uint16_t period_us = config->cycle->period_us;
 
-    if (gait->result == CDS_PENDING && !cds_cycle_is_lost(gait->config.cycle, gait->cycle_begun))
+    if (gait->result == CDS_PENDING &&
+        !cds_cycle_has_ended_since(gait->config.cycle, gait->cycle_begun))
         return CDS_BUSY;
     if (!config->cycle->bus || config->period_ms < CDS_GAIT_TIME_MIN_MS ||
         config->ramp_ms < config->period_ms || config->ramp_ms > CDS_GAIT_TIME_MAX_MS)
@@ -276,7 +293,7 @@ enum cds_result cds_gait_poll(struct cds_gait *gait)
 {
     if (gait->result != CDS_PENDING)
         return (enum cds_result)gait->result;
-    if (cds_cycle_is_lost(gait->config.cycle, gait->cycle_begun))
+    if (cds_cycle_has_ended_since(gait->config.cycle, gait->cycle_begun))
         end(gait, CDS_INHIBITED);
     else if (!gait->is_under_way)
         check_next(gait);
@@ -305,17 +322,6 @@ enum cds_result cds_gait_set_speed(struct cds_gait *gait, int8_t percent)
     return set_value(gait, CDS_GAIT_SPEED, percent);
 }
 
-/* The time slows down to 0, or speeds up from there, at `acceleration` at most. */
-static void set_rate_step(struct cds_gait *gait, uint16_t acceleration)
-{
-    uint32_t change = (uint32_t)acceleration * gait->config.cycle->period_us;
-    uint32_t step = change / 62 / gait->peak; // 1000000 / 16384, rounded up
-
-    if (step > CDS_GAIT_1)
-        step = CDS_GAIT_1;
-    gait->rate_step = step ? (uint16_t)step : 1;
-}
-
 void cds_gait_stop(struct cds_gait *gait)
 {
     if (!gait->is_under_way)
@@ -327,10 +333,12 @@ void cds_gait_stop(struct cds_gait *gait)
 void cds_gait_pause(struct cds_gait *gait, uint16_t deceleration)
 {
     gait->rate_goal = 0;
-    if (gait->is_under_way)
+    if (gait->is_under_way) {
         set_rate_step(gait, deceleration);
-    else
+    } else { // start() sets the step
         gait->rate = 0;
+        gait->rate_step = deceleration;
+    }
 }
 
 void cds_gait_resume(struct cds_gait *gait)
@@ -343,7 +351,7 @@ void cds_gait_abort(struct cds_gait *gait, uint16_t deceleration)
 {
     if (gait->result != CDS_PENDING)
         return;
-    if (!gait->is_under_way || cds_cycle_is_lost(gait->config.cycle, gait->cycle_begun)) {
+    if (!gait->is_under_way || cds_cycle_has_ended_since(gait->config.cycle, gait->cycle_begun)) {
         end(gait, CDS_CANCELLED);
         return;
     }

@@ -4,6 +4,7 @@
 
 #include "cds55xx/control_table.h" // CDS_VALUE_MAX
 #include "robot/gait_internal.h"
+#include "robot/rest_internal.h"
 
 /* Highest speed of a sine with an amplitude of 1 step and a period of 1 ms: TURN / full_speed_mrpm
  * register units. A speed of 1 step/ms is 50000000 / full_speed_mrpm units; times 2 pi. */
@@ -49,35 +50,36 @@ static bool measure(const CDS_GAIT_FLASH struct cds_gait_sine *sine, struct reac
     return true;
 }
 
-/* The joint starts at its last goal, or if it is far from that, where it is. False: not known. */
-static bool locate(const struct cds_gait *gait, uint8_t index, uint16_t *position)
+/* Returns TURN / full speed of joint `index`. */
+static uint32_t turn_of(const struct cds_gait *gait, uint8_t index)
 {
-    const struct cds_feedback *feedback = &gait->config.cycle->feedback[index];
-    uint16_t goal = cds_cycle_sent_goal(gait->config.cycle, index);
+    const struct cds_register_profile *profile =
+        gait->config.profiles ? gait->config.profiles[index] : &cds_profile_cds55xx;
 
-    if (!feedback->known)
-        return false;
-    *position = feedback->position;
-    if (goal <= CDS_VALUE_MAX && abs((int16_t)(goal - *position)) <= CDS_MOTION_NEAR_STEPS)
-        *position = goal;
-    return true;
+    return TURN / profile->full_speed_mrpm;
 }
 
-/* Checks the speed of joint `index` and sets what turns its positions into speeds. */
+/* Returns `value` x period_ms / ramp_ms, rounded up. Two divisions: the product may have 37 bits.
+ */
+static uint32_t times_period_by_ramp(const struct cds_gait_config *config, uint32_t value)
+{
+    uint16_t period_ms = config->period_ms, ramp_ms = config->ramp_ms; // ramp_ms is not shorter
+
+    return value / ramp_ms * period_ms + value % ramp_ms * period_ms / ramp_ms + 1;
+}
+
+/* Checks the speed of joint `index`. */
 static void check_speed(struct cds_gait *gait, uint8_t index, const struct reach *reach)
 {
     const struct cds_gait_config *config = &gait->config;
     struct cds_gait_state *state = &config->states[index];
-    const struct cds_register_profile *profile =
-        config->profiles ? config->profiles[index] : &cds_profile_cds55xx;
-    uint32_t turn = TURN / profile->full_speed_mrpm;
+    uint32_t turn = turn_of(gait, index), speed = reach->swing * turn, peak;
     uint16_t distance = (uint16_t)abs((int16_t)(state->start - config->joints[index].rest));
-    uint32_t speed = reach->swing * turn, peak;
 
     // The highest speed of the ramp from the start is 3/2 of its mean speed. For a sine the factor
     // is 2 pi, which `turn` has: 3 / (4 pi) is about 1/4.
     if (distance)
-        speed += (distance * (turn / 4) / config->ramp_ms + 1) * config->period_ms;
+        speed += times_period_by_ramp(config, distance * (turn / 4));
     peak = speed / config->period_ms;
     if (peak >= state->fastest) {
         speed = speed / state->fastest + 1; // the period in which it would be slow enough
@@ -88,11 +90,10 @@ static void check_speed(struct cds_gait *gait, uint8_t index, const struct reach
     } else if (peak >= gait->peak) {
         gait->peak = (uint16_t)peak + 1;
     }
-    state->scale = (uint16_t)(turn * 159 / config->cycle->period_us + 1); // 159 = 1000 / 2 pi
     state->reserve = (uint16_t)(peak / CDS_GAIT_RESERVE) + 1;
 }
 
-/* Checks the positions of joint `index`. */
+/* Checks the positions of joint `index` and sets what turns them into speeds. */
 static enum cds_result check_positions(struct cds_gait *gait, uint8_t index,
                                        const struct reach *reach)
 {
@@ -101,7 +102,8 @@ static enum cds_result check_positions(struct cds_gait *gait, uint8_t index,
     struct cds_servo_state *servo = NULL;
     uint8_t id = gait->config.cycle->ids[index];
 
-    if (!locate(gait, index, &state->start))
+    if (!cds_rest_find(gait->config.cycle, index, cds_cycle_sent_goal(gait->config.cycle, index),
+                       &state->start))
         return CDS_TIMEOUT;
     if (gait->config.servos)
         servo = cds_servos_find(gait->config.servos, id);
@@ -115,6 +117,8 @@ static enum cds_result check_positions(struct cds_gait *gait, uint8_t index,
     if (rest < lowest + reach->steps || rest + reach->steps > highest || state->start < lowest ||
         state->start > highest || state->fastest == 0)
         return CDS_LIMIT;
+    state->scale = // 159 = 1000 / 2 pi
+        (uint16_t)(turn_of(gait, index) * 159 / gait->config.cycle->period_us + 1);
     state->position = (uint16_t)((state->start << 8) + (uint16_t)(CDS_GAIT_HALF_STEP >> 8));
     state->sines = reach->sines;
     state->takes_part = true;

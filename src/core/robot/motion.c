@@ -3,235 +3,21 @@
 #include "cds55xx/motion.h"
 
 #include "cds55xx/control_table.h" // CDS_VALUE_MAX
-#include "compiler.h"              // NOINLINE
 #include "robot/curve_internal.h"
 #include "robot/motion_internal.h"
 #include "robot/rate_internal.h"
+#include "servo/cycle_internal.h" // cds_cycle_has_ended_since()
 
 #define JOINTS_PER_POLL 6
-#define BEGIN_COST      5 // joints less in this poll: a joint that begins a move divides
+#define BEGIN_COST      5 // a joint that begins a move costs as much as 5 more joints: it divides
 /* Speed of one step per period, in 1/16 register unit, is SCALE / (period in us x full speed in
  * RPM): 300 degrees are 1023 steps, and full speed is 1023 units. */
 #define SCALE      ((uint32_t)800000000)
 #define PERIOD_MIN 200 // us
 /* Added to the speed that leads to the next goal, in 1/16384 of the mean speed: a servo lags behind
  * moving goals, and must catch up before the end. */
-#define RESERVE       (CDS_CURVE_RATE_1 / 2)
-#define CARRY_QUARTER (CDS_MOTION_CARRY_1 / CDS_MOTION_QUARTERS)
-#define HALF          ((int32_t)32768)
-#define OLD_US        ((uint32_t)500000) // older feedback is ignored
-#define OVERRIDE_US   ((uint32_t)250000) // longest time of a change of the override
-
-/* ---- one joint ---- */
-
-/* What the speeds at begin and end add to the offset from the start, in 1/65536 of the unit of
- * positions. */
-static int32_t offset_of_speeds(const struct cds_motion_joint *joint,
-                                const struct cds_motion_basis *basis)
-{
-    return (int32_t)joint->braking * basis->braking_progress +
-           (int32_t)joint->passing * basis->passing_progress;
-}
-
-static int32_t speed_of_speeds(const struct cds_motion_joint *joint,
-                               const struct cds_motion_basis *basis)
-{
-    return (int32_t)joint->begin_speed * basis->braking_rate +
-           (int32_t)joint->end_speed * basis->passing_rate;
-}
-
-/* Returns `offset`, in 1/65536 of the unit of positions, or where the limit of the joint is if
- * `offset` leads a joint that brakes beyond it. */
-static NOINLINE int32_t offset_within_limits(const struct cds_motion_joint *joint, int32_t offset)
-{
-    int16_t start = (int16_t)joint->start;
-    int32_t lowest = (int32_t)(joint->lowest - start) * 65536;
-    int32_t highest = (int32_t)(joint->highest - start) * 65536;
-
-    if (joint->begin_speed == 0)
-        return offset;
-    return offset < lowest ? lowest : offset > highest ? highest : offset;
-}
-
-static int16_t position_of(const struct cds_motion_joint *joint,
-                           const struct cds_motion_basis *basis)
-{
-    int32_t offset = (int32_t)joint->distance * basis->progress;
-
-    if (basis->is_end)
-        offset = ((int32_t)joint->distance + joint->braking / 2 + joint->passing / 2) * 65536;
-    else if (joint->has_speeds)
-        offset += offset_of_speeds(joint, basis);
-    offset = offset_within_limits(joint, offset);
-    return (int16_t)(joint->start + (uint16_t)((uint32_t)(offset + HALF) >> 16));
-}
-
-/* The result is in 1/4 unit: a shift by 16 bits drops two bytes, no instruction. */
-int16_t cds_motion_speed(const struct cds_motion_joint *joint, const struct cds_motion_basis *basis)
-{
-    int32_t speed = (int32_t)joint->mean_speed * basis->rate;
-
-    if (joint->has_speeds)
-        speed += speed_of_speeds(joint, basis);
-    return (int16_t)(speed >> 16);
-}
-
-/* Where the joint is, and its speed. False: not known. */
-static bool locate(const struct cds_motion *motion, uint8_t index,
-                   const struct cds_motion_basis *basis, struct cds_motion_path *path)
-{
-    const struct cds_motion_joint *joint = &motion->config.joints[index];
-    const struct cds_feedback *feedback = &motion->config.cycle->feedback[index];
-    uint16_t steps;
-
-    if (motion->is_trial && joint->is_tried) {
-        path->position = joint->trial_end;
-        path->begin_speed = joint->trial_speed;
-        return true;
-    }
-    path->position = position_of(joint, basis);
-    path->begin_speed = 0;
-    if (joint->is_moving && !basis->is_at_rest) {
-        path->begin_speed =
-            (int16_t)((int32_t)cds_motion_speed(joint, basis) * motion->carry / CARRY_QUARTER);
-        return true;
-    }
-    if (!feedback->known || cds_port_now_us() - feedback->time_us > OLD_US ||
-        (joint->is_moving && motion->next.waits &&
-         motion->is_under_way)) // ends at the goal of the move under way
-        return joint->is_known;
-    steps = (uint16_t)((int16_t)feedback->position - path->position / CDS_MOTION_STEP +
-                       CDS_MOTION_NEAR_STEPS);
-    if (!joint->is_known || steps > 2 * CDS_MOTION_NEAR_STEPS)
-        path->position = (int16_t)(feedback->position * CDS_MOTION_STEP);
-    return true;
-}
-
-/* Mean speed over `distance`, in 1/16 unit; INT16_MAX, or minus that, if it is beyond any speed. */
-static int16_t mean_speed(const struct cds_motion_joint *joint, int16_t distance, uint32_t duration)
-{
-    int32_t speed = ((int32_t)distance * (int32_t)joint->scale >> 3) / (int32_t)duration;
-
-    if (speed > INT16_MAX)
-        return INT16_MAX;
-    return speed < -INT16_MAX ? -INT16_MAX : (int16_t)speed;
-}
-
-/* The speed with which the joint passes the pose: between its mean speeds before and after it, and
- * less than twice the lower one, so that it turns back neither before nor after. 0 if it turns
- * there. */
-static int16_t passing_speed(const struct cds_motion *motion, uint8_t index,
-                             const struct cds_motion_path *path, uint32_t duration)
-{
-    const struct cds_motion_joint *joint = &motion->config.joints[index];
-    int16_t next = (int16_t)(motion->next.next_pose[index] * CDS_MOTION_STEP);
-    int32_t speed_before, speed_after;
-
-    if (motion->next.next_pose[index] == CDS_POSE_NONE)
-        return 0;
-    speed_before = mean_speed(joint, (int16_t)(path->goal - path->position), duration);
-    speed_after = mean_speed(joint, (int16_t)(next - path->goal), motion->next_plan.next_duration);
-    if ((speed_before < 0) != (speed_after < 0) || speed_before == 0 || speed_after == 0)
-        return 0;
-    return (int16_t)(2 * speed_before * speed_after / (speed_before + speed_after));
-}
-
-bool cds_motion_find_path(const struct cds_motion *motion, uint8_t index,
-                          const struct cds_motion_basis *basis, uint32_t duration,
-                          struct cds_motion_path *path)
-{
-    uint8_t curve = motion->next.curve;
-
-    if (!locate(motion, index, basis, path))
-        return false;
-    path->goal = (int16_t)(motion->next.pose[index] * CDS_MOTION_STEP);
-    path->end_speed = 0;
-    if (curve != CDS_MOTION_MINIMUM_JERK && curve != CDS_MOTION_TRAPEZOID)
-        path->begin_speed = 0;
-    else if (motion->next.next_pose && motion->next.pose[index] != CDS_POSE_NONE)
-        path->end_speed = passing_speed(motion, index, path, duration);
-    return true;
-}
-
-/* Twice the distance in which a joint brakes from `speed` within `window` periods. */
-static int16_t twice_distance(const struct cds_motion_joint *joint, int16_t speed, uint32_t window)
-{
-    if (speed == 0)
-        return 0; // without the division
-    return (int16_t)((int32_t)speed * (int32_t)(window * CDS_MOTION_STEP) / (int32_t)joint->scale);
-}
-
-void cds_motion_set_path(struct cds_motion_joint *joint, const struct cds_motion_path *path,
-                         const struct cds_motion_plan *plan)
-{
-    joint->start = (uint16_t)path->position;
-    joint->begin_speed = path->begin_speed;
-    joint->end_speed = path->end_speed;
-    joint->has_speeds = path->begin_speed || path->end_speed;
-    joint->braking = twice_distance(joint, path->begin_speed, plan->window);
-    joint->passing = twice_distance(joint, path->end_speed, plan->duration);
-    joint->distance =
-        (int16_t)(path->goal - path->position - joint->braking / 2 - joint->passing / 2);
-    joint->mean_speed = mean_speed(joint, joint->distance, plan->duration);
-}
-
-static void end_soon(struct cds_motion *motion, enum cds_result outcome);
-
-/* Joint `index` begins the move that was checked. A joint that is not in the pose brakes, or if the
- * curve is linear or by servo, stops at its last goal. */
-static void begin_path(struct cds_motion *motion, uint8_t index)
-{
-    struct cds_motion_joint *joint = &motion->config.joints[index];
-    bool is_in_pose = motion->next.pose[index] != CDS_POSE_NONE;
-    struct cds_motion_path path;
-
-    if (!is_in_pose && !joint->is_moving)
-        return;
-    if (!cds_motion_find_path(motion, index, &motion->last_basis, motion->plan.duration, &path)) {
-        joint->is_moving = false; // its feedback is older than 0.5 s
-        motion->joint = index;
-        end_soon(motion, CDS_TIMEOUT);
-        return;
-    }
-    if (!is_in_pose) // it stays at its last goal, wherever it is
-        path.goal = path.position = position_of(joint, &motion->last_basis);
-    cds_motion_set_path(joint, &path, &motion->plan);
-    if (!is_in_pose) {
-        joint->distance = 0;
-        joint->mean_speed = 0;
-    }
-    joint->is_moving = is_in_pose || path.begin_speed;
-    if (joint->is_moving)
-        joint->is_known = true;
-}
-
-/* Sets the next goal of joint `index`. The speed leads there within a period; it is never 0, which
- * would be full speed. Repeats position_of() and cds_motion_speed(): saves 108 cycles a joint. */
-static enum cds_result set_goal(struct cds_motion *motion, uint8_t index,
-                                const struct cds_motion_joint *joint)
-{
-    const struct cds_motion_basis *basis = &motion->basis;
-    int32_t offset = (int32_t)joint->distance * basis->progress;
-    int32_t speed = (int32_t)joint->mean_speed * basis->sent_rate;
-    uint16_t position, quarters;
-
-    if (joint->has_speeds) {
-        offset = offset_within_limits(joint, offset + offset_of_speeds(joint, basis));
-        speed += speed_of_speeds(joint, basis);
-    }
-    position = (uint16_t)(joint->start + (uint16_t)((uint32_t)(offset + HALF) >> 16));
-    quarters = (uint16_t)((uint32_t)(speed < 0 ? -speed : speed) >> 16);
-    if (motion->rate != CDS_MOTION_RATE_1)
-        quarters = (uint16_t)((uint32_t)quarters * (uint16_t)(motion->rate >> 4) >> 12);
-    if (quarters > joint->fastest) // with the reserve
-        quarters = joint->fastest;
-    if (quarters == 0)
-        quarters = 1;
-    quarters = (uint16_t)(quarters + CDS_MOTION_QUARTERS - 1);
-    return cds_cycle_goal(motion->config.cycle, index,
-                          (uint16_t)(position + CDS_MOTION_STEP / 2) / CDS_MOTION_STEP,
-                          quarters / CDS_MOTION_QUARTERS);
-}
+#define RESERVE     (CDS_CURVE_RATE_1 / 2)
+#define OVERRIDE_US ((uint32_t)250000) // longest time of a change of the override
 
 /* ---- time ---- */
 
@@ -286,7 +72,8 @@ static void set_basis(struct cds_motion *motion)
     if (!basis->is_at_rest)
         basis->sent_rate = (uint16_t)(basis->rate + RESERVE);
     if (motion->plan.passes) {
-        basis->passing_progress = (uint16_t)(HALF - cds_curve_braking_progress((uint16_t)~after));
+        basis->passing_progress =
+            (uint16_t)(CDS_MOTION_HALF - cds_curve_braking_progress((uint16_t)~after));
         basis->passing_rate = cds_curve_braking_rate((uint16_t)~half);
     }
     if (braking_before == UINT16_MAX) {
@@ -312,14 +99,27 @@ static uint32_t override_step(const struct cds_motion *motion)
     return CDS_MOTION_RATE_1 * motion->config.cycle->period_us / OVERRIDE_US + 1;
 }
 
+/* The time slows down to 0, or speeds up from there, at `acceleration` at most. */
+static void set_rate_step(struct cds_motion *motion, uint16_t acceleration)
+{
+    uint32_t change = cds_motion_speed_change(motion, acceleration);
+
+    if (change > UINT16_MAX)
+        change = UINT16_MAX;
+    motion->rate_step = (change << 16) / motion->plan.peak + 1;
+}
+
 static void begin_move(struct cds_motion *motion)
 {
     motion->last_basis = motion->basis;
     motion->basis.is_end = false;
     motion->plan = motion->next_plan;
-    motion->rate_goal = motion->is_paused ? 0 : permitted_rate(motion);
-    if (!motion->is_paused)
-        motion->rate_step = override_step(motion); // not the step of a pause or abort before
+    motion->rate_goal = permitted_rate(motion);
+    motion->rate_step = override_step(motion); // not the step of a pause or abort before
+    if (motion->is_paused) {
+        motion->rate_goal = 0;
+        set_rate_step(motion, motion->deceleration);
+    }
     motion->carry = CDS_MOTION_CARRY_1;
     if (motion->last_basis.is_at_rest) {
         motion->rate = motion->rate_goal;
@@ -333,12 +133,15 @@ static void begin_move(struct cds_motion *motion)
     motion->move_result = CDS_OK;
 }
 
-/* The motion is over; its joints stay where their last goals are. */
+/* The motion is over; its joints stay where their last goals are. If the move was paused before its
+ * first goal, the joints still have the paths of the move before. */
 static void end(struct cds_motion *motion, enum cds_result result)
 {
+    if (motion->begun == 0)
+        motion->basis = motion->last_basis;
     motion->basis.is_at_rest = true;
     motion->is_under_way = motion->is_ending = motion->is_paused = false;
-    motion->begun = motion->count; // it may have been paused before its first goal
+    motion->begun = motion->count;
     motion->result = result;
 }
 
@@ -396,6 +199,15 @@ static void end_period(struct cds_motion *motion)
     motion->periods = motion->config.cycle->counters.periods;
 }
 
+/* Joint `index` begins the move that was checked. */
+static void begin_path(struct cds_motion *motion, uint8_t index)
+{
+    if (cds_motion_begin_path(motion, index))
+        return;
+    motion->joint = index;
+    end_soon(motion, CDS_TIMEOUT);
+}
+
 /* Sets the goals of some joints. A joint whose goal is refused ends the motion. */
 static void set_goals(struct cds_motion *motion)
 {
@@ -412,7 +224,7 @@ static void set_goals(struct cds_motion *motion)
         }
         if (!joint->is_moving)
             continue;
-        result = set_goal(motion, index, joint);
+        result = cds_motion_set_goal(motion, index, joint);
         if (result == CDS_BUSY)
             break;
         if (result != CDS_OK && !motion->is_ending) {
@@ -538,7 +350,7 @@ static void end_without_cycle(struct cds_motion *motion)
 
 enum cds_result cds_motion_poll(struct cds_motion *motion)
 {
-    if (cds_cycle_is_lost(motion->config.cycle, motion->cycle_begun))
+    if (cds_cycle_has_ended_since(motion->config.cycle, motion->cycle_begun))
         end_without_cycle(motion);
     else if (motion->index < motion->count)
         set_goals(motion);
@@ -550,23 +362,14 @@ enum cds_result cds_motion_poll(struct cds_motion *motion)
     return (enum cds_result)motion->result;
 }
 
-/* The time slows down to 0, or speeds up from there, at `acceleration` at most. */
-static void set_rate_step(struct cds_motion *motion, uint16_t acceleration)
-{
-    uint32_t change = cds_motion_speed_change(motion, acceleration);
-
-    if (change > UINT16_MAX)
-        change = UINT16_MAX;
-    motion->rate_step = (change << 16) / motion->plan.peak + 1;
-}
-
 void cds_motion_pause(struct cds_motion *motion, uint16_t deceleration)
 {
-    if (motion->move_result == CDS_PENDING)
-        motion->is_paused = true;
-    if (!motion->is_under_way)
+    if (motion->is_trial || (motion->move_result != CDS_PENDING && !motion->is_under_way))
         return;
     motion->is_paused = true;
+    motion->deceleration = deceleration;
+    if (!motion->is_under_way)
+        return;
     set_rate_step(motion, deceleration);
     motion->rate_goal = 0;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What motion.c and motion_plan.c need of each other; not installed. Positions and speeds as in
- * struct cds_motion_joint. Main context. */
+/* What motion.c, motion_plan.c and motion_path.c need of each other; not installed. Positions and
+ * speeds as in struct cds_motion_joint. Main context. */
 #ifndef CDS_MOTION_INTERNAL_H
 #define CDS_MOTION_INTERNAL_H
 
@@ -11,6 +11,7 @@
 #define CDS_MOTION_CARRY_1  4096 // of motion->carry
 #define CDS_MOTION_QUARTERS 4    // cds_motion_speed() counts in 1/4 unit
 #define CDS_MOTION_RATE_1   ((uint32_t)65536)
+#define CDS_MOTION_HALF     ((int32_t)32768) // of a share in 1/65536
 
 /* From where to where, and with which speeds, in 1/16 unit. */
 struct cds_motion_path {
@@ -27,9 +28,9 @@ enum cds_result cds_motion_check(struct cds_motion *motion);
 /* Returns by how much `acceleration` changes a speed in a period, in 1/16 unit, 1 or more. */
 uint32_t cds_motion_speed_change(const struct cds_motion *motion, uint16_t acceleration);
 
-/* Finds the path of joint `index` in motion->next, which takes `duration` periods: from where it is
- * at `basis`, and with the speed it has there; at rest perhaps from where the servo says it is.
- * False: not known. */
+/* Finds the path of joint `index` in motion->next, which takes `duration` periods. The path begins
+ * at the goal of `basis`, with its speed. If the joint rests and its servo reports a position more
+ * than CDS_MOTION_NEAR_STEPS away, the path begins at the reported position. False: not known. */
 bool cds_motion_find_path(const struct cds_motion *motion, uint8_t index,
                           const struct cds_motion_basis *basis, uint32_t duration,
                           struct cds_motion_path *path);
@@ -37,6 +38,15 @@ bool cds_motion_find_path(const struct cds_motion *motion, uint8_t index,
 /* Sets the path of *joint to `path`, in the duration and window of `plan`. */
 void cds_motion_set_path(struct cds_motion_joint *joint, const struct cds_motion_path *path,
                          const struct cds_motion_plan *plan);
+
+/* Joint `index` begins the move that was checked. A joint that is not in the pose brakes, or if the
+ * curve is linear or by servo, stops at its last goal. False: its feedback is older than 0.5 s. */
+bool cds_motion_begin_path(struct cds_motion *motion, uint8_t index);
+
+/* Sets the next goal of joint `index`. The speed leads there within a period; it is never 0, which
+ * would be full speed. Returns as cds_cycle_goal(). */
+enum cds_result cds_motion_set_goal(struct cds_motion *motion, uint8_t index,
+                                    const struct cds_motion_joint *joint);
 
 /* Sets *basis to the end of the move under way. */
 void cds_motion_set_end(const struct cds_motion *motion, struct cds_motion_basis *basis);

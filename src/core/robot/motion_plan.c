@@ -54,12 +54,12 @@ void cds_motion_begin_check(struct cds_motion *motion)
         motion->longest_window = WINDOW_US / motion->config.cycle->period_us + 1;
     motion->shortest_periods = 1;
     motion->longest_distance = 0;
-    motion->requested = plan->duration;
     motion->shortest_ms = 0;
     motion->has_speeds = false;
     motion->checked = 0;
-    motion->from_rest = basis_before(motion)->is_at_rest;
-    motion->stage = motion->from_rest && !motion->is_trial ? GOALS : BRAKING;
+    motion->follows = motion->next.waits && motion->is_under_way;
+    motion->checks_from_rest = basis_before(motion)->is_at_rest;
+    motion->stage = motion->checks_from_rest && !motion->is_trial ? GOALS : BRAKING;
     motion->move_result = CDS_PENDING;
 }
 
@@ -179,15 +179,28 @@ static enum cds_result check_braking(struct cds_motion *motion, uint8_t index)
     return CDS_OK;
 }
 
-/* Second check of joint `index`: its goal, and the time that it takes from rest. */
+/* True if the goals of a joint are within its limits from the first to the last one. By the servo
+ * the first goal is the last one. */
+static bool is_within_limits(const struct cds_motion *motion, const struct cds_motion_path *path,
+                             uint16_t lowest, uint16_t highest)
+{
+    int16_t low = (int16_t)(lowest * CDS_MOTION_STEP), high = (int16_t)(highest * CDS_MOTION_STEP);
+
+    if (path->goal < low || path->goal > high)
+        return false;
+    return motion->next.curve == CDS_MOTION_BY_SERVO ||
+           (path->position >= low && path->position <= high);
+}
+
+/* Second check of joint `index`: where it begins, its goal, and the time that it takes from rest.
+ */
 static enum cds_result check_goal(struct cds_motion *motion, uint8_t index)
 {
-    uint16_t goal = motion->next.pose[index], lowest = 0, highest = CDS_VALUE_MAX,
-             fastest = CDS_VALUE_MAX;
+    uint16_t lowest = 0, highest = CDS_VALUE_MAX, fastest = CDS_VALUE_MAX;
     const struct cds_servo_state *servo;
     struct cds_motion_path path;
 
-    if (goal == CDS_POSE_NONE)
+    if (motion->next.pose[index] == CDS_POSE_NONE)
         return CDS_OK;
     if (!cds_motion_find_path(motion, index, basis_before(motion), motion->next_plan.duration,
                               &path))
@@ -200,7 +213,7 @@ static enum cds_result check_goal(struct cds_motion *motion, uint8_t index)
         highest = servo->highest;
         fastest = servo->fastest;
     }
-    if (goal < lowest || goal > highest || fastest == 0)
+    if (fastest == 0 || !is_within_limits(motion, &path, lowest, highest))
         return CDS_LIMIT;
     motion->config.joints[index].fastest = (uint16_t)(fastest * CDS_MOTION_QUARTERS);
     note_shortest(motion, index, &path, fastest);
@@ -226,13 +239,13 @@ static void set_curve(struct cds_motion *motion)
 {
     struct cds_motion_plan *plan = &motion->next_plan;
     uint32_t mean_speed = motion->longest_distance * CDS_MOTION_UNIT / plan->duration;
-    uint32_t bend = CDS_CURVE_TRIANGLE;
+    uint32_t ramp_ratio = CDS_CURVE_TRIANGLE;
 
     if (motion->next.curve == CDS_MOTION_TRAPEZOID) {
         if (mean_speed <= UINT16_MAX)
-            bend = (mean_speed << 16) / trapezoid_change(motion) / plan->duration;
-        cds_curve_set_trapezoid(&plan->curve,
-                                bend < CDS_CURVE_TRIANGLE ? (uint16_t)bend : CDS_CURVE_TRIANGLE);
+            ramp_ratio = (mean_speed << 16) / trapezoid_change(motion) / plan->duration;
+        cds_curve_set_trapezoid(&plan->curve, ramp_ratio < CDS_CURVE_TRIANGLE ? (uint16_t)ramp_ratio
+                                                                              : CDS_CURVE_TRIANGLE);
     } else {
         cds_curve_set(&plan->curve, motion->next.curve);
     }
@@ -289,7 +302,8 @@ static bool is_slow(const struct cds_motion_plan *plan, const struct cds_motion_
 }
 
 /* Third check of joint `index`: its speed. CDS_PENDING: it is too fast, and a duration 1/8 longer
- * is tried. A joint that is at rest now is checked, too: it may have moved in check_goal(). */
+ * is tried. A joint that rests now is checked, too: if it was moving in check_goal(), its shortest
+ * time was not noted there. */
 static enum cds_result check_speed(struct cds_motion *motion, uint8_t index)
 {
     const struct cds_motion_plan *plan = &motion->next_plan;
@@ -317,7 +331,7 @@ static enum cds_result decide(struct cds_motion *motion)
 
     if (motion->has_speeds) // joints with speeds were checked for this duration only
         motion->shortest_periods = duration;
-    if (duration <= motion->requested)
+    if (duration <= periods_of(motion, motion->next.time_ms))
         return CDS_OK;
     motion->shortest_ms = (duration * motion->config.cycle->period_us + 999) / 1000;
     return motion->next.may_take_longer ? CDS_OK : CDS_LIMIT;
@@ -427,7 +441,7 @@ enum cds_result cds_motion_check(struct cds_motion *motion)
     bool is_of_joints = is_stage_of_joints(motion->stage);
     enum cds_result result;
 
-    if (motion->from_rest && !basis_before(motion)->is_at_rest) { // resumed during the check
+    if (motion->checks_from_rest && !basis_before(motion)->is_at_rest) { // resumed during the check
         cds_motion_begin_check(motion);
         return CDS_PENDING;
     }

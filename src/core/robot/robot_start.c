@@ -37,7 +37,8 @@ static void begin(struct cds_robot *robot, uint8_t phase)
 
     robot->phase = phase;
     request->servo_index = robot->joint;
-    request->ignores_servo_state = phase == CHECK; // it may be that of a servo that was exchanged
+    // the stored state may belong to a servo that was replaced since
+    request->ignores_servo_state = phase == CHECK;
     if (phase <= TORQUE_ON)
         cds_torque_on_begin(&robot->torque_on,
                             &(struct cds_torque_on_config){.bus = &robot->bus,
@@ -79,8 +80,8 @@ static enum cds_result go_on(struct cds_robot *robot)
     return CDS_PENDING;
 }
 
-/* The joint is not well. While servos are checked, the others still are: the program learns of
- * all. Returns what the start ends as, or CDS_PENDING. */
+/* The joint is not well. In phase CHECK the start goes on with the next joint, so that the program
+ * gets an event for each bad joint. Returns what the start ends as, or CDS_PENDING. */
 static enum cds_result fail(struct cds_robot *robot, uint8_t why, enum cds_result result)
 {
     uint8_t joint = robot->joint, error = robot->request.error;

@@ -106,9 +106,9 @@ static bool rewind_to_first(struct cds_sequence *sequence)
     return true;
 }
 
-/* The step in the slot was tried. Tries the next one, up to the end of the second run: a joint that
- * is in a later pose only starts from elsewhere in the first run. All further runs are as the
- * second one. Then the sequence begins. */
+/* The step in the slot was tried. Tries the next one, up to the end of the second run; then the
+ * sequence begins. In the first run a joint starts from where it is, in the second run from the
+ * last pose that has it. Later runs equal the second one. */
 static enum cds_result try_next(struct cds_sequence *sequence)
 {
     if (read_behind(sequence, sequence->slot) &&
@@ -195,7 +195,7 @@ static enum cds_result end_refused(struct cds_sequence *sequence, enum cds_resul
     return end(sequence, result);
 }
 
-static enum cds_result poll_way(struct cds_sequence *sequence)
+static enum cds_result poll_moving(struct cds_sequence *sequence)
 {
     struct cds_motion *motion = sequence->config.motion;
     enum cds_result result = (enum cds_result)motion->result;
@@ -253,7 +253,7 @@ enum cds_result cds_sequence_poll(struct cds_sequence *sequence)
     case TRIED: return poll_tried(sequence);
     case DWELLING: return poll_dwell(sequence);
     case CHECKING: return poll_check(sequence);
-    case MOVING: return poll_way(sequence);
+    case MOVING: return poll_moving(sequence);
     case QUEUED: return poll_queue(sequence);
     default: return is_dwell_over(sequence) ? end(sequence, CDS_OK) : CDS_PENDING;
     }

@@ -7,11 +7,11 @@
 #include "unity.h"
 
 #ifdef __AVR__
-#define TIME_STEP 509 // the simulated AVR is slower
-#define BEND_STEP 4001
+#define TIME_STEP  509 // the simulated AVR is slower
+#define RATIO_STEP 4001
 #else
-#define TIME_STEP 1
-#define BEND_STEP 61
+#define TIME_STEP  1
+#define RATIO_STEP 61
 #endif
 #define WAY_BOUND  5  // of 65536: 1023 steps are off by 0.08
 #define RATE_BOUND 12 // of 16384
@@ -92,14 +92,14 @@ static double root_of(double square)
     return root;
 }
 
-static void check_trapezoid(uint16_t bend)
+static void check_trapezoid(uint16_t ramp_ratio)
 {
-    double ramp = (1 - root_of(1 - 4 * share(bend))) / 2;
+    double ramp = (1 - root_of(1 - 4 * share(ramp_ratio))) / 2;
     struct cds_curve curve;
 
     if (ramp < 1 / 64.0)
         ramp = 1 / 64.0;
-    cds_curve_set_trapezoid(&curve, bend);
+    cds_curve_set_trapezoid(&curve, ramp_ratio);
     for (uint32_t time = 0; time < 65536; time += 127) {
         assert_near(65536.0 * trapezoid(ramp, share(time)),
                     cds_curve_progress(&curve, (uint16_t)time), 16, time);
@@ -110,8 +110,8 @@ static void check_trapezoid(uint16_t bend)
 
 void test_trapezoid_speeds_up_as_asked(void)
 {
-    for (uint32_t bend = 0; bend <= CDS_CURVE_TRIANGLE; bend += BEND_STEP)
-        check_trapezoid((uint16_t)bend);
+    for (uint32_t ramp_ratio = 0; ramp_ratio <= CDS_CURVE_TRIANGLE; ramp_ratio += RATIO_STEP)
+        check_trapezoid((uint16_t)ramp_ratio);
     check_trapezoid(CDS_CURVE_TRIANGLE);
 }
 

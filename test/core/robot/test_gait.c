@@ -86,6 +86,8 @@ static void poll_often(void)
 static enum cds_result pass_period(void)
 {
     rig_send_goals();
+    for (uint8_t i = 0; i < JOINTS; i++)
+        feedback[i].time_us = port_fake.now_us;
     sent++;
     poll_often();
     return (enum cds_result)gait.result;
@@ -394,6 +396,52 @@ void test_far_start_within_a_short_ramp_is_refused(void)
     begin_gait();
 }
 
+/* As gait.h says: the ramp is lengthened by the same factor. */
+static void check_shortest_period_works(void)
+{
+    uint32_t ramp_ms = config.ramp_ms, period_ms = config.period_ms;
+
+    memset(&gait, 0, sizeof gait);
+    if (try_gait() == CDS_PENDING)
+        return;
+    TEST_ASSERT_EQUAL(CDS_LIMIT, gait.result);
+    TEST_ASSERT_NOT_EQUAL(0, gait.shortest_ms);
+    ramp_ms = (ramp_ms * gait.shortest_ms + period_ms - 1) / period_ms;
+    if (ramp_ms > CDS_GAIT_TIME_MAX_MS)
+        return;
+    config.period_ms = (uint16_t)gait.shortest_ms;
+    config.ramp_ms = (uint16_t)ramp_ms;
+    TEST_ASSERT_EQUAL(CDS_PENDING, try_gait());
+    memset(&gait, 0, sizeof gait);
+    config.period_ms = (uint16_t)(config.period_ms * 49ul / 50);
+    config.ramp_ms = (uint16_t)(config.ramp_ms * 49ul / 50);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, try_gait());
+}
+
+void test_shortest_period_of_a_far_start_works(void)
+{
+    CDS_GAIT_TABLE(fast) = {
+        {.rest = 700, .sines = {{.amplitude = 250, .multiple = 2}}},
+        {.rest = CDS_POSE_NONE},
+        {.rest = CDS_POSE_NONE},
+        {.rest = CDS_POSE_NONE},
+        {.rest = CDS_POSE_NONE},
+        {.rest = CDS_POSE_NONE},
+        {.rest = CDS_POSE_NONE},
+    };
+
+    config.joints = fast;
+    for (uint16_t i = 0; i < MANY / 16; i++) {
+        uint16_t speed = (uint16_t)(20 + rand() % 1004);
+
+        feedback[0].position = (uint16_t)(rand() % 1024);
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[0], 0, 1023, speed));
+        config.period_ms = (uint16_t)(CDS_GAIT_TIME_MIN_MS + 10 + (uint16_t)rand() % 2000);
+        config.ramp_ms = (uint16_t)(config.period_ms + (uint16_t)(rand() % 3000));
+        check_shortest_period_works();
+    }
+}
+
 void test_inhibited_joint_is_refused(void)
 {
     cds_servos_inhibit(&servos, &states[1], CDS_INHIBIT_STOPPED);
@@ -404,6 +452,15 @@ void test_joint_of_unknown_position_is_refused(void)
 {
     feedback[4].known = false;
     assert_refused(CDS_TIMEOUT, 4);
+}
+
+void test_joint_without_feedback_for_half_a_second_is_refused(void)
+{
+    port_fake.now_us += 400000;
+    begin_gait();
+    memset(&gait, 0, sizeof gait);
+    port_fake.now_us += 600000;
+    assert_refused(CDS_TIMEOUT, 0);
 }
 
 void test_bad_tables_are_refused(void)
@@ -529,6 +586,22 @@ void test_pause_during_the_check_begins_paused(void)
     cds_gait_resume(&gait);
     pass_without_a_jump(200);
     TEST_ASSERT_NOT_EQUAL(first, goals[0]);
+}
+
+/* As in the next test: the rate is 0 after 105 periods, and so it is 1 again after as many. */
+void test_pause_during_the_check_keeps_its_deceleration(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_gait_begin(&gait, &config));
+    cds_gait_pause(&gait, 2000);
+    for (uint8_t i = 0; i < 10; i++)
+        pass_period();
+    cds_gait_resume(&gait);
+    for (uint8_t i = 0; i < 110; i++) {
+        if (i == 90)
+            TEST_ASSERT_LESS_THAN_UINT16(CDS_GAIT_1, gait.rate);
+        pass_period();
+    }
+    TEST_ASSERT_EQUAL_UINT16(CDS_GAIT_1, gait.rate);
 }
 
 /* 2000 units per second: 834 units at the most are at rest within 105 periods. */

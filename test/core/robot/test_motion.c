@@ -14,8 +14,8 @@
 #define SIZE      (8 + 5 * JOINTS)
 
 #ifdef __AVR__
-#define FEW  200 // the simulated AVR is slower
-#define SOME 6
+#define FEW  300 // the simulated AVR is slower
+#define SOME 8
 #else
 #define FEW  1
 #define SOME 1
@@ -377,6 +377,40 @@ void test_goal_beyond_a_limit_is_refused(void)
     TEST_ASSERT_EQUAL_UINT32(0, motion.shortest_ms);
     pose[2] = 199;
     TEST_ASSERT_EQUAL(CDS_LIMIT, try_move(5000, CDS_MOTION_LINEAR));
+}
+
+/* The joint was turned by hand. By the servo, its first goal is the goal of the move. */
+void test_joint_that_rests_beyond_a_limit_is_refused(void)
+{
+    states[2].held = CDS_HELD_CW_SET | CDS_HELD_CCW_SET; // position mode
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[2], 200, 800, 1023));
+    pose[2] = 600;
+    for (uint8_t i = 0; i < 2; i++) {
+        rig_begin_motion(0);
+        feedback[2].position = i ? 199 - 40 : 801 + 40;
+        TEST_ASSERT_EQUAL(CDS_LIMIT, try_move(5000, CDS_MOTION_LINEAR));
+        TEST_ASSERT_EQUAL_UINT8(2, motion.joint);
+        TEST_ASSERT_EQUAL_UINT32(0, motion.shortest_ms);
+        TEST_ASSERT_EQUAL(CDS_LIMIT, try_move(5000, CDS_MOTION_MINIMUM_JERK));
+        TEST_ASSERT_EQUAL(CDS_OK, try_move(5000, CDS_MOTION_BY_SERVO));
+        TEST_ASSERT_EQUAL(CDS_PENDING, pass_period());
+        TEST_ASSERT_EQUAL_UINT16(600, goals[2]);
+    }
+}
+
+/* The load turns the joint 3 steps away from its goal, which is at the limit. */
+void test_joint_near_its_goal_starts_from_there_in_the_first_move(void)
+{
+    states[2].held = CDS_HELD_CW_SET | CDS_HELD_CCW_SET; // position mode
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[2], 200, 500, 1023));
+    send_goals(); // 500
+    feedback[2].position = 503;
+    pose[2] = 400;
+    move(400, CDS_MOTION_MINIMUM_JERK);
+    while (pass_period() == CDS_PENDING)
+        TEST_ASSERT_LESS_OR_EQUAL_UINT16(500, goals[2]);
+    TEST_ASSERT_EQUAL(CDS_OK, motion.result);
+    TEST_ASSERT_EQUAL_UINT16(400, goals[2]);
 }
 
 void test_inhibited_joint_is_refused(void)
@@ -756,6 +790,57 @@ void test_move_begins_at_the_last_goal_if_feedback_is_old(void)
     TEST_ASSERT_UINT16_WITHIN(3, 520, (pass_period(), goals[0]));
 }
 
+/* Nothing is under way: the move does not wait. The joint was turned from 520 to 300 by hand. */
+void test_waiting_move_at_rest_begins_where_the_joint_is(void)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 300, .waits = true};
+
+    rig_begin_motion(0);
+    feedback[0].position = 500;
+    pose[0] = 520;
+    move(200, CDS_MOTION_LINEAR);
+    while (pass_period() == CDS_PENDING) {
+    }
+    feedback[0].position = 300;
+    pose[0] = 320;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    for (uint8_t i = 0; i < 3 * JOINTS + 10; i++)
+        cds_motion_poll(&motion);
+    while (pass_period() == CDS_PENDING)
+        TEST_ASSERT_UINT16_WITHIN(10, 310, goals[0]);
+    TEST_ASSERT_EQUAL_UINT16(320, goals[0]);
+}
+
+/* The move under way ends meanwhile. The servo lags behind: it still reports 440. */
+void test_move_that_waits_begins_at_the_goal_it_was_checked_from(void)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 300, .waits = true};
+
+    rig_begin_motion(0);
+    feedback[0].position = 400;
+    pose[0] = 500;
+    move(400, CDS_MOTION_LINEAR);
+    for (uint8_t i = 0; i < 99; i++)
+        pass_period();
+    feedback[0].position = 440;
+    pose[0] = 510;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    send_goals();
+    cds_motion_poll(&motion); // the last goals
+    cds_motion_poll(&motion);
+    TEST_ASSERT_EQUAL_UINT8(JOINTS, motion.index);
+    send_goals();
+    cds_motion_poll(&motion);
+    TEST_ASSERT_FALSE(motion.is_under_way);
+    TEST_ASSERT_EQUAL(CDS_PENDING, motion.move_result);
+    for (uint8_t i = 0; i < 3 * JOINTS + 10; i++)
+        cds_motion_poll(&motion);
+    TEST_ASSERT_EQUAL(CDS_OK, motion.move_result);
+    while (pass_period() == CDS_PENDING)
+        TEST_ASSERT_UINT16_WITHIN(5, 505, goals[0]);
+    TEST_ASSERT_EQUAL_UINT16(510, goals[0]);
+}
+
 /* ---- pause, abort, override ---- */
 
 void test_pause_holds_a_move_that_is_checked(void)
@@ -901,6 +986,42 @@ void test_move_paused_before_its_first_goal_can_be_ended(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
 }
 
+/* A joint went from 500 to 500 + `way`; the next move begins paused and is aborted. Then the joint
+ * goes 50 steps further. */
+static void check_move_after_an_abort_before_the_first_goal(uint16_t way, bool waits, bool resumes)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 300};
+
+    setUp();
+    pose[0] = (uint16_t)(500 + way);
+    move(200, CDS_MOTION_MINIMUM_JERK);
+    while (pass_period() == CDS_PENDING) {
+    }
+    feedback[0].position = goals[0];
+    pose[0] = 450;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    cds_motion_pause(&motion, 8000);
+    for (uint8_t i = 0; i < 10; i++)
+        pass_period();
+    if (resumes)
+        cds_motion_resume(&motion);
+    cds_motion_abort(&motion, 8000);
+    pass_period();
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, motion.result);
+    it.waits = waits;
+    pose[0] = (uint16_t)(550 + way);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    check_goals_rise_to(pose[0]);
+}
+
+void test_move_after_an_abort_before_the_first_goal_does_not_jump(void)
+{
+    for (uint8_t i = 0; i < 4; i = (uint8_t)(i + SOME)) {
+        check_move_after_an_abort_before_the_first_goal(14, i & 1, i & 2);
+        check_move_after_an_abort_before_the_first_goal(80, i & 1, i & 2);
+    }
+}
+
 void test_pause_ends_with_the_refusal_of_its_move(void)
 {
     struct cds_move it = {.pose = pose, .time_ms = 4};
@@ -918,6 +1039,76 @@ void test_pause_ends_with_the_refusal_of_its_move(void)
     for (uint16_t i = 0; i < 300 && pass_period() == CDS_PENDING; i++) {
     }
     TEST_ASSERT_EQUAL(CDS_OK, motion.result);
+}
+
+void test_pause_during_a_trial_does_nothing(void)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 400};
+
+    rig_begin_motion(0);
+    pose[0] = 520;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_try(&motion, &it, true));
+    cds_motion_pause(&motion, 8000);
+    for (uint8_t i = 0; i < 3 * JOINTS + 10; i++)
+        cds_motion_poll(&motion);
+    TEST_ASSERT_EQUAL(CDS_OK, motion.move_result);
+    move(400, CDS_MOTION_LINEAR);
+    for (uint8_t i = 0; i < 110; i++)
+        pass_period();
+    TEST_ASSERT_EQUAL(CDS_OK, motion.result);
+    TEST_ASSERT_EQUAL_UINT16(520, goals[0]);
+}
+
+/* The highest speed is 322 units; 1000 units per second are 4 in a period. */
+static void check_speeds_up_at_1000(void)
+{
+    uint16_t periods = 0;
+
+    for (uint16_t last = 0; motion.rate < 65536 && periods < 1000; periods++, last = speeds[0]) {
+        pass_period();
+        TEST_ASSERT_TRUE(periods == 0 || speeds[0] <= last + 4 + 4); // and the reserve
+    }
+    TEST_ASSERT_UINT16_WITHIN(8, 81, periods); // 62 within a quarter of a second
+}
+
+void test_pause_before_the_first_goal_keeps_its_deceleration(void)
+{
+    struct cds_move it = {.pose = pose, .time_ms = 1500, .curve = CDS_MOTION_LINEAR};
+
+    rig_begin_motion(0);
+    feedback[0].position = 200;
+    pose[0] = 800;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
+    cds_motion_pause(&motion, 1000);
+    for (uint8_t i = 0; i < 10; i++)
+        pass_period();
+    TEST_ASSERT_EQUAL(CDS_OK, motion.move_result);
+    cds_motion_resume(&motion);
+    check_speeds_up_at_1000();
+}
+
+/* The rate of a slow move falls in larger steps than that of a fast move. */
+void test_paused_move_after_a_slower_one_keeps_the_deceleration(void)
+{
+    rig_begin_motion(0);
+    feedback[0].position = 200;
+    pose[0] = 230;
+    move(1500, CDS_MOTION_LINEAR);
+    for (uint8_t i = 0; i < 10; i++)
+        pass_period();
+    cds_motion_pause(&motion, 1000);
+    for (uint8_t i = 0; i < 40; i++)
+        pass_period();
+    pose[0] = 800;
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_motion_move(&motion, &(struct cds_move){.pose = pose,
+                                                                  .time_ms = 1500,
+                                                                  .curve = CDS_MOTION_LINEAR}));
+    for (uint8_t i = 0; i < 10; i++)
+        pass_period();
+    TEST_ASSERT_EQUAL(CDS_OK, motion.move_result);
+    cds_motion_resume(&motion);
+    check_speeds_up_at_1000();
 }
 
 void test_override_does_not_end_a_pause(void)

@@ -234,6 +234,36 @@ void test_too_fast_step_after_a_passed_pose_ends_sequence(void)
     TEST_ASSERT_LESS_OR_EQUAL_UINT16(600, goals[0]);
 }
 
+/* The steps are tried meanwhile; the first one does not begin before the resume. */
+void test_pause_during_the_check_holds_the_first_step_back(void)
+{
+    checks_all = true;
+    add_step(600, 400, 0, false);
+    begin(1);
+    cds_sequence_poll(&sequence);
+    cds_sequence_pause(&sequence, 8000);
+    for (uint8_t i = 0; i < 100; i++)
+        pass_period();
+    TEST_ASSERT_FALSE(sequence.is_checking);
+    TEST_ASSERT_EQUAL_UINT16(500, goals[0]);
+    cds_sequence_resume(&sequence);
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_OK, sequence.result);
+    TEST_ASSERT_EQUAL_UINT16(600, goals[0]);
+}
+
+void test_pause_of_a_sequence_ends_with_its_refusal(void)
+{
+    checks_all = true;
+    add_step(0, 40, 0, false);
+    begin(1);
+    cds_sequence_poll(&sequence);
+    cds_sequence_pause(&sequence, 8000);
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_LIMIT, sequence.result);
+    TEST_ASSERT_FALSE(motion.is_paused);
+}
+
 static bool read_any_step(void *context, uint8_t index, struct cds_sequence_step *step,
                           uint16_t *pose)
 {
@@ -309,6 +339,27 @@ void test_checked_sequence_reports_each_pose_once(void)
     run_to_end();
     TEST_ASSERT_EQUAL(CDS_OK, sequence.result);
     TEST_ASSERT_EQUAL_UINT8(4, told_count);
+}
+
+static uint8_t polls_of_check(bool passes)
+{
+    uint8_t polls = 0;
+
+    setUp();
+    checks_all = true;
+    add_step(600, 400, 0, passes);
+    add_step(700, 400, 0, false);
+    for (begin(1); sequence.is_checking; polls++)
+        cds_sequence_poll(&sequence);
+    TEST_ASSERT_EQUAL(CDS_PENDING, sequence.result);
+    return polls;
+}
+
+/* As sequence.h says: 4 a step, and 3 or 4 for each servo. */
+void test_check_takes_up_to_4_polls_for_each_servo_and_step(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(2 * (4 + 3 * JOINTS), polls_of_check(false));
+    TEST_ASSERT_EQUAL_UINT8(2 * (4 + 4 * JOINTS), polls_of_check(true));
 }
 
 /* Result of a run of the steps. */

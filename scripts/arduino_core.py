@@ -14,7 +14,7 @@ import subprocess
 import sys
 import zipfile
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[1]
 CORE = pathlib.Path("/usr/share/arduino/hardware/arduino/avr")
 LIBRARY = "CDS55xx"
 IDE = "10819"

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""examples/stop_report.h tells why a program has stopped: copies of examples with a mistake, or with trouble on the way."""
+# needs: build/lib/libcds55xx-atmega128.a $(patsubst %,build/atmega128/examples/%.elf,keyframes timed_move two_joints)
+import pathlib
+import tempfile
+import unittest
+
+from simulator import ROOT, Run, call
+
+LIMIT = "the limits of the servo do not permit this"
+TORQUE_OFF = "FF FF FE 04 03 18 00 E2"
+TROUBLE = """        if (robot.cycle.counters.periods == 300)
+            cds_servos_inhibit(&robot.servos, &robot.servos.states[1], CDS_INHIBIT_STOPPED);
+        if (robot.cycle.counters.periods == 320)
+            cds_servos_release_all(&robot.servos);
+"""
+
+
+class StopReport(unittest.TestCase):
+    def reported(self, example, old, new, seconds="4"):
+        """What a copy of the example with `new` in place of `old` prints."""
+        text = (ROOT / f"examples/{example}.c").read_text()
+        self.assertEqual(text.count(old), 1)
+        with tempfile.TemporaryDirectory() as folder:
+            source, elf = (pathlib.Path(folder) / f"{example}{end}" for end in (".c", ".elf"))
+            source.write_text(text.replace(old, new))
+            self.assertEqual(call("avr-gcc", "-mmcu=atmega128", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", "-flto",
+                                  "-Wall", "-Wextra", "-Werror", "-Wl,--relax", "-Wl,--gc-sections", "-Iinclude",
+                                  "-Iboards/atmega128", "-Iexamples", source, "build/lib/libcds55xx-atmega128.a", "-o",
+                                  elf, cwd=ROOT), (0, ""))
+            return Run(elf, "--host", "stdout", "--seconds", seconds, servos="1-3").output
+
+    def check_scenario(self, example, lines, *options):
+        """The example as it is passes the scenario."""
+        run = Run(f"build/atmega128/examples/{example}.elf", *options, servos="1-3", script=lines)
+        self.assertEqual(run.status, 0, run.output)
+        return run
+
+    def test_angle_of_a_key_frame_beyond_the_limits_is_named(self):
+        said = self.reported("keyframes", "{80, 0, 45}", "{80, 0, 95}")
+        self.assertIn("\nstep 2: servo 3 (joint 2, wrist): 95 degrees, its limits are -90 and 90\n", "\n" + said)
+
+    def test_angle_of_a_move_beyond_the_limits_is_named(self):
+        said = self.reported("timed_move", "mdeg = 60000", "mdeg = 90500", seconds="2")
+        self.assertIn("\nmotion: servo 1 (joint 0, left): 90.500 degrees, its limits are -90 and 90\n", "\n" + said)
+
+    def test_key_frame_that_is_too_fast_is_named_with_its_time(self):
+        said = self.reported("keyframes", "{{80, 0, 45}, 1000,", "{{80, 0, 45}, 100,")
+        self.assertRegex("\n" + said, rf"\nstep 2: servo [13] \(joint [02], (base|wrist)\): {LIMIT}, it needs \d+ ms\n")
+
+    def test_key_frame_with_a_time_out_of_range_is_named(self):
+        said = self.reported("keyframes", "-45}, 1500,", "-45}, 0,")
+        self.assertIn("\nstep 3: argument out of range\n", "\n" + said)
+
+    def test_row_of_the_table_out_of_range_is_named(self):
+        said = self.reported("timed_move", "CDS_REVERSED, 150000,", "CDS_REVERSED, 350000,", seconds="1")
+        self.assertIn("\njoint 1 of the table, or an ID: out of range\n", "\n" + said)
+
+    def test_start_with_a_period_out_of_range_is_told(self):
+        said = self.reported("timed_move", "    cds_robot_start(", "    robot.period_us = 100;\n    cds_robot_start(",
+                             seconds="1")
+        self.assertIn("\nnot started: argument out of range\n", "\n" + said)
+
+    def test_move_that_is_too_fast_is_told_with_its_time(self):
+        said = self.reported("timed_move", ".time_ms = 1500", ".time_ms = 150")
+        self.assertRegex("\n" + said, rf"\nmotion: servo 1 \(joint 0, left\): {LIMIT}, it needs \d+ ms\n")
+
+    def test_move_that_ends_early_ends_the_program(self):
+        said = self.reported("timed_move", "        if (robot.state != CDS_ROBOT_RUNNING",
+                             TROUBLE + "        if (robot.state != CDS_ROBOT_RUNNING")
+        self.assertIn("\nmotion: servo 2 (joint 1, right): the servo may not be driven\n", "\n" + said)
+
+    def test_stop_by_the_program_is_told(self):
+        said = self.reported("timed_move", "        if (robot.state != CDS_ROBOT_RUNNING",
+                             "        if (robot.cycle.counters.periods == 300)\n            cds_robot_stop(&robot);\n"
+                             "        if (robot.state != CDS_ROBOT_RUNNING", seconds="3")
+        self.assertIn("\nstopped by the program\n", "\n" + said)
+
+    def test_error_bits_are_words(self):
+        for cause, word in [("@block 2 on", "overload"), ("@supply 2 5 over 10", "input voltage")]:
+            with self.subTest(cause):
+                self.check_scenario("keyframes", f"@wait 2500\n{cause}\n@expect text servo 2 (joint 1, elbow): alarm: "
+                                    f"{word} within 6000\n@expect servo 1-3 torque off\n")
+
+    def test_line_held_low_is_told_while_it_is_low(self):
+        self.check_scenario("keyframes", "@wait 2500\n@fault stuck low\n"
+                            "@expect text line low or disturbed; torque off cannot be sent, switch the power off within 700\n"
+                            "@wait 2000\n@expect servo 1-3 torque on\n@fault stuck off\n@expect servo 1-3 torque off\n",
+                            "--rules", "warn")
+
+    def test_line_low_from_the_start_is_told(self):
+        self.check_scenario("keyframes", "@fault stuck low\n@expect text line low or disturbed within 2500\n",
+                            "--rules", "warn")
+
+    def test_report_does_not_delay_torque_off(self):
+        run = self.check_scenario("keyframes", "@wait 2500\n@power 2 off\n@expect text servo 2 (joint 1, elbow): offline "
+                                  "within 3000\n@expect servo 1-3 torque off\n")
+        times = [cycle for cycle, way, packet in run.packets if packet == TORQUE_OFF]
+        self.assertEqual(len(times), 3)
+        self.assertLess(times[-1] - times[0], 2 * 16000)
+
+    def test_robot_that_is_started_again_reports_again(self):
+        said = self.reported("timed_move", "        if (robot.state != CDS_ROBOT_RUNNING",
+                             "        if (cds_port_now_us() >> 16 == 30 || cds_port_now_us() >> 16 == 90)\n"
+                             "            cds_robot_stop(&robot);\n"
+                             "        if (cds_port_now_us() >> 16 == 60)\n            cds_robot_start(&robot);\n"
+                             "        if (robot.state != CDS_ROBOT_RUNNING", seconds="6.5")
+        self.assertEqual(said.count("stopped by the program\n"), 2)
+
+    def test_stopped_robot_on_a_noisy_line_breaks_no_rule(self):
+        for example in "keyframes", "timed_move", "two_joints":
+            with self.subTest(example):
+                self.check_scenario(example, "@wait 2500\n@fault noise 2000\n@expect servo 1-3 torque off within 3000\n"
+                                    "@wait 2000\n", "--seed", "1")
+
+
+if __name__ == "__main__":
+    unittest.main()
