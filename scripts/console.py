@@ -269,7 +269,7 @@ not follow is named. Typed into tmux as above.
 ## A new servo
 
 The new servo is alone on the bus; if another one answers, `new` names both and writes nothing (error 89). An ID of the robot's
-list is refused, as NEW (error 95) and as that of the servo found (error 96): `servos forget` empties the list, and of several
+list is refused, as NEW (error 11) and as that of the servo found (error 95): `servos forget` empties the list, and of several
 new servos the last gets ID 1, the factory's ([hardware.md](hardware.md#more-new-servos)). The six listed rates are 1000000,
 500000, 250000, 117647, 57143 and 19231 bps: those of the manual, which a servo keeps over power-off. Behind another rate the console
 prints `, until power-off`: then the servo is back at its last listed rate. To restore registers, send the

@@ -73,9 +73,9 @@ def text(what):
 
 
 # Errors whose line names the word or the value, in the profile `full`: test_explain.c.
-EXPLAINED = {30, 31, 32, 33, 34, 38, 39, 41, 60, 96}
+EXPLAINED = {30, 31, 32, 33, 34, 38, 39, 41, 60, 95}
 # Errors whose line names the servo, in the profile `full`.
-OF_SERVO = {2, 3, 5, 7, *range(9, 15), *range(20, 24), 42, 47, 48, 50, 51, 52, 95}
+OF_SERVO = {2, 3, 5, 7, *range(9, 15), *range(20, 24), 42, 47, 48, 50, 51, 52}
 
 
 def error(number, line):
@@ -255,8 +255,8 @@ FULL_ONLY = {
            + text("step 3 of 4: ID 1 becomes 9") + text("step 4 of 4: rate 29851bps becomes 1000000bps")
            + text("servo 9 is set up and joins the robot, at 1000000bps") + servo("1 ID 9")
            + servo("1 BAUD_RATE 1") + servo("1 RETURN_DELAY 1")
-           + error(95, "new 9") + "@expect silence 10\nservos\n"
-           + error(96, "new 8") + text(f"servo 9: {ERRORS[96]}") + servo("1 ID 9") + "servos forget\nnew 9\nservos forget\n@power off\n"
+           + "! new 9\n" + text("error 11: ID 9 is in the list of the robot's servos; choose another ID, or ") + "@expect silence 10\nservos\n"
+           + error(95, "new 8") + text(f"servo 9: {ERRORS[95]}") + servo("1 ID 9") + "servos forget\nnew 9\nservos forget\n@power off\n"
            + error(88, "new 9") + "@servos 1-18\n@wait 10\nservos forget\nscan\n" + error(40, "new 30")
            + "@expect silence 10\n",
     "backup": "@servos 1-3\nset 2 MIN_VOLTAGE 6.5V\nbackup 2\n" + text("restore 2 RETURN_DELAY 2us")
@@ -293,7 +293,7 @@ BOTH = "lock 1\nservos forget\nwrite 2 ID 1\n" + error(52, "id 1 5") + "@expect 
 
 
 # Lists of servos, in the profile `full`.
-LISTS = ("torque 1 2 3 on\n" + text("servo 3: ok") + servo("1-3 torque on") + "set 1-3 RETURN_DELAY 20us\n"
+LISTS = ("info 1-2\n" + text("servo 1: 0x00 ") + text("servo 2: 0x1E GOAL_POSITION") + "torque 1 2 3 on\n" + text("servo 3: ok") + servo("1-3 torque on") + "set 1-3 RETURN_DELAY 20us\n"
          + text("servo 2: unchanged") + "scan\nset all MAX_TEMPERATURE 70C\n" + text("servo 1: written")
          + servo("1-3 MAX_TEMPERATURE 70") + "get 1-3 LED\n" + text("servo 2: LED = 0")
          + "move all 100 20rpm\n" + servo("1-3 GOAL_POSITION 341") + "led 1,3 on\n" + servo("1,3 LED 1")
@@ -302,13 +302,12 @@ LISTS = ("torque 1 2 3 on\n" + text("servo 3: ok") + servo("1-3 torque on") + "s
 
 # A line that is held low, and a servo that is unplugged: what is not known is not shown. In mode person, whose
 # replies are the same but for the last lines of stop.
-LINE_LOW = ("scan\ntorque 1 on\n@fault stuck low 3000\n@wait 1500\nservos\n" + text("the line is held low: no servo can be asked")
-            + text("servo 1: line held low, torque unknown") + "status\n"
-            + text("servos: 3, inhibited 0, offline unknown: the line is held low")
-            + error(9, "stop") + text("torque may still be on: switch off the supply of the servos; driving is inhibited until 'release'")
+LINE_LOW = ("scan\ntorque 1 on\n@fault stuck low 3000\n@wait 1500\nservos\n" + text("servo 1: line held low, torque unknown") + "status\n"
+            + text("servos: 3, inhibited 0, offline 3")
+            + error(9, "stop") + text("torque may still be on: switch off the supply; driving is inhibited until 'release'")
             + "@wait 2000\nservos\n" + text("servo 1: online, torque off, inhibited: stopped")
             + "release\n@power 3 off\n@wait 2500\nservos\n" + text("servo 3: offline, torque unknown")
-            + error(2, "stop") + text("torque may still be on: switch off the supply of the servos"))
+            + error(2, "stop") + text("torque may still be on: switch off the supply;"))
 
 # A servo that is set not to answer, which the controller knows.
 MUTE = ("scan\nread 1 STATUS_RETURN_LEVEL\nwrite 1 STATUS_RETURN_LEVEL 0\n@wait 1200\n"
@@ -396,12 +395,16 @@ class Scripts(unittest.TestCase):
                                  "--rules", "warn")
                 self.assertEqual(run.status, 0, run.output[-3000:])
 
+    def test_reset_of_all_servos_empties_the_list(self):
+        self.run_on("atmega128", "scan\nservos\n" + text("servo 3: ") + "@servos 7\nfactory 254 force\n" + servo("7 ID 1")
+                    + "servos\n" + text("no servo known"))
+
     def test_line_low_and_servo_offline_are_told(self):
         self.run_on("atmega128", LINE_LOW)
 
     def test_new_servo_at_neighbour_of_listed_rate_has_the_rate_of_the_bus(self):
         script = ("bus 19417\nnew 1\nservos forget\nnew 1\n" + text("one ID answers: ID 1 at 19231bps") + text("step 4 of 4: the rate is 19417bps already")
-                  + text("servo 1 is set up and joins the robot, at 19417bps") + error(96, "new 2"))
+                  + text("servo 1 is set up and joins the robot, at 19417bps") + error(95, "new 2"))
         run = controller("echo off\n" + said_by("full", script), "atmega128", "1", "--rules", "warn")
         self.assertEqual(run.status, 0, run.output[-3000:])
 

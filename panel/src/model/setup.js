@@ -17,8 +17,8 @@ const SEARCH_MS = 15000; // `new` and `diagnose` say nothing while they search, 
 const CHANGE_MS = 10000; // a change of the rate of a servo
 const ERROR_KEY = 49; // the user has ended a command
 const ENDED_CODES = new Set(["cancelled", "ended"]); // errors of the wire: the user has ended the command
-const ERROR_ID_KNOWN = 95; // `new`: the ID is in the controller's list
-const ERROR_NOT_NEW = 96; // `new`: the servo that answers may be one of the list
+const ERROR_ID_KNOWN = 11; // `new`: the ID is in the controller's list
+const ERROR_NOT_NEW = 95; // `new`: the servo that answers may be one of the list
 const FATAL_CODES = new Set(["stopped", "closed", "silent", "cancelled"]); // errors of the wire after which the next job would fail, too
 
 export class Setup extends EventTarget {

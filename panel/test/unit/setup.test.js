@@ -179,7 +179,7 @@ test("new servo: an ID of the list is refused, and set up once the list is forgo
         onText: (line, at) => {
             if (line === "servos forget") isListed = false;
             if (line !== "new 4" || !isListed) return false;
-            at.say("error 96: servo 1: this ID answers and is in the robot's list, nothing was written; unplug the servo of the robot");
+            at.say("error 95: servo 1: this ID is in the robot's list, nothing was written; unplug the servo of the robot");
             return true;
         },
     });

@@ -145,9 +145,6 @@ struct command_set {
     /* Converts number 0 of the line to a value of setting line.setting, in console->raw. Returns an
      * error or 0. NULL: every setting is a plain number. */
     uint8_t (*setting_number)(struct console *console);
-    /* Prints the value of setting `index`, "4us (2)", and the end of the line. False: the unit of
-     * the setting is not that of a register. NULL: the same for every setting. */
-    bool (*setting_print)(struct console *console, uint8_t index);
     bool (*after_scan)(struct console *console); // end of the poll of `scan`, or NULL
     struct account *account;                     // of the counters, or NULL
     bool (*explain)(struct console *console);    // explain.h; NULL: errors have their text only

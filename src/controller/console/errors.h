@@ -23,8 +23,7 @@
     X(ERROR_INPUT_LOST, 36, "input lost", "send the next line only after the reply to this one")   \
     X(ERROR_BLOCK, 37, "malformed block", "write ID:BYTE,BYTE,... with as many bytes as LENGTH")   \
     X(ERROR_UNKNOWN_WORD, 38, "unknown word", "'help COMMAND' shows the words it takes")           \
-    X(ERROR_UNIT, 39, "wrong unit",                                                                \
-      "deg mdeg, rpm mrpm, V mV, %, C, us ms s, bps kbps, or raw, to suit the value")              \
+    X(ERROR_UNIT, 39, "wrong unit", "give the unit that 'help COMMAND' shows, or raw")             \
     X(ERROR_TOO_MANY, 40, "too many servos",                                                       \
       "a line takes 50 servos or angles, 'monitor' 8, the robot 18: 'servos forget' empties it")   \
     X(ERROR_TWICE, 41, "an ID is given twice", "give each servo once")                             \
@@ -94,9 +93,9 @@
       "'sequence show NAME' shows the steps; store all of them again, from 'new' on")              \
     X(ERROR_NO_MOTION, 79, "no motion is under way", "'play NAME' begins one")                     \
     X(ERROR_JOINTS, 80, "too many servos in stored poses",                                         \
-      "all stored poses together have at most 18 servos: delete poses, or give fewer servos")      \
+      "together they have at most 18: delete poses, or give fewer servos")                         \
     X(ERROR_STUCK, 83, "a servo does not follow its goals; the motion has ended",                  \
-      "check what blocks the servo, and whether its power and torque are on")                      \
+      "check what blocks it, its power and its torque")                                            \
     X(ERROR_TORQUE_OFF, 84, "torque of a servo is off",                                            \
       "'teach off' switches torque on where it is")                                                \
     X(ERROR_ALARM, 85, "the servo reports an alarm", "'servos' names it: remove the cause")        \
@@ -120,9 +119,7 @@
       "'settings autostart off' first")                                                            \
     X(ERROR_NO_NEW, 94, "the 'sequence NAME new' before was refused, nothing was stored",          \
       "send that line again; to add to a stored sequence: 'sequence list' first")                  \
-    X(ERROR_ID_KNOWN, 95, "this ID is in the list of the robot's servos, nothing was sent",        \
-      "choose another ID, or empty the list by 'servos forget'")                                   \
-    X(ERROR_NOT_NEW, 96, "this ID answers and is in the robot's list, nothing was written",        \
+    X(ERROR_NOT_NEW, 95, "this ID is in the robot's list, nothing was written",                    \
       "unplug the servo of the robot; if the new servo has this ID, 'servos forget' first")
 
 enum console_error {

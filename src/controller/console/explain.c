@@ -2,6 +2,8 @@
 /* Errors with servo, argument, value and range; see explain.h. */
 #include "console/explain.h"
 
+#include <stddef.h>
+
 #include "cds55xx/control_table.h"    // cds_register_at()
 #include "console/commands/monitor.h" // MONITOR_MS_MIN
 #include "console/commands/shared.h"  // setting_is_rate()
@@ -20,8 +22,6 @@ static const CDS_FLASH char message_to[] = " to ";
 static const CDS_FLASH char message_subject_end[] = ": ";
 static const CDS_FLASH char message_ms[] = "ms";
 static const CDS_FLASH char message_whole_s[] = "s, whole seconds";
-static const CDS_FLASH char message_us[] = "us";
-static const CDS_FLASH char message_units[] = "wrong unit; this takes %s";
 static const CDS_FLASH char message_too_fine[] = "has more decimals than the command takes";
 
 /* The values an argument may have. */
@@ -34,34 +34,33 @@ struct range {
 #define UNIT_PERCENT (UINT8_MAX - 1)         // percent
 #define UNIT_S       (UINT8_MAX - 2)         // whole seconds
 #define UNIT_ADDRESS (UINT8_MAX - 3)         // of a register: printed in hexadecimal digits
-#define UNIT_MICRO_S (UINT8_MAX - 4)         // microseconds
 #define CW_FULL      (0x400 | CDS_VALUE_MAX) // full speed CW (R35)
 
-/* By the name of the argument and, where commands differ, the name of the command, else "". */
+/* By the name of the argument and, where commands differ, the name of the command. */
 static const CDS_FLASH struct {
     char name[11];
-    char command[8];
+    const CDS_FLASH char *command;
     struct range range;
 } argument_ranges[] = {
-    {"ID", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"ID...", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"OLD", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"NEW", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"ID|254", "", {0, CDS_BROADCAST_ID, CDS_UNIT_NUMBER}},
-    {"REG", "", {0, CDS_TABLE_SIZE - 1, UNIT_ADDRESS}},
-    {"ANGLE", "", {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"ANGLE...", "", {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"HIGH", "", {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"SPEED", "turn", {CW_FULL, CDS_VALUE_MAX, CDS_UNIT_SIGNED_MRPM}},
-    {"SPEED", "", {0, CDS_VALUE_MAX, CDS_UNIT_MRPM}},
-    {"RATE", "", {CDS_BAUD_MAX, 0, CDS_UNIT_BPS}},
-    {"MS", "monitor", {MONITOR_MS_MIN, MONITOR_MS_MAX, UNIT_MS}},
-    {"MS", "cycle", {CYCLE_MS_MIN, CYCLE_MS_MAX, UNIT_MS}},
-    {"N", "play", {1, UINT16_MAX, CDS_UNIT_NUMBER}},
-    {"PERCENT", "", {10, 200, UNIT_PERCENT}},
-    {"DELAY", "", {1, AUTOSTART_DELAY_MAX, UNIT_S}},
-    {"TIME", "", {0, 0, UNIT_MS}}, // its range depends on the command
-    {"SPEED|TIME", "", {0, 0, UNIT_MS}},
+    {"ID", NULL, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"ID...", NULL, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"OLD", NULL, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"NEW", NULL, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"ID|254", NULL, {0, CDS_BROADCAST_ID, CDS_UNIT_NUMBER}},
+    {"REG", NULL, {0, CDS_TABLE_SIZE - 1, UNIT_ADDRESS}},
+    {"ANGLE", NULL, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"ANGLE...", NULL, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"HIGH", NULL, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"SPEED", FLASH_TEXT("turn"), {CW_FULL, CDS_VALUE_MAX, CDS_UNIT_SIGNED_MRPM}},
+    {"SPEED", NULL, {0, CDS_VALUE_MAX, CDS_UNIT_MRPM}},
+    {"RATE", NULL, {CDS_BAUD_MAX, 0, CDS_UNIT_BPS}},
+    {"MS", FLASH_TEXT("monitor"), {MONITOR_MS_MIN, MONITOR_MS_MAX, UNIT_MS}},
+    {"MS", FLASH_TEXT("cycle"), {CYCLE_MS_MIN, CYCLE_MS_MAX, UNIT_MS}},
+    {"N", FLASH_TEXT("play"), {1, UINT16_MAX, CDS_UNIT_NUMBER}},
+    {"PERCENT", NULL, {10, 200, UNIT_PERCENT}},
+    {"DELAY", NULL, {1, AUTOSTART_DELAY_MAX, UNIT_S}},
+    {"TIME", NULL, {0, 0, UNIT_MS}}, // its range depends on the command
+    {"SPEED|TIME", NULL, {0, 0, UNIT_MS}},
 };
 
 #define RANGES (sizeof argument_ranges / sizeof argument_ranges[0])
@@ -88,31 +87,20 @@ bool explain_is_settings(const struct command_line *line)
     return parse_has_name(line->command->usage, settings_command);
 }
 
-/* The unit of a number of the line for its setting: a bare number counts as the setting does. */
-static uint8_t unit_of_setting(const struct command_line *line)
-{
-    static const CDS_FLASH uint8_t units[] = {
-        [SETTING_IS_NO_TIME] = CDS_UNIT_NUMBER,
-        [SETTING_IN_MS] = UNIT_MS,
-        [SETTING_IN_US] = UNIT_MICRO_S,
-        [SETTING_IN_2_US] = CDS_UNIT_US,
-    };
-    uint8_t kind = line->number[0].kind;
-
-    if (kind == NUMBER_BARE || kind == NUMBER_RAW)
-        return CDS_UNIT_NUMBER;
-    return units[setting_time(line->setting)];
-}
-
 /* The range of the setting of the line. A rate may be given in bit/s. */
 static struct range range_of_setting(const struct command_line *line)
 {
     const CDS_FLASH struct setting *row = &settings_table[line->setting];
+    uint8_t unit = CDS_UNIT_NUMBER;
 
     if (setting_is_rate(line))
         return (struct range){row->highest < CDS_BAUD_MAX ? row->highest : CDS_BAUD_MAX,
                               row->lowest, CDS_UNIT_BPS};
-    return (struct range){row->lowest, row->highest, unit_of_setting(line)};
+    if (line->number[0].kind == NUMBER_TIME && *row->unit == 'm')
+        unit = UNIT_MS;
+    if (line->number[0].kind == NUMBER_TIME && *row->unit == 'x')
+        unit = CDS_UNIT_US;
+    return (struct range){row->lowest, row->highest, unit};
 }
 
 /* LOW of the line may be up to its HIGH. */
@@ -159,7 +147,7 @@ static bool range_of(const struct command_line *line, const CDS_FLASH char *name
     }
     for (uint8_t i = 0; i < RANGES; i++) {
         if (!parse_has_name(name, argument_ranges[i].name) ||
-            (argument_ranges[i].command[0] &&
+            (argument_ranges[i].command &&
              !parse_has_name(line->command->usage, argument_ranges[i].command)))
             continue;
         *range = argument_ranges[i].range;
@@ -181,8 +169,6 @@ static uint8_t check(const struct number *number, const struct range *range)
     } else if (range->unit == UNIT_S) {
         error = number_ms(number, range->highest * (uint32_t)1000, &ms);
         raw = ms % 1000 ? 0 : (uint16_t)(ms / 1000);
-    } else if (range->unit == UNIT_MICRO_S) {
-        error = number_us(number, UINT16_MAX, &raw);
     } else if (range->unit == UNIT_PERCENT) {
         error = number_percent(number, &percent);
         raw = percent;
@@ -202,8 +188,7 @@ struct subject {
     const CDS_FLASH char *name;  // of the argument, in the usage; NULL: none
     const struct number *number; // the value; NULL: it is the word that the console keeps
     struct range range;
-    bool has_range; // `range` is one, not only its unit
-    bool has_unit;  // the unit of `range` is known
+    bool has_range;
 };
 
 /* True if an address behind a list of servos is out of range (take_address_out() of servo_list.c).
@@ -243,10 +228,8 @@ static bool find_subject(const struct console *console, struct subject *subject)
     subject->number = NULL;
     if (is_of_word(console)) {
         subject->name = line->command ? line->usage : message_nothing;
-        subject->has_unit =
-            (console->error == ERROR_OUT_OF_RANGE || console->error == ERROR_UNIT) &&
-            range_of(line, subject->name, &subject->range);
-        subject->has_range = console->error == ERROR_OUT_OF_RANGE && subject->has_unit &&
+        subject->has_range = console->error == ERROR_OUT_OF_RANGE &&
+                             range_of(line, subject->name, &subject->range) &&
                              (subject->range.lowest || subject->range.highest);
         return true;
     }
@@ -259,7 +242,7 @@ static bool find_subject(const struct console *console, struct subject *subject)
     for (uint8_t i = 0; line->error == 0 && line->command && i < line->numbers; i++) {
         subject->name = parse_number_name(line, i);
         subject->number = &line->number[i];
-        is_known = subject->has_unit = range_of(line, subject->name, &subject->range);
+        is_known = range_of(line, subject->name, &subject->range);
         subject->has_range = is_known && (subject->range.lowest || subject->range.highest);
         if (is_known &&
             check(subject->number, &subject->range) ==
@@ -291,8 +274,7 @@ static bool is_of_servo(const struct console *console)
     static const CDS_FLASH uint8_t errors[] = {
         ERROR_NOT_A_NUMBER, ERROR_OUT_OF_RANGE, ERROR_UNIT,        ERROR_UNKNOWN_REGISTER,
         ERROR_NOT_WRITABLE, ERROR_ENDLESS,      ERROR_NOT_KNOWN,   ERROR_UNKNOWN_WORD,
-        ERROR_LOST,         ERROR_BOTH,         ERROR_PLACE_TAKEN, ERROR_ID_KNOWN,
-        ERROR_NOT_NEW,
+        ERROR_LOST,         ERROR_BOTH,         ERROR_PLACE_TAKEN, ERROR_NOT_NEW,
     };
     const struct command_line *line = &console->line;
     uint8_t error = console->error;
@@ -337,11 +319,9 @@ static void print_bound(struct printer *printer, uint8_t unit, uint16_t value, b
 {
     if (unit == UNIT_ADDRESS) {
         printer_address(printer, (uint8_t)value);
-    } else if (unit >= UNIT_MICRO_S) {
+    } else if (unit >= UNIT_S) {
         printer_decimal(printer, value);
-        if (with_unit && unit == UNIT_MICRO_S)
-            printer_flash(printer, message_us);
-        else if (with_unit && unit == UNIT_MS)
+        if (with_unit && unit == UNIT_MS)
             printer_flash(printer, message_ms);
         else if (with_unit && unit == UNIT_S)
             printer_flash(printer, message_whole_s);
@@ -361,39 +341,6 @@ static void print_range(struct printer *printer, const struct range *range)
     printer_flash(printer, message_to);
     print_bound(printer, range->unit, range->highest, true);
     printer_end_of_line(printer);
-}
-
-/* The units that suit: the last row has all others. */
-static const CDS_FLASH struct {
-    uint8_t unit;
-    char text[17];
-} units_that_suit[] = {
-    {CDS_UNIT_MDEG, "deg, mdeg or raw"},
-    {CDS_UNIT_MARGIN_MDEG, "deg, mdeg or raw"},
-    {CDS_UNIT_MRPM, "rpm, mrpm or raw"},
-    {CDS_UNIT_SIGNED_MRPM, "rpm, mrpm or raw"},
-    {CDS_UNIT_CPCT, "% or raw"},
-    {CDS_UNIT_MV, "V, mV or raw"},
-    {CDS_UNIT_CELSIUS, "C or raw"},
-    {CDS_UNIT_US, "us, ms, s or raw"},
-    {CDS_UNIT_BPS, "bps, kbps or raw"},
-    {UNIT_MS, "us, ms or s"},
-    {UNIT_S, "us, ms or s"},
-    {UNIT_MICRO_S, "us, ms or s"},
-    {UNIT_PERCENT, "%"},
-    {CDS_UNIT_NUMBER, "no unit"},
-};
-
-#define UNITS_THAT_SUIT (sizeof units_that_suit / sizeof units_that_suit[0])
-
-static void print_units(struct printer *printer, uint8_t unit)
-{
-    uint8_t row = 0;
-
-    while (row < UNITS_THAT_SUIT - 1 && units_that_suit[row].unit != unit)
-        row++;
-    printer->values[0].text = units_that_suit[row].text;
-    printer_line(printer, message_units);
 }
 
 /* The text of the error. Texts of refusals begin with "servo: ", which the number replaces. */
@@ -436,8 +383,6 @@ bool explain_error(struct console *console)
             mistake_print(console, mistake);
         else if (has_subject && subject.number && console->error == ERROR_NOT_A_NUMBER)
             printer_line(printer, message_too_fine);
-        else if (has_subject && subject.has_unit && console->error == ERROR_UNIT)
-            print_units(printer, subject.range.unit);
         else
             printer_line(printer, text_of(console));
         return has_range || mistake == MISTAKE_COMMA;

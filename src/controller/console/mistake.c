@@ -4,7 +4,6 @@
 
 #include <string.h> // memchr(), size_t
 
-#include "console/commands/shared.h" // setting_time()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/explain.h"
@@ -17,7 +16,7 @@ static const CDS_FLASH char message_reversed[] =
 static const CDS_FLASH char message_comma[] = "write a point, not a comma: ";
 static const CDS_FLASH char message_or_spaces[] = ", or spaces between angles";
 static const CDS_FLASH char message_no_unit[] =
-    "this setting takes a number without unit; 'settings' shows the unit";
+    "not a unit of this setting; 'settings' shows its unit";
 static const CDS_FLASH char message_known_id[] =
     "ID %u is in the list of the robot's servos; choose another ID, or empty the list by 'servos "
     "forget'";
@@ -80,36 +79,6 @@ static bool is_id_argument(uint8_t argument)
            argument == ARGUMENT_NEW_ID;
 }
 
-/* True if the command is `id`. Its refusal for a known ID is that of a limit. */
-static bool is_id_command(const struct command_line *line)
-{
-    static const CDS_FLASH char id_command[] = "id";
-
-    return line->command && parse_has_name(line->command->usage, id_command);
-}
-
-static bool has_same_name(const CDS_FLASH char *one, const CDS_FLASH char *other)
-{
-    while (*one == *other && *one && *one != ' ') {
-        one++;
-        other++;
-    }
-    return (*one == ' ' || *one == '\0') && (*other == ' ' || *other == '\0');
-}
-
-/* True if no other row has the name of this one: `pose` has several. */
-static bool has_one_row(const CDS_FLASH struct command *row)
-{
-    for (uint8_t i = 0; command_set.groups[i]; i++)
-        for (uint8_t j = 0; j < command_set.groups[i]->count; j++) {
-            const CDS_FLASH struct command *other = &command_set.groups[i]->rows[j];
-
-            if (other != row && has_same_name(other->usage, row->usage))
-                return false;
-        }
-    return true;
-}
-
 enum mistake mistake_of(const struct console *console, bool is_of_word)
 {
     const struct command_line *line = &console->line;
@@ -117,15 +86,14 @@ enum mistake mistake_of(const struct console *console, bool is_of_word)
     const struct cds_servo_state *servo = console_servo(console);
     enum mistake mistake;
 
-    if (console->error == CDS_LIMIT && is_id_command(line) && line->id != line->new_id &&
+    if (console->error == CDS_LIMIT && line->id != line->new_id &&
         cds_servos_find(&console->robot->servos, line->new_id))
         return MISTAKE_KNOWN_ID;
     if (console->error == CDS_LIMIT && servo && servo->has_limits && !line->is_repeated)
         return MISTAKE_LIMITS;
-    if (console->error == ERROR_COUNT && line->command && has_one_row(line->command))
+    if (console->error == ERROR_COUNT && line->command)
         return MISTAKE_COUNT;
-    if (console->error == ERROR_UNIT && line->command && explain_is_settings(line) &&
-        setting_time(line->setting) == SETTING_IS_NO_TIME)
+    if (console->error == ERROR_UNIT && line->command && explain_is_settings(line))
         return MISTAKE_UNIT;
     if (!is_of_word || token->length > TOKEN_MAX || line->command == NULL)
         return MISTAKE_NONE;

@@ -15,7 +15,7 @@ enum mistake {
     MISTAKE_REVERSED, // "3-1"
     MISTAKE_COMMA,    // "90,5"
     MISTAKE_UNIT,     // of a setting
-    MISTAKE_KNOWN_ID, // `id` to the ID of another known servo
+    MISTAKE_KNOWN_ID, // `id` or `new` to the ID of a known servo
     MISTAKE_COUNT,    // too many words, or too few, for the one usage of the command
     MISTAKE_LIMITS,   // beyond the soft limits of the servo
 } __attribute__((packed));

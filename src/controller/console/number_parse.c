@@ -233,19 +233,6 @@ uint8_t number_ms(const struct number *number, uint32_t highest, uint32_t *ms)
     return *ms * 1000 == (uint32_t)us ? 0 : (uint8_t)ERROR_NOT_A_NUMBER;
 }
 
-uint8_t number_us(const struct number *number, uint16_t highest, uint16_t *us)
-{
-    int32_t value;
-    uint8_t error = value_of(number, NUMBER_TIME, 0, &value);
-
-    if (error)
-        return error;
-    if (value < 0 || value > highest)
-        return ERROR_OUT_OF_RANGE;
-    *us = (uint16_t)value;
-    return 0;
-}
-
 uint8_t number_percent(const struct number *number, uint8_t *percent)
 {
     int32_t share;

@@ -55,10 +55,6 @@ uint8_t number_within(const struct number *number, enum cds_unit unit, uint16_t 
  */
 uint8_t number_percent(const struct number *number, uint8_t *percent);
 
-/* A time in microseconds, which a bare number is, from 0 to `highest`: 0 and *us; else as
- * number_register(). */
-uint8_t number_us(const struct number *number, uint16_t highest, uint16_t *us);
-
 /* A time in milliseconds, which a bare number is, from 0 to `highest`, at most 2 000 000: 0 and
  * *ms; else as number_register(). */
 uint8_t number_ms(const struct number *number, uint32_t highest, uint32_t *ms);

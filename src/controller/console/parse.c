@@ -32,7 +32,7 @@ NOINLINE void parse_begin(struct command_line *line)
     line->request = request;
     request->no_retry = false; // raw_begin() sets it
     line->usage = message_nothing;
-    line->id = CDS_BROADCAST_ID;
+    line->id = line->new_id = CDS_BROADCAST_ID;
 }
 
 /* ---- the usage string ---- */

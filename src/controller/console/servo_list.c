@@ -13,10 +13,8 @@
 
 static const CDS_FLASH char message_prefix[] = "servo %u: ";
 static const CDS_FLASH char message_ok[] = "ok";
-static const CDS_FLASH char message_warning[] = "warning: ";
-static const CDS_FLASH char message_read_as[] = " was read as ";
-static const CDS_FLASH char message_one_word[] =
-    ", not as servo %u; a list of servos is one word here: %u,%u";
+static const CDS_FLASH char message_not_a_list[] =
+    "warning: %u was read as a value, not as servo %u; a list of servos is one word here: %u,%u";
 
 /* ---- reading a line: these functions return an error or 0 ---- */
 
@@ -336,20 +334,15 @@ static bool may_be_list(const struct console *console)
     return cds_servos_find(&console->robot->servos, (uint8_t)first->digits) != NULL;
 }
 
-/* "warning: 2 was read as ANGLE, not as servo 2; a list of servos is one word here: 1,2" */
+/* "warning: 2 was read as a value, not as servo 2; a list of servos is one word here: 1,2" */
 static void warn_of_list(struct console *console)
 {
-    struct printer *printer = &console->printer;
-    uint16_t number = (uint16_t)console->line.number[0].digits;
+    union printer_value *values = console->printer.values;
 
-    printer_flash(printer, message_warning);
-    printer_decimal(printer, number);
-    printer_flash(printer, message_read_as);
-    for (const CDS_FLASH char *name = parse_number_name(&console->line, 0); *name != ' '; name++)
-        printer_char(printer, *name);
-    printer->values[0].number = printer->values[2].number = number;
-    printer->values[1].number = console->line.id;
-    printer_line(printer, message_one_word);
+    values[0].number = values[1].number = values[3].number =
+        (uint16_t)console->line.number[0].digits;
+    values[2].number = console->line.id;
+    printer_line(&console->printer, message_not_a_list);
 }
 
 static bool poll(struct console *console)

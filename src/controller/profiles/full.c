@@ -91,7 +91,6 @@ const CDS_FLASH struct command_set command_set = {
     .lists = &servo_lists,
     .baud_list = &baud_list,
     .setting_number = setting_number,
-    .setting_print = setting_print,
     .explain = explain_error,
     .after_scan = after_scan,
     .account = &account,

@@ -46,8 +46,7 @@ void test_decimal_comma_is_answered_with_a_point(void)
 
 void test_setting_with_unit_says_that_it_takes_none(void)
 {
-    assert_reply("error 39: VALUE 4ms: this setting takes a number without unit; ",
-                 "settings repeats 4ms");
+    assert_reply("error 39: VALUE 4ms: not a unit of this setting; ", "settings repeats 4ms");
 }
 
 void test_rate_of_host_has_its_own_range(void)

@@ -28,11 +28,8 @@ static const CDS_FLASH char message_delays[] = "RETURN_DELAY refused: %u; lowest
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, inhibited %u, offline %u";
-static const CDS_FLASH char message_servos_low[] =
-    "servos: %u%s, inhibited %u, offline unknown: the line is held low";
 static const CDS_FLASH char message_host_rate[] =
-    "the host link has this rate behind the next line: set the terminal to it; a reset without "
-    "'save' brings the old one back";
+    "the host link changes behind the next line, until 'save' only up to a reset";
 static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes never used";
 
 /* ---- settings, save, defaults ---- */
@@ -61,8 +58,6 @@ static void setting_line(struct console *console, uint8_t index)
 
     printer_flash(printer, row->name);
     printer_equals(printer);
-    if (command_set.setting_print && command_set.setting_print(console, index))
-        return;
     printer_decimal(printer, settings_get(console->failsafe->settings, index));
     if (*row->unit != '-') {
         printer_char(printer, ' ');
@@ -313,7 +308,6 @@ static void print_stops(struct printer *printer, const struct failsafe *failsafe
 /* "servos: 18, inhibited 0, offline 1" */
 static void print_servos(struct printer *printer, const struct cds_servos *servos)
 {
-    const CDS_FLASH char *message = message_servos;
     const struct cds_servo_state *servo = servos->states;
     uint8_t inhibited = 0, offline = 0;
 
@@ -328,8 +322,8 @@ static void print_servos(struct printer *printer, const struct cds_servos *servo
     printer->values[2].number = inhibited;
     printer->values[3].number = offline;
     if (command_set.explain && cds_bus_line(servos->bus) == CDS_BUS_LINE_FAULT)
-        message = message_servos_low;
-    printer_line(printer, message);
+        printer->values[3].number = servos->count; // the line is low: no servo can be asked
+    printer_line(printer, message_servos);
 }
 
 static void print_stack(struct printer *printer, const struct failsafe *failsafe)

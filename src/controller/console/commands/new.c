@@ -47,10 +47,8 @@ static uint8_t begin(struct console *console)
     struct cds_servos *servos = &console->robot->servos;
     uint8_t shortest = servos->shortest_delay;
 
-    if (cds_servos_find(servos, console->line.new_id)) {
-        console->line.id = console->line.new_id; // the error names it
-        return ERROR_ID_KNOWN;
-    }
+    if (cds_servos_find(servos, console->line.new_id))
+        return CDS_LIMIT; // mistake.c names the ID
     if (!robot_has_room(console->robot, &console->line.new_id, 1))
         return ERROR_TOO_MANY;
     return robot_start(console->robot, &new_servo,
@@ -124,24 +122,12 @@ static uint8_t bits_of(const struct new_servo *servo)
     return servo->step > NEW_SERVO_SET_DELAY ? servo->work.identity.error : 0;
 }
 
-/* The servo has joined the robot with the first write of a set-up that has failed: else the next
- * try would take it for a servo of the robot. One with an alarm stays. */
-static void forget_new(struct console *console, const struct new_servo *servo)
-{
-    struct cds_servos *servos = &console->robot->servos;
-
-    for (uint8_t i = servo->known; i < servos->count; i++)
-        if (servos->states[i].alarms || servos->states[i].inhibits)
-            return;
-    cds_servos_forget_from(servos, servo->known);
-}
-
 static bool conclude(struct console *console, const struct new_servo *servo)
 {
     if (servo->step >= NEW_SERVO_CHECK || servo->outcome == NEW_SERVO_KNOWN)
-        console->line.id = servo->id; // an error names it
-    if (servo->outcome != NEW_SERVO_OK)
-        forget_new(console, servo);
+        console->line.id = servo->id;   // an error names it
+    if (servo->outcome != NEW_SERVO_OK) // it has joined the robot with the first write
+        cds_servos_forget_from(&console->robot->servos, servo->known);
     switch (servo->outcome) {
     case NEW_SERVO_NOT_ALONE: return print_others(console, servo);
     case NEW_SERVO_NONE: console->error = ERROR_NO_SERVO; return false;
@@ -178,9 +164,10 @@ static const CDS_FLASH struct command new_rows[] = {
         .usage = FLASH_TEXT("new NEW"),
         .what = FLASH_TEXT("set up a new servo that is alone on the bus"),
         .details = COMMAND_DETAILS(
-            "Finds it at whatever rate, then gives it the return delay that this board needs, the "
-            "ID NEW, 0 to 253, and the rate of the bus; says each step and retries what may be "
-            "retried. Writes nothing if another servo answers, or one that the robot knows"),
+            "Finds it at whatever rate; gives it the return delay that this board needs, the ID "
+            "NEW, "
+            "0 to 253, and the rate of the bus. Writes nothing if another servo answers, or one "
+            "that the robot knows"),
         .example = COMMAND_DETAILS("new 5"),
         .begin = begin,
         .poll = poll,

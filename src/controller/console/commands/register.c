@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* get, set, info: registers in their units. */
 #include "cds55xx/control_table.h"
+#include "compiler.h" // ALWAYS_INLINE
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
@@ -116,6 +117,20 @@ static uint8_t info_begin(struct console *console)
     return servo_read(console, 0, CDS_TABLE_SIZE);
 }
 
+/* "servo 3: ", which the console has printed before the first line: for a line behind it, of a list
+ * of servos. */
+ALWAYS_INLINE void print_servo_of_list(struct console *console)
+{
+    static const CDS_FLASH char servo[] = "servo ";
+
+    if (!command_set.lists || !console->line.is_repeated || console->index == 0)
+        return;
+    printer_flash(&console->printer, servo);
+    printer_decimal(&console->printer, console->line.id);
+    printer_char(&console->printer, ':');
+    printer_char(&console->printer, ' ');
+}
+
 /* "0x1E GOAL_POSITION = 150.147deg (512) RAM" */
 static bool info_poll(struct console *console)
 {
@@ -126,6 +141,7 @@ static bool info_poll(struct console *console)
         return true;
     if (!console_answered(console) || !cds_register_at(*address, &at))
         return false;
+    print_servo_of_list(console);
     printer_address(&console->printer, at.address);
     printer_char(&console->printer, ' ');
     register_print(&console->printer, at.address,

@@ -103,7 +103,11 @@ static bool conclude(struct console *console)
 
     console->servo_error = state->error;
     switch (state->state) {
-    case CDS_IDENTITY_CHANGED: print_place(console, message_place, &state->to); return false;
+    case CDS_IDENTITY_CHANGED:
+        print_place(console, message_place, &state->to);
+        if (command_set.explain && state->change == CDS_IDENTITY_RESET_ALL)
+            robot_forget(console->robot); // the IDs of the list are no more
+        return false;
     case CDS_IDENTITY_TAKEN: console->error = ERROR_PLACE_TAKEN; return false;
     case CDS_IDENTITY_LOST: // or the servo never answered
         console->error = state->is_written ? (uint8_t)ERROR_LOST : state->steps.result;
@@ -219,9 +223,9 @@ static const CDS_FLASH struct command setup_rows[] = {
         .usage = FLASH_TEXT("baud ID RATE"),
         .what = FLASH_TEXT("give a servo another baud rate"),
         .details = COMMAND_DETAILS("RATE: 7843 to 2000000bps, or the register, 0raw to 254raw. The "
-                                   "bus changes with it; 'bus' changes it back. A list of servos "
-                                   "changes as a whole: the bus goes along, and servos that did "
-                                   "not follow are named"),
+                                   "bus changes with it; 'bus' changes it back: other servos do "
+                                   "not answer before. Of a list, servos that did not follow are "
+                                   "named"),
         .example = COMMAND_DETAILS("baud 1 57600bps"),
         .begin = baud_begin,
         .poll = identity_poll,
@@ -229,8 +233,8 @@ static const CDS_FLASH struct command setup_rows[] = {
     {
         .usage = FLASH_TEXT("factory ID|254 [force]"),
         .what = message_factory,
-        .details = COMMAND_DETAILS("254 (all servos) only with force: then all have ID 1, and no "
-                                   "servo can be addressed alone"),
+        .details = COMMAND_DETAILS("254 (all servos) only with force: then all have ID 1, the list "
+                                   "of servos is empty, and no servo can be addressed alone"),
         .example = COMMAND_DETAILS("factory 1"),
         .begin = factory_begin,
         .poll = identity_poll,

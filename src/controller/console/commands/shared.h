@@ -195,16 +195,9 @@ extern const CDS_FLASH struct command_action baud_list;
  */
 bool setting_is_rate(const struct command_line *line);
 
-/* In which time a setting counts. */
-enum setting_time { SETTING_IS_NO_TIME, SETTING_IN_MS, SETTING_IN_US, SETTING_IN_2_US };
-
-/* In setting_units.c, for explain.c. */
-enum setting_time setting_time(uint8_t setting);
-
-/* In setting_units.c: setting_number and setting_print of struct command_set. A rate is also taken
- * in bit/s, a time in any unit of time. */
+/* In setting_units.c: setting_number of struct command_set. A rate is also taken in bit/s, a
+ * time with a unit of time. */
 uint8_t setting_number(struct console *console);
-bool setting_print(struct console *console, uint8_t index);
 
 /* The poll of a command that does only such a setup: prints whether the registers were written. */
 bool setup_poll(struct console *console);

@@ -15,10 +15,7 @@ static const CDS_FLASH char message_stop_unlisted[] = "up to %u more servos were
 static const CDS_FLASH char message_stop_done[] =
     "robot stopped: torque off, driving inhibited until 'release'";
 static const CDS_FLASH char message_stop_failed[] =
-    "torque may still be on: switch off the supply of the servos; driving is inhibited until "
-    "'release'";
-static const CDS_FLASH char message_line_low[] =
-    "the line is held low: no servo can be asked; look for a short circuit, or a plug turned round";
+    "torque may still be on: switch off the supply; driving is inhibited until 'release'";
 static const CDS_FLASH char message_presence_low[] = "line held low";
 static const CDS_FLASH char message_torque_unknown[] = "unknown";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
@@ -234,12 +231,6 @@ static bool servos_poll(struct console *console)
         printer_line(&console->printer, message_no_servo);
         return false;
     }
-    if (command_set.explain && console->phase == 0) {
-        console->phase = 1;
-        if (is_line_low(robot))
-            printer_line(&console->printer, message_line_low);
-        return true;
-    }
     servo_part(&console->printer, robot, &robot->states[*index], (*part)++);
     if (*part == PARTS) {
         *part = PART_STATE;
@@ -270,10 +261,9 @@ const CDS_FLASH struct command stop_rows[] = {
         .usage = FLASH_TEXT("limits ID LOW HIGH [SPEED]"),
         .what = FLASH_TEXT("limits of angle and speed"),
         .details = COMMAND_DETAILS(
-            "Angles, 0 to 300deg, and a speed, 0 to 62rpm, 0: no limit. The controller does not "
-            "send a goal or "
-            "speed beyond them, whether it comes from the console, the bridge or a cycle. Until "
-            "power-off; for a servo of the robot. 'limits ID 0 300' removes them"),
+            "Angles, 0 to 300deg, and a speed, 0 to 62rpm, 0: no limit. No goal or speed beyond "
+            "them is sent, from console, bridge or cycle. Until power-off; "
+            "for a servo of the robot; 'servos' shows them. 'limits ID 0 300' removes them"),
         .example = COMMAND_DETAILS("limits 1 60 240 30rpm"),
         .begin = limits_begin,
     },
