@@ -23,7 +23,7 @@ void test_setting_is_taken_and_shown_with_its_unit(void)
         {"settings return_delay 4us", "ok\r\n"},
         {"settings return_delay", "return_delay = 2 x 2us\r\nok\r\n"},
         {"settings host_baud 255",
-         "the host link changes behind the next line, until 'save' only up to a reset\r\nok\r\n"},
+         "the host link changes behind the next line; a reset undoes this until 'save'\r\nok\r\n"},
     };
 
     for (uint8_t i = 0; i < sizeof lines / sizeof lines[0]; i++)

@@ -29,7 +29,7 @@ static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, inhibited %u, offline %u";
 static const CDS_FLASH char message_host_rate[] =
-    "the host link changes behind the next line, until 'save' only up to a reset";
+    "the host link changes behind the next line; a reset undoes this until 'save'";
 static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes never used";
 
 /* ---- settings, save, defaults ---- */
