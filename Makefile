@@ -66,7 +66,7 @@ endif
 .SECONDARY:
 .DEFAULT_GOAL := help
 
-PARTS := mk/library.mk mk/avr.mk sim/sim.mk mk/install.mk mk/arduino.mk mk/benchmark.mk mk/panel.mk test/test.mk mk/check.mk mk/site.mk
+PARTS := mk/library.mk mk/avr.mk sim/sim.mk mk/install.mk mk/arduino.mk mk/benchmark.mk mk/panel.mk test/test.mk mk/check.mk mk/site.mk mk/release.mk
 
 WARNINGS := -Wall -Wextra -Wconversion -Wvla -Werror
 DEPFILES := -MMD -MP

@@ -172,7 +172,7 @@ uint8_t CDS55xx::scan(uint8_t *ids, uint8_t capacity)
     if (!isReady())
         return 0;
     for (uint8_t id = 0; id <= CDS_ID_MAX; id++) {
-        // as of cds_scan_begin(): a late reply has another ID
+        // as in scan.c: a stale reply has the ID of an earlier PING, so nothing waits for it
         request_.no_retry = request_.ignores_stale = true;
         bool is_there = isThere(id);
         request_.no_retry = request_.ignores_stale = false;

@@ -186,16 +186,22 @@ class CDS55xx
     /* Factory values: the servo is ID 1 at 1 Mbps afterwards. `option` is not used. */
     bool factoryReset(uint8_t id, uint8_t option = 0xFF, uint32_t timeout_ms = 10);
 
-    /* Switches torque on, and drives a servo again that had lost its power; off; the LED. */
+    /* Switches torque on. A servo that had lost its power may be driven again. */
     bool torqueOn(uint8_t id);
+
+    /* Switches torque off: the output turns freely. */
     bool torqueOff(uint8_t id)
     {
         return writeControlTableItem(ControlTableItem::TORQUE_ENABLE, id, 0);
     }
+
+    /* Switches the LED on. */
     bool ledOn(uint8_t id)
     {
         return writeControlTableItem(ControlTableItem::LED, id, 1);
     }
+
+    /* Switches the LED off. */
     bool ledOff(uint8_t id)
     {
         return writeControlTableItem(ControlTableItem::LED, id, 0);
@@ -245,11 +251,15 @@ class CDS55xx
     int32_t read(uint8_t id, uint16_t address, uint16_t length, uint8_t *data, uint16_t capacity,
                  uint32_t timeout_ms = 10);
 
-    /* Writes `length` registers, 1 to 49; the same, but the servo waits for action(). */
+    /* Writes `length` registers, 1 to 49, from `address` on. */
     bool write(uint8_t id, uint16_t address, const uint8_t *data, uint16_t length,
                uint32_t timeout_ms = 10);
+
+    /* As write(), but the servo keeps the values until action(). */
     bool regWrite(uint8_t id, uint16_t address, const uint8_t *data, uint16_t length,
                   uint32_t timeout_ms = 10);
+
+    /* The servo carries out what regWrite() has sent; DXL_BROADCAST_ID: all servos at once. */
     bool action(uint8_t id, uint32_t timeout_ms = 10);
 
     /* How the last call ended: 0 (DXL_LIB_OK), or another enum cds_result, docs/errors.md. */

@@ -10,9 +10,12 @@ includes it, and beside CDS55xx.h and cds55xx/ no name of ours can be met by acc
 """
 import os
 import pathlib
+import posixpath
 import re
 import sys
-import zipfile
+
+from pack import pack
+from version import version
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 NAME = "CDS55xx"
@@ -28,13 +31,9 @@ FOLDERS = {
 SUFFIXES = [".c", ".h", ".cpp", ".S"]
 BOARDS = ["arduino-mega", "arduino-uno"]
 INCLUDE = re.compile(r'^(\s*#\s*include\s*)(?:"([^"]+)"|<([^>]+)>)', re.M)
-VERSION = re.compile(r'^#define CDS_VERSION "([^"]+)"', re.M)
-# the same bytes from the same sources
-DATE = (1980, 1, 1, 0, 0, 0)
-
-
-def version():
-    return VERSION.search((ROOT / "include/cds55xx/version.h").read_text())[1]
+# Documents in the folder extras, and a link of a document: [text](target#place).
+EXTRAS = ["arduino.md", "errors.md"]
+LINK = re.compile(r"\[([^]]*)\]\(([^)#\s]+)(#[^)]*)?\)")
 
 
 def sources():
@@ -66,6 +65,17 @@ def with_relative_includes(path, places):
     return INCLUDE.sub(relative, path.read_text())
 
 
+def without_dead_links(text):
+    """The text of a document, for extras: a link to a file that the ZIP lacks names the file in the sources."""
+    def words(match):
+        if match[2] in EXTRAS or ":" in match[2]:
+            return match[0]
+        path = posixpath.normpath(f"docs/{match[2]}")
+        return f"{match[1]} (`{path}` of the sources)"
+
+    return LINK.sub(words, text)
+
+
 def files():
     """Library path -> text of each file."""
     places = sources()
@@ -73,8 +83,8 @@ def files():
     for name in ["library.properties", "library.json"]:
         texts[name] = (ROOT / "arduino" / name).read_text().replace("@VERSION@", version())
     texts["keywords.txt"] = (ROOT / "arduino/keywords.txt").read_text()
-    for name in ["arduino.md", "errors.md"]:
-        texts[f"extras/{name}"] = (ROOT / "docs" / name).read_text()
+    for name in EXTRAS:
+        texts[f"extras/{name}"] = without_dead_links((ROOT / "docs" / name).read_text())
     texts["LICENSE"] = (ROOT / "LICENSE").read_text()
     for path in sorted((ROOT / "arduino/examples").glob("*/*.ino")):
         texts[path.relative_to(ROOT / "arduino").as_posix()] = path.read_text()
@@ -86,12 +96,7 @@ def main():
         sys.exit(__doc__)
     out = pathlib.Path(sys.argv[1])
     out.parent.mkdir(parents=True, exist_ok=True)
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, text in sorted(files().items()):
-            entry = zipfile.ZipInfo(f"{NAME}/{name}", DATE)
-            entry.external_attr = 0o644 << 16
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, text)
+    pack(out, NAME, {name: text.encode() for name, text in files().items()})
 
 
 if __name__ == "__main__":

@@ -128,13 +128,14 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
 | key | what it does |
 |---|---|
 | Ctrl-X | **stops the robot** at once: torque off for all servos, verified servo by servo; no servo is driven until `release` ([safety.md](safety.md)). The line being typed is dropped, a running command ends as `error 54`, and the reply is that of `stop` |
-| Backspace, Ctrl-U | delete the character before the cursor, the line |
+| Backspace | deletes the character before the cursor |
+| Ctrl-U | deletes the line |
 | Ctrl-C | drops the line |
 | Left, Right, Home, End; Ctrl-B, Ctrl-F, Ctrl-A, Ctrl-E | move the cursor within the line; text is inserted there |
 | Del, Ctrl-D | delete the character at the cursor |
-| Up, Down; Ctrl-P, Ctrl-N | the line before, the line after. A chip with 8 KB of RAM keeps 240 characters of lines, one with 4 KB keeps 88. A line that was begun is kept, too |
+| Up, Down; Ctrl-P, Ctrl-N | the line before, the line after. A chip with 8 KB of RAM or more keeps 240 bytes of lines, one with 4 KB keeps 88; a line takes a byte more than its characters. A line that was begun is kept, too |
 | Tab | with echo: completes commands, their words, registers and settings. If several fit, it completes what they share, and lists them if they share no more. Without echo a Tab is a space |
-| any key | ends `scan`, `diagnose` and `monitor`. The key is the first one of the next line; Enter begins none |
+| any key | ends `scan`, `diagnose`, `monitor`, the search of `new` and `motion wait`. A key that is not Enter is also the first one of the next line |
 
 - A new controller is in `mode person`: a banner after a reset, a prompt and echo. A terminal with local echo shows each
   character twice: switch that off. `mode echo` has echo alone, `mode program` bare replies: [for programs](#for-programs).
@@ -146,9 +147,10 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
 - IDs are 0 to 253. Where the usage says `ID|254`, 254 is all servos. Bytes are 0 to 255.
 - A list of servos may stand where the usage says `ID`, `ID|254` or `ID...`: `3`, `1-6`, `1,2,5-8`, or `all`, the
   servos of the robot. Several such words may follow each other (`torque 1 2 3 on`), but only one where a number
-  follows (`move 1-3 90`). The command runs for one servo after the other. The reply has a line for each, `servo 3: ok`
-  or the value or the error, and ends with `ok` only if all servos did it, else with error 87. The instructions of the
-  manual, `id`, and the profile `console` take one servo.
+  follows (`move 1-3 90`): `move 1 2 30` moves servo 1 to 2deg at 30rpm, and a warning says so if the robot has a servo 2.
+  The command runs for one servo after the other. The reply of each servo begins with `servo 3: ` (but not that of `backup`);
+  then comes `ok`, the value or the error. The last line is `ok` only if all servos did it, else error 87. The instructions
+  of the manual, `id`, and the profile `console` take one servo.
 - Numbers: `90`, `90.5deg`, `-20rpm`, `6.5V`, `512raw`, `0x1F`. A number without unit has the unit that `get` shows; `raw`
   is the value of the register ([registers.md](registers.md)). A number between two register values becomes the nearest
   one.
@@ -163,7 +165,7 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
 - In the firmware profile `console`, the default on the ArbotiX, keys delete only at the end of the line, Up fetches only
   the last line, and there is no Tab and no `did you mean`. It has no `diagnose` (error 55), no `new`, no `backup` and
   `restore`, and none of the commands of [Motion](#motion) (error 30). There an ID is one servo, an error has its text only, `monitor`
-  prints lines, `settings` takes a rate as the register, `counters` only count, `scan` ends with the number of servos,
+  prints lines, `settings` takes a rate as the register, `counters` prints no age and no part of `scan`, `scan` ends with the number of servos,
   and `help COMMAND` leaves ranges and examples to this page.
 - How to teach, store and play poses: [motion.md](motion.md).
 
@@ -178,8 +180,8 @@ A program that types commands sends `mode program` first, and then reads bare re
    with the setting `alarm_report` 1 a line `alarm ...` may come between two replies.
 4. After a reset of the controller begin again; or let it start in this mode: `mode program`, then `save`.
 
-A program that only sends packets need not care: packets are answered in each mode, no text tears a status packet, and no
-prompt comes after it. The first bytes after a reset may be the banner: look for `FF FF` ([bridge.md](bridge.md)).
+A program that only sends packets needs no mode: packets are answered in each mode, text is never printed within a status
+packet, and no prompt comes after it. The first bytes after a reset may be the banner: look for `FF FF` ([bridge.md](bridge.md)).
 `echo off` and `echo on` are the same as `mode program` and `mode echo`.
 
 A session of a program with servos 1 to 3 in the simulator, in the notation of Python. The first reply begins with the echo:
@@ -266,7 +268,11 @@ not follow is named. Typed into tmux as above.
 
 ## A new servo
 
-The new servo is alone on the bus; if another one answers, `new` names both and writes nothing. To restore registers, send the
+The new servo is alone on the bus; if another one answers, `new` names both and writes nothing (error 89). An ID of the robot's
+list is refused, as NEW (error 95) and as that of the servo found (error 96): `servos forget` empties the list, and of several
+new servos the last gets ID 1, the factory's ([hardware.md](hardware.md#more-new-servos)). The six listed rates are 1000000,
+500000, 250000, 117647, 57143 and 19231 bps: those of the manual, which a servo keeps over power-off. Behind another rate the console
+prints `, until power-off`: then the servo is back at its last listed rate. To restore registers, send the
 lines of `backup`: `restore` reads the register, shows a value that differs, writes it and reads it back. An error follows the
 name of the register: `not written`, the servo does not hold the new value; `sent, not confirmed`, the servo could not be read back,
 so it may hold the new value: send the line again. Typed into tmux as above.

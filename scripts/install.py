@@ -5,7 +5,7 @@
 usage: install.py check|install|uninstall --prefix DIR [--destdir DIR]
                   [--mcus "MCU ..."] [--cflags "..."] [--ldflags "..."]
 
-check: may this user write there? One line on stderr if not, before make builds anything.
+check: fails with one line on stderr if this user may not write there, before make builds anything.
 install: writes share/cds55xx/manifest, too: the files, and the folders that did not exist before.
 uninstall: removes what the manifest names, and nothing else.
 """
@@ -18,13 +18,11 @@ import re
 import shutil
 import sys
 
+from version import version
+
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 MANIFEST = "share/cds55xx/manifest"
 NEW = ".cds55xx-new" # ends the name of a file until it replaces the installed one
-
-
-def version():
-    return re.search(r'CDS_VERSION "(.*)"', (ROOT / "include/cds55xx/version.h").read_text())[1]
 
 
 def user():
@@ -39,7 +37,7 @@ def refuse(text):
 
 
 def check(prefix):
-    """The nearest folder that exists must take new files."""
+    """Ends the program unless the nearest folder that exists takes new files."""
     folder = prefix
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
@@ -86,7 +84,7 @@ def contents(options):
 
 
 def is_whole(prefix, kind, name):
-    """Can install have written this row? A row that is damaged may name anything."""
+    """True if install can have written this row. A damaged row may name anything."""
     parts = pathlib.PurePath(name).parts
     if not name or not name.isprintable() or os.path.isabs(name):
         return False

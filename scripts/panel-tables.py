@@ -4,7 +4,6 @@
 settings, version. They come from the same tables as docs/*.md, and hold only what the page shows: each browser loads
 them. Prints the JSON."""
 import json
-import pathlib
 import re
 
 import console
@@ -12,6 +11,7 @@ import device
 import errors
 import registers
 import settings
+from version import version
 
 COUNTER = re.compile("BUS_(?!BAUD|STATE)|HOST_(?!BAUD)|BRIDGE_|DELAYS_")
 
@@ -74,9 +74,8 @@ def table_of_findings():
 
 
 def main():
-    version = re.search(r'CDS_VERSION "([^"]+)"', pathlib.Path("include/cds55xx/version.h").read_text())[1]
     print(json.dumps({
-        "version": version,
+        "version": version(),
         "units": UNITS,
         "registers": list(table_of_registers()),
         "device": list(table_of_device()),

@@ -3,6 +3,7 @@
 """Collects a release: copies files, packs the sources of the last commit, and writes SHA256SUMS.
 
 usage: release.py DIR PREFIX FILE:NAME...    DIR/PREFIX-NAME is a copy of FILE, DIR/PREFIX.tar.gz the sources
+       release.py --check    only tells what refuses a release: make asks before it builds
 The same commit gives the same bytes. Exit 1 if there is no commit, or if what was built is not the commit. DIR is
 replaced when all files are there: an error leaves it as it was.
 """
@@ -36,15 +37,29 @@ def fill(target, prefix, files, sources):
     return names
 
 
-def main(folder, prefix, *files):
+def put_back(target, old):
+    """A run that ended between its two renames has left the earlier release in `old`."""
+    if old.exists() and not target.exists():
+        old.rename(target)
+
+
+def refusal():
+    """Why the tree cannot be released; None: it can."""
     if not git("rev-parse", "HEAD"):
         return "make release needs a clone with git: it packs the sources of the last commit"
     if git("status", "--porcelain") != b"":
         return "there are changes that are not committed: commit them, so that sources and firmware agree"
+    return None
+
+
+def main(folder, prefix, *files):
+    if refusal():
+        return refusal()
     sources = git("archive", "--format=tar", f"--prefix={prefix}/", "HEAD")
     if not sources:
         return f"git archive fails: {folder} is as it was; mend what this says: git archive HEAD > /dev/null"
     target, new, old = [pathlib.Path(folder + end) for end in ["", ".new", ".old"]]
+    put_back(target, old)
     for rest in [new, old]:
         shutil.rmtree(rest, ignore_errors=True)
     try:
@@ -53,6 +68,7 @@ def main(folder, prefix, *files):
             target.rename(old)
         new.rename(target)
     except OSError as error:
+        put_back(target, old)
         shutil.rmtree(new, ignore_errors=True)
         return f"{error.filename2 or error.filename or new}: {error.strerror}; {folder} is as it was: mend this, and repeat"
     shutil.rmtree(old, ignore_errors=True)
@@ -61,4 +77,4 @@ def main(folder, prefix, *files):
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    sys.exit(refusal() if sys.argv[1:] == ["--check"] else main(*sys.argv[1:]))

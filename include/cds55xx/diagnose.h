@@ -26,7 +26,7 @@ extern "C" {
 
 /* X(name, number, text, remedy) */
 #define CDS_FINDINGS(X)                                                                            \
-    X(CDS_FINDING_NONE, 0, "nothing found yet", "go on polling")                                   \
+    X(CDS_FINDING_NONE, 0, "nothing found yet", "wait until the diagnosis has ended")              \
     X(CDS_FINDING_OK, 1, "one servo answers well, as far as the wire shows",                       \
       "nothing to do, unless two servos have this ID and agree in every bit: count the servos")    \
     X(CDS_FINDING_LINE_LOW, 2, "the line is held low",                                             \
@@ -40,7 +40,7 @@ extern "C" {
     X(CDS_FINDING_NOISE, 6, "the line is disturbed",                                               \
       "check plugs, ground and cable length; keep it away from motor and mains cables")            \
     X(CDS_FINDING_BYTES_LOST, 7, "this controller was too late for bytes",                         \
-      "shorten interrupt handlers, or begin them with ISR_NOBLOCK")                                \
+      "in a program of your own: shorten interrupt handlers, or begin them with ISR_NOBLOCK")      \
     X(CDS_FINDING_DUPLICATE_ID, 8, "two servos seem to have this ID",                              \
       "connect one of them alone and give it another ID")                                          \
     X(CDS_FINDING_SILENCE, 9, "no servo answers at any listed rate",                               \
@@ -52,7 +52,7 @@ extern "C" {
     X(CDS_FINDING_NO_REPLY_BY_LEVEL, 12, "the servo answers PING only",                            \
       "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all)")                                        \
     X(CDS_FINDING_SLOW, 13, "the servo answers later than the bus waits",                          \
-      "lower its RETURN_DELAY, or tell the bus with cds_bus_set_return_delay()")                   \
+      "lower its RETURN_DELAY, or, in a program of your own, call cds_bus_set_return_delay()")     \
     X(CDS_FINDING_LOW_SUPPLY, 14, "the servo's supply is below MIN_VOLTAGE",                       \
       "charge or change the battery; check cables and plugs under load")                           \
     X(CDS_FINDING_HIGH_SUPPLY, 15, "the servo's supply is above MAX_VOLTAGE",                      \

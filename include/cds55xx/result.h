@@ -17,16 +17,17 @@ extern "C" {
 /* X(name, number, text, remedy) */
 #define CDS_RESULTS(X)                                                                             \
     X(CDS_OK, 0, "ok", "nothing to do")                                                            \
-    X(CDS_PENDING, 1, "transaction in progress", "go on polling the bus")                          \
+    X(CDS_PENDING, 1, "transaction in progress", "wait until it has ended")                        \
     X(CDS_TIMEOUT, 2, "no reply by the deadline",                                                  \
       "check power, wiring, ID and baud rate of the servo")                                        \
     X(CDS_CORRUPT, 3, "reply damaged",                                                             \
       "look for two servos with one ID, another baud rate, or noise on the line")                  \
     X(CDS_BUSY, 4, "request busy", "wait until what is in flight has ended, then submit it again") \
-    X(CDS_BAD_ARGUMENT, 5, "argument out of range", "see the range in the header or in the help")  \
+    X(CDS_BAD_ARGUMENT, 5, "argument out of range", "'help COMMAND' or the header has the range")  \
     X(CDS_NO_ROOM, 6, "packet too long",                                                           \
       "send fewer bytes or servos at once (LENGTH ends at 254), or enlarge the buffer")            \
-    X(CDS_REFUSED, 7, "refused by a servo", "look at the error bits of that servo's reply")        \
+    X(CDS_REFUSED, 7, "refused by a servo",                                                        \
+      "the servo may be locked until power-off, or the value out of its range: read LOCK")         \
     X(CDS_CANCELLED, 8, "request taken back", "submit it again if it is still wanted")             \
     X(CDS_LINE_BUSY, 9, "line not quiet, nothing was sent",                                        \
       "look for a servo that babbles, a short circuit, or a second controller")                    \
@@ -37,7 +38,7 @@ extern "C" {
     X(CDS_INHIBITED, 12, "the servo may not be driven",                                            \
       "it lost its state, as by a loss of power, or was stopped: check it, then 'release'")        \
     X(CDS_TOO_EARLY, 13, "replies would come too early for this board",                            \
-      "set the servo's RETURN_DELAY to shortest_delay (servos.h) or more")                         \
+      "raise the servo's RETURN_DELAY; 'status' shows the lowest register value here")             \
     X(CDS_RESERVED, 14, "a motion moves the servo", "wait until the motion has ended, or end it")
 
 /* CDS_OK, CDS_PENDING and so on, as listed above. Every enum here is packed into one byte: else

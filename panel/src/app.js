@@ -18,7 +18,7 @@ import { View } from "./views/view.js";
 import { VIEWS } from "./views/views.js";
 
 const RATES = [115200, 57600, 1000000, 500000, 250000, 19200];
-const RECORDING_MAX = 50000000; // bytes; the page itself saves a tenth
+const RECORDING_MAX = 20000000; // bytes; the page itself saves less, with 31 servos in each reply, too
 
 class App extends View {
     #elements = new Map(); // of each view that was shown

@@ -292,6 +292,12 @@ class Archive(unittest.TestCase):
                 self.assertIn(str(pathlib.Path(*target.parts).resolve()).lstrip("/"),
                               arduino.files(), f"{name}: {include}")
 
+    def test_every_link_of_a_document_leads_to_a_file(self):
+        files = arduino.files()
+        for name in [name for name in files if name.endswith(".md")]:
+            for target in re.findall(r"\]\(([^)#]+)", files[name]):
+                self.assertIn((pathlib.PurePosixPath(name).parent / target).as_posix(), files, name)
+
     def test_the_same_sources_give_the_same_bytes(self):
         with tempfile.TemporaryDirectory() as folder:
             for name in ("a.zip", "b.zip"):

@@ -379,5 +379,14 @@ class Turnaround(unittest.TestCase):
             self.assertEqual(re.findall(r":\s+([a-z]+)", body), turns, body)
 
 
+class Recipes(unittest.TestCase):
+    def test_new_file_of_recipe_names_its_licence(self):
+        """scripts/spdx.py checks files that are not committed, too."""
+        text = (ROOT / "CONTRIBUTING.md").read_text()
+        begin = text.index("or in a new file:")
+        block = re.search(r"```c\n(.*?)```", text[begin:], re.S)[1]
+        self.assertEqual(block.split("\n")[0].strip(), "/* SPDX-License-Identifier: MIT */")
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -113,7 +113,7 @@ class Refused(unittest.TestCase):
         self.assertRegex(done.stderr, f"^install.py: {message}.*\n$")
 
     def setUp(self):
-        for file in ["scripts/install.py", "include/cds55xx/version.h"]:
+        for file in ["scripts/install.py", "scripts/version.py", "include/cds55xx/version.h"]:
             target = FOLDER / "tree" / file
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / file, target)

@@ -103,7 +103,7 @@ class Installed(Case):
         self.root = self.folder / "sources"
         for name in ["include", "packaging", "boards"]:
             shutil.copytree(ROOT / name, self.root / name)
-        for name in ["scripts/install.py", "scripts/plot.gp", "mk/constants.ld", "LICENSE", "README.md"]:
+        for name in ["scripts/install.py", "scripts/version.py", "scripts/plot.gp", "mk/constants.ld", "LICENSE", "README.md"]:
             (self.root / name).parent.mkdir(exist_ok=True)
             shutil.copy(ROOT / name, self.root / name)
         for name in ["host/cds55xx-sim", "lib/libcds55xx-atmega328p.a", "lib/libcds55xx-atmega64.a"]:
@@ -156,7 +156,7 @@ class Installed(Case):
             program = ("import os, runpy, sys\nreplace, calls = os.replace, []\n"
                        "def replace_or_end(*names):\n    replace(*names)\n    calls.append(names)\n"
                        f"    if len(calls) == {calls}: os._exit(9)\n"
-                       "os.replace = replace_or_end\nrunpy.run_path(sys.argv.pop(1), run_name='__main__')\n")
+                       "os.replace = replace_or_end\nsys.path[0] = os.path.dirname(sys.argv[1])\nrunpy.run_path(sys.argv.pop(1), run_name='__main__')\n")
             self.assertEqual(call(sys.executable, "-c", program, self.root / "scripts/install.py", "install", "--prefix",
                                   self.prefix, "--mcus", "atmega64"), (9, ""))
             self.assertEqual(self.run_it("uninstall"), (0, ""))

@@ -9,11 +9,14 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "test/runs"))
+sys.path.insert(0, str(ROOT / "scripts"))
 
+import release
 from simulator import call
 
 WHEN = "2020-01-01T00:00:00Z"
@@ -78,8 +81,47 @@ class Release(unittest.TestCase):
         (path / "README.md").write_text("changed\n")
         self.addCleanup(git, path, "checkout", "-q", "README.md")
         status, output = call(sys.executable, path / "scripts/release.py", "build/none", "x", cwd=path)
-        self.assertEqual((status, output), (1, "there are changes that are not committed: commit them, so that "
-                                               "sources and firmware agree\n"))
+        refused = "there are changes that are not committed: commit them, so that sources and firmware agree\n"
+        self.assertEqual((status, output), (1, refused))
+        status, output = self.make(path)
+        self.assertEqual(status, 2, output)
+        self.assertTrue(output.startswith(refused), output)  # before the build
+
+
+class Replace(unittest.TestCase):
+    """The folder of the release is replaced at the end, by two renames."""
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.target = pathlib.Path(folder.name, "release")
+        self.target.mkdir()
+        (self.target / "file").write_text("old")
+        self.answers = unittest.mock.patch.object(release, "git", lambda *words: b"" if "status" in words else b"x")
+
+    def run_with(self, rename):
+        with self.answers, unittest.mock.patch.object(pathlib.Path, "rename", rename):
+            return release.main(str(self.target), "x")
+
+    def test_release_second_rename_fails_keeps_the_old_one(self):
+        renames, original = [], pathlib.Path.rename
+
+        def rename(path, to):
+            renames.append(path)
+            if len(renames) == 2:
+                raise OSError(28, "No space left on device", str(path))
+            return original(path, to)
+
+        said = self.run_with(rename)
+        self.assertIn("is as it was", said)
+        self.assertEqual((self.target / "file").read_text(), "old")
+        self.assertEqual([path.name for path in self.target.parent.iterdir()], ["release"])
+
+    def test_release_killed_between_renames_is_put_back(self):
+        self.target.rename(self.target.with_suffix(".old"))
+        with unittest.mock.patch.object(release, "fill", side_effect=OSError(28, "No space left on device")):
+            said = self.run_with(pathlib.Path.rename)
+        self.assertIn("is as it was", said)
+        self.assertEqual((self.target / "file").read_text(), "old")
 
 
 if __name__ == "__main__":

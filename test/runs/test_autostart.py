@@ -199,7 +199,7 @@ class Autostart(unittest.TestCase):
         board = boards.WITH_MOTION[0]
         self.prepare(board, "! settings autostart wolk\n@expect text error 75:\n"
                      + "".join(f"! settings autostart walk {time}\n"
-                               f"@expect text error 33: DELAY {shown} is out of range: 1 to 127s\n"
+                               f"@expect text error 33: DELAY {shown} is out of range: 1 to 127s, whole seconds\n"
                                for time, shown in [("loop 128s", "128s"), ("0s", "0s"), ("1ms", "1ms"), ("1500ms", "1500ms"),
                                                    ("loop 200", "200")]) +
                      "! settings autostart walk twice\n@expect text error 32:\n")

@@ -49,7 +49,7 @@ for row in console.commands():
     COMMANDS.setdefault(row[1].split()[0], []).append(row)
 ERROR_ROWS = [row for path, table in [("include/cds55xx/result.h", "CDS_RESULTS"),
                                       ("src/controller/console/errors.h", "CONSOLE_ERRORS"),
-                                      ("src/controller/console/errors.h", "MOTION_ERRORS")]
+                                      ("src/controller/console/errors.h", "FULL_ERRORS")]
               for row in rows(path, table, 4).values()]
 CAUSES = {int(number): cause for _, number, cause, _ in ERROR_ROWS}
 ERRORS = {int(number): f"{cause}; {remedy}" for _, number, cause, remedy in ERROR_ROWS}
@@ -73,9 +73,9 @@ def text(what):
 
 
 # Errors whose line names the word or the value, in the profile `full`: test_explain.c.
-EXPLAINED = {30, 32, 33, 34, 38, 39, 41, 60}
+EXPLAINED = {30, 31, 32, 33, 34, 38, 39, 41, 60, 96}
 # Errors whose line names the servo, in the profile `full`.
-OF_SERVO = {2, 3, 5, 7, *range(9, 15), *range(20, 24), 42, 47, 48, 50, 51, 52}
+OF_SERVO = {2, 3, 5, 7, *range(9, 15), *range(20, 24), 42, 47, 48, 50, 51, 52, 95}
 
 
 def error(number, line):
@@ -194,7 +194,7 @@ SCRIPT = {
             + text("3 found, 1524 asked") + "bus 57600\nbaud 3 1000000\n" + error(38, "scan here"),
     "servos": "servos forget\nscan\n@wait 1500\nservos\n" + text("servo 1: online, torque off")
               + text("servo 3: online, torque off") + "counters 1\n" + text("timeouts 0")
-              + "torque 1 on\n@power 1 off\n@wait 4000\nservos\n" + text("servo 1: offline, torque on")
+              + "torque 1 on\n@power 1 off\n@wait 4000\nservos\n" + text("servo 1: offline, torque ")
               + "@power 1 on\n@wait 3000\nservos\n"
               + text("servo 1: online, torque off, inhibited: lost its state")
               + error(12, "torque 1 on") + "release 1\ntorque 1 on\n" + servo("1 torque on")
@@ -254,7 +254,9 @@ FULL_ONLY = {
            + text("step 2 of 4: return delay 2 us")
            + text("step 3 of 4: ID 1 becomes 9") + text("step 4 of 4: rate 29851bps becomes 1000000bps")
            + text("servo 9 is set up and joins the robot, at 1000000bps") + servo("1 ID 9")
-           + servo("1 BAUD_RATE 1") + servo("1 RETURN_DELAY 1") + "new 9\n" + "@power off\n"
+           + servo("1 BAUD_RATE 1") + servo("1 RETURN_DELAY 1")
+           + error(95, "new 9") + "@expect silence 10\nservos\n"
+           + error(96, "new 8") + text(f"servo 9: {ERRORS[96]}") + servo("1 ID 9") + "servos forget\nnew 9\nservos forget\n@power off\n"
            + error(88, "new 9") + "@servos 1-18\n@wait 10\nservos forget\nscan\n" + error(40, "new 30")
            + "@expect silence 10\n",
     "backup": "@servos 1-3\nset 2 MIN_VOLTAGE 6.5V\nbackup 2\n" + text("restore 2 RETURN_DELAY 2us")
@@ -282,7 +284,7 @@ BAUD_LIST = ("scan\nbaud all 500000\n" + text("servo 3: at 500000bps") + text("b
 # Two servos that answer PING in step and differ in a measured value.
 TWINS = ("servos forget\n@servos 1,2\n@supply 2 11.5\nwrite 2 ID 1\nscan\n" + text("id 1 model 1")
          + text("servo 1: finding 8: two servos seem to have this ID") + "@expect rule collision\n"
-         + error(90, "new 9") + servo("1,2 ID 1") + "@expect rule collision\n"
+         + "servos forget\n" + error(90, "new 9") + servo("1,2 ID 1") + "@expect rule collision\n"
          + "diagnose 1\n" + text("finding 8:") + "@expect rule collision\ncounters\n"
          + text("since the reset, ") + text(" by scan and diagnose"))
 
@@ -297,6 +299,16 @@ LISTS = ("torque 1 2 3 on\n" + text("servo 3: ok") + servo("1-3 torque on") + "s
          + "move all 100 20rpm\n" + servo("1-3 GOAL_POSITION 341") + "led 1,3 on\n" + servo("1,3 LED 1")
          + servo("2 LED 0") + error(87, "torque 1 9 3 off") + text(f"servo 9: {ERRORS[2]}"[:60])
          + servo("1,3 torque off") + servo("2 torque on"))
+
+# A line that is held low, and a servo that is unplugged: what is not known is not shown. In mode person, whose
+# replies are the same but for the last lines of stop.
+LINE_LOW = ("scan\ntorque 1 on\n@fault stuck low 3000\n@wait 1500\nservos\n" + text("the line is held low: no servo can be asked")
+            + text("servo 1: line held low, torque unknown") + "status\n"
+            + text("servos: 3, inhibited 0, offline unknown: the line is held low")
+            + error(9, "stop") + text("torque may still be on: switch off the supply of the servos; driving is inhibited until 'release'")
+            + "@wait 2000\nservos\n" + text("servo 1: online, torque off, inhibited: stopped")
+            + "release\n@power 3 off\n@wait 2500\nservos\n" + text("servo 3: offline, torque unknown")
+            + error(2, "stop") + text("torque may still be on: switch off the supply of the servos"))
 
 # A servo that is set not to answer, which the controller knows.
 MUTE = ("scan\nread 1 STATUS_RETURN_LEVEL\nwrite 1 STATUS_RETURN_LEVEL 0\n@wait 1200\n"
@@ -315,7 +327,7 @@ EXPLANATIONS = {
     "ping 300": "error 33: ID|254 300 is out of range: 0 to 254",
     "monitor 1 every 5ms": "error 33: MS 5ms is out of range: 10 to 60000ms",
     "bus 3000000": "error 33: RATE 3000000 is out of range: 7843 to 2000000bps",
-    "get 1 GOAL": f"error 34: servo 1: REG 'GOAL': {ERRORS[34]}",
+    "get 1 GOAL": f"error 34: servo 1: REG 'GOAL': {ERRORS[34]}; did you mean GOAL_POSITION?",
     "ping 77": f"error 2: servo 77: {ERRORS[2]}",
 }
 
@@ -383,6 +395,21 @@ class Scripts(unittest.TestCase):
                 run = controller("echo off\n" + said_by("full", script), "atmega128", "1", "--state", folder,
                                  "--rules", "warn")
                 self.assertEqual(run.status, 0, run.output[-3000:])
+
+    def test_line_low_and_servo_offline_are_told(self):
+        self.run_on("atmega128", LINE_LOW)
+
+    def test_new_servo_at_neighbour_of_listed_rate_has_the_rate_of_the_bus(self):
+        script = ("bus 19417\nnew 1\nservos forget\nnew 1\n" + text("one ID answers: ID 1 at 19231bps") + text("step 4 of 4: the rate is 19417bps already")
+                  + text("servo 1 is set up and joins the robot, at 19417bps") + error(96, "new 2"))
+        run = controller("echo off\n" + said_by("full", script), "atmega128", "1", "--rules", "warn")
+        self.assertEqual(run.status, 0, run.output[-3000:])
+
+    def test_new_servo_that_fails_does_not_join(self):
+        refused = "! new 5\n" + text(f"error 21: servo 1: {ERRORS[21].removeprefix('servo: ')}")
+        script = "lock 1\nservos forget\n" + refused + "servos\n" + text("no servo known") + refused
+        run = controller("echo off\nwrite 1 RETURN_DELAY 10\n" + said_by("full", script), "atmega128", "1")
+        self.assertEqual(run.status, 0, run.output[-3000:])
 
     def test_a_servo_that_does_not_answer(self):
         self.run_on("atmega128", MUTE)
@@ -476,7 +503,11 @@ def list_line(name, usage):
     """What help says of lists, in a profile that has them."""
     if "ID" not in re.sub("ID:", "", usage):
         return ""
-    return ("ID: one servo, no list" if name in PACKETS else "ID: one servo, or a list: 1 2 5-8, or 1,5-8, or all") + "\r\n"
+    if name in PACKETS:
+        return "ID: one servo, no list\r\n"
+    if re.search(r"ID(\|254)? (ANGLE|SPEED|LOW|RATE)\b", usage): # `move 1 2 30` moves servo 1 to 2deg
+        return "ID: one servo, or a list in one word: 1,2,5-8, or all\r\n"
+    return "ID: one servo, or a list: 1 2 5-8, or 1,5-8, or all\r\n"
 
 
 class Typed(unittest.TestCase):

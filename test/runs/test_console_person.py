@@ -68,6 +68,13 @@ class Person(unittest.TestCase):
             self.assertEqual(heard[1:], ["mode echo\r\nok\r\n", "ping 1\r\nok\r\n", "echo off\r\nok\r\n", "ok\r\n"],
                              (board, profile))
 
+    def test_line_dropped_by_a_key_leaves_a_prompt(self):
+        for key in ["03", "15"]:
+            for board, profile, heard in self.each(START + f"say 70 69 {key}\nwait 60000\nrest\n" + text("ping 1")):
+                if profile == "console" or key == "03": # the profile full deletes the characters in place
+                    self.assertEqual(heard[1][-len(PROMPT):], PROMPT, (board, profile, key))
+                self.assertEqual(heard[2], "ping 1\r\nok\r\n" + PROMPT, (board, profile, key))
+
     def test_packet_is_answered_without_a_prompt_behind_it(self):
         program = START + say(PING_1) + say(PING_1) + say(b"pin" + PING_1) + text("ping 1")
         for board, profile, heard in self.each(program):

@@ -69,6 +69,16 @@ class Registers(unittest.TestCase):
     def words(self, replies):
         return [int.from_bytes(data, "little") for _, data in replies]
 
+    def test_line_that_stores_is_refused_when_a_motion_has_begun_behind_it(self):
+        """The console compares the name with its words, or reads the servos, before it stores: the motion begins then."""
+        setup = [*POSES, "cycle every 4ms", "sequence s new stand 20ms", *["sequence s add stand 20ms"] * 4]
+        for line in "pose set zz 1 2 3", "pose save zz", "sequence q new stand 1s":
+            program = self.setup_lines(setup) + f"text {line}\nwait {7 * MS}\nsay {write(PLAY, 1)[0].hex(' ')}\n" \
+                f"hear 6 within 30\nwait {1000 * MS}\nrest\nsay {read(PLAY, 6)[0].hex(' ')}\nhear 12 within 30\n"
+            heard = self.run_program(program)[1:]
+            self.assertIn(b"error 58", heard[1], line)
+            self.assertEqual(heard[2][5:11], bytes([0, 100, 0, 0, 0, 0]), line)
+
     def test_play_moves_servos_and_shows_state_step_and_end(self):
         for board in boards.WITH_MOTION:
             replies = self.talk(write(PLAY, BOW), read(PLAY, 6), wait(200), read(PLAY, 6), wait(500), read(STEP),

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-/* Packets and lines that a user has written. They go over the same wire as all others, in turn. */
+/* Packets and lines that a user has written. They go over the same wire as all others, in turn, within ORDER_MS or not at all. */
 
 import { AT_INSTRUCTION, INSTRUCTION } from "../wire/packet.js";
+import { ORDER_MS } from "./controller.js";
 import { silenceOf } from "./console_line.js";
 
 const MANY_MS = 3000; // for the replies of many servos
@@ -9,12 +10,13 @@ const MANY_MS = 3000; // for the replies of many servos
 /* Sends a packet. Resolves with its status packets (an array, empty: none is due); throws WireError. */
 export async function sendPacket(session, bytes) {
     const isMany = bytes[AT_INSTRUCTION] >= INSTRUCTION.SYNC_WRITE;
-    const reply = await session.wire.request(bytes, { source: "hand", ...(isMany ? { timeout: MANY_MS } : {}) });
+    const notAfter = session.clock.now() + ORDER_MS;
+    const reply = await session.wire.request(bytes, { source: "hand", notAfter, ...(isMany ? { timeout: MANY_MS } : {}) });
 
     return reply === null ? [] : [reply].flat();
 }
 
 /* Sends a line. Resolves with {error}; throws WireError. onLine(text) takes the lines. `onLine`, `signal`: wire.js. */
 export function sendLine(session, line, { onLine, signal } = {}) {
-    return session.wire.command(line, { source: "hand", timeout: silenceOf(line), onLine, signal });
+    return session.wire.command(line, { source: "hand", notAfter: session.clock.now() + ORDER_MS, timeout: silenceOf(line), onLine, signal });
 }

@@ -3,15 +3,15 @@
 
 const HISTORY_MAX = 100;
 const SILENT_MS = 10000;
-const LONG_MS = 600000; // `scan rescue` says nothing for nine minutes
-const LONG = /^(?:scan +rescue|motion +wait|new|diagnose)\b/i;
-const OF_BOARD = /^(?:mode|echo|defaults)\b|^settings +(?:echo|device_id) +\S/i;
+const LONG_MS = 600000; // `motion wait` says nothing while a sequence plays
+const LONG = /^(?:scan|motion +wait|new|diagnose)\b/i;
+const OF_BOARD = /^(?:mode|echo|defaults|save)\b|^settings +(?:echo|device_id) +\S/i;
 
 /* The longest time without a line of the reply. */
 export const silenceOf = (line) => (LONG.test(line.trim()) ? LONG_MS : SILENT_MS);
 
-/* True for a line that would take away the mode in which the page works, or the device that it reads. The view Board
- * does the same and keeps both. */
+/* True for a line that would take away the mode in which the page works, or the device that it reads, or that would save
+ * that mode. The view Board does the same and keeps both. */
 export const isOfBoard = (line) => OF_BOARD.test(line.trim());
 
 export class LineHistory {

@@ -15,11 +15,12 @@ export const DEVICE = Object.freeze({
     MOTION_PAUSE: 0x72,
 });
 
+export const ORDER_MS = 2000; // what a user orders leaves within this time or not at all: a command may run for minutes
 const NOT_IN_FIRMWARE = ": not in this firmware"; // a line of `help`
 export const LISTED_MAX = 18; // servos that the console lists
 const SCAN_GROUP = 32; // IDs in a packet of a scan
 const SCAN_MS = 3000; // for the answer to it
-const RESCUE_MS = 600000; // `scan rescue` says nothing for nine minutes
+const SEARCH_MS = 30000; // `scan` diagnoses up to four servos in silence; at 7.8 kbps `scan rescue` asks 254 IDs in 5 s
 const SERVO_ID = 0x03; // register
 const ERROR_LINK_LOST = 65;
 
@@ -139,6 +140,11 @@ export class Controller {
         return lines;
     }
 
+    /* As run(), for what a user orders: fails as `late` if other commands have the wire for ORDER_MS. */
+    order(line, options) {
+        return this.run(line, { notAfter: this.#wire.clock.now() + ORDER_MS, ...options });
+    }
+
     /* Reads registers of the device. Throws Failure or WireError. */
     async readDevice(address, count) {
         const { deviceId } = this.#wire;
@@ -146,9 +152,11 @@ export class Controller {
         return parametersOf(deviceId, await this.#wire.request(read(deviceId, address, count)));
     }
 
-    /* Writes registers of the device. Returns the error bits of its reply. */
+    /* Writes registers of the device, as an order of a user. Returns the error bits of its reply. */
     async writeDevice(address, bytes) {
-        return (await this.#wire.request(write(this.#wire.deviceId, address, bytes))).error;
+        const notAfter = this.#wire.clock.now() + ORDER_MS;
+
+        return (await this.#wire.request(write(this.#wire.deviceId, address, bytes), { notAfter })).error;
     }
 
     /* Finds servos: at the rate of the bus; `how` = "all": at the listed rates; "rescue": at all rates.
@@ -164,7 +172,7 @@ export class Controller {
             if (found) onFound({ id: Number(found[1]), model: Number(found[2]), rate: Number(found[3]) || null });
             if (found) listed = Number(found[1]) + 1;
         };
-        const lines = await this.run(`scan ${how}`.trim(), { onLine, signal, timeout: how === "rescue" ? RESCUE_MS : undefined });
+        const lines = await this.run(`scan ${how}`.trim(), { onLine, signal, timeout: SEARCH_MS });
         const count = Number(/^(\d+) found/m.exec(lines.join("\n"))?.[1] ?? 0);
 
         if (!how && count > LISTED_MAX && this.#wire.hasDevice) await this.scanByPackets({ first: listed, onFound, onProgress, signal });
@@ -192,11 +200,11 @@ export class Controller {
     async release() {
         if (!this.#wire.hasConsole) return this.#releaseByPacket();
         try {
-            await this.run("release");
+            await this.order("release");
         } catch (error) {
             if (error.number !== ERROR_LINK_LOST) throw error;
-            await this.run("clear");
-            await this.run("release");
+            await this.order("clear");
+            await this.order("release");
         }
     }
 

@@ -12,7 +12,8 @@ import { compare } from "./recording.js";
 import { Recordings } from "./recordings.js";
 
 const ERROR_NO_MOTION = 79; // the motion was ended
-const UNDER_WAY = 2; // register MOTION_STATE
+const BEGINS = 1; // register MOTION_STATE
+const UNDER_WAY = 2;
 
 export class MotionDesk extends MotionEditor {
     #loadedFrom = null; // the controller whose poses and sequences were read
@@ -20,8 +21,9 @@ export class MotionDesk extends MotionEditor {
     #motionState = 0;
     #isStopped = false; // the user has stopped the motion that is or was under way
     #robot = null;
+    #isStarting = false; // play() has not ended
 
-    /* `ask(text)` resolves with true if the user says yes. */
+    /* `ask(text)` resolves with true if the user says yes, and returns null if the view was left: then it cannot ask. */
     constructor(session, { ask } = {}) {
         super(session);
         this.ask = ask;
@@ -80,12 +82,17 @@ export class MotionDesk extends MotionEditor {
         return this.player.isPlaying ? this.player.isPaused : Boolean(this.session.robot?.motion?.paused);
     }
 
-    play() {
-        return this.attempt(() => (this.playedBy === "board" ? this.#playByBoard() : this.#playByPage()));
+    /* Does nothing if it was called already: the button may be pressed several times before it is disabled. */
+    async play() {
+        if (this.#isStarting) return;
+        this.#isStarting = true;
+        await this.attempt(() => (this.playedBy === "board" ? this.#playByBoard() : this.#playByPage()));
+        this.#isStarting = false;
     }
 
     async #playByBoard() {
         const { sequence, store, motions } = this;
+        const { robot } = this.session;
 
         await this.#loadStored();
         if (!store.stored.sequences.has(sequence)) throw new MotionError("motion-not-stored", { detail: sequence });
@@ -93,6 +100,7 @@ export class MotionDesk extends MotionEditor {
 
         if (poses.length || sequences.length) throw new MotionError("motion-differs", { detail: sequence });
         await store.play(sequence, { times: this.isLoop ? 0 : this.times, percent: this.percent });
+        robot.motion = { ...robot.motion, state: BEGINS }; // until it is read
     }
 
     async #playByPage() {
@@ -201,6 +209,13 @@ export class MotionDesk extends MotionEditor {
         this.showSequence([...this.motions.sequences.keys()][0] ?? "");
     }
 
+    async #mayReplace(textOfQuestion) {
+        const isConfirmed = await this.ask(textOfQuestion);
+
+        if (isConfirmed === null) throw new MotionError("motion-not-asked");
+        return isConfirmed;
+    }
+
     async load(askFirst) {
         if (this.motions.isChanged && !(await this.ask(askFirst))) return;
         await this.#during("loading", () =>
@@ -225,7 +240,7 @@ export class MotionDesk extends MotionEditor {
                 const { poses, sequences } = store.replaced(motions);
                 const names = [...poses, ...sequences];
 
-                if (names.length && !(await this.ask(textOfQuestion(names)))) return;
+                if (names.length && !(await this.#mayReplace(textOfQuestion(names)))) return;
                 await store.store(this.#newOf(motions));
                 motions.isChanged = false;
                 this.#notifyCounts("motion-stored");
@@ -260,10 +275,10 @@ export class MotionDesk extends MotionEditor {
 
             if (read.motions.isEmpty) throw new MotionError("motion-file-empty");
             if (read.gone.length) this.session.notify({ code: "motion-gone", names: read.gone });
-            return read.motions;
+            return !this.motions.isChanged || (await this.#mayReplace(askFirst)) ? read.motions : null;
         });
 
-        if (!motions || (this.motions.isChanged && !(await this.ask(askFirst)))) return;
+        if (!motions) return;
         this.#takeMotions(motions);
         this.motions.isChanged = true; // the board does not have it
         this.#notifyCounts("motion-loaded");

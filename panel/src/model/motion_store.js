@@ -210,8 +210,8 @@ export class MotionStore {
         const how = times === 0 ? " loop" : times > 1 ? ` times ${times}` : "";
 
         if (!ids.length) throw new MotionError("motion-not-stored", { detail: name });
-        await this.#run(`group ${ids.join(" ")}`);
-        await this.#run(`play ${name}${how} at ${percent}%`);
+        await this.#controller.order(`group ${ids.join(" ")}`, { timeout: REPLY_MS });
+        await this.#controller.order(`play ${name}${how} at ${percent}%`, { timeout: REPLY_MS });
     }
 
     pause = () => this.#write(DEVICE.MOTION_PAUSE, 1);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Plays a path from the page: first all servos go to the start of the path together, then each gets at most 20 goals a
- * second, each with the speed that leads to it. A goal is never sent late: if the page is held up, or a
- * stop comes, the replay ends and the servos stay at their last goals.
+ * second, each with the speed that leads to it. A goal is never sent late: if the page is held up, if a command has the
+ * wire, or if a stop comes, the replay ends and the servos stay at their last goals.
  *
  * Works with each firmware, since it needs packets only. */
 
@@ -17,6 +17,7 @@ const RPM = 20; // on the way to the start
 const ARRIVED_RAW = 7; // 2 degrees
 const ARRIVE_MS = 2000; // beyond the time that the way takes
 const LATE_MS = 400; // a page that is held up for longer ends the replay
+const BUSY_MS = 600; // goals that could not leave for longer end the replay; the command "servos" takes 300 ms at 19200 bit/s
 const RESERVE = 1.15; // of the speed: a servo that lags catches up
 const RPM_PER_SPEED = 1000 / 6; // rpm of a degree in a ms
 
@@ -128,9 +129,20 @@ export class Player {
             if (!away.length) return true;
             if (this.#isEnding) return this.#rest(ids);
             this.#check(ids);
+            if (this.#isHeldUp(ids) || ids.some((id) => robot.servos.get(id).goalState === "dropped")) throw this.#busy(ids);
             if (this.#clock.now() > end) throw new MotionError("motion-not-there", { ids: away });
             await pause(this.#clock, TICK_MS);
         }
+    }
+
+    #isHeldUp(ids) {
+        return this.#session.robot.waitOfGoals(ids) > BUSY_MS;
+    }
+
+    /* No goal may leave behind what held it up: the servo would make up for the time at once. */
+    #busy(ids) {
+        this.#session.robot.dropGoals(ids);
+        return new MotionError("motion-busy");
     }
 
     /* The servos stay where they are. */
@@ -157,6 +169,7 @@ export class Player {
                 await pause(this.#clock, TICK_MS);
                 this.#check(path.ids);
                 if (this.#isEnding) return this.#rest(path.ids);
+                if (this.#isHeldUp(path.ids)) throw this.#busy(path.ids);
                 this.#advance();
                 sent = this.#send(path, sent);
             }

@@ -62,9 +62,10 @@ export class Recordings {
         this.setTolerance(this.tolerance);
     }
 
-    /* Thins the recording out to steps within `degrees`. */
+    /* Thins the recording out to steps within `degrees`; NaN changes nothing. */
     setTolerance(degrees) {
-        this.tolerance = Math.min(Math.max(Number(degrees) || 0, 0.1), DEGREES_MAX);
+        if (Number.isNaN(degrees)) return;
+        this.tolerance = Math.min(Math.max(degrees, 0.1), DEGREES_MAX);
         this.#takeThinned(thin(this.latest.samples, rawOfDegrees(this.tolerance)));
     }
 

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: MIT
 /* The registers of a servo: their rows out of the tables, values in units, and reading and writing them. */
 
-import { ERRORS_OF_PACKET, errorNames, read, word, wordAt, write } from "../wire/packet.js";
+import { ERRORS_OF_PACKET, errorNames, ping, read, word, wordAt, write } from "../wire/packet.js";
 import { texts } from "../texts/texts.js";
-import { rawOf, valueOf, withUnit } from "./units.js";
+import { rawOf, typedNumber, valueOf, withUnit } from "./units.js";
 
 export const TABLE_SIZE = 50; // bytes
 const BITS = new Set(["ALARM_LED", "ALARM_SHUTDOWN"]); // conditions, as the error bits of a packet
 const SPEED = "MOVING_SPEED";
+const RETURN_LEVEL = "STATUS_RETURN_LEVEL";
+/* Errors of the console after which the register may have its value: no reply, a damaged reply, none due at the
+ * STATUS_RETURN_LEVEL of the servo. */
+const MAY_BE_WRITTEN = new Set([2, 3, 10]);
 const SPEED_MAX = 1023; // raw; above, the speed has a direction: endless turn
 
 /* What went wrong, for session.attempt(): `code` names a text of texts.notice. */
@@ -58,9 +62,9 @@ export function rangeOf(row) {
 
 /* What a user typed, in the unit of the register or raw. Returns {raw}, or {problem}: a code of texts.setup. */
 export function typedValue(row, text, isRaw) {
-    const number = Number(text.trim().replace(",", "."));
+    const number = typedNumber(text);
 
-    if (!text.trim() || !Number.isFinite(number)) return { problem: "notNumber" };
+    if (Number.isNaN(number)) return { problem: "notNumber" };
     if (isRaw && !Number.isInteger(number)) return { problem: "notWhole" };
     const raw = isRaw ? number : rawInUnit(row, number);
 
@@ -85,29 +89,53 @@ export function parametersOf(id, { error, parameters }) {
 }
 
 /* Sends a packet to a servo. Returns the parameters of its reply; throws Failure or WireError. */
-async function ask(wire, id, bytes) {
+async function ask(wire, id, bytes, options) {
     try {
-        return parametersOf(id, await wire.request(bytes));
+        return parametersOf(id, await wire.request(bytes, options));
     } catch (error) {
         throw error.code === "timeout" ? new Failure("servo-silent", { id }) : error;
     }
 }
 
-/* Reads registers of a servo. Throws Failure or WireError. */
-export const readRegisters = (wire, id, address = 0, count = TABLE_SIZE) => ask(wire, id, read(id, address, count));
+/* Reads registers of a servo. `options`: as of wire.request(). Throws Failure or WireError. */
+export const readRegisters = (wire, id, address = 0, count = TABLE_SIZE, options = {}) => ask(wire, id, read(id, address, count), options);
 
-/* Writes bytes to registers of a servo, from `address` on. Throws Failure or WireError. */
-export const writeRegisters = (wire, id, address, bytes) => ask(wire, id, write(id, address, bytes));
+/* Writes bytes to registers of a servo, from `address` on. `options`: as of wire.request(). Throws Failure or WireError. */
+export const writeRegisters = (wire, id, address, bytes, options = {}) => ask(wire, id, write(id, address, bytes), options);
+
+/* True if the servo answers PING only with this value, so that nothing can be read back. */
+export const silences = (row, raw) => row.name === RETURN_LEVEL && raw === 0;
 
 /* Writes a register, by the console if there is one: it says why it refuses. Returns the value that the
- * register has then. Throws Failure, CommandError or WireError. */
+ * register has then, or null: it cannot be read back. Throws Failure, CommandError or WireError. */
 export async function writeRegister(controller, id, row, raw) {
-    if (controller.wire.hasConsole) await controller.run(`set ${id} ${row.name} ${raw}raw`);
-    else await writeByPacket(controller.wire, id, row, raw);
-    const now = rawAt(await readAround(controller.wire, id, row), row);
+    const { wire } = controller;
+    let failure = null;
 
-    if (now !== raw) throw new Failure("register-not-taken", { id, register: row.name, wanted: raw, now });
+    try {
+        if (wire.hasConsole) await controller.order(`set ${id} ${row.name} ${raw}raw`);
+        else await writeByPacket(wire, id, row, raw);
+    } catch (error) {
+        if (!MAY_BE_WRITTEN.has(error.number)) throw error;
+        failure = error;
+    }
+    const now = await readBack(wire, id, row, raw).catch((error) => {
+        throw error.code === "servo-silent" ? (failure ?? error) : error;
+    });
+
+    if (now !== null && now !== raw) throw failure ?? new Failure("register-not-taken", { id, register: row.name, wanted: raw, now });
     return now;
+}
+
+/* A servo that its new level silences still answers PING. Returns null for it. */
+async function readBack(wire, id, row, raw) {
+    try {
+        return rawAt(await readAround(wire, id, row), row);
+    } catch (error) {
+        if (!silences(row, raw) || error.code !== "servo-silent") throw error;
+        await ask(wire, id, ping(id));
+        return null;
+    }
 }
 
 /* The bytes of a register, at their addresses. */

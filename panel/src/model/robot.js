@@ -3,7 +3,8 @@
  * torque, goals, limits and the device in turn with it. Goals go out between two reads.
  *
  * A goal is ignored while the torque of its servo is not known to be on. A servo gets at most 20 goals a
- * second, each at most once; a goal that could not leave within 150 ms is dropped.
+ * second, each at most once; a goal that could not leave within 150 ms is dropped. The goal of a hold also waits for its
+ * turn, at most 50 ms, and is never dropped. Torque is switched within 2 s or not at all.
  *
  * Events: `feedback` after each round, `change` when anything else has changed, `notice`, `reset` when the
  * controller has been reset: its RESET_CAUSE is another one, it echoes a line, or it has forgotten its servos. */
@@ -13,7 +14,7 @@ import { groupsOfIds } from "../wire/stop.js";
 import { pause } from "../wire/clock.js";
 import { WireError } from "../wire/wire_error.js";
 import { FEEDBACK, LIMITS, REGISTER, STATE } from "./blocks.js";
-import { DEVICE, LISTED_MAX } from "./controller.js";
+import { DEVICE, LISTED_MAX, ORDER_MS } from "./controller.js";
 import { Failure, parametersOf, readRegisters, writeRegisters } from "./registers.js";
 import { Servo } from "./servo.js";
 import { RAW_MAX, rawOfDegrees, rawOfRpm, rawOfTurn } from "./units.js";
@@ -22,6 +23,10 @@ export const GOAL_RPM = 20; // speed of a goal, if none is given
 export const GOAL_PERIOD_MS = 50; // between two goals of a servo
 export const GOAL_AGE_MS = 150; // an older goal is dropped
 
+const HOLD_MS = 500; // so long a newer goal waits for the end of a hold; then its age counts
+const POSITION_MS = 200; // from the last look at the position to torque on
+const TORQUE_TRIES = 3;
+const MOVED_RAW = 17; // 5 degrees
 const ROUND_MS = 10; // a faster round would only cost CPU time
 const PAUSE_MS = 100; // after an error of the wire
 const SLOW_MS = 250; // torque and goals, the device, the motion
@@ -29,6 +34,7 @@ const LIMITS_MS = 1000;
 const TEXT_MS = 5000; // the command `servos`
 const TEXT_ALARM_MS = 1000; // while something is wrong
 const RATE_MS = 1000; // over which updates are counted
+const POSITION_AT = REGISTER.PRESENT_POSITION - REGISTER.GOAL_POSITION; // in a read from GOAL_POSITION on
 const DEVICE_FIRST = DEVICE.SAVE;
 const MOTION_COUNT = 6;
 
@@ -37,8 +43,10 @@ export class Robot extends EventTarget {
     #controller;
     #clock;
     #isRunning = false;
-    #goals = new Map(); // goals that wait, by servo ID: {raw, speed, at}
+    #goals = new Map(); // goals that wait, by servo ID: {raw, speed, at, since}; since: the first goal that this one replaces
     #goalSentAt = new Map(); // time of the last goal, by servo ID
+    #holds = new Map(); // hold under way, by servo ID: {promise, since}
+    #stops = 0; // counts the stops and resets: a hold from before one does nothing
     #torqueOrders = new Map(); // newest torque command, by servo ID
     #due = new Map(); // time of the next slow read, by its name
     #rounds = []; // times of the last feedback
@@ -80,9 +88,12 @@ export class Robot extends EventTarget {
     }
 
     /* Shows these servos; what is known of a servo that stays is kept. A damaged line may have named an ID that no
-     * servo can have. */
+     * servo can have. At the ID of the device the page reads the device, not the servo. */
     setServos(ids) {
-        const sorted = [...new Set(ids)].filter((id) => id <= ID_MAX).sort((one, other) => one - other);
+        const own = this.#wire.hasDevice ? this.#wire.deviceId : null;
+
+        if (ids.includes(own)) this.#notice({ code: "servo-behind-device", id: own });
+        const sorted = [...new Set(ids)].filter((id) => id <= ID_MAX && id !== own).sort((one, other) => one - other);
 
         this.servos = new Map(sorted.map((id) => [id, this.servos.get(id) ?? new Servo(id)]));
         this.#goals = new Map([...this.#goals].filter(([id]) => this.servos.has(id)));
@@ -90,13 +101,12 @@ export class Robot extends EventTarget {
         this.#change();
     }
 
-    /* Finds servos: those that the controller knows, else by a scan. */
-    async findServos(options = {}) {
+    /* Finds servos: those that the controller knows, else by a scan. `more`: IDs that take the place of the scan. */
+    async findServos({ more, ...options } = {}) {
         const known = options.how === undefined ? await this.#knownServos() : [];
 
-        if (known.length) {
-            if (known.length >= LISTED_MAX && this.#wire.hasDevice)
-                await this.#controller.scanByPackets({ onFound: ({ id }) => known.push(id) });
+        if (known.length || more) {
+            if (known.length >= LISTED_MAX && this.#wire.hasDevice) known.push(...(more ?? (await this.#unlisted())));
             this.setServos(known);
             return;
         }
@@ -107,6 +117,14 @@ export class Robot extends EventTarget {
             options.onFound?.(servo);
         } });
         this.setServos(found);
+    }
+
+    /* IDs of the servos that answer; the console lists 18. */
+    async #unlisted() {
+        const ids = [];
+
+        await this.#controller.scanByPackets({ onFound: ({ id }) => ids.push(id) });
+        return ids;
     }
 
     async #knownServos() {
@@ -128,8 +146,8 @@ export class Robot extends EventTarget {
 
     /* A stop has begun: no goal may leave any more, and the torque of no servo is known. */
     forgetGoals() {
-        for (const id of this.#goals.keys()) this.servos.get(id).goalState = "dropped";
-        this.#goals.clear();
+        this.#stops++;
+        this.dropGoals([...this.#goals.keys()]);
         for (const servo of this.servos.values()) servo.torque = null;
         this.#change();
     }
@@ -161,6 +179,18 @@ export class Robot extends EventTarget {
         return this.#offerGoal(id, { raw: rawOfDegrees(degrees), speed: rawOfRpm(rpm) });
     }
 
+    /* For how long no goal of these servos could leave, though there were newer ones again and again, in ms. */
+    waitOfGoals(ids) {
+        const waits = ids.map((id) => this.#goals.get(id)).filter((goal) => goal).map(({ since }) => this.#clock.now() - since);
+
+        return Math.max(0, ...waits);
+    }
+
+    /* Goals of these servos that wait are not sent. */
+    dropGoals(ids) {
+        for (const id of ids) if (this.#goals.delete(id)) this.servos.get(id).goalState = "dropped";
+    }
+
     /* Turns a servo in endless turn: more than 0 is counterclockwise. False: ignored, as by setGoal(). hold()
      * ends the turn. */
     setTurn(id, rpm) {
@@ -171,18 +201,42 @@ export class Robot extends EventTarget {
         const servo = this.servos.get(id);
 
         if (!servo || servo.torque !== true || this.isInhibited || this.#wire.state !== "ready") return false;
-        this.#goals.set(id, { ...goal, at: this.#clock.now() });
+        const now = this.#clock.now();
+
+        this.#goals.set(id, { ...goal, at: now, since: this.#goals.get(id)?.since ?? now });
         servo.goalState = "waiting";
         return true;
     }
 
     /* Ends a movement: the goal becomes the present position; in endless turn the speed becomes 0. Unlike
-     * another goal it is never dropped. Does nothing while torque is off, or if a stop comes first. */
-    async hold(id) {
+     * another goal it is never dropped; another hold of the servo meanwhile is this one. Does nothing while torque is
+     * off, or if a stop comes first. */
+    hold(id) {
+        this.#goals.delete(id);
+        if (!this.#holds.has(id)) this.#holds.set(id, { promise: this.#hold(id).finally(() => this.#endHold(id)), since: this.#clock.now() });
+        return this.#holds.get(id).promise;
+    }
+
+    /* A goal that came meanwhile follows the hold: its age counts from now on. */
+    #endHold(id) {
+        const goal = this.#goals.get(id);
+
+        if (goal && this.#isBehindHold(id)) goal.at = this.#clock.now();
+        this.#holds.delete(id);
+    }
+
+    #isBehindHold(id) {
+        return this.#clock.now() - (this.#holds.get(id)?.since ?? -Infinity) <= HOLD_MS;
+    }
+
+    async #hold(id) {
+        const stops = this.#stops;
+        const wait = this.#waitOf(id);
+
+        if (wait > 0) await pause(this.#clock, wait);
         const servo = this.servos.get(id);
 
-        this.#goals.delete(id);
-        if (!servo || servo.torque === false) return;
+        if (!servo || servo.torque === false || stops !== this.#stops) return;
         try {
             if (servo.isEndless) await writeRegisters(this.#wire, id, REGISTER.MOVING_SPEED, word(0));
             else await this.#holdWithin(servo);
@@ -191,7 +245,14 @@ export class Robot extends EventTarget {
             if (error.code === "stopped") return;
             servo.goalState = "unconfirmed";
             throw servo.isEndless ? new Failure("turn-not-ended", { id }) : error;
+        } finally {
+            this.#goalSentAt.set(id, this.#clock.now());
         }
+    }
+
+    /* Time until the servo may get another goal, in ms. */
+    #waitOf(id) {
+        return (this.#goalSentAt.get(id) ?? -Infinity) + GOAL_PERIOD_MS - this.#clock.now();
     }
 
     async #holdWithin(servo) {
@@ -203,7 +264,8 @@ export class Robot extends EventTarget {
     }
 
     /* Switches torque. On: the goal becomes the present position first, and is read back, so nothing
-     * moves. A later command for the same servo cancels this one. Throws Failure or WireError. */
+     * moves. It is dropped if other commands have the wire for 2 s. A later command for the same servo cancels this one.
+     * Throws Failure or WireError. */
     setTorque(id, isOn) {
         return this.#switchTorque(id, isOn, this.#orderTorque([id]));
     }
@@ -221,9 +283,13 @@ export class Robot extends EventTarget {
         if (isCancelled()) return;
         this.#goals.delete(id);
         if (isOn && this.isInhibited) throw new Failure("inhibited", { id });
-        if (isOn) await this.#holdPosition(id);
+        try {
+            if (isOn) await this.#torqueOn(id, isCancelled);
+            else await this.#writeTorque(id, 0, this.#clock.now() + ORDER_MS);
+        } catch (error) {
+            throw error.code === "late" ? new Failure(isOn ? "torque-on-late" : "torque-off-late", { id }) : error;
+        }
         if (isCancelled()) return; // torque off takes one packet, and overtakes torque on
-        await writeRegisters(this.#wire, id, REGISTER.TORQUE_ENABLE, [isOn ? 1 : 0]);
         const servo = this.servos.get(id);
 
         if (servo) servo.torque = isOn;
@@ -231,17 +297,18 @@ export class Robot extends EventTarget {
     }
 
     /* Switches torque of `ids`, or of all servos that are online, one after the other. `keepsGoals`: a servo that
-     * has torque keeps its goal. A servo that fails is told by onError(error), and the others go on; a stop or a
-     * lost port ends it. */
+     * has torque keeps its goal. A servo that fails is told by onError(error), and the others go on; a stop, a
+     * lost port, or a command that has the wire for 2 s ends it. */
     async setTorqueAll(isOn, onError, { ids = this.#online, keepsGoals = false } = {}) {
         const order = this.#orderTorque(ids);
 
-        for (const id of ids) {
+        for (const [index, id] of ids.entries()) {
             if (isOn && keepsGoals && this.servos.get(id)?.torque === true) continue;
             try {
                 await this.#switchTorque(id, isOn, order);
             } catch (error) {
                 if (["stopped", "closed", "silent", "inhibited"].includes(error.code)) throw error;
+                if (/^torque-.*late$/.test(error.code)) throw new Failure(error.code, { ids: ids.slice(index) });
                 onError(error);
             }
         }
@@ -250,23 +317,48 @@ export class Robot extends EventTarget {
     /* Clears the alarms that the controller has kept. It never ends an inhibit, as the command `clear` would. */
     async clearAlarms() {
         if (this.#wire.hasDevice) await this.#controller.writeDevice(DEVICE.ALARMS, [0]);
-        else if ((await this.#controller.run("status")).includes("driving: allowed")) await this.#controller.run("clear");
+        else if ((await this.#controller.run("status")).includes("driving: allowed")) await this.#controller.order("clear");
         else throw new Failure("clear-inhibited");
         this.#due.delete("device");
         this.#due.delete("text");
     }
 
-    /* Limits and goal are read first: the controller checks a servo with limits by them. */
-    async #holdPosition(id) {
-        const limits = await readRegisters(this.#wire, id, LIMITS.address, LIMITS.count);
+    #writeTorque(id, value, notAfter) {
+        return writeRegisters(this.#wire, id, REGISTER.TORQUE_ENABLE, [value], { notAfter });
+    }
+
+    /* Begins again with the position if the joint was moved meanwhile, or if another job came before torque on. */
+    async #torqueOn(id, isCancelled) {
+        const end = this.#clock.now() + ORDER_MS;
+
+        for (let left = TORQUE_TRIES; left; left--) {
+            const isHeld = await this.#holdPosition(id, end);
+
+            if (isCancelled()) return;
+            if (!isHeld) continue;
+            try {
+                await this.#writeTorque(id, 1, Math.min(this.#clock.now() + POSITION_MS, end));
+                return;
+            } catch (error) {
+                if (error.code !== "late" || left === 1) throw error;
+            }
+        }
+        throw new Failure("joint-moves", { id });
+    }
+
+    /* Limits and goal are read first: the controller checks a servo with limits by them. The last read has the goal and
+     * the position. False: the joint is elsewhere by then. */
+    async #holdPosition(id, notAfter) {
+        const limits = await readRegisters(this.#wire, id, LIMITS.address, LIMITS.count, { notAfter });
         const isEndless = limits.every((byte) => byte === 0);
-        const position = Math.min(wordAt(await readRegisters(this.#wire, id, FEEDBACK.address, 2), 0), RAW_MAX);
+        const position = Math.min(wordAt(await readRegisters(this.#wire, id, FEEDBACK.address, 2, { notAfter }), 0), RAW_MAX);
         const wanted = [...word(position), ...word(isEndless ? 0 : rawOfRpm(GOAL_RPM))];
 
-        await writeRegisters(this.#wire, id, REGISTER.GOAL_POSITION, wanted);
-        const kept = await readRegisters(this.#wire, id, REGISTER.GOAL_POSITION, wanted.length);
+        await writeRegisters(this.#wire, id, REGISTER.GOAL_POSITION, wanted, { notAfter });
+        const kept = await readRegisters(this.#wire, id, REGISTER.GOAL_POSITION, POSITION_AT + 2, { notAfter });
 
-        if (kept.some((byte, index) => byte !== wanted[index])) throw new Failure("goal-not-kept", { id });
+        if (wanted.some((byte, index) => byte !== kept[index])) throw new Failure("goal-not-kept", { id });
+        return isEndless || Math.abs(Math.min(wordAt(kept, POSITION_AT), RAW_MAX) - position) <= MOVED_RAW;
     }
 
     /* ---- the loop ---- */
@@ -402,7 +494,8 @@ export class Robot extends EventTarget {
             const servo = this.servos.get(id);
 
             if (this.#goals.get(id) !== goal) continue; // a stop has dropped it, or a newer one waits
-            if (now - goal.at <= GOAL_AGE_MS && now - (this.#goalSentAt.get(id) ?? -Infinity) < GOAL_PERIOD_MS) continue;
+            if (this.#isBehindHold(id)) continue;
+            if (now - goal.at <= GOAL_AGE_MS && (this.#holds.has(id) || this.#waitOf(id) > 0)) continue;
             this.#goals.delete(id);
             if (servo.torque !== true || now - goal.at > GOAL_AGE_MS) {
                 servo.goalState = "dropped";

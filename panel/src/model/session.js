@@ -17,12 +17,18 @@ import { Robot } from "./robot.js";
 import { Traffic } from "./traffic.js";
 
 const NOTICES_MAX = 20;
-const LISTS_SERVOS = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "refused", "servo-silent"]); // one notice lists all servos
+const INFO_MS = 8000; // information then goes away by itself
+const INFO_TO_DO_MS = 20000; // one with a remedy or a button
+const LISTS_SERVOS = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "joint-moves", "refused", "servo-silent", "turn-not-ended"]); // one notice lists all servos
 const WITHDRAWN_BY = { // notices that an event withdraws
     release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-no-inhibit", "stop-unverified", "stopped"],
     stop: ["lost-stopping", "stop-failed", "stop-no-inhibit", "stop-not-sent", "stop-unverified"],
     back: ["silent"],
 };
+/* Notices that no other notice pushes out: the robot may move, or its torque is not known. */
+const ABOUT_SAFETY = new Set([...WITHDRAWN_BY.stop, "lost", "reset", "silent", "turn-not-ended"]);
+const LOST = new Set(["lost", "lost-stopping"]);
+const RANKS = ["info", "warning", "error"]; // which notices go first if there are too many
 const TAKEN_MS = 5000; // a page that has been left gives its port free in this time
 const TAKEN_PAUSE_MS = 250;
 const BANNER = /^cds55xx \d/; // a controller in the mode for people tells it after a reset
@@ -30,6 +36,7 @@ const PORT_TAKEN = /another client is connected/; // the simulator says so, then
 
 export class Session extends EventTarget {
     #stopping = null; // promise of the last stop
+    #expiry = null; // timer of the information that goes away next
     #isRenewing = false; // asks a controller that was reset
 
     constructor({ tables, clock = realClock }) {
@@ -261,7 +268,7 @@ export class Session extends EventTarget {
         try {
             return await call();
         } catch (error) {
-            this.notify(error);
+            if (!this.#isToldAsLost(error)) this.notify(error);
             return undefined;
         } finally {
             this.#change();
@@ -270,8 +277,14 @@ export class Session extends EventTarget {
 
     /* ---- notices and traffic ---- */
 
+    /* A lost port fails all that waited, and has a notice of its own. */
+    #isToldAsLost({ code }) {
+        return code === "closed" && this.notices.some((shown) => LOST.has(shown.code));
+    }
+
     /* Shows a notice: {code, ...}, or an error of wire, port, console or robot. The same notice again only
-     * renews the one that is shown; one of another servo joins it. */
+     * renews the one that is shown; one of another servo joins it. Information goes away by itself; warnings and errors
+     * stay until they are dismissed or withdrawn. */
     notify(what) {
         const detail = what.name === "CommandError" ? this.#ofCommand(what) : { ...what, message: what.message };
         const code = detail.code ?? "unexpected";
@@ -282,13 +295,26 @@ export class Session extends EventTarget {
         const notice = { key, code, ids, time: this.clock.now(), undo: detail.undo, ...noticeText({ ...detail, code, ids }) };
 
         if (code === "unexpected") console.error(what);
-        this.notices = [...this.notices.filter((shown) => shown.key !== key), notice].slice(-NOTICES_MAX);
+        this.notices = atMost(NOTICES_MAX, [...this.notices.filter((shown) => shown.key !== key), notice]);
+        this.#followInfo();
         this.#change();
+    }
+
+    /* Removes the information whose time is over, and comes back when the next one is due. */
+    #followInfo() {
+        const left = (notice) => notice.time + lifeOf(notice) - this.clock.now();
+
+        this.clock.cancel(this.#expiry);
+        this.notices = this.notices.filter((notice) => left(notice) > 0);
+        const next = Math.min(...this.notices.map(left));
+
+        if (next < Infinity) this.#expiry = this.clock.after(next, () => (this.#followInfo(), this.#change()));
     }
 
     /* Removes the notices of these codes. */
     withdraw(codes) {
         this.notices = this.notices.filter(({ code }) => !codes.includes(code));
+        this.#followInfo();
     }
 
     #ofCommand({ line, message, number, remedy }) {
@@ -297,6 +323,7 @@ export class Session extends EventTarget {
 
     dismiss(notice) {
         this.notices = this.notices.filter((shown) => shown !== notice);
+        this.#followInfo();
         this.#change();
     }
 
@@ -322,4 +349,24 @@ export class Session extends EventTarget {
 function stateOf({ verified, inhibited, off, on, silent }) {
     if (verified) return "verified";
     return inhibited && ![...off, ...on, ...silent].length ? "unchecked" : "unverified";
+}
+
+/* ms that a notice stays by itself. */
+function lifeOf({ level, remedy, undo }) {
+    if (level !== "info") return Infinity;
+    return remedy || undo ? INFO_TO_DO_MS : INFO_MS;
+}
+
+/* The newest notices, without the oldest of the least level. Those about safety stay. */
+function atMost(count, notices) {
+    const kept = [...notices];
+
+    for (const rank of RANKS)
+        while (kept.length > count) {
+            const oldest = kept.findIndex(({ code, level }) => level === rank && !ABOUT_SAFETY.has(code));
+
+            if (oldest < 0) break;
+            kept.splice(oldest, 1);
+        }
+    return kept;
 }

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 /* The operations of the view Set-up: search, new servo, diagnosis, registers, backup and restore. One at a time
- * runs; a failure is a notice of the session. What was found stays until another connection.
+ * runs; a failure is a notice of the session. What was found stays until another connection. What a
+ * restore has left undone stays longer: the port may have been lost meanwhile.
  *
  * Event: `change`. */
 
 import { ID_MAX } from "../wire/packet.js";
 import { CommandError } from "./controller.js";
 import { checkLimits, differences, entriesFor, entryOf, readBackup, textOfBackup } from "./backup.js";
-import { Failure, rawAt, readRegisters, registerRows, writeRegister } from "./registers.js";
+import { Failure, rawAt, readRegisters, registerRows, silences, writeRegister } from "./registers.js";
 
 /* The rates at which a search looks, bit/s. */
 export const RATES = [1000000, 500000, 250000, 115200, 57600, 19200];
@@ -15,6 +16,9 @@ export const RATES = [1000000, 500000, 250000, 115200, 57600, 19200];
 const SEARCH_MS = 15000; // `new` and `diagnose` say nothing while they search, 4 s each time
 const CHANGE_MS = 10000; // a change of the rate of a servo
 const ERROR_KEY = 49; // the user has ended a command
+const ENDED_CODES = new Set(["cancelled", "ended"]); // errors of the wire: the user has ended the command
+const ERROR_ID_KNOWN = 95; // `new`: the ID is in the controller's list
+const ERROR_NOT_NEW = 96; // `new`: the servo that answers may be one of the list
 const FATAL_CODES = new Set(["stopped", "closed", "silent", "cancelled"]); // errors of the wire after which the next job would fail, too
 
 export class Setup extends EventTarget {
@@ -36,17 +40,23 @@ export class Setup extends EventTarget {
         this.isPartial = false; // true until the last search has asked all IDs
         this.steps = []; // lines of the last set-up of a new servo
         this.outcome = null; // outcome of the last change: {kind, lines}
+        this.isDiagnosisEnded = false; // the user has ended the last diagnosis
         this.findings = []; // findings of the last diagnosis: [{id, number, text, remedy, place, isGood}]
         this.chosen = null; // ID of the servo whose registers are shown
-        this.registers = null; // {id, bytes, at}
+        this.registers = null; // {id, bytes, at, isOld}; isOld: a write since then, and no reply to the read behind it
         this.plan = null; // plan of a restore: {scope, servos: [{id, entry, changes}]}
         this.restored = null; // outcome of a restore: [{id, row, file, now, why}]; why "": written
+        this.isRestoreEarlier = false; // `restored` is of an earlier connection
     }
 
     #follow() {
         if (this.session.wire !== this.#wire) {
+            const { restored } = this;
+
             this.#wire = this.session.wire;
             this.#clear();
+            this.isRestoreEarlier = Boolean(restored?.some(({ why }) => why));
+            if (this.isRestoreEarlier) this.restored = restored;
         }
         this.#change();
     }
@@ -81,12 +91,24 @@ export class Setup extends EventTarget {
         return this.ids.includes(this.chosen) ? this.chosen : (this.ids[0] ?? null);
     }
 
-    /* The lowest ID from 1 on that no known servo has, or null. */
+    /* The ID at which the controller itself answers, so that no servo can, or null. */
+    get idOfDevice() {
+        const { wire } = this.session;
+
+        return wire?.hasDevice ? wire.deviceId : null;
+    }
+
+    #checkNewId(id) {
+        if (id === this.idOfDevice) throw new Failure("id-of-device", { id });
+    }
+
+    /* The lowest ID from 2 on that no known servo has, or null. 1 comes last: new servos have it. */
     get freeId() {
         const taken = new Set([...this.ids, ...(this.found ?? []).map(({ id }) => id)]);
 
-        for (let id = 1; id <= ID_MAX; id++) if (!taken.has(id)) return id;
-        return taken.has(0) ? null : 0;
+        if (this.idOfDevice !== null) taken.add(this.idOfDevice);
+        for (let id = 2; id <= ID_MAX; id++) if (!taken.has(id)) return id;
+        return [0, 1].find((id) => !taken.has(id)) ?? null;
     }
 
     choose(id) {
@@ -122,7 +144,7 @@ export class Setup extends EventTarget {
             await call();
             return true;
         } catch (error) {
-            const isEnded = operation.isEnding() && (error.number === ERROR_KEY || error.code === "cancelled");
+            const isEnded = operation.isEnding() && (error.number === ERROR_KEY || ENDED_CODES.has(error.code));
 
             if (!isEnded) throw error;
             return false;
@@ -137,9 +159,9 @@ export class Setup extends EventTarget {
         this.#change();
     }
 
-    /* The controller may have other servos now. */
-    async #findServos() {
-        await this.session.robot.findServos();
+    /* The controller may have other servos now. `more`: robot.js. */
+    async #findServos(options) {
+        await this.session.robot.findServos(options);
     }
 
     /* ---- search ---- */
@@ -160,7 +182,9 @@ export class Setup extends EventTarget {
 
             this.isPartial = true; // until the search has asked all IDs
             this.isPartial = !(await this.#endable(operation, scan)) || operation.isEnding();
-            if (wire.hasConsole) await this.#findServos();
+            const more = how || this.isPartial ? robot.ids : this.found.map(({ id }) => id);
+
+            if (wire.hasConsole) await this.#findServos({ more }); // no key would end another scan
             else if (!this.isPartial) robot.setServos(this.found.map(({ id }) => id));
         });
     }
@@ -172,10 +196,13 @@ export class Setup extends EventTarget {
 
     /* ---- new servo ---- */
 
-    setUpNew(id) {
+    /* `forgets`: empties the controller's list first, because the new servo, or the one whose place it takes, is in it. */
+    setUpNew(id, { forgets = false } = {}) {
         return this.#run("new", async (operation) => {
             this.steps = [];
             this.outcome = null;
+            this.#checkNewId(id);
+            if (forgets) await this.session.controller.run("servos forget");
             const onLine = (line) => {
                 const step = /step (\d) of (\d)/.exec(line);
 
@@ -185,9 +212,14 @@ export class Setup extends EventTarget {
             };
             const run = () => this.session.controller.run(`new ${id}`, { onLine, signal: operation.signal, timeout: SEARCH_MS });
 
-            if (!(await this.#endable(operation, run))) {
-                this.outcome = { kind: "newEnded", lines: [] };
-                return;
+            try {
+                if (!(await this.#endable(operation, run))) {
+                    this.outcome = { kind: "newEnded", lines: [] };
+                    return;
+                }
+            } catch (error) {
+                if (error.number === ERROR_ID_KNOWN || error.number === ERROR_NOT_NEW) this.outcome = { kind: "newKnown", lines: [], id };
+                throw error;
             }
             this.outcome = { kind: "new", lines: [], id };
             this.chosen = id;
@@ -202,11 +234,11 @@ export class Setup extends EventTarget {
     diagnose(who) {
         return this.#run("diagnose", async (operation) => {
             this.findings = [];
+            this.isDiagnosisEnded = false;
             const onLine = (line) => this.#takeFinding(line, typeof who === "number" ? who : null);
+            const run = () => this.session.controller.run(`diagnose ${who}`.trim(), { onLine, signal: operation.signal, timeout: SEARCH_MS });
 
-            await this.#endable(operation, () =>
-                this.session.controller.run(`diagnose ${who}`.trim(), { onLine, signal: operation.signal, timeout: SEARCH_MS }),
-            );
+            this.isDiagnosisEnded = !(await this.#endable(operation, run));
         });
     }
 
@@ -229,7 +261,10 @@ export class Setup extends EventTarget {
     /* ---- changes of where a servo answers ---- */
 
     changeId(id, to) {
-        return this.#changePlace("id", `id ${id} ${to}`, to);
+        return this.session.attempt(() => {
+            this.#checkNewId(to);
+            return this.#changePlace("id", `id ${id} ${to}`, to);
+        });
     }
 
     changeRate(id, rate) {
@@ -253,7 +288,7 @@ export class Setup extends EventTarget {
             this.outcome = null;
             this.registers = null;
             try {
-                this.outcome = { kind, lines: await this.session.controller.run(command, { timeout: CHANGE_MS }) };
+                this.outcome = { kind, lines: await this.session.controller.order(command, { timeout: CHANGE_MS }) };
                 this.chosen = id;
             } catch (error) {
                 if (error instanceof CommandError && error.lines.length) this.outcome = { kind: "partly", lines: error.lines };
@@ -275,17 +310,21 @@ export class Setup extends EventTarget {
         this.registers = { id, bytes: await readRegisters(this.session.wire, id), at: this.session.clock.now() };
     }
 
-    /* Returns true if the register has the value now. */
+    /* Returns true if the register has the value now, as far as it can be read. */
     write(id, row, raw) {
         return this.#run("write", async () => {
             try {
                 checkLimits(id, await readRegisters(this.session.wire, id), this.rows, { [row.name]: raw });
-                await writeRegister(this.session.controller, id, row, raw);
+                if ((await writeRegister(this.session.controller, id, row, raw)) === null) this.session.notify({ code: "level-silent", id });
             } finally {
-                if (this.session.isConnected) await this.#read(id).catch(() => (this.registers = null)); // the first failure is told
+                if (this.session.isConnected) await this.#read(id).catch(() => this.#markOld()); // the first failure is told
             }
             return true;
         });
+    }
+
+    #markOld() {
+        if (this.registers) this.registers = { ...this.registers, isOld: true };
     }
 
     /* ---- backup ---- */
@@ -309,8 +348,7 @@ export class Setup extends EventTarget {
 
     /* Compares a file with the servo `id`, or with the whole robot. Writes nothing. */
     compare(text, id) {
-        this.plan = null;
-        this.restored = null;
+        this.#forgetPlan();
         return this.#run("compare", async (operation) => {
             const entries = entriesFor(readBackup(text, this.rows), id);
 
@@ -332,9 +370,14 @@ export class Setup extends EventTarget {
     }
 
     forgetPlan() {
+        this.#forgetPlan();
+        this.#change();
+    }
+
+    #forgetPlan() {
         this.plan = null;
         this.restored = null;
-        this.#change();
+        this.isRestoreEarlier = false;
     }
 
     /* Writes what differs. The servos must still be as they were when the file was compared. */
@@ -352,15 +395,24 @@ export class Setup extends EventTarget {
         });
     }
 
-    /* Torque may have been switched on since the file was compared, so the limits are checked again. */
+    /* Torque may have been switched on since the file was compared, so the limits are checked again. A status return
+     * level that silences the servo is written behind all that is read back. */
     async #restoreServo(operation, id, entry) {
+        const own = this.restored.filter((one) => one.id === id);
+        const isLast = ({ row, file }) => silences(row, file);
+
         if (!operation.isEnding()) await this.#differences(entry);
-        for (const outcome of this.restored.filter((one) => one.id === id)) {
+        await this.#restoreRegisters(operation, own.filter((one) => !isLast(one)));
+        await this.#readBack(id);
+        await this.#restoreRegisters(operation, own.filter(isLast));
+    }
+
+    async #restoreRegisters(operation, outcomes) {
+        for (const outcome of outcomes) {
             if (!operation.isEnding()) await this.#restoreRegister(outcome);
             operation.done++;
             this.#change();
         }
-        await this.#readBack(id);
     }
 
     async #restoreRegister(outcome) {
@@ -368,8 +420,7 @@ export class Setup extends EventTarget {
 
         outcome.why = "unconfirmed";
         try {
-            await writeRegister(this.session.controller, id, row, file);
-            outcome.why = "";
+            outcome.why = (await writeRegister(this.session.controller, id, row, file)) === null ? "unread" : "";
         } catch (error) {
             if (FATAL_CODES.has(error.code)) throw error;
             outcome.why = error instanceof CommandError ? [error.message, error.remedy].filter((part) => part).join("; ") : (error.why ?? error.code);

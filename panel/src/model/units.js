@@ -10,6 +10,10 @@ export const RPM_MAX = 62;
 const CW_BIT = 0x400; // bit of a signed register: clockwise
 export const BAUD_CLOCK = 2000000; // bit/s at raw 0
 
+/* The number that a user typed, with a point or a comma; NaN: it is none. A field of the type `number` would drop the comma
+ * of another language at the key press: 1,5 became 15. */
+export const typedNumber = (text) => (/^[+-]?(?:\d+[.,]?\d*|[.,]\d+)$/.test(text.trim()) ? Number(text.trim().replace(",", ".")) : NaN);
+
 export const degreesOf = (raw) => (raw * DEGREES_MAX) / RAW_MAX;
 export const rawOfDegrees = (degrees) =>
     Math.min(RAW_MAX, Math.max(0, Math.round((degrees * RAW_MAX) / DEGREES_MAX)));

@@ -88,6 +88,13 @@ export class ReplayPort {
         this.name = "capture";
         this.later = later;
         this.at = 0; // step that is expected next
+        this.indices = new Map(); // of the written bytes as text: the indices of their steps, in order
+        for (const [index, { bytes }] of this.steps.entries()) {
+            const hex = toHex(bytes);
+
+            if (this.indices.has(hex)) this.indices.get(hex).push(index);
+            else this.indices.set(hex, [index]);
+        }
         this.unknown = []; // writes that the capture does not have
         this.isOpen = false;
         this.onBytes = () => {};
@@ -106,15 +113,23 @@ export class ReplayPort {
         else this.later(() => this.#answer(step));
     }
 
+    /* The next step from `at` on, else the first one. Indices are sorted, so their place is found by halving. */
     #find(hex) {
-        for (let count = 0; count < this.steps.length; count++) {
-            const index = (this.at + count) % this.steps.length;
+        const indices = this.indices.get(hex);
 
-            if (toHex(this.steps[index].bytes) !== hex) continue;
-            this.at = index + 1;
-            return this.steps[index];
+        if (!indices) return null;
+        let [low, high] = [0, indices.length];
+
+        while (low < high) {
+            const middle = (low + high) >> 1;
+
+            if (indices[middle] < this.at) low = middle + 1;
+            else high = middle;
         }
-        return null;
+        const index = indices[low] ?? indices[0];
+
+        this.at = index + 1;
+        return this.steps[index];
     }
 
     #answer(step) {

@@ -7,6 +7,8 @@ import { many } from "./words.js";
 export const board = {
     notConnected: "Connect to a controller, or to the simulator, to see its state and settings.",
     readAgain: "Read again",
+    readAgainOf: (what) => `Read again: ${what}`,
+    settingsUnread: "The settings could not be read.",
     reading: "Reading …",
     controller: "Controller",
     firmware: "Firmware",

@@ -30,7 +30,7 @@ export const motion = {
     endRecording: "End recording",
 
     poses: "Poses",
-    noPoses: "Turn the servos by hand, then press “Capture pose”.",
+    noPoses: ["Choose servos and press “Torque off”.", "Turn them by hand.", "Press “Capture pose”, once for each pose."],
     goTo: "Go there",
     goToOf: (name) => `Go to pose ${name}`,
     editOf: (name) => `Edit pose ${name}`,
@@ -60,6 +60,7 @@ export const motion = {
     choose: "Sequence",
     noSequence: "none yet",
     noSequences: "Add a step to begin a sequence.",
+    noPosesYet: "A sequence goes from pose to pose: first capture poses in the box Teach, or open a file. Then add a step.",
     newSequence: "New",
     deleteSequence: "Delete sequence",
     step: "Step",
@@ -243,6 +244,14 @@ export const motionNotices = {
     "motion-late": () => ({
         text: "The page was held up, and late goals are not sent. The replay has ended; the servos hold their last goals.",
         remedy: "Keep this page in front, then play again.",
+    }),
+    "motion-not-asked": () => ({
+        text: "Nothing was replaced: the view Motion was left before the page could ask.",
+        remedy: "Start it again, and stay in the view until it has ended.",
+    }),
+    "motion-busy": () => ({
+        text: "Goals could not leave, since a command had the wire. The page sends no more goals; the servos hold their last ones.",
+        remedy: "Let the command end, or end it. Then play again.",
     }),
     "motion-none-chosen": () => ({ text: "No servo is chosen.", remedy: "Choose servos in the box Teach." }),
     "motion-offline": ({ ids }) => ({

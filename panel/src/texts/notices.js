@@ -13,10 +13,18 @@ export const wire = {
         text: `No reply came${detail ? " to " + detail : ""}.`,
         remedy: "Check power, wiring, ID and rate of the servo. Then try again.",
     }),
-    late: () => ({ text: "A packet was not sent: the wire was busy for too long.", remedy: "Try again." }),
+    late: () => ({
+        text: "Not sent: another command had the wire for too long.",
+        remedy: "Wait for the end of the command, or end it. Then try again.",
+    }),
     stopped: () => ({ text: "Not sent: the robot was stopped first.", remedy: "Remove the cause, press Release, then try again." }),
     closed: () => ({ text: "The port is closed.", remedy: "Connect again." }),
     cancelled: () => ({ text: "Cancelled before it was sent.", remedy: "Start it again if you want it." }),
+    ended: ({ detail }) => ({
+        text: `${detail ? `“${detail}”` : "The command"} was ended, and the controller did not confirm it.`,
+        remedy: "See what the command has done, then start it again if you want it.",
+        level: "warning",
+    }),
     silent: () => ({
         text: "The controller does not answer.",
         remedy: "Check its power, the cable and the rate. Press reset on the board. If another program has the port, close it.",
@@ -70,6 +78,11 @@ export const notice = {
         text: `${servo(detail)} did not take ${detail.register}: it has ${detail.now}, not ${detail.wanted}.`,
         remedy: "See whether the servo is locked. Switch its power off and on, then try again.",
     }),
+    "level-silent": ({ id }) => ({
+        text: `Servo ${id} was told STATUS_RETURN_LEVEL 0 and now answers PING only: the level could not be read back.`,
+        remedy: `To read it again, send “write ${id} STATUS_RETURN_LEVEL 2” by the console, or its packet by hand.`,
+        level: "warning",
+    }),
     "backup-damaged": ({ detail }) => ({
         text: `The backup is damaged: ${detail}. Nothing was written.`,
         remedy: "Choose another copy of the file, or save a new backup.",
@@ -115,6 +128,14 @@ export const notice = {
         text: `A servo has the ID ${setting}: with this device_id it could not be reached.`,
         remedy: "Choose an ID that no servo has.",
     }),
+    "id-of-device": ({ id }) => ({
+        text: `${id} is the ID of the controller itself: the page could not reach a servo there. Nothing was changed.`,
+        remedy: "Choose another ID.",
+    }),
+    "servo-behind-device": ({ id }) => ({
+        text: `Servo ${id} has the ID of the controller itself: the page cannot show it, and no stop is confirmed for it.`,
+        remedy: `Give it another ID: send “id ${id} 1” by the console of the view Packets, with 1 or another free ID. Then find servos.`,
+    }),
     "not-saved": () => ({
         text: "The settings were not saved: the EEPROM has failed, or a motion is under way.",
         remedy: "End the motion and save again. If it fails again, replace the board.",
@@ -122,7 +143,7 @@ export const notice = {
     "host-rate": () => ({
         text: "The rate to this page has changed.",
         remedy: "If the controller no longer answers, disconnect and connect at the new rate.",
-        level: "info",
+        level: "warning",
     }),
     "clear-inhibited": () => ({
         text: "The alarms were not cleared: driving is inhibited, and the command “clear” would end that, too.",
@@ -137,7 +158,7 @@ export const notice = {
         remedy: "If driving is inhibited, press Release. If the servo has limits (command “limits”), stay within them.",
     }),
     "turn-not-ended": (detail) => ({
-        text: `${servo(detail)} did not confirm the end of its endless turn.`,
+        text: `${servo(detail)} did not confirm the end of ${detail.ids?.length > 1 ? "their" : "its"} endless turn.`,
         remedy: "If it still turns, press Stop.",
     }),
     "goal-refused": (detail) => ({
@@ -147,6 +168,18 @@ export const notice = {
     "goal-not-kept": (detail) => ({
         text: `${servo(detail)} did not keep the goal that was written before torque on. Torque stays off.`,
         remedy: "Hold the joint still, look for noise on the line, then try again.",
+    }),
+    "joint-moves": (detail) => ({
+        text: `${servo(detail)} ${detail.ids?.length > 1 ? "were" : "was"} moved while torque was switched on. Torque stays off.`,
+        remedy: "Hold the joint still, then try again.",
+    }),
+    "torque-on-late": ({ id, ids = [id] }) => ({
+        text: `Torque of ${list(ids)} stays off: another command had the wire for too long.`,
+        remedy: "Wait for the end of the command, or end it. Then try again.",
+    }),
+    "torque-off-late": ({ id, ids = [id] }) => ({
+        text: `Torque of ${list(ids)} stays on: another command had the wire for too long.`,
+        remedy: "Press Stop, or wait for the end of the command and try again.",
     }),
     inhibited: ({ id, ids = [id] }) => ({
         text: `Torque of ${list(ids)} stays off: driving is inhibited.`,

@@ -46,14 +46,20 @@ class SettingsPart extends Part {
         });
 
         this.#isBusy = false;
+        for (const [name, text] of this.#changes) if (this.#isInForce(name, text)) this.#changes.delete(name);
         this.requestUpdate();
         return isDone;
     }
 
     /* ---- what is typed ---- */
 
+    #isInForce(name, text) {
+        return text === String(this.#settings.values.get(name));
+    }
+
+    /* The value in force may be another one as soon as what is under way has ended. */
     #type(name, text) {
-        if (text === String(this.#settings.values.get(name))) this.#changes.delete(name);
+        if (!this.#isBusy && this.#isInForce(name, text)) this.#changes.delete(name);
         else this.#changes.set(name, text);
         this.requestUpdate();
     }
@@ -70,10 +76,11 @@ class SettingsPart extends Part {
 
     /* ---- what is sent ---- */
 
+    /* What is typed meanwhile stays. */
     async #applyChanges() {
         for (const [name, text] of [...this.#changes]) {
             await this.#settings.apply({ [name]: Number(text) });
-            this.#changes.delete(name);
+            if (this.#changes.get(name) === text) this.#changes.delete(name);
         }
     }
 
@@ -110,7 +117,8 @@ class SettingsPart extends Part {
 
     /* ---- rendering ---- */
 
-    #field({ name, lowest, highest }) {
+    #field(row) {
+        const { name } = row;
         const text = this.#changes.get(name) ?? String(this.#settings.values.get(name) ?? "");
         const choices = t.choices[name];
         const id = `setting-${name}`;
@@ -123,11 +131,9 @@ class SettingsPart extends Part {
             </select>`;
         return html`<input
             id=${id}
-            type="number"
-            min=${lowest}
-            max=${highest}
+            inputmode="numeric"
             .value=${text}
-            aria-invalid=${this.#isWrong({ name, lowest, highest })}
+            aria-invalid=${this.#isWrong(row)}
             aria-describedby="help-${name}"
             @input=${({ target }) => this.#type(name, target.value)}
         />`;
@@ -163,14 +169,21 @@ class SettingsPart extends Part {
         return html`<p class="controls">
             <button class="apply" title=${t.applyHint} ?disabled=${isBlocked || !hasChanges} @click=${this.#apply}>${t.apply}</button>
             <button class="save-settings" title=${t.saveHint} ?disabled=${isBlocked} @click=${this.#save}>${t.save}</button>
-            <button class="undo" ?disabled=${this.#isBusy} @click=${this.#undo}>${hasChanges ? t.undo : t.readAgain}</button>
+            <button class="undo" ?disabled=${this.#isBusy} aria-label=${hasChanges ? t.undo : t.readAgainOf(t.settings)}
+                @click=${this.#undo}>${hasChanges ? t.undo : t.readAgain}</button>
             <button class="defaults" ?disabled=${this.#isBusy} @click=${this.#defaults}>${t.defaults}</button>
             <span class="settings-state" role="status">${this.#state()}</span>
         </p>`;
     }
 
+    /* The first read may have failed, as by a stop. */
+    #unread() {
+        if (this.#isBusy || !this.#settings) return html`<p>${t.reading}</p>`;
+        return html`<p>${t.settingsUnread} <button class="undo" aria-label=${t.readAgainOf(t.settings)} @click=${this.#undo}>${t.readAgain}</button></p>`;
+    }
+
     render() {
-        if (!this.#settings?.values.size) return html`<section><h2>${t.settings}</h2><p>${t.reading}</p></section>`;
+        if (!this.#settings?.values.size) return html`<section><h2>${t.settings}</h2>${this.#unread()}</section>`;
         return html`<section aria-labelledby="settings-title">
             <h2 id="settings-title">${t.settings}</h2>
             ${this.#settings.origin ? html`<p class="soft">${t.atStart(this.#settings.origin)}</p>` : nothing} ${this.#buttons()}

@@ -83,7 +83,7 @@ class BoardStatePart extends Part {
             <h2 id="status-title">${t.status}</h2>
             ${this.status ? this.#facts(false) : html`<p>${t.notRead}</p>`}
             ${this.status?.some((row) => row.isMemory) ? html`<h3>${t.memory}</h3>${this.#facts(true)}` : nothing}
-            <button class="read-status" ?disabled=${this.#isReading}
+            <button class="read-status" ?disabled=${this.#isReading} aria-label=${this.#isReading ? t.reading : t.readAgainOf(t.status)}
                 @click=${this.#read}>${this.#isReading ? t.reading : t.readAgain}</button>
         </section>`;
     }

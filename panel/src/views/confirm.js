@@ -3,11 +3,13 @@
  * the dialog is not modal. Esc closes the dialog, and stops the robot as everywhere. */
 
 /* Answers the open question, if there is one, with no. */
-export const answerNo = () => document.querySelector("dialog")?.close("no");
+export const answerNo = () => document.querySelectorAll("dialog").forEach((dialog) => dialog.close("no"));
 
 /* Resolves with true only if the user presses the button `yes`. `field`: an element that stands between
- * question and buttons, for example an input with its label. `isReady()`: false disables `yes`. */
+ * question and buttons, for example an input with its label. `isReady()`: false disables `yes`. An older question that is
+ * still open is answered with no. */
 export function confirmed({ text, yes, no, field = null, isReady = () => true }) {
+    answerNo();
     const view = document.querySelector("main");
     const before = document.activeElement;
     const dialog = dialogOf({ text, yes, no, field, isReady });
@@ -22,8 +24,10 @@ export function confirmed({ text, yes, no, field = null, isReady = () => true })
     return new Promise((resolve) => {
         dialog.addEventListener("close", () => {
             dialog.remove();
-            view.inert = false;
-            before?.focus();
+            if (!document.querySelector("dialog")) {
+                view.inert = false;
+                before?.focus();
+            }
             resolve(dialog.returnValue === "yes");
         });
     });

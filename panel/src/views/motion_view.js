@@ -6,7 +6,7 @@ import { guard } from "lit/directives/guard.js";
 import { live } from "lit/directives/live.js";
 import { MotionDesk } from "../model/motion_desk.js";
 import { pathOfPoints } from "../model/path.js";
-import { degreesOf } from "../model/units.js";
+import { degreesOf, typedNumber } from "../model/units.js";
 import { texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { chart, legend } from "./motion_chart.js";
@@ -21,7 +21,7 @@ const CHART_WIDTH = 600; // until the page is laid out
 
 const degrees = (raw, digits = 1) => degreesOf(raw).toFixed(digits);
 const seconds = (ms, digits = 1) => (ms / 1000).toFixed(digits);
-const milliseconds = ({ target }) => Math.round(Number(target.value) * 1000);
+const milliseconds = ({ target }) => Math.round(typedNumber(target.value) * 1000);
 
 export class MotionView extends View {
     #width = CHART_WIDTH;
@@ -38,7 +38,7 @@ export class MotionView extends View {
     /* The browser asks before it leaves the page, if the desk has unsaved changes. */
     #makeView() {
         keepsTyping(this);
-        this.desk = new MotionDesk(this.session, { ask: (text) => confirmed({ text, yes: t.replace, no: t.cancel }) });
+        this.desk = new MotionDesk(this.session, { ask: (text) => (this.isConnected ? confirmed({ text, yes: t.replace, no: t.cancel }) : null) });
         addEventListener("beforeunload", (event) => this.desk.hasUnsaved && event.preventDefault());
     }
 
@@ -99,8 +99,8 @@ export class MotionView extends View {
                 <button class="hold" title=${t.holdHint} ?disabled=${isOff} @click=${() => desk.setTorque(true)}>${t.hold}</button>
             </p>
             <form class="row" @submit=${this.#capture}>
-                <label>${t.poseName}
-                    <input class="pose-name" size="9" title=${t.nameHint} autocomplete="off" spellcheck="false" value="pose1" /></label>
+                <label>${t.name}
+                    <input class="pose-name" size="9" aria-label=${t.poseName} title=${t.nameHint} autocomplete="off" spellcheck="false" value="pose1" /></label>
                 <button class="capture" title=${t.captureHint} ?disabled=${isOff}>${t.capture}</button>
             </form>
             <p class="row">
@@ -150,8 +150,8 @@ export class MotionView extends View {
                     ([id, raw]) => html`<label>
                         ${t.angle(id)}
                         <span class="unit">
-                            <input type="number" min="0" max="300" step="0.1" data-id=${id} .value=${taken(degrees(raw))}
-                                @change=${({ target }) => desk.setAngle(id, target.value === "" ? NaN : Number(target.value))} />°
+                            <input inputmode="decimal" data-id=${id} .value=${taken(degrees(raw))}
+                                @change=${({ target }) => desk.setAngle(id, typedNumber(target.value))} />°
                         </span>
                         <button class="delete" aria-label=${t.angleOut(id)} title=${t.angleOut(id)} ?disabled=${pose.size === 1}
                             @click=${() => desk.edit((motions) => motions.removeJoint(name, id))}>×</button>
@@ -168,7 +168,7 @@ export class MotionView extends View {
             <h2 id="motion-poses">${t.poses}</h2>
             ${poses.length
                 ? html`<ul class="list">${poses.map((entry) => this.#poseRow(entry))}</ul>`
-                : html`<p class="soft">${t.noPoses}</p>`}
+                : html`<ol class="first soft">${t.noPoses.map((step) => html`<li>${step}</li>`)}</ol>`}
         </section>`;
     }
 
@@ -177,9 +177,9 @@ export class MotionView extends View {
     #stepRow(step, index) {
         const { desk } = this;
         const number = index + 1;
-        const time = (name, value) => html`<label>
+        const time = (name, value) => html`<label class="time-of">
             <span class="cap">${t[name]}</span>
-            <input type="number" class=${name} min="0" max="600" step="0.01" aria-label=${t.ofStep(t[name], number)}
+            <input inputmode="decimal" class=${name} aria-label=${t.ofStep(t[name], number)}
                 .value=${taken(seconds(value, 2))}
                 ?disabled=${name === "dwell" && step.passes}
                 @change=${(event) => desk.changeStep(index, { [name]: milliseconds(event) })} />
@@ -192,7 +192,7 @@ export class MotionView extends View {
                 <span><input type="radio" name="motion-step" .checked=${live(index === desk.step)} aria-label=${`${t.step} ${number}`}
                     @change=${() => desk.showStep(index)} />${number}</span>
             </label>
-            <label><span class="cap">${t.pose}</span>
+            <label class="pose-of"><span class="cap">${t.pose}</span>
                 <select aria-label=${t.ofStep(t.pose, number)} @change=${({ target }) => desk.changeStep(index, { pose: target.value })}>
                     ${[...desk.motions.poses.keys()].map((name) => html`<option .selected=${live(name === step.pose)}>${name}</option>`)}
                 </select>
@@ -214,7 +214,7 @@ export class MotionView extends View {
         const { desk } = this;
         const { path, steps } = desk;
 
-        if (!steps.length) return html`<p class="soft">${t.noSequences}</p>`;
+        if (!steps.length) return html`<p class="soft">${desk.motions.poses.size ? t.noSequences : t.noPosesYet}</p>`;
         const label = `${t.chart}: ${t.chartText({ steps: steps.length, seconds: seconds(path.duration, 2), servos: path.ids.length })}`;
         const sequence = { steps, selected: desk.step, onSelect: (index) => desk.showStep(index) };
         const warning = ({ index, id, needed }) => t.tooFast({ step: index + 1, id, needed: (Math.ceil(needed / 10) / 100).toFixed(2) });
@@ -245,6 +245,11 @@ export class MotionView extends View {
                 <button class="new" @click=${() => desk.newSequence()}>${t.newSequence}</button>
             </p>
             <div class="chart">${guard([desk.version, this.#width, desk.isLoop], () => this.#sequenceChart())}</div>
+            ${desk.steps.length
+                ? html`<div class="caps" aria-hidden="true">
+                      ${[t.step, t.pose, t.time, t.dwell, t.pass].map((text) => html`<span>${text}</span>`)}
+                  </div>`
+                : nothing}
             <ol class="steps">${desk.steps.map((step, index) => this.#stepRow(step, index))}</ol>
             <p class="row"><button class="add-step" @click=${() => desk.addStep()}>${t.addStep}</button></p>
             ${desk.steps.length ? html`<p class="soft">${t.stepsHint}</p>` : nothing}
@@ -280,9 +285,9 @@ export class MotionView extends View {
             <div class="chart">${guard([desk.version, this.#width], () => this.#recordingChart())}</div>
             <p class="row">
                 <label>${t.tolerance}
-                    <span class="unit"><input class="tolerance" type="number" min="0.1" max="60" step="0.1"
+                    <span class="unit"><input class="tolerance" inputmode="decimal"
                         .value=${taken(recordings.tolerance.toFixed(1))}
-                        @change=${({ target }) => recordings.setTolerance(target.value)} />°</span>
+                        @change=${({ target }) => recordings.setTolerance(typedNumber(target.value))} />°</span>
                 </label>
                 <button class="fit" title=${t.fitHint} @click=${() => recordings.fit()}>${t.fit}</button>
                 <output class="thinned">${t.thinned({
@@ -332,9 +337,9 @@ export class MotionView extends View {
                         <option value="page" .selected=${live(desk.playedBy === "page")}>${t.byPage}</option>
                     </select>
                 </label>
-                <label>${t.times} <input class="times" type="number" min="1" max="65535" ?disabled=${desk.isLoop}
+                <label>${t.times} <input class="times" inputmode="numeric" ?disabled=${desk.isLoop}
                     .value=${taken(String(desk.times))}
-                    @change=${({ target }) => (desk.times = Math.min(65535, Math.max(1, Math.round(Number(target.value)) || 1)))} /></label>
+                    @change=${({ target }) => (desk.times = Math.min(65535, Math.max(1, Math.round(typedNumber(target.value)) || desk.times)))} /></label>
                 <label>
                     <input class="loop" type="checkbox" .checked=${live(desk.isLoop)}
                         @change=${({ target }) => desk.setLoop(target.checked)} /> ${t.loop}
@@ -376,19 +381,17 @@ export class MotionView extends View {
 
         return html`<section class="panel board" aria-labelledby="motion-board">
             <h2 id="motion-board">${t.board}</h2>
-            <p class="row">
+            <div class="files">
                 <button class="store" ?disabled=${isOff} @click=${() => desk.storeAll(t.askReplaceBoard)}>
                     ${desk.task === "storing" ? t.storing : t.store}
                 </button>
                 <button class="load" ?disabled=${isOff} @click=${() => desk.load(t.askReplacePage)}>
                     ${desk.task === "loading" ? t.loading : t.load}
                 </button>
-            </p>
-            <p class="row">
                 <button class="export" ?disabled=${desk.motions.isEmpty}
                     @click=${() => saveFile("motions.txt", desk.exportText())}>${t.exportFile}</button>
-                <label>${t.importFile} <input class="import" type="file" accept=".txt,text/plain" @change=${this.#open} /></label>
-            </p>
+                <label class="file">${t.importFile} <input class="import" type="file" accept=".txt,text/plain" @change=${this.#open} /></label>
+            </div>
             ${session.isConnected && !canStore ? html`<p class="warn missing">${t.noStore}</p>` : nothing}
             ${canStore && !canPlay ? html`<p class="warn missing">${t.noPlay}</p>` : nothing}
             ${canStore && room ? html`<p class="soft">${t.room(room)}</p>` : nothing}

@@ -3,6 +3,7 @@
  * there is nothing to complete, so the keyboard is never caught in it. */
 
 import { html, nothing } from "lit";
+import { live } from "lit/directives/live.js";
 import { repeat } from "lit/directives/repeat.js";
 import { sendLine } from "../model/by_hand.js";
 import { LineHistory, complete, isOfBoard } from "../model/console_line.js";
@@ -13,17 +14,26 @@ const t = texts.packets;
 const REPLIES_MAX = 100;
 const LINES_MAX = 1000; // of one reply: `monitor` goes on until it is ended
 const PERIOD_MS = 100;
+const NEAR_END = 8; // px
 
 class ConsolePart extends Part {
     #history = new LineHistory();
     #timer = null;
     #number = 0;
+    #isAtEnd = true; // the newest line is in sight
 
     constructor() {
         super();
         this.replies = []; // {number, line, lines, end: "", "ok", or what went wrong}
+        this.text = ""; // what is typed; stays when the field goes, as at a firmware without console
         this.choices = [];
         this.running = null; // AbortController of the command under way
+    }
+
+    /* A list that is put into the document again begins at its top, and no event tells it. */
+    connectedCallback() {
+        super.connectedCallback();
+        this.requestUpdate();
     }
 
     get #field() {
@@ -48,11 +58,12 @@ class ConsolePart extends Part {
 
     #submit = async (event) => {
         event.preventDefault();
-        const line = this.#field.value.trim();
+        const line = this.text.trim();
 
         if (!line || this.running || !this.session.wire?.hasConsole) return;
         this.#history.add(line);
-        this.#field.value = "";
+        this.#isAtEnd = true;
+        this.text = "";
         this.choices = [];
         const reply = { number: this.#number++, line, lines: [], end: "" };
 
@@ -95,39 +106,43 @@ class ConsolePart extends Part {
     /* ---- keys ---- */
 
     #key = (event) => {
-        const field = this.#field;
-
         if (event.key === "ArrowUp" || event.key === "ArrowDown") {
-            field.value = event.key === "ArrowUp" ? this.#history.up(field.value) : this.#history.down(field.value);
+            this.#put(event.key === "ArrowUp" ? this.#history.up(this.text) : this.#history.down(this.text));
             event.preventDefault();
-        } else if (event.key === "Tab" && !event.shiftKey && this.#complete(field)) {
+        } else if (event.key === "Tab" && !event.shiftKey && this.#complete()) {
             event.preventDefault();
         }
     };
 
-    /* False: nothing to complete, and the choices are shown already. */
-    #complete(field) {
-        if (!field.value.trim()) return false;
-        const { line, choices } = complete(field.value, this.#tables);
-        const isNew = line !== field.value || choices.join() !== this.choices.join();
-
-        field.value = line;
-        this.choices = choices.length > 1 ? choices : [];
+    #put(text) {
+        this.text = text;
         this.requestUpdate();
+    }
+
+    /* False: nothing to complete, and the choices are shown already. */
+    #complete() {
+        if (!this.text.trim()) return false;
+        const { line, choices } = complete(this.text, this.#tables);
+        const isNew = line !== this.text || choices.join() !== this.choices.join();
+
+        this.choices = choices.length > 1 ? choices : [];
+        this.#put(line);
         return choices.length > 0 && isNew;
     }
 
     #take(usage) {
-        const field = this.#field;
-
-        field.value = `${usage.split(" ")[0]} `;
-        field.focus();
+        this.#put(`${usage.split(" ")[0]} `);
+        this.#field.focus();
     }
 
     updated() {
         const output = this.querySelector(".console-output");
 
-        if (output) output.scrollTop = output.scrollHeight;
+        if (this.#isAtEnd && output) output.scrollTop = output.scrollHeight;
+    }
+
+    #scrolled({ target }) {
+        if (this.isConnected) this.#isAtEnd = target.scrollHeight - target.scrollTop - target.clientHeight <= NEAR_END;
     }
 
     /* ---- rendering ---- */
@@ -165,7 +180,8 @@ class ConsolePart extends Part {
             <label>
                 ${t.command}
                 <input class="console-line" autocomplete="off" autocapitalize="off" spellcheck="false" maxlength="240"
-                    aria-describedby="console-keys" ?disabled=${!this.session.isConnected} @keydown=${this.#key} />
+                    aria-describedby="console-keys" .value=${live(this.text)} ?disabled=${!this.session.isConnected}
+                    @input=${({ target }) => (this.text = target.value)} @keydown=${this.#key} />
             </label>
             ${this.running
                 ? html`<button type="button" class="console-end" @click=${() => this.running?.abort()}>${t.end}</button>`
@@ -183,7 +199,7 @@ class ConsolePart extends Part {
             </section>`;
         return html`<section aria-labelledby="console-title">
             <h2 id="console-title">${t.console}</h2>
-            <ol class="console-output" role="log" tabindex="0" aria-label=${t.output}>
+            <ol class="console-output" role="log" tabindex="0" aria-label=${t.output} @scroll=${this.#scrolled}>
                 ${repeat(this.replies, ({ number }) => number, (reply) => this.#reply(reply))}
             </ol>
             ${this.#form()}

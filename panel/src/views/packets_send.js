@@ -6,6 +6,7 @@ import { AT_ID, AT_INSTRUCTION, BROADCAST_ID, INSTRUCTION, packet, toHex } from 
 import { sendPacket } from "../model/by_hand.js";
 import { ComposeError, compose } from "../model/compose.js";
 import { hexByte } from "../model/decode.js";
+import { typedNumber } from "../model/units.js";
 import { noticeText, texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
 import { Part } from "./part.js";
@@ -144,8 +145,8 @@ class SendPart extends Part {
     #count() {
         return html`<label>
             ${t.bytes}
-            <input class="send-count" type="number" min="1" max=${COUNT_MAX} .value=${String(this.form.count)}
-                @input=${({ target }) => this.#set("count", Math.min(COUNT_MAX, Math.max(1, Math.trunc(target.value) || 1)))} />
+            <input class="send-count" inputmode="numeric" size="4" .value=${String(this.form.count)}
+                @input=${({ target }) => this.#set("count", Math.min(COUNT_MAX, Math.max(1, Math.trunc(typedNumber(target.value)) || 1)))} />
         </label>`;
     }
 

@@ -10,6 +10,7 @@ import { saveFile } from "./save_file.js";
 import { SetupPart, nameOf } from "./setup_part.js";
 
 const t = texts.setup;
+const UNKNOWN = new Set(["unconfirmed", "unread"]); // outcomes of a register that may have been written
 
 class BackupPart extends SetupPart {
     #isAll = false; // what a restore takes from a file
@@ -72,12 +73,16 @@ class BackupPart extends SetupPart {
     #restored(outcomes) {
         const failed = outcomes.filter(({ why }) => why);
         const taken = outcomes.length - failed.length;
+        const open = failed.filter(({ why }) => UNKNOWN.has(why)).length;
+        const refused = failed.length - open;
 
         if (this.runs("restore")) return nothing;
         return html`<div class="restored">
             <p role="status">
+                ${this.setup.isRestoreEarlier ? t.restoreEarlier : nothing}
                 ${taken ? html`<b class="good">${t.restored(taken)}</b>` : nothing}
-                ${failed.length ? html`<b class="bad">${t.notTaken(failed.length)}</b>` : nothing}
+                ${refused ? html`<b class="bad">${t.notTaken(refused)}</b>` : nothing}
+                ${open ? html`<b class="warn">${t.notConfirmed(open)}</b>` : nothing}
                 <button class="close" @click=${() => this.setup.forgetPlan()}>${t.close}</button>
             </p>
             ${failed.length

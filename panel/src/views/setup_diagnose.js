@@ -55,13 +55,14 @@ class DiagnosePart extends SetupPart {
                 </label>
                 ${this.#who === OTHER
                     ? html`<label>${t.otherIdLabel}
-                          <input type="number" min="0" max=${ID_MAX} .value=${this.#other} aria-invalid=${this.#isWrong}
+                          <input inputmode="numeric" .value=${this.#other} aria-invalid=${this.#isWrong}
                               @input=${({ target }) => this.#set("other", target.value)} />
                       </label>`
                     : nothing}
                 <button class="diagnose" ?disabled=${setup.isRunning || this.#isWrong} @click=${this.#start}>${t.diagnose}</button>
             </div>
             ${this.progressOf("diagnose", t.diagnosing)}
+            ${setup.isDiagnosisEnded ? html`<p class="diagnosis-ended" role="status">${t.diagnosisEnded}</p>` : nothing}
             <ul class="findings" role="status">${setup.findings.map((finding) => this.#finding(finding))}</ul>`;
     }
 

@@ -4,6 +4,7 @@
 import { html, nothing } from "lit";
 import { texts } from "../texts/texts.js";
 import { RATES } from "../model/setup.js";
+import { confirmed } from "./confirm.js";
 import { SetupPart } from "./setup_part.js";
 
 const t = texts.setup;
@@ -39,6 +40,14 @@ class FindPart extends SetupPart {
         return ways.map(([how, text]) => html`<option value=${how} .selected=${how === this.#how}>${text}</option>`);
     }
 
+    /* Servos that have torque keep it at another rate. */
+    #setBusRate = async () => {
+        const mayHaveTorque = [...this.session.robot.servos.values()].some(({ torque }) => torque !== false);
+
+        if (mayHaveTorque && !(await confirmed({ text: t.askBusRate, yes: t.setBusRate, no: t.cancel }))) return;
+        await this.setup.changeRateOfBus(this.#rate);
+    };
+
     #busRate() {
         if (!this.setup.has("bus")) return nothing;
         return html`<div class="controls">
@@ -48,7 +57,7 @@ class FindPart extends SetupPart {
                     </select>
                 </label>
                 <button class="set-bus-rate" ?disabled=${this.setup.isRunning}
-                    @click=${() => this.setup.changeRateOfBus(this.#rate)}>${t.setBusRate}</button>
+                    @click=${this.#setBusRate}>${t.setBusRate}</button>
             </div>
             <p class="hint">${t.busRateHint}</p>`;
     }

@@ -17,14 +17,20 @@ class NewPart extends SetupPart {
     }
 
     get #isWrong() {
-        return !/^\d+$/.test(this.#text) || Number(this.#text) > ID_MAX;
+        return !/^\d+$/.test(this.#text) || Number(this.#text) > ID_MAX || this.#isOfDevice;
     }
 
-    #start = async () => {
-        await this.setup.setUpNew(Number(this.#text));
+    get #isOfDevice() {
+        return Number(this.#text) === this.setup.idOfDevice;
+    }
+
+    #start = () => this.#setUp(Number(this.#text));
+
+    async #setUp(id, options) {
+        await this.setup.setUpNew(id, options);
         this.#typed = null;
         this.requestUpdate();
-    };
+    }
 
     #type({ target }) {
         this.#typed = target.value.trim();
@@ -32,7 +38,7 @@ class NewPart extends SetupPart {
     }
 
     #note() {
-        if (this.#isWrong) return html`<strong class="bad">${t.newIdWrong}</strong>`;
+        if (this.#isWrong) return html`<strong class="bad">${this.#isOfDevice ? t.newIdOfDevice(this.#text) : t.newIdWrong}</strong>`;
         const id = Number(this.#text);
 
         const { ids, freeId } = this.setup;
@@ -46,7 +52,15 @@ class NewPart extends SetupPart {
         const { outcome } = this.setup;
 
         if (outcome?.kind === "new") return html`<p class="new-outcome good" role="status">${t.newDone(outcome.id)}</p>`;
+        if (outcome?.kind === "newKnown") return this.#known(outcome.id);
         return outcome?.kind === "newEnded" ? html`<p class="new-outcome" role="status">${t.newEnded}</p>` : nothing;
+    }
+
+    /* The controller cannot tell the new servo from one of its list: the user can. */
+    #known(id) {
+        return html`<div class="new-outcome" role="status"><p class="warn">${t.newKnown}</p>
+            <button class="forget-and-set-up" ?disabled=${this.setup.isRunning}
+                @click=${() => this.#setUp(id, { forgets: true })}>${t.newForget(id)}</button></div>`;
     }
 
     render() {
@@ -64,7 +78,7 @@ class NewPart extends SetupPart {
         return html`<p class="hint">${t.newHint}</p>
             <div class="controls">
                 <label>${t.newId}
-                    <input class="new-id" type="number" min="0" max=${ID_MAX} .value=${this.#text} ?disabled=${setup.isRunning}
+                    <input class="new-id" inputmode="numeric" .value=${this.#text} ?disabled=${setup.isRunning}
                         aria-invalid=${this.#isWrong} aria-describedby="new-id-note" @input=${(event) => this.#type(event)} />
                 </label>
                 <button class="set-up-new" ?disabled=${setup.isRunning || this.#isWrong} @click=${this.#start}>${t.newStart}</button>

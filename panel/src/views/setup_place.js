@@ -20,7 +20,7 @@ function labelled(text, control) {
 }
 
 function idField(label, proposed) {
-    const attributes = { type: "number", min: 0, max: ID_MAX, value: proposed ?? "", className: "dialog-value" };
+    const attributes = { inputMode: "numeric", size: 5, value: proposed ?? "", className: "dialog-value" };
     const input = Object.assign(document.createElement("input"), attributes);
 
     return { control: input, field: labelled(label, input), isReady: () => /^\d+$/.test(input.value) && Number(input.value) <= ID_MAX };

@@ -20,7 +20,7 @@ function rangeText(row) {
 }
 
 class RegistersPart extends SetupPart {
-    #edited = null; // {name, unit, raw: texts of the fields, isRaw: which of them was typed}
+    #edited = null; // {id, wire, name, unit, raw: texts of the fields, isRaw: which of them was typed}; of a servo at a wire
     #note = {}; // of the last write: {text, registers}; true until registers are read again
 
     /* ---- editing ---- */
@@ -28,16 +28,20 @@ class RegistersPart extends SetupPart {
     #edit(row) {
         const raw = rawAt(this.setup.registers.bytes, row);
 
-        this.#edited = { name: row.name, unit: shownValue(row, raw).number, raw: String(raw), isRaw: false };
+        this.#edited = { id: this.setup.id, wire: this.session.wire, name: row.name, unit: shownValue(row, raw).number, raw: String(raw), isRaw: false };
         this.#note = {};
         this.requestUpdate();
         this.updateComplete.then(() => this.querySelector(FOCUSED)?.focus());
     }
 
+    /* The focus goes back to the button Edit, unless the user has gone to another field. */
     #cancel(name) {
+        const { activeElement } = document;
+        const isHere = !activeElement || activeElement === document.body || this.contains(activeElement);
+
         this.#edited = null;
         this.requestUpdate();
-        this.updateComplete.then(() => this.querySelector(`[data-register="${name}"] .edit`)?.focus());
+        if (isHere) this.updateComplete.then(() => this.querySelector(`[data-register="${name}"] .edit`)?.focus());
     }
 
     /* One field follows the other. */
@@ -78,18 +82,19 @@ class RegistersPart extends SetupPart {
         return LIMITS.includes(name) && isLimp ? undefined : t.confirmations[name];
     }
 
+    /* What is typed while the write is under way stays, and the form with it. */
     #write = async (row) => {
         const { raw } = this.#typed;
         const { id } = this.setup;
+        const edited = this.#edited;
+        const sent = { ...edited };
         const question = this.#questionFor(row);
 
         if (raw === undefined || this.setup.isRunning) return;
         if (question && !(await confirmed({ text: question, yes: t.write, no: t.cancel }))) return;
-        const isWritten = await this.setup.write(id, row, raw);
-
-        if (!isWritten) return;
+        if (!(await this.setup.write(id, row, raw))) return;
         this.#note = { text: t.written(id, row.name), registers: this.setup.registers };
-        this.#cancel(row.name);
+        if (this.#edited === edited && edited.unit === sent.unit && edited.raw === sent.raw) this.#cancel(row.name);
     };
 
     #key(event, row) {
@@ -134,7 +139,7 @@ class RegistersPart extends SetupPart {
 
     #row(row, bytes) {
         const raw = rawAt(bytes, row);
-        const isEdited = this.#edited?.name === row.name;
+        const isEdited = this.#edited?.name === row.name && this.#edited.id === this.setup.id;
 
         return html`<tr data-register=${row.name} class=${isEdited ? "edited" : ""}>
             <th scope="row"><code>${row.name}</code><span class="help">${texts.registers[row.name]}</span></th>
@@ -149,12 +154,13 @@ class RegistersPart extends SetupPart {
     }
 
     #table(registers) {
-        const { bytes, at } = registers;
+        const { bytes, at, isOld: isSilent } = registers;
         const note = this.#note.registers === registers && this.#note.text;
         const seconds = Math.max(0, Math.round((this.session.clock.now() - at) / 1000));
-        const isOld = this.session.isBusy || this.setup.isRunning;
+        const isRunning = this.session.isBusy || this.setup.isRunning;
+        const isOld = isRunning || isSilent;
 
-        return html`<p class="hint" role="status">${isOld ? t.oldNow : note || t.readAt(seconds)} ${t.areaHint}</p>
+        return html`<p class="hint" role="status">${isRunning ? t.oldNow : isSilent ? t.oldSilent : note || t.readAt(seconds)} ${t.areaHint}</p>
             <table class=${isOld ? "registers old" : "registers"}>
                 <thead>
                     <tr>
@@ -175,7 +181,7 @@ class RegistersPart extends SetupPart {
         const { registers, id } = setup;
         const isShown = registers?.id === id;
 
-        if (!isShown) this.#edited = null;
+        if (this.#edited?.wire !== this.session.wire) this.#edited = null;
         return html`<section aria-labelledby="registers-title">
             <h2 id="registers-title">${id === null ? t.registers : t.registersOf(id)}</h2>
             ${id === null

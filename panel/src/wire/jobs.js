@@ -14,10 +14,11 @@ import {
 import { WireError } from "./wire_error.js";
 
 class Job {
-    constructor(bytes, { timeout, notAfter = Infinity, signal, source = "page" }) {
+    constructor(bytes, { timeout, limit = Infinity, notAfter = Infinity, signal, source = "page" }) {
         this.bytes = bytes;
         this.source = source; // the traffic tells it: "page", or "hand" if a user wrote the packet or line
         this.timeout = timeout; // ms without an answer
+        this.limit = limit; // ms until the end of the reply, however much comes
         this.notAfter = notAfter; // ms of the clock; the job is not sent later
         this.signal = signal; // an AbortSignal, or undefined
         this.isOver = false;
@@ -151,6 +152,7 @@ export class MarkerJob extends LineJob {
         this.isSeen = false;
     }
 
+    /* All else is dropped, too. */
     takeLine(text) {
         if (this.usage.test(text)) this.isSeen = true;
         return this.isSeen ? super.takeLine(text) : true;

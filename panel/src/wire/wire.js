@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 /* The one owner of the port. One packet or one line of text is outstanding at a time; the next one leaves
- * when the reply has come or its time is over. Nothing is ever sent twice, except Ctrl-X.
+ * when the reply has come or its time is over. Nothing is ever sent twice, except Ctrl-X and the key that ends a command.
  *
  * After a reply that did not come, the wire first makes sure that no stale reply is on its way: it
  * sends a fence (a READ of the device) and, after text, a marker (`help NAME`), and drops all that
@@ -23,6 +23,8 @@ export const REPLY_MS = 400; // a packet: the slowest reply of 31 servos at 5760
 export const LINE_MS = 3000; // a command: the longest time without a line of its reply
 export const CTRL_X = 0x18;
 const KEY = Uint8Array.of(0x0d); // ends a command
+const KEY_AGAIN_MS = 300; // between two keys
+const END_MS = 1000; // from the first key; the wire then gives the command up
 
 const DEVICE_ID = 253;
 const SILENCE_MS = 200; // an unfinished packet is then given up; a busy machine passes bytes on with gaps
@@ -31,6 +33,8 @@ const SILENCE_MS = 200; // an unfinished packet is then given up; a busy machine
 const STOP_FENCE_MS = 100;
 const OPEN_MS = 6000; // a board that the opening of its port resets, with its boot loader
 const MARKER_MS = 500;
+const MARKER_LIMIT_MS = 1000; // another program may talk at the port and never answer
+const LIMIT_TIMEOUTS = 10; // in so many timeouts a command has ended, unless a user can end it
 const RETRY_MS = 1000; // between two attempts while the controller is silent
 const FENCE_ATTEMPTS = 3;
 const MARKER_ATTEMPTS = 6;
@@ -43,7 +47,9 @@ export class Wire extends EventTarget {
     #demux;
     #queue = [];
     #current = null;
+    #endsAt = Infinity; // latest end of the current job
     #timeout = null; // timeout of the current job
+    #ending = null; // timeout of the next key, while a user ends the current line
     #silence = null; // timeout of an unfinished packet
     #fences = 0;
     #markers = 0;
@@ -127,11 +133,12 @@ export class Wire extends EventTarget {
     }
 
     /* Sends a line of text. Resolves with {lines, error}; error is null or {number, text}. `timeout`: the
-     * longest time without a line of the reply. `signal`: ends the command by a key, as scan. */
-    command(line, { timeout = LINE_MS, notAfter, onLine, signal, source } = {}) {
+     * longest time without a line of the reply. `limit`: the longest time of the whole reply. `signal`: ends the command by a
+     * key, as scan; if its reply does not come soon, the command fails as `ended`. */
+    command(line, { timeout = LINE_MS, signal, limit = signal ? Infinity : LIMIT_TIMEOUTS * timeout, notAfter, onLine, source } = {}) {
         if (/[^\x20-\x7e]/.test(line)) throw new RangeError(`not a line of text: ${line}`);
         if (!line.trim()) return Promise.resolve({ lines: [], error: null }); // the console does not answer
-        return this.#submit(new LineJob(line, { timeout, notAfter, onLine, signal, source }));
+        return this.#submit(new LineJob(line, { timeout, limit, notAfter, onLine, signal, source }));
     }
 
     /* Stops the robot: Ctrl-X leaves before all that waits. Resolves, once the device and the servos
@@ -170,9 +177,24 @@ export class Wire extends EventTarget {
         } else {
             this.#queue.push(job);
             this.#listenToSignal(job);
+            this.#dropWhenLate(job);
             this.#pump();
         }
         return job.promise;
+    }
+
+    /* A job that still waits at `notAfter` fails at once, not when its turn comes: a command may run for minutes. */
+    #dropWhenLate(job) {
+        if (job.notAfter === Infinity) return;
+        const timer = this.#clock.after(job.notAfter + 1 - this.#clock.now(), () => {
+            const index = this.#queue.indexOf(job);
+
+            if (index < 0) return;
+            this.#queue.splice(index, 1);
+            job.fail("late");
+        });
+
+        job.promise.catch(() => {}).finally(() => this.#clock.cancel(timer));
     }
 
     #listenToSignal(job) {
@@ -186,7 +208,7 @@ export class Wire extends EventTarget {
         job.promise.finally(() => signal.removeEventListener("abort", abort)).catch(() => {});
     }
 
-    /* Cancels a job that waits. A line under way gets a key that ends it, and its reply still comes. */
+    /* Cancels a job that waits. A line under way gets a key that ends it, and its reply still comes: END_MS at most. */
     #abort(job) {
         const index = this.#queue.indexOf(job);
 
@@ -194,9 +216,20 @@ export class Wire extends EventTarget {
             this.#queue.splice(index, 1);
             job.fail("cancelled");
         } else if (this.#current === job && job.kind === "line") {
-            this.#write(KEY);
-            this.#emitTraffic("out", "key", { bytes: KEY });
+            this.#sendKey(job, this.#clock.now() + END_MS);
         }
+    }
+
+    /* A key may be lost, so it is sent again until the reply ends: behind the reply it is an empty line, which the console
+     * ignores. At `end` the command is given up. */
+    #sendKey(job, end) {
+        this.#write(KEY);
+        this.#emitTraffic("out", "key", { bytes: KEY });
+        this.#ending = new Timeout(this.#clock, KEY_AGAIN_MS, () => {
+            if (this.#current !== job) return;
+            if (this.#clock.now() < end) this.#sendKey(job, end);
+            else this.#giveUp(job, "ended");
+        });
     }
 
     #pump() {
@@ -210,6 +243,7 @@ export class Wire extends EventTarget {
 
     #begin(job) {
         this.#current = job;
+        this.#endsAt = this.#clock.now() + job.limit;
         this.#write(job.bytes);
         this.#emitTraffic("out", job.kind === "line" || job.kind === "marker" ? "line" : "packet", {
             bytes: job.bytes,
@@ -223,33 +257,39 @@ export class Wire extends EventTarget {
 
     #armTimer(job) {
         this.#timeout?.cancel();
-        this.#timeout = new Timeout(this.#clock, job.timeout, () => this.#timeOut(job));
+        const left = Math.min(job.timeout, this.#endsAt - this.#clock.now());
+
+        this.#timeout = new Timeout(this.#clock, left, () => this.#giveUp(job, "timeout"));
     }
 
     /* The job has ended, or `end` ends it. */
     #finish(job, end = () => {}) {
-        this.#timeout?.cancel();
-        this.#timeout = null;
-        this.#current = null;
+        this.#forgetCurrent();
         end();
         this.#pump();
     }
 
-    #timeOut(job) {
-        this.#current = null;
-        this.#timeout = null;
+    /* Without a reply, or without its end. */
+    #giveUp(job, code) {
+        this.#forgetCurrent();
         const isText = job.kind === "line";
 
-        job.fail("timeout", job.line ?? toHex(job.bytes));
+        job.fail(code, job.line ?? toHex(job.bytes));
         if (this.state === "ready") this.#resynchronise(this.#epoch, isText);
+    }
+
+    #forgetCurrent() {
+        this.#timeout?.cancel();
+        this.#timeout = null;
+        this.#ending?.cancel();
+        this.#ending = null;
+        this.#current = null;
     }
 
     #failAll(code) {
         const jobs = [this.#current, ...this.#queue].filter((job) => job);
 
-        this.#timeout?.cancel();
-        this.#timeout = null;
-        this.#current = null;
+        this.#forgetCurrent();
         this.#queue = [];
         for (const job of jobs) job.fail(code, job.line);
     }
@@ -300,7 +340,7 @@ export class Wire extends EventTarget {
     }
 
     #nextMarker() {
-        return new MarkerJob(MARKERS[this.#markers++ % MARKERS.length], { timeout: MARKER_MS });
+        return new MarkerJob(MARKERS[this.#markers++ % MARKERS.length], { timeout: MARKER_MS, limit: MARKER_LIMIT_MS });
     }
 
     /* Sends a job of the wire itself. False: no reply. Throws WireError if the epoch has passed. */

@@ -4,7 +4,7 @@
  *
  * timeout: no reply in time. late: not sent, `notAfter` had passed. stopped: cancelled by a stop.
  * closed: the port is closed. silent: the controller does not answer at all. cancelled: by its sender,
- * before it was sent. */
+ * before it was sent. ended: by its sender, and the controller did not tell the end. */
 
 export class WireError extends Error {
     constructor(code, detail = "") {

@@ -59,13 +59,14 @@ function questions(page) {
     return asked;
 }
 
-/* Types as a hand does: feedback comes between two keys. The page shows `text` when the field has taken it. */
-async function type(page, selector, text) {
+/* Types as a hand does: feedback comes between two keys. The page shows `shown` when the field has taken it. */
+async function type(page, selector, text, shown = text) {
     await page.waitForSelector(selector);
     await page.$eval(selector, (input) => input.select());
+    if (!text) await page.keyboard.press("Delete");
     await page.keyboard.type(text, { delay: 120 });
     await page.keyboard.press("Enter");
-    await page.waitForFunction((css, value) => document.querySelector(css)?.value === value, {}, selector, text);
+    await page.waitForFunction((css, value) => document.querySelector(css)?.value === value, {}, selector, shown);
 }
 
 test("fields keep what is typed slowly, while feedback comes", async (t) => {
@@ -83,6 +84,24 @@ test("fields keep what is typed slowly, while feedback comes", async (t) => {
     await page.keyboard.press("Enter");
     await shows(page, "out of range", ".notice");
     await page.waitForFunction(() => document.querySelector('.editor input[data-id="1"]').value === "100.3");
+});
+
+test("fields take a decimal comma, and refuse what is no number", async (t) => {
+    const { page } = await start(t, { count: 1 });
+
+    await page.click("button.capture"); // opens the pose
+    await type(page, '.editor input[data-id="1"]', "12,5", "12.6"); // the next raw value
+    await page.click("button.add-step");
+    await type(page, '[data-step="1"] .time', "0,5", "0.50");
+    await type(page, '[data-step="1"] .dwell', "1,25", "1.25");
+    for (const text of ["", "0x10"]) {
+        await type(page, '[data-step="1"] .dwell', text, "1.25");
+        await shows(page, "a rest is out of range", ".notice");
+        await page.click(".notice [aria-label=Dismiss]");
+        await type(page, '.editor input[data-id="1"]', text, "12.6");
+        await shows(page, "An angle is out of range", ".notice");
+        await page.click(".notice [aria-label=Dismiss]");
+    }
 });
 
 test("teach: two poses by hand, stored, played by the board", async (t) => {
@@ -117,6 +136,7 @@ test("teach: two poses by hand, stored, played by the board", async (t) => {
     await shows(page, "The board has no sequence", ".notice");
     await page.click("button.store");
     await shows(page, /confirmed 2 poses and 1 sequence/, ".notice");
+    await page.evaluate(() => scrollTo(0, 0)); // the box Play is under the header
     await page.click("input.loop");
     await page.click("button.play");
     await shows(page, /seq1 plays: step 2 of 2/, ".motion-state");
@@ -230,12 +250,18 @@ test("files: damaged changes nothing; undo restores a step", async (t) => {
         input.dispatchEvent(new Event("change"));
     }, text);
 
+    await shows(page, "Press “Capture pose”", ".poses"); // what to do first
+    await shows(page, "first capture poses", ".sequence");
     await open("group 1\npose set up 90\npose set down 9x\n");
     await shows(page, "Line 3 of the file is damaged", ".notice");
     assert.equal((await page.$$(".pose")).length, 0);
     await open("group 1\npose set up 90\nsequence nod new up 1s\n");
     await shows(page, /up/, ".list .pose");
     assert.equal((await page.$$(".step")).length, 1);
+    const heights = await page.$$eval(".motion button:not(.open), .motion select, .motion .file, .motion input:not([type=checkbox], [type=radio], [type=range], [type=file])",
+        (elements) => [...new Set(elements.map((element) => Math.round(element.getBoundingClientRect().height)))]);
+
+    assert.equal(heights.length, 1, `heights: ${heights}`);
     await page.click(".step .remove");
     await page.click(".notice .undo");
     await page.waitForSelector(".step");
@@ -257,7 +283,7 @@ for (const [name, options] of [
         await page.click("button.capture");
         await shows(page, "pose1", ".pose");
         await page.click("button.add-step");
-        await fill(page, ".editor input[type=number]", "100");
+        await fill(page, ".editor input[data-id]", "100");
         await page.click("button.play");
         await reaches(page, 1, 99, 101);
         await shows(page, "Nothing plays", ".motion-state");

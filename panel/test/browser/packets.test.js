@@ -164,6 +164,33 @@ test("console: a line and its reply, Up, and Tab", async (t) => {
     await shows(page, "Use the settings of the view Board", ".console-output");
 });
 
+test("console: the line that is typed, and the newest echo, stay when the view or the connection changes", async (t) => {
+    const { page } = await startRobot(t);
+    const isAtEnd = () => page.waitForFunction(() => {
+        const { scrollTop, scrollHeight, clientHeight } = document.querySelector(".console-output");
+
+        return scrollHeight > 2 * clientHeight && scrollHeight - scrollTop - clientHeight < 8;
+    });
+
+    await openTab(page, "packets");
+    await command(page, "help");
+    await shows(page, /\nok\s*$/, ".console-output");
+    await isAtEnd();
+    await fill(page, ".console-line", "get 1 GOAL");
+    await openTab(page, "board");
+    await page.waitForSelector("panel-board");
+    await openTab(page, "packets");
+    await isAtEnd();
+    await holds(page, ".console-line", "get 1 GOAL");
+    await page.evaluate(() => (document.querySelector("panel-app").session.wire.hasConsole = false));
+    await shows(page, "This firmware has no console", "panel-console");
+    await page.evaluate(() => (document.querySelector("panel-app").session.wire.hasConsole = true));
+    await holds(page, ".console-line", "get 1 GOAL");
+    await page.focus(".console-line");
+    await page.keyboard.press("Tab");
+    await holds(page, ".console-line", "get 1 GOAL_POSITION ");
+});
+
 test("console: a command that goes on is ended", async (t) => {
     const { page } = await startRobot(t);
 
@@ -267,14 +294,17 @@ test("bridge: the page says what is missing, and offers the rest", async (t) => 
     await shows(page, "As saved", ".settings-state");
 });
 
-test("views Packets and Board fit the width of a phone", async (t) => {
-    const panel = await startPanel(t);
-    const browser = await startBrowser(t);
-    const page = await openPage(t, browser, panel.url, { viewport: PHONE });
+for (const width of [320, PHONE.width])
+    test(`views fit a width of ${width} px`, async (t) => {
+        const panel = await startPanel(t);
+        const browser = await startBrowser(t);
+        const page = await openPage(t, browser, panel.url, { viewport: { ...PHONE, width } });
 
-    await shows(page, "3 servos", ".state-line");
-    for (const name of ["packets", "board"]) {
-        await openTab(page, name);
-        assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), name);
-    }
-});
+        await shows(page, "3 servos", ".state-line");
+        for (const name of ["graphs", "setup", "motion", "packets", "board", "robot"]) {
+            await openTab(page, name);
+            const widths = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+
+            assert.ok(widths[0] <= width, `${name}: ${widths}`);
+        }
+    });

@@ -63,6 +63,8 @@ test("new servo: gets the ID that is typed, step by step", async (t) => {
     await page.click(".new-id", { clickCount: 3 });
     await page.keyboard.type("7");
     await press(page, ".set-up-new");
+    await shows(page, "Nothing was written", ".new-outcome"); // the page has found servo 1, so it is in the list
+    await press(page, ".forget-and-set-up");
     await shows(page, "step 3 of 4: ID 1 becomes 7", ".steps");
     await shows(page, "Servo 7 is set up", ".new-outcome");
     await press(page, ".search");
@@ -86,6 +88,45 @@ test("question: another connection, Esc at Stop and another tab answer no", asyn
         await page.waitForSelector("dialog", { hidden: true });
         assert.equal(await page.$eval("main", (main) => main.inert), false, what);
     }
+});
+
+test("question: one at a time, none of a view that was left, and Esc closes it", async (t) => {
+    const { page } = await startSetup(t, { count: 1 });
+    const dialogs = () => page.$$eval("dialog", (all) => all.length);
+
+    await page.click("#tab-motion");
+    const desk = await page.waitForFunction(() => document.querySelector("panel-motion")?.desk);
+    const both = await page.evaluateHandle((it) => ({ first: it.ask("first"), second: it.ask("second") }), desk);
+
+    await shows(page, "second", "dialog");
+    assert.equal(await dialogs(), 1);
+    assert.equal(await page.evaluate(({ first }) => first, both), false);
+    await page.keyboard.press("Escape");
+    assert.equal(await page.evaluate(({ second }) => second, both), false);
+    assert.equal(await dialogs(), 0);
+    assert.equal(await page.$eval("main", (main) => main.inert), false);
+    await page.click("#tab-setup");
+    await page.click(".change-id");
+    await shows(page, "gets another ID", "dialog");
+    assert.equal(await page.evaluate((it) => it.ask("third"), desk), null);
+    assert.equal(await dialogs(), 1);
+    await page.keyboard.press("Escape");
+    await page.waitForFunction(() => !document.querySelector("dialog"));
+});
+
+test("rate of the bus: asked for while torque may be on", async (t) => {
+    const { page } = await startSetup(t, { count: 1 });
+
+    await page.click("#tab-robot");
+    await press(page, ".torque input");
+    await page.waitForFunction(() => document.querySelector(".torque input").checked);
+    await page.click("#tab-setup");
+    await press(page, ".set-bus-rate");
+    await shows(page, "no stop reaches them", "dialog");
+    await page.click("dialog .no");
+    await press(page, ".set-bus-rate");
+    await page.click("dialog .yes");
+    await shows(page, "The rate of the bus is changed.", ".place-outcome");
 });
 
 test("backup, change, restore", async (t) => {
@@ -166,6 +207,47 @@ test("profile bridge: offers search, registers and backup", async (t) => {
     for (const missing of [".set-up-new", "button.diagnose", ".change-id", ".factory", ".set-bus-rate"]) assert.equal(await page.$(missing), null, missing);
     assert.equal((await page.$$(".how option")).length, 1);
     await page.waitForSelector(".save-all:enabled");
+});
+
+/* Holds up what follows a write, so that the test can type meanwhile. */
+const holdWrites = (page) => page.$eval("panel-setup-registers", ({ setup }) => {
+    const write = setup.write.bind(setup);
+
+    setup.write = async (...all) => {
+        const isWritten = await write(...all);
+
+        await new Promise((resolve) => (globalThis.goOn = resolve));
+        return isWritten;
+    };
+});
+const goOn = async (page) => {
+    await page.waitForFunction(() => globalThis.goOn);
+    await page.evaluate(() => (globalThis.goOn(), (globalThis.goOn = null)));
+};
+
+test("registers: what is typed while a write is under way stays, in its form and in other fields", async (t) => {
+    const { page } = await startSetup(t, { count: 1 });
+
+    await press(page, ".read-all");
+    await page.waitForSelector(".registers");
+    await holdWrites(page);
+    await edit(page, "MIN_VOLTAGE", "6.5");
+    await page.keyboard.type("1");
+    await goOn(page);
+    await shows(page, "MIN_VOLTAGE is written and was read back", "panel-setup-registers");
+    assert.equal(await page.$eval(".edit-form input", (input) => input.value), "6.51");
+    await page.keyboard.press("Backspace");
+    await page.keyboard.press("Enter");
+    await page.waitForFunction(() => globalThis.goOn);
+    await page.focus(".new-id");
+    await goOn(page);
+    await page.waitForFunction(() => !document.querySelector(".edit-form"));
+    assert.ok(await page.$eval(".new-id", (input) => input === document.activeElement));
+    await press(page, '[data-register="MAX_VOLTAGE"] .edit');
+    await page.keyboard.type("5"); // behind the value
+    await page.$eval("panel-setup-registers", ({ setup }) => setup.backup(1));
+    await page.$eval("panel-setup-registers", ({ setup }) => setup.readAll(1));
+    assert.match(await page.$eval(".edit-form input", (input) => input.value), /^16\.05$/);
 });
 
 test("phone: no horizontal scroll, with registers and a dialog", async (t) => {

@@ -22,6 +22,7 @@ async function connected(t, options = {}) {
 
     t.after(async () => {
         await session.disconnect();
+        session.withdraw(session.notices.map(({ code }) => code)); // no timer of them keeps the test
         await simulator.end();
     });
     await session.connect(new PtyPort(simulator.path));

@@ -30,6 +30,7 @@ async function connect(t, options = {}) {
 
     t.after(async () => {
         await session.disconnect();
+        session.withdraw(session.notices.map(({ code }) => code)); // no timer of them keeps the test
         await simulator.end();
     });
     await session.connect(new PtyPort(simulator.path));

@@ -54,6 +54,30 @@ async function restoreAll({ session, setup, row }) {
 
 test("profile full: backup, change, restore", async (t) => restoreAll(await rig(t)));
 
+/* A restore of two registers and of the level at which servo 1 answers PING only, or PING and READ. */
+async function restoreLevel({ session, setup, row }, level) {
+    const file = JSON.parse(await setup.backup(1));
+
+    file.servos[0].registers.STATUS_RETURN_LEVEL = level;
+    assert.equal(await setup.write(1, row("MIN_VOLTAGE"), 65), true);
+    assert.equal(await setup.write(1, row("MAX_VOLTAGE"), 150), true);
+    await setup.compare(JSON.stringify(file), 1);
+    await setup.restore();
+    assert.deepEqual(setup.restored.map((one) => [one.row.name, one.why]), [
+        ["MIN_VOLTAGE", ""], ["MAX_VOLTAGE", ""], ["STATUS_RETURN_LEVEL", level === 0 ? "unread" : ""],
+    ]);
+    assert.deepEqual(codes(session), []);
+}
+
+for (const [profile, options] of [["full", {}], ["bridge", { elf: "bridge" }]])
+    for (const level of [0, 1])
+        test(`profile ${profile}: restore of the status return level ${level}`, async (t) => {
+            const robot = await rig(t, options);
+
+            if (profile === "bridge") await robot.setup.search("");
+            await restoreLevel(robot, level);
+        });
+
 test("profile console: backup, change, restore", async (t) => {
     const robot = await rig(t, { board: "arbotix" });
 
@@ -98,6 +122,8 @@ test("profile full: a new servo gets its ID; not beside another", async (t) => {
     const alone = await rig(t, { servos: "1" });
 
     await alone.setup.setUpNew(5);
+    assert.equal(alone.setup.outcome.kind, "newKnown"); // the page has found servo 1
+    await alone.setup.setUpNew(5, { forgets: true });
     assert.equal(alone.setup.outcome.kind, "new", JSON.stringify(alone.session.notices));
     assert.match(alone.setup.steps.at(-1), /^servo 5 is set up/);
     assert.ok(alone.setup.ids.includes(5));
@@ -110,14 +136,34 @@ test("profile full: a new servo gets its ID; not beside another", async (t) => {
 
 test("profile full: a search is ended by a key", async (t) => {
     const { setup, session } = await rig(t);
-    const progress = new Promise((resolve) => setup.addEventListener("change", () => setup.operation?.done > 0 && resolve()));
-    const search = setup.search("all");
 
-    await progress;
-    setup.end();
-    await search;
-    assert.equal(setup.isPartial, true);
-    assert.deepEqual(setup.found.map(({ id }) => id), [1, 2, 3]);
+    for (const how of ["all", "rescue"]) {
+        const progress = new Promise((resolve) => setup.addEventListener("change", () => setup.operation?.done > 0 && resolve()));
+        const search = setup.search(how);
+
+        await progress;
+        setup.end();
+        await search;
+        assert.equal(setup.isPartial, true);
+        assert.deepEqual(setup.found.map(({ id }) => id), [1, 2, 3]);
+    }
+    assert.deepEqual(codes(session), []);
+});
+
+test("profile full: new and diagnose are ended by a key", async (t) => {
+    const { setup, session } = await rig(t);
+    const begun = () => new Promise((resolve) => session.addEventListener("traffic", resolve, { once: true }));
+
+    for (const call of [() => setup.setUpNew(9), () => setup.diagnose(9)]) {
+        const isBegun = begun();
+        const run = call();
+
+        await isBegun;
+        setup.end();
+        await run;
+    }
+    assert.equal(setup.outcome.kind, "newEnded");
+    assert.equal(setup.isDiagnosisEnded, true);
     assert.deepEqual(codes(session), []);
 });
 

@@ -48,11 +48,12 @@ test("history: at most 100 lines", () => {
 });
 
 test("isOfBoard: lines that take mode or device of the page away", () => {
-    for (const line of ["mode person", " echo on", "settings echo 2", "MODE", "defaults", "settings device_id 200"]) assert.ok(isOfBoard(line), line);
-    for (const line of ["settings", "settings echo", "settings device_id", "help defaults", "settings cycle_us 4000", "move 1 90"]) assert.ok(!isOfBoard(line), line);
+    for (const line of ["mode person", " echo on", "settings echo 2", "MODE", "defaults", "settings device_id 200", "save", "SAVE "]) assert.ok(isOfBoard(line), line);
+    for (const line of ["settings", "settings echo", "settings device_id", "help defaults", "help save", "settings cycle_us 4000", "move 1 90"]) assert.ok(!isOfBoard(line), line);
 });
 
 test("silenceOf: commands that say nothing for long", () => {
     assert.ok(silenceOf("scan rescue") > 540000);
+    assert.ok(silenceOf("scan") > 20000); // diagnoses up to four servos
     assert.ok(silenceOf("ping 1") < 20000);
 });

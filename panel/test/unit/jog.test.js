@@ -5,6 +5,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { Jog } from "../../src/model/jog.js";
 import { Session } from "../../src/model/session.js";
+import { rawOfDegrees } from "../../src/model/units.js";
 import { INSTRUCTION, word, wordAt } from "../../src/wire/packet.js";
 import { FakeClock } from "../support/fake_clock.js";
 import { FakePort } from "../support/fake_port.js";
@@ -97,6 +98,53 @@ test("jog: a stop ends it, no goal leaves after it", async () => {
     assert.equal(goals().length, before);
 });
 
+/* Presses and releases the key 24 times a second, for 2 s. Returns the times at which a goal left. */
+async function mash({ clock, port, jog }) {
+    const times = [];
+    const write = port.write.bind(port);
+
+    port.write = (bytes) => {
+        if (bytes[4] === INSTRUCTION.WRITE && bytes[5] === GOAL) times.push(clock.now());
+        write(bytes);
+    };
+    for (let press = 0; press < 48; press++) {
+        jog.start(1, press % 2 ? 1 : -1, 20);
+        await clock.advance(21);
+        jog.stop();
+        await clock.advance(21);
+    }
+    return times;
+}
+
+test("jog: keys that are mashed send at most 20 goals a second, and the last one is the hold", async () => {
+    const it = await rig();
+    const times = await mash(it);
+    const most = Math.max(...times.map((begin) => times.filter((time) => time >= begin && time < begin + 1000).length));
+
+    assert.ok(most <= 20 && most >= 10, `${most} goals in a second`);
+    it.registers.set(word(540), 0x24);
+    it.jog.start(1, 1, 20);
+    it.jog.stop();
+    await it.clock.advance(100);
+    assert.equal(it.goals().at(-1), 540);
+    assert.equal(it.session.robot.servos.get(1).goalState, "confirmed");
+});
+
+test("jog: a hold that waits for its turn is void after a stop", async () => {
+    const { clock, session, jog, goals } = await rig();
+
+    jog.start(1, 1, 20);
+    await clock.advance(200);
+    const before = goals().length;
+
+    jog.stop();
+    session.stop();
+    await clock.advance(2000);
+    assert.equal(session.stopState, "verified");
+    assert.ok(goals().length <= before + 1);
+    assert.deepEqual(session.notices.map(({ code }) => code).filter((code) => code !== "other-version" && code !== "console"), []);
+});
+
 test("jog: a servo in endless turn is not moved", async () => {
     const { clock, jog, goals, speeds } = await rig({ isEndless: true });
 
@@ -116,3 +164,20 @@ test("jog: a hold that fails is a notice", async () => {
     await clock.advance(500);
     assert.ok(session.notices.some(({ code }) => code === "refused"), JSON.stringify(session.notices));
 });
+
+for (const delay of [2, 20, 60])
+    for (const gap of [0, 5, 10, 60])
+        test(`jog: a goal ${gap} ms after its end is the last one, replies take ${delay} ms`, async () => {
+            const { clock, port, session, jog, goals } = await rig();
+            const answer = port.answer.bind(port);
+
+            port.answer = (bytes) => clock.after(delay, () => answer(bytes));
+            jog.start(1, 1, 20);
+            await clock.advance(300);
+            jog.stop();
+            await clock.advance(gap);
+            session.robot.setGoal(1, 200);
+            await clock.advance(2000);
+            assert.equal(goals().at(-1), rawOfDegrees(200), `${goals().slice(-3)}`);
+            assert.equal(session.robot.servos.get(1).goalState, "confirmed");
+        });

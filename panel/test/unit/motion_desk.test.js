@@ -225,3 +225,25 @@ test("play: a goal that the wire does not take names the controller, not torque"
 
     await assert.rejects(new Player(session).goTo(new Map([[1, 600]])), { code: "motion-unanswered" });
 });
+
+test("play: pressed several times begins once", async () => {
+    const { session, desk } = deskWith("up");
+    const lines = [];
+    const answers = [];
+
+    session.state = "connected";
+    session.robot = { motion: { state: 0 }, servos: new Map(), ids: [] };
+    session.controller = { hasCommand: () => true, hasMotion: true };
+    await desk.addStep();
+    Object.assign(desk.store, { load: async () => {}, replaced: () => ({ poses: [], sequences: [] }) });
+    desk.store.stored.sequences.set(desk.sequence, []);
+    desk.store.play = (name) => new Promise((resolve) => (lines.push(name), answers.push(resolve)));
+    const first = desk.play();
+    const all = [first, desk.play(), desk.play()];
+
+    await new Promise((resolve) => setImmediate(resolve));
+    answers.forEach((answer) => answer());
+    await Promise.all(all);
+    assert.deepEqual([lines, session.notices], [[desk.sequence], []]);
+    assert.equal(desk.isPlaying, true); // until the state of the motion is read
+});

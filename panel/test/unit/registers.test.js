@@ -60,7 +60,8 @@ test("typedValue: out of range, no number", () => {
     assert.deepEqual(typedValue(rowOf("MOVING_SPEED"), "-63", false), { problem: "outOfRange" });
     assert.deepEqual(typedValue(rowOf("MIN_VOLTAGE"), "6.5", true), { problem: "notWhole" });
     assert.deepEqual(typedValue(rowOf("MIN_VOLTAGE"), "", true), { problem: "notNumber" });
-    assert.deepEqual(typedValue(rowOf("MIN_VOLTAGE"), "much", false), { problem: "notNumber" });
+    for (const text of ["much", "0x10", "1e1", "6,5,1", ".", "-"])
+        assert.deepEqual(typedValue(rowOf("MIN_VOLTAGE"), text, false), { problem: "notNumber" });
 });
 
 test("typedValue: takes what shownValue shows, for every value", () => {

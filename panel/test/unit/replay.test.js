@@ -47,3 +47,17 @@ test("capture: a long one keeps start and end, is readable", async () => {
 test("capture: one with too many lines is refused", () => {
     assert.throws(() => parseCapture("out FF\n".repeat(50001)), { code: "bad-capture" });
 });
+
+test("replay: a long capture is not searched in full for each write", async () => {
+    const pieces = Array.from({ length: 20000 }, (_, index) => `out ${(index % 256).toString(16).padStart(2, "0")} 01\nin 55\n`).join("");
+    const port = new ReplayPort(pieces, { later: (call) => call() });
+    let compared = 0;
+    const got = [];
+
+    port.steps = port.steps.map((step) => Object.defineProperty({ ...step }, "bytes", { get: () => (compared++, step.bytes) }));
+    port.onBytes = (bytes) => got.push(...bytes);
+    await port.open();
+    for (let count = 0; count < 100; count++) port.write(Uint8Array.of(0xee, 2)); // not in the capture
+    port.write(Uint8Array.of(3, 1));
+    assert.deepEqual([got, port.unknown.length, compared], [[0x55], 100, 0]);
+});

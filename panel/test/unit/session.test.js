@@ -134,6 +134,42 @@ test("notices: one lists all servos; a release withdraws it", async () => {
     assert.deepEqual(shown(), ["back"]);
 });
 
+test("notices: information goes away by itself, renewed it stays longer; warnings and errors stay", async () => {
+    const { clock, session } = await rig();
+    const shown = () => session.notices.map(({ code }) => code);
+
+    session.notices = [];
+    session.notify({ code: "motion-stored", poses: 1, sequences: 1 });
+    session.notify({ code: "motion-deleted", detail: "up", undo: () => {} });
+    session.notify({ code: "level-silent", id: 1 });
+    session.notify({ code: "motion-short" });
+    await clock.advance(5000);
+    session.notify({ code: "motion-stored", poses: 1, sequences: 1 });
+    await clock.advance(5000);
+    assert.deepEqual(shown(), ["motion-deleted", "level-silent", "motion-short", "motion-stored"]);
+    await clock.advance(5000);
+    assert.deepEqual(shown(), ["motion-deleted", "level-silent", "motion-short"]);
+    await clock.advance(10000);
+    assert.deepEqual(shown(), ["level-silent", "motion-short"]);
+    await clock.advance(60000);
+    assert.deepEqual(shown(), ["level-silent", "motion-short"]);
+});
+
+test("notices: too many never push one about safety out", async () => {
+    const { session } = await rig();
+    const shown = () => session.notices.map(({ code }) => code);
+
+    session.notices = [];
+    session.notify({ code: "stop-not-sent" });
+    session.notify({ code: "motion-loaded", poses: 1, sequences: 1 });
+    for (const id of [3, 4]) session.notify({ code: "turn-not-ended", id });
+    for (let line = 0; line < 30; line++) session.notify({ code: "command", line: `read ${line}`, number: 2, message: "no reply", remedy: "" });
+    assert.equal(shown().length, 20);
+    assert.deepEqual(shown().slice(0, 3), ["stop-not-sent", "turn-not-ended", "command"]);
+    assert.equal(session.notices[1].text, "Servos 3, 4 did not confirm the end of their endless turn.");
+    assert.match(session.notices.at(-1).text, /read 29/);
+});
+
 test("busy: it is told when a command begins", async () => {
     const { port, session } = await rig();
     let isBusy = false;
@@ -302,4 +338,16 @@ test("release: the button stays until INHIBIT reads 0", async () => {
     port.device[INHIBIT] = 0;
     await clock.advance(1000);
     assert.equal(session.isInhibited, false);
+});
+
+test("notices: a lost port is told once, also during a search", async () => {
+    const { port, session, clock } = await rig({ onText: (line) => line.startsWith("scan") });
+    const search = session.attempt(() => session.controller.scan());
+
+    await clock.advance(100);
+    port.unplug();
+    await search;
+    assert.deepEqual(session.notices.map(({ code }) => code).filter((code) => ["lost", "closed"].includes(code)), ["lost"]);
+    await session.attempt(() => session.controller.scan()); // asked for behind it
+    assert.ok(!session.notices.some(({ code }) => code === "closed"));
 });

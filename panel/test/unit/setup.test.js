@@ -12,6 +12,7 @@ import { tables } from "../support/tables.js";
 
 const MIN_VOLTAGE = 0x0c;
 const MAX_VOLTAGE = 0x0d;
+const RETURN_LEVEL = 0x10;
 const TORQUE = 0x18;
 
 /* A session with servos. Without a console the page knows only what packets tell. */
@@ -59,7 +60,7 @@ const writesOf = (port) => port.packets.filter((bytes) => bytes[4] === INSTRUCTI
 const setLines = (port) => port.lines.filter((line) => line.startsWith("set "));
 const codes = (session) => session.notices.map(({ code }) => code);
 
-test("freeId: the lowest from 1 on that no servo has", async () => {
+test("freeId: the lowest from 2 on that no servo has, 1 last", async () => {
     const { setup } = await rig({ ids: [1, 2, 4] });
 
     assert.equal(setup.freeId, 3);
@@ -84,6 +85,37 @@ test("search: progress, servos and remarks; a key ends it", async () => {
     assert.deepEqual(setup.remarks, ["servo 9: finding 8: two servos seem to have this ID"]);
     assert.equal(setup.isPartial, true);
     assert.deepEqual(codes(setup.session), []);
+});
+
+const deaf = {
+    search: { line: "scan rescue", start: (setup) => setup.search("rescue"), told: (setup) => setup.isPartial },
+    "new servo": { line: "new 4", start: (setup) => setup.setUpNew(4), told: (setup) => setup.outcome?.kind === "newEnded" },
+    diagnosis: { line: "diagnose 9", start: (setup) => setup.diagnose(9), told: (setup) => setup.isDiagnosisEnded },
+};
+
+for (const [what, { line: command, start, told }] of Object.entries(deaf))
+    test(`${what}: ends within 2 s though the controller ignores the key`, async () => {
+        const { setup, clock, session } = await rig({ onText: (line) => line === command || line === "" });
+        const run = start(setup);
+
+        await clock.advance(100);
+        setup.end();
+        await clock.advance(2000);
+        assert.equal(setup.isRunning, false);
+        await run;
+        assert.equal(told(setup), true);
+        assert.deepEqual(codes(session), []);
+    });
+
+test("search: no scan follows one that was ended", async () => {
+    const { setup, clock, port } = await rig({ ids: [], onText: (line, at) => line === "scan all" || (line === "" && (at.say("error 49: ended"), true)) });
+    const search = setup.search("all");
+
+    await clock.advance(100);
+    port.written = [];
+    setup.end();
+    await finish(clock, search);
+    assert.deepEqual(port.lines.filter((line) => line.startsWith("scan")), []);
 });
 
 test("search: one that a stop ends is not shown as complete", async () => {
@@ -139,6 +171,25 @@ test("new servo: its steps, then it is the chosen one", async () => {
     assert.equal(setup.id, 4);
     assert.deepEqual(codes(setup.session), []);
     assert.ok(port.lines.includes("new 4"));
+});
+
+test("new servo: an ID of the list is refused, and set up once the list is forgotten", async () => {
+    let isListed = true;
+    const { setup, port, clock } = await rig({
+        onText: (line, at) => {
+            if (line === "servos forget") isListed = false;
+            if (line !== "new 4" || !isListed) return false;
+            at.say("error 96: servo 1: this ID answers and is in the robot's list, nothing was written; unplug the servo of the robot");
+            return true;
+        },
+    });
+
+    await finish(clock, setup.setUpNew(4));
+    assert.deepEqual(codes(setup.session), ["command"]);
+    assert.deepEqual(setup.outcome, { kind: "newKnown", lines: [], id: 4 });
+    await finish(clock, setup.setUpNew(4, { forgets: true }));
+    assert.equal(setup.outcome.kind, "new");
+    assert.deepEqual(port.lines.filter((line) => /^new|forget/.test(line)), ["new 4", "servos forget", "new 4"]);
 });
 
 test("new servo: waits through a silent search of 4 s", async () => {
@@ -212,6 +263,52 @@ test("write: a value that the servo does not keep is told", async () => {
 
     assert.equal(await finish(clock, setup.write(1, row("MIN_VOLTAGE"), 65)), undefined);
     assert.deepEqual(codes(session), ["register-not-taken"]);
+});
+
+test("write: a reply that is lost is no failure if the register has the value", async () => {
+    const { setup, clock, row, session } = await rig({
+        onText: (line, port) => {
+            if (!line.startsWith("set 1")) return false;
+            if (line.includes("MIN")) port.servos.get(1)[MIN_VOLTAGE] = 65;
+            port.say("error 2: servo 1: no reply by the deadline; check power, wiring, ID and baud rate of the servo");
+            return true;
+        },
+    });
+
+    assert.equal(await finish(clock, setup.write(1, row("MIN_VOLTAGE"), 65)), true);
+    assert.deepEqual(codes(session), []);
+    assert.equal(await finish(clock, setup.write(1, row("MAX_VOLTAGE"), 150)), undefined);
+    assert.deepEqual(codes(session), ["command"]);
+});
+
+/* A servo that answers PING only once its status return level is 0. */
+const silent = (port) => (bytes) => bytes[2] === 1 && port.servos.get(1)[RETURN_LEVEL] === 0 && bytes[4] !== INSTRUCTION.PING;
+
+test("write: a status return level that silences the servo is told as not read back", async () => {
+    const { setup, port, clock, row, session } = await rig();
+
+    port.servos.get(1)[RETURN_LEVEL] = 2;
+    port.onPacket = silent(port);
+    await finish(clock, setup.readAll(1));
+    assert.equal(await finish(clock, setup.write(1, row("STATUS_RETURN_LEVEL"), 0), 5000), true);
+    assert.deepEqual(codes(session), ["level-silent"]);
+    assert.equal(setup.registers.isOld, true);
+});
+
+test("restore: a servo that is dead behind its new level is told as silent", async () => {
+    const { setup, port, clock } = await rig();
+    const isDead = { value: false };
+    const file = await finish(clock, setup.backup(1));
+
+    port.servos.get(1)[MIN_VOLTAGE] = 65;
+    port.servos.get(1)[RETURN_LEVEL] = 2;
+    port.onPacket = (bytes) => silent(port)(bytes) || (isDead.value && bytes[2] === 1);
+    await finish(clock, setup.compare(file, 1), 2000);
+    const said = port.say.bind(port);
+
+    port.say = (...lines) => ((isDead.value ||= port.servos.get(1)[RETURN_LEVEL] === 0), said(...lines));
+    await finish(clock, setup.restore(), 9000);
+    assert.deepEqual(setup.restored.map(({ row, why }) => [row.name, why]), [["MIN_VOLTAGE", ""], ["STATUS_RETURN_LEVEL", "servo-silent"]]);
 });
 
 test("write: no endless turn, and no limit beyond the goal, while torque is on", async () => {
@@ -381,4 +478,54 @@ test("restore: torque that is switched on meanwhile refuses limits that would mo
     assert.ok(codes(session).includes("limits-move"));
     assert.ok(setup.restored.filter(({ id }) => id === 3).every(({ why }) => why === "ended"));
     assert.ok(setLines(port).every((line) => !line.startsWith("set 3")));
+});
+
+test("ID of the device: no servo gets it, and none is proposed", async () => {
+    const { setup, session, port, clock } = await rig();
+
+    await finish(clock, setup.changeId(1, 253));
+    await finish(clock, setup.setUpNew(253));
+    assert.deepEqual(port.lines.filter((line) => /^(id|new) /.test(line)), []);
+    assert.match(session.notices.find(({ code }) => code === "id-of-device").text, /^253 is the ID of the controller/);
+    session.wire.deviceId = 4;
+    assert.equal(setup.freeId, 5);
+});
+
+test("ID of the device: a servo that has it is told, its card does not show the device", async () => {
+    const { session, port, clock } = await rig({ onText: (line, { say }) => line === "scan" });
+
+    port.onText = (line) => line === "servos" && (port.say("servo 1: online, torque off", "servo 253: online, torque off", "ok"), true);
+    await finish(clock, session.robot.findServos());
+    assert.deepEqual(session.robot.ids, [1]);
+    assert.match(session.notices.find(({ code }) => code === "servo-behind-device").text, /^Servo 253 has the ID of the controller/);
+});
+
+test("restore: what a lost port has left is shown after another connection", async () => {
+    const { setup, port, session, clock } = await restoring((it) => (it.unplug(), true));
+    const whys = () => setup.restored?.map(({ why }) => why);
+    const before = whys();
+    const connected = session.connect(port);
+
+    await clock.advance(1000);
+    await connected;
+    assert.equal(session.state, "connected");
+    assert.deepEqual(whys(), before);
+    assert.equal(setup.isRestoreEarlier, true);
+    setup.forgetPlan();
+    assert.deepEqual([setup.restored, setup.isRestoreEarlier], [null, false]);
+});
+
+test("restore: one that was carried out in full is not shown after another connection", async () => {
+    const { setup, port, session, clock } = await rig();
+    const file = await finish(clock, setup.backup(1));
+
+    port.servos.get(1)[MIN_VOLTAGE] = 65;
+    await finish(clock, setup.compare(file, 1));
+    await finish(clock, setup.restore());
+    assert.deepEqual(setup.restored.map(({ why }) => why), [""]);
+    const connected = session.connect(port);
+
+    await clock.advance(1000);
+    await connected;
+    assert.equal(setup.restored, null);
 });

@@ -11,7 +11,9 @@ import { colourOf, dashesOf } from "../../src/views/lines.js";
 import { RobotView } from "../../src/views/robot_view.js";
 import { texts } from "../../src/texts/texts.js";
 import { Decoder } from "../../src/model/decode.js";
+import "../../src/views/board_settings.js";
 import "../../src/views/packets_send.js";
+import { settle } from "../support/fake_clock.js";
 import { tables } from "../support/tables.js";
 import { attributeOf, valuesOf } from "../support/rendered.js";
 
@@ -111,6 +113,77 @@ test("board: what is not known of driving is not shown as good", () => {
     assert.deepEqual(shown(null, false), ["", texts.board.unknownState]);
     assert.deepEqual(shown({ inhibit: 1 }), ["bad", texts.board.inhibited]);
     assert.deepEqual(shown({ inhibit: 0 }), ["good", texts.board.allowed]);
+});
+
+/* The settings of a controller that answers `settings NAME VALUE` when the test says so. */
+async function settingsPart() {
+    const part = new (customElements.get("panel-settings"))();
+    const answers = [];
+    const run = (line) => (line === "settings" ? Promise.resolve(tables().settings.map(({ name, initial }) => `${name} = ${initial}`))
+        : new Promise((resolve) => answers.push(() => resolve([]))));
+    const field = (name) => {
+        const values = valuesOf(part.render());
+        const own = values.slice(values.findIndex(([, value]) => value === `setting-${name}`));
+
+        return { value: own.find(([before]) => before.endsWith(".value="))[1], input: own.find(([before]) => before.endsWith("@input="))[1] };
+    };
+
+    part.requestUpdate = () => {};
+    part.session = {
+        isConnected: true, wire: { hasConsole: true }, tables: tables(), robot: { ids: [] },
+        controller: { modeBefore: null, run }, attempt: (call) => call(), notify: () => {},
+    };
+    part.updated();
+    await settle();
+    const apply = () => valuesOf(part.render()).filter(([before]) => before.endsWith("@click="))[0][1]();
+
+    return { apply, shown: (name) => field(name).value, type: (name, value) => field(name).input({ target: { value } }),
+        answer: async () => (answers.shift()(), settle()) };
+}
+
+test("settings: read again after a first read that failed", async () => {
+    const part = new (customElements.get("panel-settings"))();
+    const answers = [Promise.reject(new Error("stopped")), Promise.resolve(["cycle_us = 20000"])];
+    const button = () => valuesOf(part.render()).find(([before]) => before.endsWith("@click="))?.[1];
+
+    part.requestUpdate = () => {};
+    part.session = {
+        isConnected: true, wire: { hasConsole: true }, tables: tables(), robot: { ids: [] },
+        controller: { modeBefore: null, run: () => answers.shift() }, attempt: (call) => call().catch(() => {}), notify: () => {},
+    };
+    part.updated();
+    assert.equal(button(), undefined);
+    await settle();
+    assert.ok(button(), "a button that reads again");
+    button()();
+    await settle();
+    assert.ok(valuesOf(part.render()).some(([, value]) => value === "20000"));
+});
+
+test("settings: what is typed while an Apply is under way stays", async () => {
+    const { apply, shown, type, answer } = await settingsPart();
+    const initial = shown("link_loss_ms");
+
+    type("link_loss_ms", "1234");
+    const applied = apply();
+
+    await settle();
+    type("link_loss_ms", "1235"); // the same field
+    type("cycle_us", "20000"); // another one
+    await answer();
+    await applied;
+    assert.deepEqual([shown("link_loss_ms"), shown("cycle_us")], ["1235", "20000"]);
+    type("cycle_us", "0");
+    const again = apply();
+
+    await settle();
+    type("link_loss_ms", "1234"); // the value in force, which is about to change
+    await answer();
+    await answer();
+    await again;
+    assert.equal(shown("link_loss_ms"), "1234");
+    type("link_loss_ms", initial);
+    assert.equal(shown("link_loss_ms"), initial);
 });
 
 test("send: an empty field is no error and cannot be sent", () => {

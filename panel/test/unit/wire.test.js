@@ -407,6 +407,41 @@ test("command: a key ends it, its reply comes", async () => {
     assert.equal((await scan).error.number, 49);
 });
 
+test("command: the key is sent again until the reply ends", async () => {
+    const { wire, port, clock } = await rig();
+    const controller = new AbortController();
+    let keys = 0;
+
+    port.onText = (line) => line.startsWith("scan") || (line === "" && (++keys === 2 && port.say("error 49: ended by a key"), true));
+    const scan = wire.command("scan rescue", { signal: controller.signal, timeout: 30000 });
+
+    await clock.advance(1000);
+    controller.abort();
+    await clock.advance(250);
+    assert.equal(keys, 1);
+    await clock.advance(100);
+    assert.equal((await scan).error.number, 49);
+    await clock.advance(2000);
+    assert.equal(keys, 2);
+    assert.equal(wire.state, "ready");
+});
+
+test("command: one that no key ends is given up", async () => {
+    const { wire, port, clock } = await rig();
+    const controller = new AbortController();
+
+    port.onText = (line) => line.startsWith("scan") || line === "";
+    const scan = codeOf(wire.command("scan rescue", { signal: controller.signal, timeout: 30000 }));
+    const talk = (left) => left && clock.after(100, () => (port.say("254 of 64770 asked"), talk(left - 1)));
+
+    talk(30);
+    controller.abort();
+    await clock.advance(1500);
+    assert.equal(await scan, "ended");
+    assert.equal(wire.state, "ready"); // the marker was answered
+    assert.equal(await codeOf(wire.request(ping(1))), "ok");
+});
+
 test("command: empty lines resolve, other characters throw", async () => {
     const { wire } = await rig();
 
@@ -743,4 +778,54 @@ test("SYNC READ: only the device may answer", async () => {
     port.onBytes(packet(1, 0, [1, 1]));
     port.onBytes(packet(253, 0, [0, 1]));
     assert.deepEqual([...(await request).parameters], [0, 1]);
+});
+
+/* Another program at the port prints a line each 100 ms. */
+function chat(clock, port) {
+    const tick = () => {
+        if (!port.isOpen) return;
+        port.say("ax=0.1 ay=0.2");
+        clock.after(100, tick);
+    };
+
+    clock.after(100, tick);
+}
+
+test("open: a port that talks and answers nothing is silent within 8 s", async () => {
+    const { clock, port, wire } = await rig({ open: false });
+
+    port.isMute = true;
+    chat(clock, port);
+    const opened = codeOf(wire.open());
+
+    await clock.advance(8000);
+    assert.equal(wire.state, "closed");
+    assert.equal(await opened, "silent");
+});
+
+test("command: lines without an end do not hold the wire for ever", async () => {
+    const { clock, port, wire } = await rig();
+
+    port.onText = () => true;
+    chat(clock, port);
+    const sent = codeOf(wire.command("servos"));
+
+    await clock.advance(31000);
+    assert.equal(await sent, "timeout");
+    await clock.advance(10000);
+    assert.equal(wire.state, "silent");
+});
+
+test("command: one without a limit goes on while lines come", async () => {
+    const { clock, port, wire } = await rig();
+
+    port.onText = (line) => line === "monitor";
+    chat(clock, port);
+    const sent = codeOf(wire.command("monitor", { limit: Infinity }));
+
+    await clock.advance(60000);
+    assert.ok(wire.isBusyWithText);
+    port.say("ok");
+    await clock.advance(10);
+    assert.equal(await sent, "ok");
 });

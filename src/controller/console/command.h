@@ -55,9 +55,9 @@ struct command {
      * docs/console.md print it. Rules:
      *   - [ ] encloses an argument that may be missing, and with it all arguments after it
      *   - a|b in small letters: one of these words
-     *   - a word in capitals: an argument, stored in `struct command_line`:
      *   - rows may begin alike: the first word that differs chooses the row. Rows with a small word
      *     there stand before the row with a NAME
+     *   - a word in capitals is an argument, stored in `struct command_line`:
      *
      *   in the usage   argument                        stored in
      *   ID             0 to 253, or a list             id; 254 if it is missing
@@ -106,7 +106,7 @@ struct command_store {
     void (*abort)(struct motion_store *motions); // Ctrl-X has ended a command
     void (*end)(struct console *console);        // a line was refused, or its command has ended
     void (*room)(struct console *console);       // prints a line of `status`
-    void (*wear)(struct console *console);       // prints another one
+    void (*wear)(struct console *console);       // prints the line of `status` behind it
     /* main() calls it once, after the load and failsafe_begin(): begins what plays without a host.
      * NULL: this firmware has no motions. */
     void (*begin)(const struct failsafe *failsafe, struct motion_store *motions);
@@ -119,7 +119,7 @@ struct command_lists {
     uint8_t (*take)(struct command_line *line, const struct token *token, uint8_t highest);
     uint8_t (*take_word)(struct command_line *line, const struct token *token);
     /* The parser's, while line->list_is_open: true if this word belongs to the list; and what is
-     * called at the end of the line. */
+     * called at the end of the line. Both may store line->error. */
     bool (*goes_on)(struct command_line *line, const struct token *token);
     void (*end)(struct command_line *line);
     /* The console's: begin and poll of the command, for each servo of the list. */
@@ -145,6 +145,9 @@ struct command_set {
     /* Converts number 0 of the line to a value of setting line.setting, in console->raw. Returns an
      * error or 0. NULL: every setting is a plain number. */
     uint8_t (*setting_number)(struct console *console);
+    /* Prints the value of setting `index`, "4us (2)", and the end of the line. False: the unit of
+     * the setting is not that of a register. NULL: the same for every setting. */
+    bool (*setting_print)(struct console *console, uint8_t index);
     bool (*after_scan)(struct console *console); // end of the poll of `scan`, or NULL
     struct account *account;                     // of the counters, or NULL
     bool (*explain)(struct console *console);    // explain.h; NULL: errors have their text only

@@ -37,7 +37,7 @@ static void begin_line(struct console *console)
 
 _Static_assert(sizeof(((union console_buffer *)0)->command) + PARSE_NAMES_MAX * PARSE_NAME_SIZE <=
                    sizeof(((union console_buffer *)0)->packet),
-               "the longest packet decides");
+               "the job and two names must fit behind a short packet");
 
 bool console_is_for_person(const struct console *console)
 {
@@ -152,7 +152,7 @@ NOINLINE static void conclude(struct console *console, uint8_t error)
         console->phase = 0;
 }
 
-NOINLINE static void begin_command(struct console *console)
+NOINLINE void console_begin_job(struct console *console)
 {
     if (!console->line.command->instruction) // else the packet of the line is in these bytes
         memset(console_job(console), 0, CONSOLE_JOB_SIZE);
@@ -169,7 +169,7 @@ static void run(struct console *console)
     const CDS_FLASH struct command *command = console->line.command;
     uint8_t error = 0;
 
-    begin_command(console);
+    console_begin_job(console);
     console->failsafe->host_types = true;
     if (command_set.lists)
         error = command_set.lists->begin(console);
@@ -449,7 +449,7 @@ static void answer_stop(struct console *console)
         printer_end_of_line(&console->printer); // behind the prompt and the dropped line
     parse_begin(&console->line);
     console->line.command = command_set.on_stop;
-    begin_command(console);
+    console_begin_job(console);
 }
 
 static void read_keys(struct console *console)

@@ -34,10 +34,10 @@ enum console_state {
 /* Bytes that a command may keep from one poll to the next. */
 #define CONSOLE_JOB_SIZE 128
 
-/* Of a command that runs for each servo of a list: servo_list.h. */
+/* State of a command that runs for each servo of a list: servo_list.h. */
 struct servo_list {
     uint8_t next;       // index of the servo that is next
-    uint8_t phase;      // of the present one
+    uint8_t phase;      // of the servo that is served now: enum list_phase
     bool failed;        // a servo has failed
     uint8_t conditions; // CDS_ERROR_* bits of all replies, not yet printed
 };
@@ -88,8 +88,8 @@ struct console {
     struct token token;      // the word that comes, or the one that is wrong
     struct editor editor;
     struct cds_request request;
-    union console_buffer buffer;  // of its packet
-    uint8_t reply[CDS_REPLY_MAX]; // of its reply
+    union console_buffer buffer;  // the packet of `request`, or the job of the command
+    uint8_t reply[CDS_REPLY_MAX]; // the reply to `request`
 };
 
 /* Zero *console first (static storage is). The robot of `failsafe` must have begun; the console
@@ -132,12 +132,16 @@ static inline void *console_job(struct console *console)
     return console->buffer.command.job.bytes;
 }
 
+/* Clears console_job(), and step, phase, index and part of the console; the command is under way.
+ * The console calls it for each command, servo_list.c for each servo of a list. */
+void console_begin_job(struct console *console);
+
 /* Converts number `index` of the line, 0 to 2, to a register value of `unit` (number_within()).
- * Returns 0, and console->raw is the value; or an error, and console->raw stays as it was. */
+ * Returns 0, and console->raw is the value; or an error, and console->raw is undefined. */
 uint8_t console_number(struct console *console, uint8_t index, enum cds_unit unit);
 
 /* Converts number 0 of the line to milliseconds (number_ms()). Returns 0, and console->raw is the
- * value; or an error, and console->raw stays as it was. */
+ * value; or an error, and console->raw is undefined. */
 uint8_t console_ms(struct console *console);
 
 /* Converts number `index` of the line, 0 to 2, to the time of a move in milliseconds. Returns 0 and

@@ -2,6 +2,8 @@
 /* Texts of the numbered errors; see errors.h. */
 #include "console/errors.h"
 
+#include <stdbool.h>
+
 #include "cds55xx/packet.h"     // CDS_ERROR_*
 #include "console/command.h"    // command_set
 #include "console/messages.h"   // FLASH_TEXT()
@@ -23,7 +25,7 @@ _Static_assert((int)ERROR_NO_GROUP == MOTION_NO_GROUP && (int)ERROR_ENDLESS == M
 
 const CDS_FLASH char *const CDS_FLASH errors_with_remedies[] = {
 #define ROW(name, number, text, remedy) [number] = FLASH_TEXT(text "; " remedy),
-    CDS_RESULTS(ROW) CONSOLE_ERRORS(ROW) MOTION_ERRORS(ROW)
+    CDS_RESULTS(ROW) CONSOLE_ERRORS(ROW) FULL_ERRORS(ROW)
 #undef ROW
 };
 
@@ -36,6 +38,13 @@ const CDS_FLASH char *const CDS_FLASH errors_without_remedies[] = {
 const CDS_FLASH char *error_text(uint8_t number)
 {
     return command_set.errors[number];
+}
+
+const CDS_FLASH char *error_text_of_servo(uint8_t number)
+{
+    bool has_word = number >= ERROR_SERVO_INSTRUCTION && number <= ERROR_SERVO_ANGLE;
+
+    return error_text(number) + (has_word ? sizeof "servo: " - 1 : 0);
 }
 
 uint8_t error_of_servo(uint8_t *bits)

@@ -26,17 +26,18 @@
     X(ERROR_UNIT, 39, "wrong unit",                                                                \
       "deg mdeg, rpm mrpm, V mV, %, C, us ms s, bps kbps, or raw, to suit the value")              \
     X(ERROR_TOO_MANY, 40, "too many servos",                                                       \
-      "'help COMMAND' says how many; 'servos forget' empties the list of the robot's servos")      \
+      "a line takes 50 servos or angles, 'monitor' 8, the robot 18: 'servos forget' empties it")   \
     X(ERROR_TWICE, 41, "an ID is given twice", "give each servo once")                             \
     X(ERROR_NOT_WRITABLE, 42, "register cannot be set",                                            \
       "it is read-only or reserved; 'id' and 'baud' change ID and BAUD_RATE")                      \
-    X(ERROR_CYCLE, 43, "a cycle is running", "'cycle off' first: this needs the bus for itself")   \
+    X(ERROR_CYCLE, 43, "a cycle is running",                                                       \
+      "'cycle off' first; while a cycle runs, 'pose' sets the goals")                              \
     X(ERROR_NO_CYCLE, 44, "no cycle is running", "'cycle every 4ms' starts one")                   \
     X(ERROR_NO_GROUP, 45, "no group chosen", "choose its servos, as by 'group 1 2 3'")             \
     X(ERROR_GROUP_SIZE, 46, "not as many angles as servos",                                        \
       "give one for each servo of the group; 'group' shows them")                                  \
     X(ERROR_ENDLESS, 47, "the servo is in endless turn",                                           \
-      "set its limits, as by 'set 1 CCW_ANGLE_LIMIT 300deg'")                                      \
+      "set its limits: 'set ID CCW_ANGLE_LIMIT 300deg'")                                           \
     X(ERROR_NOT_KNOWN, 48, "not one of the robot's servos",                                        \
       "'scan' finds them, 'servos' lists them")                                                    \
     X(ERROR_KEY, 49, "ended by a key or a packet",                                                 \
@@ -53,7 +54,7 @@
       "remove the cause, then 'release', and set torque and goals again")                          \
     X(ERROR_OMITTED, 55, "not in this firmware",                                                   \
       "boards with more flash and RAM have it, and so has the library")                            \
-    X(ERROR_TIME, 56, "time of the move out of range", "'help COMMAND' has the range")             \
+    X(ERROR_TIME, 56, "time out of range", "'help COMMAND' has the range")                         \
     X(ERROR_TOO_FAST, 57, "too fast for a servo",                                                  \
       "give it more time: the line above, or 'motion wait', names the shortest")                   \
     X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \
@@ -75,7 +76,7 @@
       "the goal lies outside CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT")
 
 /* X(name, number, text, remedy): errors of the profile `full`. */
-#define MOTION_ERRORS(X)                                                                           \
+#define FULL_ERRORS(X)                                                                             \
     X(ERROR_MOTION, 58, "a motion is under way",                                                   \
       "'motion wait' waits for its end, 'motion off' ends it; torque off always works")            \
     X(ERROR_GOAL, 70, "the servo does not take its goal",                                          \
@@ -118,11 +119,15 @@
     X(ERROR_AUTOSTART, 93, "the sequence plays after power-up, nothing was deleted",               \
       "'settings autostart off' first")                                                            \
     X(ERROR_NO_NEW, 94, "the 'sequence NAME new' before was refused, nothing was stored",          \
-      "send that line again; to add to a stored sequence: 'sequence list' first")
+      "send that line again; to add to a stored sequence: 'sequence list' first")                  \
+    X(ERROR_ID_KNOWN, 95, "this ID is in the list of the robot's servos, nothing was sent",        \
+      "choose another ID, or empty the list by 'servos forget'")                                   \
+    X(ERROR_NOT_NEW, 96, "this ID answers and is in the robot's list, nothing was written",        \
+      "unplug the servo of the robot; if the new servo has this ID, 'servos forget' first")
 
 enum console_error {
 #define CONSOLE_ERROR_ENUM_(name, number, text, remedy) name = number,
-    CONSOLE_ERRORS(CONSOLE_ERROR_ENUM_) MOTION_ERRORS(CONSOLE_ERROR_ENUM_)
+    CONSOLE_ERRORS(CONSOLE_ERROR_ENUM_) FULL_ERRORS(CONSOLE_ERROR_ENUM_)
 #undef CONSOLE_ERROR_ENUM_
 } __attribute__((packed));
 
@@ -134,8 +139,12 @@ extern const CDS_FLASH char *const CDS_FLASH errors_without_remedies[];
 /* The message of an error of either table. */
 const CDS_FLASH char *error_text(uint8_t number);
 
-/* The console's error for the packet errors among the CDS_ERROR_* bits `bits` (the highest one, if
- * several are set), or 0 if none is; clears that bit in *bits. */
+/* The same without "servo: " at its begin, for a line that names the servo. Not for the profile
+ * `console`, whose lines keep the word. */
+const CDS_FLASH char *error_text_of_servo(uint8_t number);
+
+/* Returns the console's error for one of the CDS_ERROR_* bits that refuse a packet, and clears the
+ * bit in *bits. Several bits: the first of instruction, range, checksum, angle. No such bit: 0. */
 uint8_t error_of_servo(uint8_t *bits);
 
 #endif

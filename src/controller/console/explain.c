@@ -2,14 +2,16 @@
 /* Errors with servo, argument, value and range; see explain.h. */
 #include "console/explain.h"
 
-#include "cds55xx/control_table.h"   // cds_register_at()
-#include "console/commands/shared.h" // setting_is_rate()
+#include "cds55xx/control_table.h"    // cds_register_at()
+#include "console/commands/monitor.h" // MONITOR_MS_MIN
+#include "console/commands/shared.h"  // setting_is_rate()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
 #include "console/mistake.h"
 #include "console/number_format.h"
-#include "robot/settings.h" // settings_table
+#include "robot/autostart.h" // AUTOSTART_DELAY_MAX
+#include "robot/settings.h"  // settings_table
 
 static const CDS_FLASH char message_error[] = "error %u: ";
 static const CDS_FLASH char message_of_servo[] = "servo %u: ";
@@ -17,44 +19,49 @@ static const CDS_FLASH char message_range[] = " is out of range: ";
 static const CDS_FLASH char message_to[] = " to ";
 static const CDS_FLASH char message_subject_end[] = ": ";
 static const CDS_FLASH char message_ms[] = "ms";
+static const CDS_FLASH char message_whole_s[] = "s, whole seconds";
+static const CDS_FLASH char message_us[] = "us";
+static const CDS_FLASH char message_units[] = "wrong unit; this takes %s";
 static const CDS_FLASH char message_too_fine[] = "has more decimals than the command takes";
 
 /* The values an argument may have. */
 struct range {
     uint16_t lowest, highest; // registers of `unit`, or the numbers themselves
-    uint8_t unit;             // enum cds_unit; UNIT_MS, UNIT_S: whole seconds, UNIT_PERCENT
+    uint8_t unit;             // enum cds_unit, or one of these:
 };
 
-#define UNIT_MS      UINT8_MAX
-#define UNIT_PERCENT (UINT8_MAX - 1)
-#define UNIT_S       (UINT8_MAX - 2)
+#define UNIT_MS      UINT8_MAX               // milliseconds
+#define UNIT_PERCENT (UINT8_MAX - 1)         // percent
+#define UNIT_S       (UINT8_MAX - 2)         // whole seconds
+#define UNIT_ADDRESS (UINT8_MAX - 3)         // of a register: printed in hexadecimal digits
+#define UNIT_MICRO_S (UINT8_MAX - 4)         // microseconds
 #define CW_FULL      (0x400 | CDS_VALUE_MAX) // full speed CW (R35)
 
-/* By the name of the argument and, where it differs, the first letter of the command. */
+/* By the name of the argument and, where commands differ, the name of the command, else "". */
 static const CDS_FLASH struct {
     char name[11];
-    char command;
+    char command[8];
     struct range range;
 } argument_ranges[] = {
-    {"ID", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"ID...", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"OLD", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"NEW", 0, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"ID|254", 0, {0, CDS_BROADCAST_ID, CDS_UNIT_NUMBER}},
-    {"REG", 0, {0, CDS_TABLE_SIZE - 1, CDS_UNIT_NUMBER}},
-    {"ANGLE", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"ANGLE...", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"HIGH", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"SPEED", 't', {CW_FULL, CDS_VALUE_MAX, CDS_UNIT_SIGNED_MRPM}}, // turn
-    {"SPEED", 0, {0, CDS_VALUE_MAX, CDS_UNIT_MRPM}},
-    {"RATE", 0, {CDS_BAUD_MAX, 0, CDS_UNIT_BPS}},
-    {"MS", 'm', {10, 60000, UNIT_MS}},            // monitor
-    {"MS", 'c', {2, 65, UNIT_MS}},                // cycle
-    {"N", 'p', {1, UINT16_MAX, CDS_UNIT_NUMBER}}, // play
-    {"PERCENT", 0, {10, 200, UNIT_PERCENT}},
-    {"DELAY", 0, {1, 127, UNIT_S}},
-    {"TIME", 0, {0, 0, UNIT_MS}}, // its range depends on the command
-    {"SPEED|TIME", 0, {0, 0, UNIT_MS}},
+    {"ID", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"ID...", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"OLD", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"NEW", "", {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {"ID|254", "", {0, CDS_BROADCAST_ID, CDS_UNIT_NUMBER}},
+    {"REG", "", {0, CDS_TABLE_SIZE - 1, UNIT_ADDRESS}},
+    {"ANGLE", "", {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"ANGLE...", "", {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"HIGH", "", {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {"SPEED", "turn", {CW_FULL, CDS_VALUE_MAX, CDS_UNIT_SIGNED_MRPM}},
+    {"SPEED", "", {0, CDS_VALUE_MAX, CDS_UNIT_MRPM}},
+    {"RATE", "", {CDS_BAUD_MAX, 0, CDS_UNIT_BPS}},
+    {"MS", "monitor", {MONITOR_MS_MIN, MONITOR_MS_MAX, UNIT_MS}},
+    {"MS", "cycle", {CYCLE_MS_MIN, CYCLE_MS_MAX, UNIT_MS}},
+    {"N", "play", {1, UINT16_MAX, CDS_UNIT_NUMBER}},
+    {"PERCENT", "", {10, 200, UNIT_PERCENT}},
+    {"DELAY", "", {1, AUTOSTART_DELAY_MAX, UNIT_S}},
+    {"TIME", "", {0, 0, UNIT_MS}}, // its range depends on the command
+    {"SPEED|TIME", "", {0, 0, UNIT_MS}},
 };
 
 #define RANGES (sizeof argument_ranges / sizeof argument_ranges[0])
@@ -76,7 +83,25 @@ static bool range_of_register(uint8_t address, bool in_unit, struct range *range
 
 bool explain_is_settings(const struct command_line *line)
 {
-    return line->command->usage[0] == 's' && line->command->usage[sizeof "set" - 1] == 't';
+    static const CDS_FLASH char settings_command[] = "settings";
+
+    return parse_has_name(line->command->usage, settings_command);
+}
+
+/* The unit of a number of the line for its setting: a bare number counts as the setting does. */
+static uint8_t unit_of_setting(const struct command_line *line)
+{
+    static const CDS_FLASH uint8_t units[] = {
+        [SETTING_IS_NO_TIME] = CDS_UNIT_NUMBER,
+        [SETTING_IN_MS] = UNIT_MS,
+        [SETTING_IN_US] = UNIT_MICRO_S,
+        [SETTING_IN_2_US] = CDS_UNIT_US,
+    };
+    uint8_t kind = line->number[0].kind;
+
+    if (kind == NUMBER_BARE || kind == NUMBER_RAW)
+        return CDS_UNIT_NUMBER;
+    return units[setting_time(line->setting)];
 }
 
 /* The range of the setting of the line. A rate may be given in bit/s. */
@@ -87,7 +112,7 @@ static struct range range_of_setting(const struct command_line *line)
     if (setting_is_rate(line))
         return (struct range){row->highest < CDS_BAUD_MAX ? row->highest : CDS_BAUD_MAX,
                               row->lowest, CDS_UNIT_BPS};
-    return (struct range){row->lowest, row->highest, CDS_UNIT_NUMBER};
+    return (struct range){row->lowest, row->highest, unit_of_setting(line)};
 }
 
 /* LOW of the line may be up to its HIGH. */
@@ -134,7 +159,8 @@ static bool range_of(const struct command_line *line, const CDS_FLASH char *name
     }
     for (uint8_t i = 0; i < RANGES; i++) {
         if (!parse_has_name(name, argument_ranges[i].name) ||
-            (argument_ranges[i].command && argument_ranges[i].command != *line->command->usage))
+            (argument_ranges[i].command[0] &&
+             !parse_has_name(line->command->usage, argument_ranges[i].command)))
             continue;
         *range = argument_ranges[i].range;
         return true;
@@ -155,6 +181,8 @@ static uint8_t check(const struct number *number, const struct range *range)
     } else if (range->unit == UNIT_S) {
         error = number_ms(number, range->highest * (uint32_t)1000, &ms);
         raw = ms % 1000 ? 0 : (uint16_t)(ms / 1000);
+    } else if (range->unit == UNIT_MICRO_S) {
+        error = number_us(number, UINT16_MAX, &raw);
     } else if (range->unit == UNIT_PERCENT) {
         error = number_percent(number, &percent);
         raw = percent;
@@ -174,8 +202,16 @@ struct subject {
     const CDS_FLASH char *name;  // of the argument, in the usage; NULL: none
     const struct number *number; // the value; NULL: it is the word that the console keeps
     struct range range;
-    bool has_range;
+    bool has_range; // `range` is one, not only its unit
+    bool has_unit;  // the unit of `range` is known
 };
+
+/* True if an address behind a list of servos is out of range (take_address_out() of servo_list.c).
+ * No number stands before a REG. */
+static bool is_of_address(const struct command_line *line)
+{
+    return line->error == ERROR_OUT_OF_RANGE && parse_at_register(line) && line->numbers;
+}
 
 /* True if a word of the line, which the console keeps, has caused the error. */
 static bool is_of_word(const struct console *console)
@@ -187,7 +223,8 @@ static bool is_of_word(const struct console *console)
 
     for (uint8_t i = 0; i < sizeof errors; i++)
         if (errors[i] == console->error)
-            return console->line.error == console->error && console->token.length;
+            return console->line.error == console->error && console->token.length &&
+                   !is_of_address(&console->line);
     return false;
 }
 
@@ -206,15 +243,23 @@ static bool find_subject(const struct console *console, struct subject *subject)
     subject->number = NULL;
     if (is_of_word(console)) {
         subject->name = line->command ? line->usage : message_nothing;
-        subject->has_range = console->error == ERROR_OUT_OF_RANGE &&
-                             range_of(line, subject->name, &subject->range) &&
+        subject->has_unit =
+            (console->error == ERROR_OUT_OF_RANGE || console->error == ERROR_UNIT) &&
+            range_of(line, subject->name, &subject->range);
+        subject->has_range = console->error == ERROR_OUT_OF_RANGE && subject->has_unit &&
                              (subject->range.lowest || subject->range.highest);
+        return true;
+    }
+    if (is_of_address(line)) {
+        subject->name = line->usage;
+        subject->number = line->number;
+        subject->has_range = range_of(line, subject->name, &subject->range);
         return true;
     }
     for (uint8_t i = 0; line->error == 0 && line->command && i < line->numbers; i++) {
         subject->name = parse_number_name(line, i);
         subject->number = &line->number[i];
-        is_known = range_of(line, subject->name, &subject->range);
+        is_known = subject->has_unit = range_of(line, subject->name, &subject->range);
         subject->has_range = is_known && (subject->range.lowest || subject->range.highest);
         if (is_known &&
             check(subject->number, &subject->range) ==
@@ -246,7 +291,8 @@ static bool is_of_servo(const struct console *console)
     static const CDS_FLASH uint8_t errors[] = {
         ERROR_NOT_A_NUMBER, ERROR_OUT_OF_RANGE, ERROR_UNIT,        ERROR_UNKNOWN_REGISTER,
         ERROR_NOT_WRITABLE, ERROR_ENDLESS,      ERROR_NOT_KNOWN,   ERROR_UNKNOWN_WORD,
-        ERROR_LOST,         ERROR_BOTH,         ERROR_PLACE_TAKEN,
+        ERROR_LOST,         ERROR_BOTH,         ERROR_PLACE_TAKEN, ERROR_ID_KNOWN,
+        ERROR_NOT_NEW,
     };
     const struct command_line *line = &console->line;
     uint8_t error = console->error;
@@ -261,12 +307,6 @@ static bool is_of_servo(const struct console *console)
 }
 
 /* ---- printing ---- */
-
-/* A character of a word that was typed: a terminal may obey others. */
-static void print_typed(struct printer *printer, char c)
-{
-    printer_char(printer, c >= ' ' && c < 0x7F ? c : '?');
-}
 
 /* "ANGLE 400deg", or "REG 'GOAL'" */
 static void print_subject(struct console *console, const struct subject *subject)
@@ -284,7 +324,7 @@ static void print_subject(struct console *console, const struct subject *subject
     if (quotes)
         printer_char(printer, '\'');
     for (uint8_t i = 0; subject->number == NULL && i < token->length && i < TOKEN_MAX; i++)
-        print_typed(printer, token->text[i]);
+        printer_typed_char(printer, token->text[i]);
     if (quotes)
         printer_char(printer, '\'');
     if (subject->number) {
@@ -295,12 +335,16 @@ static void print_subject(struct console *console, const struct subject *subject
 
 static void print_bound(struct printer *printer, uint8_t unit, uint16_t value, bool with_unit)
 {
-    if (unit >= UNIT_S) {
+    if (unit == UNIT_ADDRESS) {
+        printer_address(printer, (uint8_t)value);
+    } else if (unit >= UNIT_MICRO_S) {
         printer_decimal(printer, value);
-        if (with_unit && unit == UNIT_MS)
+        if (with_unit && unit == UNIT_MICRO_S)
+            printer_flash(printer, message_us);
+        else if (with_unit && unit == UNIT_MS)
             printer_flash(printer, message_ms);
         else if (with_unit && unit == UNIT_S)
-            printer_char(printer, 's');
+            printer_flash(printer, message_whole_s);
         else if (with_unit)
             printer_char(printer, '%');
     } else if (with_unit) {
@@ -319,15 +363,43 @@ static void print_range(struct printer *printer, const struct range *range)
     printer_end_of_line(printer);
 }
 
+/* The units that suit: the last row has all others. */
+static const CDS_FLASH struct {
+    uint8_t unit;
+    char text[17];
+} units_that_suit[] = {
+    {CDS_UNIT_MDEG, "deg, mdeg or raw"},
+    {CDS_UNIT_MARGIN_MDEG, "deg, mdeg or raw"},
+    {CDS_UNIT_MRPM, "rpm, mrpm or raw"},
+    {CDS_UNIT_SIGNED_MRPM, "rpm, mrpm or raw"},
+    {CDS_UNIT_CPCT, "% or raw"},
+    {CDS_UNIT_MV, "V, mV or raw"},
+    {CDS_UNIT_CELSIUS, "C or raw"},
+    {CDS_UNIT_US, "us, ms, s or raw"},
+    {CDS_UNIT_BPS, "bps, kbps or raw"},
+    {UNIT_MS, "us, ms or s"},
+    {UNIT_S, "us, ms or s"},
+    {UNIT_MICRO_S, "us, ms or s"},
+    {UNIT_PERCENT, "%"},
+    {CDS_UNIT_NUMBER, "no unit"},
+};
+
+#define UNITS_THAT_SUIT (sizeof units_that_suit / sizeof units_that_suit[0])
+
+static void print_units(struct printer *printer, uint8_t unit)
+{
+    uint8_t row = 0;
+
+    while (row < UNITS_THAT_SUIT - 1 && units_that_suit[row].unit != unit)
+        row++;
+    printer->values[0].text = units_that_suit[row].text;
+    printer_line(printer, message_units);
+}
+
 /* The text of the error. Texts of refusals begin with "servo: ", which the number replaces. */
 static const CDS_FLASH char *text_of(const struct console *console)
 {
-    const CDS_FLASH char *text = error_text(console->error);
-
-    if (console->error >= ERROR_SERVO_INSTRUCTION && console->error <= ERROR_SERVO_ANGLE &&
-        is_of_servo(console))
-        text += sizeof "servo: " - 1;
-    return text;
+    return is_of_servo(console) ? error_text_of_servo(console->error) : error_text(console->error);
 }
 
 enum part { PART_NUMBER, PART_SERVO, PART_SUBJECT, PART_TEXT, PART_RANGE } __attribute__((packed));
@@ -364,6 +436,8 @@ bool explain_error(struct console *console)
             mistake_print(console, mistake);
         else if (has_subject && subject.number && console->error == ERROR_NOT_A_NUMBER)
             printer_line(printer, message_too_fine);
+        else if (has_subject && subject.has_unit && console->error == ERROR_UNIT)
+            print_units(printer, subject.range.unit);
         else
             printer_line(printer, text_of(console));
         return has_range || mistake == MISTAKE_COMMA;

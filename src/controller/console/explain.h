@@ -5,10 +5,9 @@
  *     error 34: REG 'GOAL': unknown register; name it as in docs/registers.md, or give ...
  *     error 2: servo 7: no reply by the deadline; check power, wiring, ID and baud rate ...
  *
- * Of an error that a word of the line has caused, the argument is the one that the parser has
- * reached (line.usage) and the value is that word (console->token). A number that a command refuses
- * is found by its place in the usage and the range of its name. A few mistakes that are easy to see
- * have a text of their own in place of that of the error (mistake.h). */
+ * If a word of the line has caused the error, the argument is line.usage and the value is
+ * console->token. A number that a command refuses is found by its place in the usage and the range
+ * of its name. A few mistakes that are easy to see have a text of their own (mistake.h). */
 #ifndef CONTROLLER_EXPLAIN_H
 #define CONTROLLER_EXPLAIN_H
 
@@ -18,15 +17,15 @@
 struct console;
 struct command_line;
 
-/* Returns true if the command of the line is `settings`; `set` and `restore` have a VALUE, too. */
+/* Returns true if the command of the line is `settings`. `set` and `restore` have a VALUE, too. */
 bool explain_is_settings(const struct command_line *line);
 
 /* `explain` of struct command_set: prints the next part of the line for console->error;
  * console->explained counts the parts. The printer must be ready. False: that was the last part. */
 bool explain_error(struct console *console);
 
-/* Returns ERROR_OUT_OF_RANGE if a number of the line, which is read, is out of the range of its
- * argument; else 0. A raw value is left to the command. */
+/* Returns ERROR_OUT_OF_RANGE if a number of the line is out of the range of its argument; else 0.
+ * The command checks raw values. Call it after parse_end(). */
 uint8_t explain_numbers(struct console *console);
 
 #endif

@@ -2,8 +2,8 @@
 /* The editor of the profile `full`; see line_editor.h.
  *
  * Keys only change the text and the cursor, and note in `shown` up to where the terminal is right.
- * show() then compares what the terminal has with what it should have, and sends the difference, a
- * few bytes at a time. */
+ * editor_show() then compares what the terminal has with what it should have, and sends the
+ * difference, a few bytes at a time. */
 #include "console/line_editor.h"
 
 #include <string.h>
@@ -26,7 +26,7 @@
 #define ESCAPE    0x1B
 #define DELETE    0x7F
 
-#define ROOM 6 // in the printer's ring, for the longest step of show(): ESC [ 7 9 D
+#define STEP_BYTES 5 // the longest step of show_step(): ESC [ 7 9 D
 
 /* Farther to the left, ESC [ n D is shorter than n backspaces. */
 #define BACKSPACES_MAX 4
@@ -39,7 +39,7 @@ static const CDS_FLASH char erase[] = "\x1B[K";
 
 static void show_character(struct editor *editor, struct printer *echo, char c)
 {
-    printer_char(echo, c >= ' ' && c < DELETE ? c : '?'); // a terminal may obey other characters
+    printer_typed_char(echo, c);
     editor->column++;
 }
 
@@ -103,11 +103,12 @@ static bool show_step(struct editor *editor, struct printer *echo)
 
 bool editor_show(struct editor *editor, struct printer *echo)
 {
-    while (cds_ring_count(echo->ring) <= CDS_RING_SIZE - ROOM)
+    while (cds_ring_count(echo->ring) <= CDS_RING_SIZE - STEP_BYTES)
         if (!show_step(editor, echo))
             return true;
     return false;
 }
+
 bool editor_is_shown(const struct editor *editor)
 {
     return !editor->prompt_due && editor->shown == editor->length &&

@@ -4,6 +4,7 @@
 
 #include <string.h> // memchr(), size_t
 
+#include "console/commands/shared.h" // setting_time()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/explain.h"
@@ -13,13 +14,16 @@ static const CDS_FLASH char message_one_servo[] =
     "this command takes one servo, no list; send it once for each";
 static const CDS_FLASH char message_reversed[] =
     "the range begins with the larger ID; write the smaller one first";
-static const CDS_FLASH char message_comma[] = "a number has a point, no comma; write ";
+static const CDS_FLASH char message_comma[] = "write a point, not a comma: ";
 static const CDS_FLASH char message_or_spaces[] = ", or spaces between angles";
 static const CDS_FLASH char message_no_unit[] =
     "this setting takes a number without unit; 'settings' shows the unit";
 static const CDS_FLASH char message_known_id[] =
     "ID %u is in the list of the robot's servos; choose another ID, or empty the list by 'servos "
     "forget'";
+static const CDS_FLASH char message_usage[] = "wrong number of arguments; usage: %s";
+static const CDS_FLASH char message_limits[] =
+    "its limits are %a to %a and %r; stay within them, or change them by 'limits'";
 
 /* Reads digits from *at on, which it moves behind them. Returns the number, or UINT16_MAX if there
  * is none from 0 to 253. */
@@ -79,21 +83,49 @@ static bool is_id_argument(uint8_t argument)
 /* True if the command is `id`. Its refusal for a known ID is that of a limit. */
 static bool is_id_command(const struct command_line *line)
 {
-    static const CDS_FLASH char old[] = "OLD";
+    static const CDS_FLASH char id_command[] = "id";
 
-    return line->command && parse_has_name(line->command->usage + sizeof "id " - 1, old);
+    return line->command && parse_has_name(line->command->usage, id_command);
+}
+
+static bool has_same_name(const CDS_FLASH char *one, const CDS_FLASH char *other)
+{
+    while (*one == *other && *one && *one != ' ') {
+        one++;
+        other++;
+    }
+    return (*one == ' ' || *one == '\0') && (*other == ' ' || *other == '\0');
+}
+
+/* True if no other row has the name of this one: `pose` has several. */
+static bool has_one_row(const CDS_FLASH struct command *row)
+{
+    for (uint8_t i = 0; command_set.groups[i]; i++)
+        for (uint8_t j = 0; j < command_set.groups[i]->count; j++) {
+            const CDS_FLASH struct command *other = &command_set.groups[i]->rows[j];
+
+            if (other != row && has_same_name(other->usage, row->usage))
+                return false;
+        }
+    return true;
 }
 
 enum mistake mistake_of(const struct console *console, bool is_of_word)
 {
     const struct command_line *line = &console->line;
     const struct token *token = &console->token;
+    const struct cds_servo_state *servo = console_servo(console);
     enum mistake mistake;
 
     if (console->error == CDS_LIMIT && is_id_command(line) && line->id != line->new_id &&
         cds_servos_find(&console->robot->servos, line->new_id))
         return MISTAKE_KNOWN_ID;
-    if (console->error == ERROR_UNIT && line->command && explain_is_settings(line))
+    if (console->error == CDS_LIMIT && servo && servo->has_limits && !line->is_repeated)
+        return MISTAKE_LIMITS;
+    if (console->error == ERROR_COUNT && line->command && has_one_row(line->command))
+        return MISTAKE_COUNT;
+    if (console->error == ERROR_UNIT && line->command && explain_is_settings(line) &&
+        setting_time(line->setting) == SETTING_IS_NO_TIME)
         return MISTAKE_UNIT;
     if (!is_of_word || token->length > TOKEN_MAX || line->command == NULL)
         return MISTAKE_NONE;
@@ -120,16 +152,28 @@ void mistake_print_with_point(struct console *console)
                  console->line.argument == ARGUMENT_ANGLES ? message_or_spaces : message_nothing);
 }
 
+static void set_limits(union printer_value *values, const struct cds_servo_state *servo)
+{
+    values[0].number = servo->lowest;
+    values[1].number = servo->highest;
+    values[2].number = servo->fastest;
+}
+
 void mistake_print(struct console *console, enum mistake mistake)
 {
     static const CDS_FLASH char *const CDS_FLASH texts[] = {
-        [MISTAKE_LIST] = message_one_servo,
-        [MISTAKE_REVERSED] = message_reversed,
-        [MISTAKE_UNIT] = message_no_unit,
-        [MISTAKE_KNOWN_ID] = message_known_id,
+        [MISTAKE_LIST] = message_one_servo, [MISTAKE_REVERSED] = message_reversed,
+        [MISTAKE_UNIT] = message_no_unit,   [MISTAKE_KNOWN_ID] = message_known_id,
+        [MISTAKE_COUNT] = message_usage,    [MISTAKE_LIMITS] = message_limits,
     };
+    union printer_value *values = console->printer.values;
 
-    console->printer.values[0].number = console->line.new_id;
+    if (mistake == MISTAKE_COUNT)
+        values[0].text = console->line.command->usage;
+    else if (mistake == MISTAKE_LIMITS)
+        set_limits(values, console_servo(console));
+    else
+        values[0].number = console->line.new_id;
     if (mistake == MISTAKE_COMMA)
         printer_text(&console->printer, message_comma);
     else

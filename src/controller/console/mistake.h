@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Mistakes in a line that are easy to see. Their text stands in place of that of the error:
  *
- *     error 39: servo 1: ANGLE '90,5': a number has a point, no comma; write 90.5 */
+ *     error 39: servo 1: ANGLE '90,5': write a point, not a comma: 90.5 */
 #ifndef CONTROLLER_MISTAKE_H
 #define CONTROLLER_MISTAKE_H
 
@@ -16,6 +16,8 @@ enum mistake {
     MISTAKE_COMMA,    // "90,5"
     MISTAKE_UNIT,     // of a setting
     MISTAKE_KNOWN_ID, // `id` to the ID of another known servo
+    MISTAKE_COUNT,    // too many words, or too few, for the one usage of the command
+    MISTAKE_LIMITS,   // beyond the soft limits of the servo
 } __attribute__((packed));
 
 /* Returns the mistake that has caused console->error. `is_of_word`: a word of the line, which the

@@ -14,7 +14,7 @@ static bool ends_word(char c)
     return c == '\0' || c == ' ' || c == '|' || c == ']';
 }
 
-/* Copies the word at `from`, up to `ends`. */
+/* Copies the word at `from`, up to a space, '|', ']' or the end. */
 static void copy(struct token *token, const CDS_FLASH char *from)
 {
     token->length = 0;

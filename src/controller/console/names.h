@@ -20,13 +20,13 @@ struct names {
 };
 
 enum names_result {
-    NAMES_NONE,  // not this time
-    NAMES_FOUND, // names->name is the next one
-    NAMES_END,   // there are no more
+    NAMES_NONE,  // this call found no name: call again
+    NAMES_FOUND, // names->name is the next name
+    NAMES_END,   // there are no more names
 } __attribute__((packed));
 
-/* Looks for the next name that `line` may have next. The line has no error, or the word that is
- * wrong stands there. */
+/* Looks for the next name that may stand at line->usage. line->error must be 0, or the wrong word
+ * must be the word at line->usage. */
 enum names_result names_next(struct names *names, const struct command_line *line);
 
 /* True if the name begins with the `length` characters at `text`, in any case. */

@@ -13,7 +13,7 @@ struct unit_name {
     uint8_t exponent; // power of ten of the library's unit
 };
 
-/* In either case, so there is no micro and no mega. */
+/* Compared without regard to case, so M cannot mean mega. */
 static const CDS_FLASH struct unit_name unit_names[] = {
     {"raw", NUMBER_RAW, 0},    {"deg", NUMBER_ANGLE, 3},  {"mdeg", NUMBER_ANGLE, 0},
     {"rpm", NUMBER_SPEED, 3},  {"mrpm", NUMBER_SPEED, 0}, {"v", NUMBER_VOLTAGE, 3},
@@ -41,7 +41,7 @@ static bool append(int32_t *digits, uint8_t base, uint8_t digit)
 {
     uint32_t value;
 
-    if (*digits > INT32_MAX / 10) // of any base; up to this 32 bits hold what comes of it
+    if (*digits > INT32_MAX / 10) // so digits * 16 + 15 fits 32 bits
         return false;
     value = (uint32_t)*digits * base + digit;
     if (value > INT32_MAX)
@@ -177,7 +177,7 @@ static uint8_t value_of(const struct number *number, uint8_t kind, uint8_t expon
     return scaled(number, number->kind == NUMBER_BARE ? exponent : number->exponent, value);
 }
 
-/* Is there a baud register near enough for a UART? */
+/* True if a baud register is within 3 % of `bps`. */
 static bool is_near(int32_t bps)
 {
     uint8_t baud;
@@ -231,6 +231,19 @@ uint8_t number_ms(const struct number *number, uint32_t highest, uint32_t *ms)
         return ERROR_OUT_OF_RANGE;
     *ms = (uint32_t)us / 1000;
     return *ms * 1000 == (uint32_t)us ? 0 : (uint8_t)ERROR_NOT_A_NUMBER;
+}
+
+uint8_t number_us(const struct number *number, uint16_t highest, uint16_t *us)
+{
+    int32_t value;
+    uint8_t error = value_of(number, NUMBER_TIME, 0, &value);
+
+    if (error)
+        return error;
+    if (value < 0 || value > highest)
+        return ERROR_OUT_OF_RANGE;
+    *us = (uint16_t)value;
+    return 0;
 }
 
 uint8_t number_percent(const struct number *number, uint8_t *percent)

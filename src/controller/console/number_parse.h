@@ -40,7 +40,7 @@ uint8_t number_parse(const struct token *token, struct number *number);
 const CDS_FLASH char *number_unit_name(const struct number *number);
 
 /* A bare whole number from 0 to `highest`, for IDs, bytes and lengths: 0 and *value; else
- * ERROR_NOT_A_NUMBER, ERROR_UNIT or ERROR_OUT_OF_RANGE. */
+ * ERROR_NOT_A_NUMBER or ERROR_OUT_OF_RANGE. */
 uint8_t number_whole(const struct token *token, uint16_t highest, uint16_t *value);
 
 /* The register value of `unit` that is nearest; a bare number is in the unit that number_print()
@@ -54,6 +54,10 @@ uint8_t number_within(const struct number *number, enum cds_unit unit, uint16_t 
 /* A share in percent, 0 to 255, which a bare number is: 0 and *percent; else as number_register().
  */
 uint8_t number_percent(const struct number *number, uint8_t *percent);
+
+/* A time in microseconds, which a bare number is, from 0 to `highest`: 0 and *us; else as
+ * number_register(). */
+uint8_t number_us(const struct number *number, uint16_t highest, uint16_t *us);
 
 /* A time in milliseconds, which a bare number is, from 0 to `highest`, at most 2 000 000: 0 and
  * *ms; else as number_register(). */

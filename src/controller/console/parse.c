@@ -149,9 +149,9 @@ static bool takes(const CDS_FLASH char *usage, uint8_t argument, const struct to
     return is_letter(token->text[0]) == (argument == ARGUMENT_NAME);
 }
 
-/* The first row whose usage begins with the `same` characters at `begin` and takes the token next;
- * NULL: there is none. Most rows differ in the first two letters: comparing these first keeps the
- * bus from waiting for a list of names. */
+/* The first row whose usage begins with the text from `begin` to `end` (NULL: no text) and takes
+ * the token next, or NULL. Compares two letters first, because a full comparison of each row delays
+ * the bus. */
 static const CDS_FLASH struct command *
 find_row(const CDS_FLASH char *begin, const CDS_FLASH char *end, const struct token *token)
 {
@@ -231,7 +231,7 @@ static uint8_t take_servo(struct command_line *line, const struct token *token, 
     return take_byte(token, highest, &line->id);
 }
 
-/* The register is known: the packet can begin, unless it is a READ, which is built at the end. */
+/* The register is known: begins the packet. A READ is built anew at the end of the line. */
 static void begin_packet(struct command_line *line)
 {
     uint8_t instruction = line->command->instruction;
@@ -449,7 +449,7 @@ void parse_word(struct command_line *line, const struct token *token, char separ
         line->error = take_command(line, token);
     } else if (command_set.lists && line->list_is_open && command_set.lists->goes_on(line, token)) {
         line->error = command_set.lists->take_word(line, token);
-    } else {
+    } else if (line->error == 0) { // goes_on() may have found one
         find_argument(line, token);
         line->error = take_argument(line, token, separator);
         if (!repeats(line) && !(command_set.explain && line->error)) // it names the argument
@@ -505,6 +505,8 @@ NOINLINE uint8_t parse_end(struct command_line *line)
         return line->error;
     if (command_set.lists)
         command_set.lists->end(line);
+    if (line->error)
+        return line->error;
     if (!is_complete(line))
         line->error = ERROR_COUNT;
     else if (line->remaining)

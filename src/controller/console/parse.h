@@ -38,9 +38,9 @@ enum argument {
 struct command_line {
     struct cds_request *request;             // its packet is built here, and a list is kept here
     const CDS_FLASH struct command *command; // NULL: not known yet
-    const CDS_FLASH struct command *topic;   // that help is asked about
+    const CDS_FLASH struct command *topic;   // the command whose help is wanted
     const CDS_FLASH char *usage;             // the next argument, or the one that is wrong
-    uint8_t argument;                        // that it is: enum argument
+    uint8_t argument;                        // kind of the argument at `usage`: enum argument
     uint8_t id;
     uint8_t new_id;
     uint8_t setting; // row of settings_table
@@ -54,7 +54,7 @@ struct command_line {
     uint8_t error;   // number of the first error, 0 if none so far
     uint8_t next;    // register the next value goes to
     bool named;      // the register was given by its name
-    // Bits, for want of RAM.
+    // bit fields: save 3 bytes of RAM
     bool list_is_open : 1; // the next word may belong to the list of servos in front of it
     bool takes_all : 1;    // the list is all servos of the robot: `all`
     bool is_repeated : 1;  // the command runs for each servo of the list

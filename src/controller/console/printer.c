@@ -8,8 +8,8 @@
 
 /* The bus must not wait for a message. */
 #define CHARACTERS_PER_CALL 4
-/* For as many characters, the last one a number with its unit, and the end of the line. */
-#define ROOM 20
+/* Bytes for 3 characters, a number with its unit (15) and CR LF. */
+#define CALL_BYTES 20
 
 /* Conversions that print a register's value, and its unit. */
 static const CDS_FLASH struct {
@@ -21,6 +21,11 @@ static const CDS_FLASH struct {
 };
 
 #define CONVERSIONS (sizeof conversions / sizeof conversions[0])
+
+void printer_typed_char(struct printer *printer, char c)
+{
+    printer_char(printer, c >= ' ' && c < 0x7F ? c : '?');
+}
 
 void printer_end_of_line(struct printer *printer)
 {
@@ -114,7 +119,7 @@ bool printer_ready(struct printer *printer)
     uint8_t count = cds_ring_count(printer->ring);
 
     if (printer->text) {
-        if (count > CDS_RING_SIZE - ROOM)
+        if (count > CDS_RING_SIZE - CALL_BYTES)
             return false;
         for (uint8_t left = CHARACTERS_PER_CALL; goes_on(printer); left--)
             if (left == 0 || !print_next(printer))

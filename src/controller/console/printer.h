@@ -2,7 +2,7 @@
 /* Text for the PC, into a ring that empties at its own pace. Nothing waits: a caller asks first
  * whether there is room (printer_ready()), prints a short piece, and comes back later.
  *
- * A message is a string in flash. In it stand for the printer's values, in their order:
+ * A message is a string in flash. These conversions in it print the printer's values, in order:
  *   %u  a number              %s  another message, whose values, if it has any, are the next ones
  *   %l  two numbers: 32 bits, low word first, shown up to 2 147 483 647
  *   %a %r %v %c %b  a register's angle, signed speed, voltage, temperature, baud rate, with unit
@@ -47,6 +47,10 @@ void printer_hex(struct printer *printer, uint8_t byte);
 
 /* Characters out of flash, up to a NUL, as they are. */
 void printer_flash(struct printer *printer, const CDS_FLASH char *text);
+
+/* A character that was typed, or '?' for a control character or a byte from 0x7F on, which a
+ * terminal may obey. */
+void printer_typed_char(struct printer *printer, char c);
 
 /* " = ", and "0x1E". */
 void printer_equals(struct printer *printer);

@@ -41,9 +41,8 @@ static bool warn(struct console *console)
     return true;
 }
 
-/* Prints the result, or one reason of several for which a servo refuses: the lines of all reasons
- * but the last begin with "also". Returns true if a reason, or a
- * part of the last line, is left. */
+/* Prints "ok", the error, or one reason for which a servo refuses. All reasons but the last begin
+ * with "also". True: there is more to print. */
 static bool print_result(struct console *console)
 {
     uint8_t number = error_of_servo(&console->servo_error);

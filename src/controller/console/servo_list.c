@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "cds55xx/control_table.h"   // CDS_TABLE_SIZE
 #include "console/commands/shared.h" // servo_outcome()
 #include "console/console.h"
 #include "console/errors.h"
@@ -12,6 +13,10 @@
 
 static const CDS_FLASH char message_prefix[] = "servo %u: ";
 static const CDS_FLASH char message_ok[] = "ok";
+static const CDS_FLASH char message_warning[] = "warning: ";
+static const CDS_FLASH char message_read_as[] = " was read as ";
+static const CDS_FLASH char message_one_word[] =
+    ", not as servo %u; a list of servos is one word here: %u,%u";
 
 /* ---- reading a line: these functions return an error or 0 ---- */
 
@@ -145,12 +150,19 @@ static bool may_hold_address(const struct command_line *line, uint8_t words)
     return parse_at_register(line) && line->values > words && line->singles >= words;
 }
 
-/* The last ID of the list is the address of a register instead. */
+/* The last ID of the list is the address of a register instead. If no register has the address, the
+ * line gets the error, stays at REG, and number[0] is the address (explain.c). */
 static void take_address_out(struct command_line *line)
 {
     line->address = line->next = ids_of(line)[--line->values];
     line->length = 1;
-    parse_next_argument(line);
+    if (line->address < CDS_TABLE_SIZE) {
+        parse_next_argument(line);
+        return;
+    }
+    line->number[0] = (struct number){.digits = line->address, .kind = NUMBER_BARE};
+    line->numbers = 1;
+    line->error = ERROR_OUT_OF_RANGE;
 }
 
 /* More words of the list may follow, unless a number comes next. The address of a register may be
@@ -182,7 +194,7 @@ static void end(struct command_line *line)
     if (has_value)
         value.digits = ids_of(line)[--line->values];
     take_address_out(line);
-    if (has_value) {
+    if (has_value && line->error == 0) {
         line->number[line->numbers++] = value;
         parse_next_argument(line);
     }
@@ -286,8 +298,7 @@ static bool run_servo(struct console *console)
 /* Begins the command, and polls it at once, as a command that runs alone. */
 static bool begin_servo(struct console *console)
 {
-    memset(console_job(console), 0, CONSOLE_JOB_SIZE);
-    console->step = console->phase = console->index = console->part = 0;
+    console_begin_job(console);
     console->error = begin_command(console);
     return console->error == 0 && run_servo(console);
 }
@@ -304,15 +315,51 @@ static void end_servo(struct console *console)
     list->failed = list->failed || error;
     list->phase = NEXT_SERVO;
     if (console->printer.within)
-        printer_line(&console->printer, error ? error_text(error) : message_ok);
+        printer_line(&console->printer, error ? error_text_of_servo(error) : message_ok);
     else if (error)
         servo_failed(console, error);
+}
+
+/* True if the user may have meant a list: in `move 1 2 30` all numbers are bare, the optional one
+ * is there, and the first one is the ID of another servo of the robot. */
+static bool may_be_list(const struct console *console)
+{
+    const struct command_line *line = &console->line;
+    const struct number *first = line->number;
+
+    if (line->takes_all || line->values != 1 || line->numbers < 2 || *line->usage ||
+        first->digits == line->id || first->digits < 0 || first->digits > CDS_ID_MAX)
+        return false;
+    for (uint8_t i = 0; i < line->numbers; i++)
+        if (line->number[i].kind != NUMBER_BARE || line->number[i].decimals)
+            return false;
+    return cds_servos_find(&console->robot->servos, (uint8_t)first->digits) != NULL;
+}
+
+/* "warning: 2 was read as ANGLE, not as servo 2; a list of servos is one word here: 1,2" */
+static void warn_of_list(struct console *console)
+{
+    struct printer *printer = &console->printer;
+    uint16_t number = (uint16_t)console->line.number[0].digits;
+
+    printer_flash(printer, message_warning);
+    printer_decimal(printer, number);
+    printer_flash(printer, message_read_as);
+    for (const CDS_FLASH char *name = parse_number_name(&console->line, 0); *name != ' '; name++)
+        printer_char(printer, *name);
+    printer->values[0].number = printer->values[2].number = number;
+    printer->values[1].number = console->line.id;
+    printer_line(printer, message_one_word);
 }
 
 static bool poll(struct console *console)
 {
     struct servo_list *list = list_of(console);
 
+    if (!console->line.is_repeated && console->step == 0 && may_be_list(console)) {
+        warn_of_list(console);
+        return true;
+    }
     if (!console->line.is_repeated)
         return run_servo(console);
     switch (list->phase) {

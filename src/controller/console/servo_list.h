@@ -6,9 +6,10 @@
  *     1,2,5-8  these servos
  *     all      the servos of the robot, as `servos` lists them
  *
- * Several such words may stand behind each other, unless a number without a unit may come next, as
- * the ANGLE of `move`. A command whose row has an ID runs for one servo after the other. The reply
- * has a line for each servo: "servo 3: ok", what the command prints, or the error. */
+ * Several such words may stand behind each other. If the next argument is a number (move, turn,
+ * limits, baud), the list is one word. A command whose row has an ID runs for one servo after the
+ * other. The reply of each servo begins with "servo 3: ", but not that of `backup`; then follows
+ * "ok", what the command prints, or the error. */
 #ifndef CONTROLLER_SERVO_LIST_H
 #define CONTROLLER_SERVO_LIST_H
 

@@ -11,7 +11,7 @@
 #define ESCAPE    0x1B
 #define DELETE    0x7F
 
-#define ROOM 4 // in the printer's ring: "\b \b", or the end of a line
+#define ECHO_BYTES 4 // bytes that must be free in the printer's ring: a key's echo, at most "\b \b"
 
 static const CDS_FLASH char take_back[] = "\b \b";
 static const CDS_FLASH char new_line[] = "\r\n";
@@ -19,7 +19,7 @@ static const CDS_FLASH char short_prompt[] = "\r> ";
 
 bool editor_show(struct editor *editor, struct printer *echo)
 {
-    while (cds_ring_count(echo->ring) < CDS_RING_SIZE - ROOM) {
+    while (cds_ring_count(echo->ring) < CDS_RING_SIZE - ECHO_BYTES) {
         if (editor->prompt_due) {
             editor->prompt_due = false;
             printer_flash(echo, short_prompt);
@@ -27,10 +27,7 @@ bool editor_show(struct editor *editor, struct printer *echo)
         }
         if (editor->shown >= editor->length)
             return true;
-        char c = editor->text[editor->shown++];
-
-        printer_char(echo,
-                     c >= ' ' && c < DELETE ? c : '?'); // a terminal may obey other characters
+        printer_typed_char(echo, editor->text[editor->shown++]);
     }
     return false;
 }
@@ -50,13 +47,14 @@ static void rub_out(struct editor *editor, struct printer *echo)
         printer_flash(echo, take_back);
 }
 
-/* Drops the whole line; the locked part is shown again on a new line. */
+/* Drops the line and begins a new one on the terminal. No characters are locked: the console takes
+ * no key while the parser takes characters. */
 static void rub_out_all(struct editor *editor, struct printer *echo)
 {
-    if (echo && editor->length > editor->locked)
+    if (echo && editor->length)
         printer_flash(echo, new_line);
-    editor->length = editor->locked;
-    editor->shown = editor->locked;
+    editor->length = 0;
+    editor->shown = 0;
 }
 
 static void fetch_back(struct editor *editor)
@@ -110,8 +108,12 @@ enum editor_event editor_key(struct editor *editor, char key, struct printer *ec
         if (echo)
             printer_flash(echo, new_line);
         return EDITOR_END;
-    case CTRL_C: rub_out_all(editor, echo); return EDITOR_DROP;
-    case CTRL_U: rub_out_all(editor, echo); return EDITOR_NONE;
+    case CTRL_C:
+    case CTRL_U:
+        rub_out_all(editor, echo);
+        if (key == CTRL_C || !editor->longer)
+            return EDITOR_DROP; // the console prints the prompt
+        return EDITOR_NONE;
     case CTRL_P: fetch_back(editor); return EDITOR_NONE;
     case BACKSPACE:
     case DELETE: rub_out(editor, echo); return EDITOR_NONE;

@@ -231,6 +231,16 @@ static bool is_unknown_name(uint8_t error)
            error == ERROR_UNKNOWN_REGISTER || error == ERROR_UNKNOWN_SETTING;
 }
 
+/* True if only the present name begins with the word, not the nearest one: `of` is off, not on. */
+static bool is_better(struct console *console)
+{
+    const struct hint *job = hint(console);
+    const struct token *word = &console->token;
+
+    return job->nearest.length && names_begin_alike(&job->names.name, word->text, word->length) &&
+           !names_begin_alike(&job->nearest, word->text, word->length);
+}
+
 static bool search(struct console *console)
 {
     struct hint *job = hint(console);
@@ -243,12 +253,14 @@ static bool search(struct console *console)
     if (console->phase == 0) {
         begin(console);
         job->least = console->token.length < 5 ? 2 : ERRORS_MAX + 1;
+        if (console->token.length == 1)
+            job->least = 1; // no hint: any name of two letters has one error
         console->phase = 1;
     }
     result = names_next(&job->names, &console->line);
     if (result == NAMES_FOUND) {
         errors = errors_of(&console->token, &job->names.name);
-        if (errors < job->least) {
+        if (errors < job->least || (errors == job->least && is_better(console))) {
             job->least = errors;
             job->nearest = job->names.name;
         }

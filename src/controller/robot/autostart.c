@@ -149,16 +149,15 @@ static enum cds_result check_step(struct robot *robot, struct autostart *autosta
     const uint16_t *highest = robot->work.autostart.highest;
     uint16_t pose[ROBOT_SERVOS];
     struct stored_joints joints;
-    struct motion_store_step step;
+    enum stored_pose_result result;
 
     if (motion_store_is_saving(autostart->store))
         return CDS_PENDING;
-    if (!motion_store_read_step(autostart->store, autostart->place, autostart->step++, &step))
-        return CDS_OK;
     stored_joints_find(&joints, autostart->store, robot);
-    if (stored_pose_read(autostart->store, &joints,
-                         motion_store_pose_of(autostart->store, step.pose),
-                         pose) != STORED_POSE_READ)
+    result = stored_step_pose(autostart->store, &joints, autostart->place, autostart->step++, pose);
+    if (result == STORED_POSE_END)
+        return CDS_OK;
+    if (result != STORED_POSE_READ)
         return give_up(autostart, AUTOSTART_MISSING);
     for (uint8_t i = 0; i < robot->group_count; i++) {
         if (pose[i] == CDS_POSE_NONE || (pose[i] >= lowest[i] && pose[i] <= highest[i]))
@@ -202,7 +201,7 @@ static enum cds_result switch_on(struct robot *robot, struct autostart *autostar
         return result;
     outcome.result =
         motion_start_alone(robot, autostart->place, autostart->delay & AUTOSTART_LOOP ? 0 : 1);
-    autostart->state = AUTOSTART_READING_POSITIONS;
+    autostart->state = AUTOSTART_STARTING_MOTION;
     if (outcome.result == CDS_OK)
         return CDS_PENDING;
     moves_note_outcome(robot, &outcome);
@@ -215,12 +214,12 @@ static enum cds_result poll_cycle(struct robot *robot, struct autostart *autosta
 {
     enum cds_result result;
 
-    if (autostart->state == AUTOSTART_READING_POSITIONS && autostart->failsafe->watching) {
+    if (autostart->state == AUTOSTART_STARTING_MOTION && autostart->failsafe->watching) {
         autostart->state = AUTOSTART_HOST;
         motion_end(robot);
     }
     result = motion_cycle.poll(robot);
-    if (autostart->state == AUTOSTART_READING_POSITIONS && !motion_is_starting(robot)) {
+    if (autostart->state == AUTOSTART_STARTING_MOTION && !motion_is_starting(robot)) {
         autostart->state = AUTOSTART_BEGUN;
         if (robot->moves->start.outcome.result != CDS_OK)
             refuse(autostart, &robot->moves->start.outcome);

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* Plays a stored sequence after power-up, without a host: an operation of the robot. It plays only
- * if the reset was power-on, no byte came from the host during a delay, every servo is well,
- * and each pose is within the angle limits of its servos. It writes to no servo before all of this
- * is known. Then each servo gets torque where it is (torque_on.h). If the motion
- * is refused after that, the servos that got torque lose it again.
+ * if the reset was power-on, no byte comes from the host before the sequence begins, every servo is
+ * well, and each pose is within the angle limits of its servos. It writes to no servo before
+ * servos and poses are checked. Then each servo gets torque where it is (torque_on.h). If the
+ * motion is refused after that, the servos that got torque lose it again.
  *
  * Main context. */
 #ifndef CONTROLLER_AUTOSTART_H
@@ -18,9 +18,9 @@ enum autostart_state {
     AUTOSTART_WAITING, // for a byte of the host, or the end of the delay
     AUTOSTART_CHECKING_SERVOS,
     AUTOSTART_CHECKING_POSES,
-    AUTOSTART_SWITCHING_ON,      // servos get torque
-    AUTOSTART_READING_POSITIONS, // the cycle reads where the servos are
-    AUTOSTART_BEGUN,             // the sequence has begun
+    AUTOSTART_SWITCHING_ON,    // servos get torque
+    AUTOSTART_STARTING_MOTION, // until the motion has begun or was refused (motion_start.h)
+    AUTOSTART_BEGUN,           // the sequence has begun
     // it does not play:
     AUTOSTART_RESET,    // the reset was not power-on
     AUTOSTART_HOST,     // a byte came from the host
@@ -35,7 +35,7 @@ enum autostart_state {
 #define AUTOSTART_DELAY_MAX 127
 #define AUTOSTART_LOOP      0x80
 
-/* Times that a servo without a good reply is read. */
+/* Times that a servo without a good reply is read, or gets WRITEs that switch torque off again. */
 #define AUTOSTART_TRIES 3
 
 /* Part of struct moves. Programs read the first three fields. */

@@ -8,6 +8,7 @@
 #include "cds55xx/servo.h" // cds_servo_read()
 #include "robot/group_cycle.h"
 #include "robot/moves.h"
+#include "robot/stored_group.h"
 
 enum phase {
     CHECK_STEPS,    // one step of the sequence in each poll
@@ -214,23 +215,19 @@ static uint8_t check_servos(const struct robot *robot, const uint16_t *pose)
 static uint8_t check_step(const struct robot *robot)
 {
     static const CDS_FLASH uint8_t errors[] = {
-        [STORED_POSE_READ] = 0,
+        [STORED_POSE_READ] = CDS_PENDING,
         [STORED_POSE_MISSING] = MOTION_POSE_GONE,
         [STORED_POSE_ABSENT] = MOTION_ABSENT,
+        [STORED_POSE_END] = CDS_PENDING,
     };
-    const struct motion_store *store = robot->moves->store;
     struct motion_start *start = start_of(robot);
-    struct motion_store_step step;
     uint16_t pose[ROBOT_SERVOS];
-    uint8_t error;
+    enum stored_pose_result result =
+        stored_step_pose(robot->moves->store, &start->joints, start->place, start->step++, pose);
 
-    if (!motion_store_read_step(store, start->place, start->step++, &step)) {
+    if (result == STORED_POSE_END)
         start->phase = READ_POSITIONS;
-        return CDS_PENDING;
-    }
-    error = errors[stored_pose_read(store, &start->joints, motion_store_pose_of(store, step.pose),
-                                    pose)];
-    return error ? error : (uint8_t)CDS_PENDING;
+    return errors[result];
 }
 
 /* The first joint whose position is not known; there is one. */
@@ -268,8 +265,9 @@ static uint16_t read_us(const struct cds_bus *bus)
                       CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US);
 }
 
-/* Reads mode and torque of a servo between the goals of the cycle. robot->servos learns them from
- * the packets that pass. */
+/* Reads mode and torque of a servo between the goals of the cycle. If the READ never fits between
+ * them, it is sent at once and delays them. robot->servos learns mode and torque from the packets
+ * that pass. */
 static uint8_t read_state(struct robot *robot, uint8_t id)
 {
     struct motion_start *start = start_of(robot);
@@ -297,16 +295,14 @@ static uint8_t end_states(const struct robot *robot)
 /* Checks the servos of a step. */
 static uint8_t check_step_servos(const struct robot *robot)
 {
-    const struct motion_store *store = robot->moves->store;
     struct motion_start *start = start_of(robot);
-    struct motion_store_step step;
     uint16_t pose[ROBOT_SERVOS];
 
-    if (!motion_store_read_step(store, start->place, start->step++, &step)) {
+    if (stored_step_pose(robot->moves->store, &start->joints, start->place, start->step++, pose) ==
+        STORED_POSE_END) {
         start->phase = BEGIN;
         return CDS_PENDING;
     }
-    stored_pose_read(store, &start->joints, motion_store_pose_of(store, step.pose), pose);
     return check_servos(robot, pose);
 }
 
@@ -351,13 +347,15 @@ static uint8_t begin_motion(struct robot *robot)
     return result == CDS_OK || result == CDS_BUSY ? (uint8_t)CDS_PENDING : (uint8_t)result;
 }
 
+/* A sequence first tries all its steps, then submits the first one: until the motion is under way,
+ * move_result is that of a step that was tried. */
 static uint8_t check_moves(struct robot *robot)
 {
     const struct moves *moves = robot->moves;
     struct motion_start *start = start_of(robot);
     uint8_t result = moves->player.sequence.result;
 
-    if (result == CDS_PENDING && moves->player.sequence.is_checking)
+    if (result == CDS_PENDING && moves->motion.result != CDS_PENDING)
         return CDS_PENDING;
     if (result == CDS_OK || result == CDS_PENDING)
         result = moves->motion.move_result;
@@ -453,7 +451,7 @@ bool motion_may_pause(const struct robot *robot)
 
 bool motion_is_paused(const struct robot *robot)
 {
-    return motion_may_pause(robot) && robot->moves->player.is_paused;
+    return motion_may_pause(robot) && robot->moves->is_paused;
 }
 
 bool motion_is_starting(const struct robot *robot)

@@ -47,7 +47,7 @@ struct motion_outcome {
                     // ROBOT_STOPPED; else an enum cds_result or enum motion_refusal
     uint8_t joint;  // of the group, that is the reason; MOTION_NO_JOINT: none is
     uint8_t step;   // MOTION_TOO_FAST: index of the step; MOTION_NO_STEP: of no sequence
-    uint32_t shortest_ms; // MOTION_TOO_FAST: the time that works
+    uint32_t shortest_ms; // MOTION_TOO_FAST: a time that works
 };
 
 /* Part of struct moves. Programs read the first field. */

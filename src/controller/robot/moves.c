@@ -3,6 +3,7 @@
 #include "robot/moves.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #include "robot/group_cycle.h"
 
@@ -91,7 +92,6 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
 {
     const struct moves *moves = robot->moves;
     const struct cds_motion *motion = &moves->motion;
-    const struct cds_sequence_slot *slots = moves->player.sequence.slots;
     struct motion_outcome outcome = {
         .result = result, .joint = motion->joint, .step = MOTION_NO_STEP};
 
@@ -99,7 +99,7 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
         outcome.result = MOTION_TOO_FAST;
         outcome.shortest_ms = motion->shortest_ms;
         if (moves->player.sequence.result != CDS_OK)
-            outcome.step = slots[motion->next.pose == moves->player.poses ? 0 : 1].index;
+            outcome.step = moves->player.sequence.step;
     }
     return outcome;
 }
@@ -167,16 +167,17 @@ const CDS_FLASH struct robot_operation moves_cycle = {
 enum cds_result moves_begin(struct robot *robot, const struct cds_move *move, bool ends_cycle)
 {
     struct moves *moves = robot->moves;
+    struct cds_move copy = *move;
     enum cds_result result;
 
-    if (moves_is_playing(robot))
+    if (moves_is_playing(robot) || cds_motion_is_busy(&moves->motion))
         return CDS_BUSY;
     if (!moves_go_on(robot))
         moves_set_override(robot, 100); // else when this move begins in place of the other one
-    result = cds_motion_move(&moves->motion, move);
-    if (result == CDS_BUSY)
-        return result;
-    moves->player.is_paused = moves->motion.is_paused;
+    memcpy(moves->player.poses, move->pose, robot->group_count * sizeof *move->pose);
+    copy.pose = moves->player.poses;
+    result = cds_motion_move(&moves->motion, &copy);
+    moves->is_paused = moves->motion.is_paused;
     moves->player.sequence.result = CDS_OK; // of a sequence that played before
     if (result == CDS_OK)
         take_servos(robot, ends_cycle);
@@ -192,6 +193,7 @@ enum cds_result moves_play(struct robot *robot, const struct motion_store *store
 
     if (result != CDS_OK)
         return result;
+    moves->is_paused = false;
     take_servos(robot, ends_cycle);
     moves_set_override(robot, percent);
     return CDS_OK;
@@ -205,7 +207,7 @@ void moves_set_override(struct robot *robot, uint8_t percent)
 
 void moves_pause(struct robot *robot)
 {
-    robot->moves->player.is_paused = true;
+    robot->moves->is_paused = true;
     if (moves_is_playing(robot))
         cds_sequence_pause(&robot->moves->player.sequence, CDS_MOTION_DECELERATION);
     else
@@ -214,7 +216,7 @@ void moves_pause(struct robot *robot)
 
 void moves_resume(struct robot *robot)
 {
-    robot->moves->player.is_paused = false;
+    robot->moves->is_paused = false;
     if (moves_is_playing(robot))
         cds_sequence_resume(&robot->moves->player.sequence);
     else
@@ -223,7 +225,7 @@ void moves_resume(struct robot *robot)
 
 void moves_end(struct robot *robot)
 {
-    robot->moves->player.is_paused = false;
+    robot->moves->is_paused = false;
     player_abort(&robot->moves->player);
     cds_motion_abort(&robot->moves->motion, CDS_MOTION_DECELERATION);
 }

@@ -8,8 +8,9 @@
  *   robot_is_in_motion()  a motion starts, is under way or is paused: the servos of the group are
  *                         reserved for its goals
  *   moves_go_on()         the running cycle has a move that is checked, under way or paused, or
- *                         plays a sequence; not while a motion starts
- *   moves_is_playing()    a sequence plays or is paused
+ *                         plays a sequence. A motion that starts: only in the last phase of the
+ *                         start, when the motion checks the move or tries the steps
+ *   moves_is_playing()    a sequence plays or is paused, or its steps are tried
  *
  * Main context. */
 #ifndef CONTROLLER_MOVES_H
@@ -35,6 +36,7 @@ struct moves {
     bool group_is_tried;      // the group was chosen for a motion that has not begun
     uint8_t tried_from;       // number of servos before that
     bool ends_cycle;          // when the motion has ended
+    bool is_paused;           // the move or the sequence: by moves_pause()
     struct cds_follow follow; // result CDS_TIMEOUT: its joint did not follow, and ended the motion
     uint8_t compared;         // period in which a joint was compared last, modulo 256
     struct cds_follow_joint follow_joints[ROBOT_SERVOS];
@@ -51,7 +53,7 @@ void moves_open(struct robot *robot, const struct motion_store *store,
 /* True while a move of the running cycle is under way, paused or checked, or a sequence plays. */
 bool moves_go_on(const struct robot *robot);
 
-/* True while a sequence plays, also while it is paused. */
+/* True while a sequence plays, is paused, or has its steps tried. */
 bool moves_is_playing(const struct robot *robot);
 
 /* The servos of the group are reserved for the motion that starts (motion_start.h). `ends_cycle`:
@@ -64,9 +66,9 @@ void moves_note_outcome(struct robot *robot, const struct motion_outcome *outcom
 /* Why the motion has refused a move, CDS_LIMIT as MOTION_TOO_FAST where a longer time works. */
 struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result);
 
-/* Begins a move of the running cycle: cds_motion_move(). CDS_BUSY, too, while a sequence plays.
- * Until the motion has ended, nothing else sets goals of the group. `ends_cycle`: the cycle ends
- * with the motion. */
+/* Begins a move of the running cycle: cds_motion_move(). Copies move->pose. CDS_BUSY, too, while a
+ * sequence plays. Until the motion has ended, nothing else sets goals of the group. `ends_cycle`:
+ * the cycle ends with the motion. */
 enum cds_result moves_begin(struct robot *robot, const struct cds_move *move, bool ends_cycle);
 
 /* Begins to play a stored sequence in the running cycle: player_begin(). `percent`: the override,

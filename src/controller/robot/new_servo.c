@@ -11,6 +11,7 @@ enum cds_result new_servo_begin(struct new_servo *servo, const struct new_servo_
     memset(servo, 0, sizeof *servo);
     servo->config = *config;
     servo->home_baud_reg = config->bus->baud_reg;
+    servo->known = config->servos ? config->servos->count : 0;
     return CDS_OK;
 }
 
@@ -90,6 +91,17 @@ static void search_elsewhere(struct new_servo *servo)
     enter(servo, NEW_SERVO_SEARCH_ANY);
 }
 
+/* True if the servo that was found may be one of the robot's: it has an ID and the rate of one. */
+static bool is_known(const struct new_servo *servo)
+{
+    if (servo->baud_reg != servo->home_baud_reg)
+        return false;
+    for (uint8_t i = 0; i < servo->known; i++)
+        if (servo->config.servos->states[i].id == servo->id)
+            return true;
+    return false;
+}
+
 static void search_ended(struct new_servo *servo)
 {
     const struct cds_scan *scan = &servo->work.scan;
@@ -104,6 +116,8 @@ static void search_ended(struct new_servo *servo)
         finish(servo, NEW_SERVO_NONE, CDS_OK);
     else if (servo->count == 0)
         search_elsewhere(servo);
+    else if (is_known(servo))
+        finish(servo, NEW_SERVO_KNOWN, CDS_OK);
     else
         enter(servo, servo->found[0].result == CDS_OK ? NEW_SERVO_CHECK : NEW_SERVO_MEND_DELAY);
 }
@@ -200,6 +214,17 @@ static void mend_all(struct new_servo *servo)
                                             servo->config.return_delay) == CDS_OK;
 }
 
+/* The servo can be understood. A servo also answers at neighbours of its rate, so its register says
+ * which rate it has. */
+static void checked(struct new_servo *servo)
+{
+    servo->baud_reg = servo->first_baud_reg = servo->config.request->reply[CDS_REG_BAUD_RATE];
+    if (is_known(servo))
+        finish(servo, NEW_SERVO_KNOWN, CDS_OK);
+    else
+        enter(servo, NEW_SERVO_SET_DELAY);
+}
+
 static void check(struct new_servo *servo)
 {
     struct cds_request *request = servo->config.request;
@@ -210,7 +235,7 @@ static void check(struct new_servo *servo)
         return;
     }
     if (request->result != CDS_PENDING && is_well(servo, (enum cds_result)request->result))
-        enter(servo, NEW_SERVO_SET_DELAY);
+        checked(servo);
 }
 
 static void set_delay(struct new_servo *servo)

@@ -4,7 +4,8 @@
  *
  * A search at the six listed rates asks every ID. If no servo answers, a PING to all is sent at
  * each of the 255 rates, and every ID is asked at the rate of the servo that answers. If more than
- * one servo answers, nothing is written. What may be retried is tried NEW_SERVO_TRIES times. At the
+ * one servo answers, nothing is written; nor if the servo has an ID of the robot and the rate of
+ * the bus: it may be one of the robot's. What may be retried is tried NEW_SERVO_TRIES times. At the
  * end the bus has its own rate back.
  *
  * Main context. */
@@ -16,6 +17,7 @@
 
 #include "cds55xx/identity.h" // struct cds_identity
 #include "cds55xx/scan.h"     // struct cds_scan
+#include "cds55xx/servos.h"   // struct cds_servos
 #include "cds55xx/setup.h"    // struct cds_setup
 
 #define NEW_SERVO_TRIES 3
@@ -41,6 +43,7 @@ enum new_servo_outcome {
     NEW_SERVO_OK,
     NEW_SERVO_NONE,      // no servo answers at any rate
     NEW_SERVO_NOT_ALONE, // several answer, in `found`: nothing was written
+    NEW_SERVO_KNOWN,     // its ID and rate are those of a servo of the robot
     NEW_SERVO_DAMAGED,   // its replies stay damaged: two servos with one ID, or noise
     NEW_SERVO_LOST,      // the ID or rate was written, the servo answers at neither place
     NEW_SERVO_FAILED,    // `result` says why the step failed
@@ -49,11 +52,12 @@ enum new_servo_outcome {
 
 /* Bus and request stay in place until the operation has ended. */
 struct new_servo_config {
-    struct cds_bus *bus;         // at the rate that the servo is to have
-    struct cds_request *request; // packet capacity: CDS_PACKET_SIZE(2), 9 at least; reply
-                                 // capacity: CDS_TABLE_SIZE
-    uint8_t id;                  // that the servo is to have, 0 to 253
-    uint8_t return_delay;        // register 0x05 that it is to have
+    struct cds_bus *bus;             // at the rate that the servo is to have
+    struct cds_request *request;     // packet capacity: CDS_PACKET_SIZE(2), 9 at least; reply
+                                     // capacity: CDS_TABLE_SIZE
+    const struct cds_servos *servos; // of the robot; NULL: none is known
+    uint8_t id;                      // that the servo is to have, 0 to 253
+    uint8_t return_delay;            // register 0x05 that it is to have
 };
 
 /* One set-up: the caller reads the fields down to `found`. */
@@ -65,10 +69,12 @@ struct new_servo {
     bool mended_all;
     bool searched_any;
     uint8_t id;       // where the servo was found
-    uint8_t baud_reg; // rate at which it was found
+    uint8_t baud_reg; // its own rate; before NEW_SERVO_SET_DELAY the rate at which it was found
     uint8_t count;    // servos in `found`
     struct cds_scan_found found[NEW_SERVO_FOUND];
-    uint8_t home_baud_reg; // this and what follows: the operation's own
+    uint8_t home_baud_reg;  // this and what follows: the operation's own
+    uint8_t first_baud_reg; // its own rate before any change
+    uint8_t known;          // servos of the robot before the search: replies may add others
     uint8_t tries;
     uint8_t any_baud; // rate of the PING to all
     uint8_t listed;   // index of the listed rate at which the return delay is written

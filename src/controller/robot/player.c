@@ -2,9 +2,10 @@
 /* Plays a stored sequence; see player.h. */
 #include "robot/player.h"
 
-/* Reads a step for the sequence. A pose that cannot be read has no joints, so its move is refused,
- * which ends the sequence. A step that cannot be read while the EEPROM is being written has none,
- * either: it is not the end of the sequence. */
+/* Reads a step for the sequence. If its pose cannot be read, the step has no joints: its move is
+ * refused, and the sequence ends as CDS_BAD_ARGUMENT. While the EEPROM is written no step can be
+ * read: the function then returns a step without joints, too, since false would end the sequence as
+ * if it were complete. */
 static bool read_step(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose)
 {
     struct player *player = context;
@@ -29,7 +30,6 @@ enum cds_result player_begin(struct player *player, struct cds_motion *motion,
 {
     player->store = store;
     player->place = place;
-    player->is_paused = false;
     stored_joints_find(&player->joints, store, robot);
     return cds_sequence_begin(&player->sequence,
                               &(struct cds_sequence_config){.motion = motion,

@@ -14,9 +14,8 @@ struct player {
     struct cds_sequence sequence; // its result is CDS_PENDING while the player plays
     const struct motion_store *store;
     uint8_t place; // of the sequence
-    bool is_paused;
     struct stored_joints joints;
-    uint16_t poses[2 * ROBOT_SERVOS];
+    uint16_t poses[2 * ROBOT_SERVOS]; // of the sequence; or of a move, while no sequence plays
 };
 
 /* Begins to play the sequence at `place`, which motion_store_find() has returned, `repeats` times;

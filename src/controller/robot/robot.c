@@ -81,7 +81,7 @@ bool robot_idle(const struct robot *robot)
     return robot->operation == NULL && !robot_is_stopping(robot);
 }
 
-bool robot_cycles(const struct robot *robot, uint8_t id)
+bool robot_cycle_drives(const struct robot *robot, uint8_t id)
 {
     return robot->cycle && (id == CDS_BROADCAST_ID || memchr(robot->group, id, robot->group_count));
 }

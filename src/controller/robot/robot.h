@@ -50,7 +50,7 @@ struct robot_operation {
 struct autostart_servos {
     struct cds_torque_on torque_on; // of servo `index` of the group
     uint8_t index;
-    uint8_t tries; // READs of this servo without a good reply
+    uint8_t tries; // READs of this servo without a good reply; WRITEs when torque is switched off
     struct cds_request request;
     uint8_t packet[CDS_TORQUE_ON_PACKET_SIZE];
     uint8_t reply[CDS_TORQUE_ON_READ_SIZE];
@@ -166,7 +166,7 @@ bool robot_is_exclusive(const struct robot *robot);
 bool robot_idle(const struct robot *robot);
 
 /* True if a running cycle sets the goal of servo `id`, 0 to 253; CDS_BROADCAST_ID: of any servo. */
-bool robot_cycles(const struct robot *robot, uint8_t id);
+bool robot_cycle_drives(const struct robot *robot, uint8_t id);
 
 /* True while a motion starts, moves the group or is paused: the servos of the group are reserved
  * for the goals of the motion. */

@@ -5,35 +5,6 @@
 #include <string.h>
 
 #include "cds55xx/motion.h" // CDS_POSE_NONE
-#include "robot/moves.h"
-
-uint8_t stored_group_choose(struct robot *robot, const struct motion_store *store)
-{
-    uint8_t ids[MOTION_STORE_JOINTS], before = robot->servos.count, error;
-
-    if (robot->group_count)
-        return 0;
-    error = robot_choose_group(robot, ids, motion_store_read_servos(store, ids));
-    if (error == 0 && robot->moves) {
-        robot->moves->group_is_tried = true;
-        robot->moves->tried_from = before;
-    }
-    return error;
-}
-
-void stored_group_keep(struct robot *robot)
-{
-    if (robot->moves)
-        robot->moves->group_is_tried = false;
-}
-
-void stored_group_drop(struct robot *robot)
-{
-    if (!robot->moves || !robot->moves->group_is_tried)
-        return;
-    robot->moves->group_is_tried = false;
-    robot_forget_group(robot, robot->moves->tried_from);
-}
 
 void stored_joints_find(struct stored_joints *joints, const struct motion_store *store,
                         const struct robot *robot)
@@ -75,4 +46,15 @@ enum stored_pose_result stored_pose_read(const struct motion_store *store,
         pose[joints->index[joint]] = positions[joint];
     }
     return STORED_POSE_READ;
+}
+
+enum stored_pose_result stored_step_pose(const struct motion_store *store,
+                                         const struct stored_joints *joints, uint8_t place,
+                                         uint8_t index, uint16_t *pose)
+{
+    struct motion_store_step step;
+
+    if (!motion_store_read_step(store, place, index, &step))
+        return STORED_POSE_END;
+    return stored_pose_read(store, joints, motion_store_pose_of(store, step.pose), pose);
 }

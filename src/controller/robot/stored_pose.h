@@ -9,16 +9,6 @@
 #include "robot/motion_store.h" // struct motion_store
 #include "robot/robot.h"        // struct robot
 
-/* If no group is chosen, the servos of the stored poses become the group, if there are any. Returns
- * 0, or as robot_choose_group(). */
-uint8_t stored_group_choose(struct robot *robot, const struct motion_store *store);
-
-/* A motion that is refused drops the group that stored_group_choose() has chosen for it, and the
- * servos that have joined with the group. A motion that has begun, and a user who chooses a group,
- * keep it. */
-void stored_group_drop(struct robot *robot);
-void stored_group_keep(struct robot *robot);
-
 /* Where the joints of the store are in the group. */
 struct stored_joints {
     uint8_t group_count;
@@ -34,6 +24,7 @@ enum stored_pose_result {
     STORED_POSE_READ,
     STORED_POSE_MISSING, // there is no whole pose at the place, or the EEPROM is being written
     STORED_POSE_ABSENT,  // a joint of the pose is not in the group
+    STORED_POSE_END,     // stored_step_pose(): the sequence has no such step
 } __attribute__((packed));
 
 /* Reads the pose at `place` (motion_store_find(), motion_store_pose_of()): `pose` gets a position
@@ -42,5 +33,11 @@ enum stored_pose_result {
 enum stored_pose_result stored_pose_read(const struct motion_store *store,
                                          const struct stored_joints *joints, uint8_t place,
                                          uint16_t *pose);
+
+/* Reads the pose of step `index` of the sequence at `place`, as stored_pose_read(). While the
+ * EEPROM is being written no step can be read: STORED_POSE_END, and `pose` stays as it was. */
+enum stored_pose_result stored_step_pose(const struct motion_store *store,
+                                         const struct stored_joints *joints, uint8_t place,
+                                         uint8_t index, uint16_t *pose);
 
 #endif

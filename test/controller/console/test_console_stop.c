@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The reply to `stop` and Ctrl-X. */
+/* The replies to `stop`, Ctrl-X and `servos forget`. */
 #include "console_rig.h"
 
 void setUp(void)
@@ -42,4 +42,12 @@ void test_stop_answers_a_program_with_ok(void)
     TEST_ASSERT_NULL(strstr(stop_reply("stop\r"), "robot"));
     TEST_ASSERT_NOT_NULL(strstr(said, "ok\r\n"));
     TEST_ASSERT_NULL(strstr(stop_reply("\x18"), "robot"));
+}
+
+void test_alarm_of_forgotten_servo_is_not_reported(void)
+{
+    type("servos for"); // while text stands there, the alarm waits
+    failsafe.alarm = FAILSAFE_OFFLINE;
+    failsafe.alarm_id = 6;
+    TEST_ASSERT_NULL(strstr(reply_to("get"), "alarm"));
 }

@@ -32,13 +32,13 @@ void test_range_from_larger_id_on_is_named(void)
 
 void test_decimal_comma_is_answered_with_a_point(void)
 {
-    assert_reply("error 39: servo 1: ANGLE '90,5': a number has a point, no comma; write 90.5\r\n",
+    assert_reply("error 39: servo 1: ANGLE '90,5': write a point, not a comma: 90.5\r\n",
                  "move 1 90,5");
-    assert_reply("error 39: servo 1: SPEED '-5,5rpm': a number has a point, no comma; write "
+    assert_reply("error 39: servo 1: SPEED '-5,5rpm': write a point, not a comma: "
                  "-5.5rpm\r\n",
                  "turn 1 -5,5rpm");
     reply_to("group 1 2");
-    assert_reply("error 39: ANGLE... '90,120': a number has a point, no comma; write 90.120, or "
+    assert_reply("error 39: ANGLE... '90,120': write a point, not a comma: 90.120, or "
                  "spaces between angles\r\n",
                  "pose 90,120");
     assert_reply("error 39: servo 1: ANGLE '90,x': wrong unit; ", "move 1 90,x");
@@ -47,7 +47,7 @@ void test_decimal_comma_is_answered_with_a_point(void)
 void test_setting_with_unit_says_that_it_takes_none(void)
 {
     assert_reply("error 39: VALUE 4ms: this setting takes a number without unit; ",
-                 "settings cycle_us 4ms");
+                 "settings repeats 4ms");
 }
 
 void test_rate_of_host_has_its_own_range(void)

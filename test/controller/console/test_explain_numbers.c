@@ -64,6 +64,18 @@ void test_number_of_command_out_of_range_names_range(void)
     assert_reply("error 33: ANGLE... 400 is out of range: 0 to 300deg\r\n", "pose 90 400");
 }
 
+/* A decimal address is first read as one more ID. */
+void test_address_out_of_range_behind_servos_is_named(void)
+{
+    assert_reply("error 33: servo 1: REG 200 is out of range: 0x00 to 0x31\r\n", "set 1 200 5");
+    assert_reply("error 33: servo 1: REG 200 is out of range: 0x00 to 0x31\r\n", "set 1 200 512");
+    assert_reply("error 33: servo 1: REG 200 is out of range: 0x00 to 0x31\r\n", "get 1 200");
+    assert_reply("error 33: REG 60 is out of range: 0x00 to 0x31\r\n", "set 1 2 60 5");
+    assert_reply("error 33: servo 1: REG 0x40 is out of range: 0x00 to 0x31\r\n", "get 1 0x40");
+    assert_reply("error 33: servo 1: REG 50 is out of range: 0x00 to 0x31\r\n", "read 1 50");
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
 void test_value_of_register_out_of_range_names_its_range(void)
 {
     assert_reply("error 33: servo 1: VALUE 3 is out of range: 0 to 2\r\n",

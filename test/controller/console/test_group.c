@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* Commands that need the robot for themselves, beside an operation, a motion or a stop. */
 #include "console_rig.h"
+#include "robot/moves.h"
+
+static enum cds_result outcome; // of the operation
 
 static enum cds_result begin(struct robot *of, const void *config)
 {
@@ -12,13 +15,14 @@ static enum cds_result begin(struct robot *of, const void *config)
 static enum cds_result poll(struct robot *of)
 {
     (void)of;
-    return CDS_PENDING;
+    return outcome;
 }
 
 static const CDS_FLASH struct robot_operation operation = {.begin = begin, .poll = poll};
 
 void setUp(void)
 {
+    outcome = CDS_PENDING;
     begin_console();
     robot.group[0] = 1;
     robot.group_count = 1;
@@ -47,6 +51,20 @@ static void assert_refused(const char *error)
     TEST_ASSERT_EQUAL_UINT8(1, robot.group[0]);
 }
 
+void test_cycle_shows_servo_that_was_not_read_yet(void)
+{
+    uint8_t packet[] = {0xFF, 0xFF, CDS_BROADCAST_ID, 8, CDS_SYNC_WRITE, 0x1E, 4, 1};
+
+    memset(&robot.work, 0, sizeof robot.work);
+    robot.work.cycle.cycle.count = 1;
+    robot.work.cycle.cycle.ids = robot.group;
+    robot.work.cycle.cycle.front = packet;
+    robot.cycle = &robot.work.cycle.cycle;
+    reply_to("cycle");
+    TEST_ASSERT_NOT_NULL(strstr(said, "\r\nservo 1: not read yet\r\nok\r\n"));
+    robot.cycle = NULL;
+}
+
 void test_commands_beside_an_operation_are_refused(void)
 {
     assert_refused("error 43: ");
@@ -71,4 +89,17 @@ void test_commands_beside_a_stop_are_refused(void)
 {
     robot_stop(&robot); // it waits for the end of the operation
     assert_refused("error 54: ");
+}
+
+/* Its last period is on its way: nothing takes a goal. */
+void test_pose_waits_for_the_cycle_of_a_motion_to_end(void)
+{
+    memset(&robot.work, 0, sizeof robot.work);
+    robot.cycle = &robot.work.cycle.cycle;
+    robot.moves->ends_cycle = true;
+    TEST_ASSERT_TRUE(motion_cycle_is_ending(&robot));
+    TEST_ASSERT_EQUAL_STRING("", reply_to("pose 90"));
+    outcome = CDS_OK;
+    TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to(""));
+    assert_sent("FF FF FE 09 83 1E 04 01 33 01 4A 01 D3");
 }

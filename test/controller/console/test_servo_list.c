@@ -174,6 +174,33 @@ void test_list_before_number_is_one_word(void)
     TEST_ASSERT_EQUAL_UINT16(512, robot.states[1].highest);
 }
 
+/* A user who means servos 1 and 2 types `limits 1 2 10 20`. */
+void test_number_with_id_of_servo_gives_warning(void)
+{
+    robot_add(&robot, 1);
+    robot_add(&robot, 2);
+    robot.health_pauses = true;
+    TEST_ASSERT_EQUAL_STRING("warning: 2 was read as LOW, not as servo 2; a list of servos is one "
+                             "word here: 1,2\r\nok\r\n",
+                             reply_to("limits 1 2 10 20"));
+    reply_to("move 1 2 30");
+    port_fake_transmit(&bus.link, 0);
+    TEST_ASSERT_NOT_NULL(strstr(said, "warning: 2 was read as ANGLE, not as servo 2; "));
+}
+
+void test_number_that_cannot_be_id_gives_no_warning(void)
+{
+    static const char *const lines[] = {"limits 1 2 10",       "limits 1 2deg 10 20",
+                                        "limits 1 2 10 20rpm", "limits 1 3 10 20",
+                                        "limits 1,2 2 10 20",  "limits 1 2.5 10 20"};
+
+    robot_add(&robot, 1);
+    robot_add(&robot, 2);
+    robot.health_pauses = true;
+    for (uint8_t i = 0; i < sizeof lines / sizeof lines[0]; i++)
+        TEST_ASSERT_NULL_MESSAGE(strstr(reply_to(lines[i]), "warning"), lines[i]);
+}
+
 void test_error_of_begin_is_told_behind_servo(void)
 {
     robot_add(&robot, 1);
@@ -198,6 +225,15 @@ void test_warning_of_any_servo_stands_before_end(void)
     answer(1, CDS_ERROR_OVERHEATING, NULL, 0);
     acknowledge(2);
     TEST_ASSERT_EQUAL_STRING("servo 1: ok\r\nservo 2: ok\r\nwarning: overheating\r\nok\r\n", said);
+}
+
+void test_refusal_in_list_names_servo_once(void)
+{
+    reply_to("led 1 2 on");
+    port_fake_transmit(&bus.link, 0);
+    answer(1, CDS_ERROR_RANGE, NULL, 0);
+    acknowledge(2);
+    TEST_ASSERT_EQUAL_STRING_LEN("servo 1: range error; ", said, 22);
 }
 
 void test_list_with_wrong_words_is_refused(void)

@@ -178,6 +178,7 @@ void test_unknown_name_hints_at_the_nearest_one(void)
         {"ping", "pinng 1"},
         {"ping", "pnig 1"},
         {"off", "torque 1 ofg"},
+        {"off", "torque 1 of"}, // `on` has one error, too
         {"scan", "help scam"},
         {"GOAL_POSITION", "write 1 GOAL_POSITON 512"},
         {"GOAL_POSITION", "write 1 goal_position_ 512 and more words"},
@@ -199,6 +200,7 @@ void test_unknown_name_far_from_all_has_no_hint(void)
     assert_hint(NULL, "mo 1");
     assert_hint(NULL, "get 1 AIM");
     assert_hint(NULL, "ping one");
+    assert_hint(NULL, "torque 1 o"); // on and off begin so
 }
 
 /* ---- mode person ---- */

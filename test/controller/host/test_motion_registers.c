@@ -212,10 +212,10 @@ void test_pause_stops_and_resumes_motion(void)
     pretend_to_play();
     assert_refused(0x72, 2);
     write(0x72, 1);
-    TEST_ASSERT_TRUE(moves.player.is_paused);
+    TEST_ASSERT_TRUE(moves.is_paused);
     assert_registers("\2\x64\1\2\2\0");
     write(0x72, 0);
-    TEST_ASSERT_FALSE(moves.player.is_paused);
+    TEST_ASSERT_FALSE(moves.is_paused);
     assert_registers("\2\x64\0\2\2\0");
 }
 

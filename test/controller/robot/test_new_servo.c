@@ -12,21 +12,26 @@
 
 /* The simulated AVR is slow: it tries a part of the faults. */
 #ifdef __AVR__
-#define PART 20
+#define PART        20
+#define POLLS_TIMES 16
 #else
-#define PART 1
+#define PART        1
+#define POLLS_TIMES 2
 #endif
 
 static uint8_t buffer[32];
 static uint8_t reply[CDS_REPLY_MAX];
 static struct cds_request request;
 static struct new_servo servo;
+static struct cds_servo_state states[2];
+static struct cds_servos known;
 
 void setUp(void)
 {
     port_fake_reset();
     memset(&servos, 0, sizeof servos);
     memset(&bus, 0, sizeof bus);
+    known = (struct cds_servos){.states = states};
     request = (struct cds_request)CDS_REQUEST(buffer, reply);
     cds_bus_open(&bus, 0, HOME);
     cds_bus_set_return_delay(&bus, 2);
@@ -39,10 +44,12 @@ void tearDown(void)
 
 static void begin(void)
 {
-    TEST_ASSERT_EQUAL(
-        CDS_OK, new_servo_begin(
-                    &servo, &(struct new_servo_config){
-                                .bus = &bus, .request = &request, .id = NEW, .return_delay = 1}));
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      new_servo_begin(&servo, &(struct new_servo_config){.bus = &bus,
+                                                                         .request = &request,
+                                                                         .servos = &known,
+                                                                         .id = NEW,
+                                                                         .return_delay = 1}));
 }
 
 static uint8_t run(void)
@@ -54,6 +61,13 @@ static uint8_t run(void)
     TEST_ASSERT_EQUAL_UINT8(HOME, bus.baud_reg);
     TEST_ASSERT_NULL(bus.lock);
     return servo.outcome;
+}
+
+static void know(uint8_t id)
+{
+    states[0].id = 5;
+    states[1].id = id;
+    known.count = 2;
 }
 
 static void assert_set_up(void)
@@ -88,6 +102,7 @@ void test_servo_in_place_is_not_changed(void)
     servo_fake_put(0, NEW, HOME);
     servos.servo[0].table[0x05] = 1;
     begin();
+    know(NEW); // as its reply to the search does if link_loss_ms is set
     TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_OK, run());
     TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
 }
@@ -100,6 +115,25 @@ void test_servo_that_is_not_alone_is_not_changed(void)
     TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_NOT_ALONE, run());
     TEST_ASSERT_EQUAL_UINT8(2, servo.count);
     TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
+}
+
+void test_known_id_at_rate_of_bus_is_not_changed(void)
+{
+    servo_fake_put(0, 1, HOME);
+    know(1);
+    begin();
+    TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_KNOWN, run());
+    TEST_ASSERT_EQUAL_UINT8(1, servo.id);
+    TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
+}
+
+void test_known_id_at_another_rate_is_set_up(void)
+{
+    servo_fake_put(0, 1, 34);
+    know(1);
+    begin();
+    TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_OK, run());
+    assert_set_up();
 }
 
 void test_no_servo_is_found(void)
@@ -168,10 +202,10 @@ void test_two_servos_with_one_id_end_as_damaged(void)
 
 void test_abort_ends_each_search(void)
 {
-    for (uint16_t polls = 0; polls < 12000; polls = (uint16_t)(polls * 2 + 1)) {
+    for (uint32_t polls = 0; polls < 12000; polls = polls * POLLS_TIMES + 1) {
         setUp();
         begin();
-        for (uint16_t i = 0; i < polls; i++) {
+        for (uint32_t i = 0; i < polls; i++) {
             new_servo_poll(&servo);
             servos_turn(&bus);
             cds_bus_poll(&bus);

@@ -129,6 +129,18 @@ static void tell(struct console *console, struct after_scan *job)
     next(job);
 }
 
+/* The diagnosis has ended. False: a key has ended it, or it has failed. */
+static bool end_diagnosis(struct console *console, struct after_scan *job)
+{
+    if (console->error == 0) {
+        tell(console, job);
+        return true;
+    }
+    if (command_set.account)
+        account_end(console);
+    return false;
+}
+
 bool after_scan(struct console *console)
 {
     struct after_scan *job = after_scan_job(console);
@@ -137,7 +149,7 @@ bool after_scan(struct console *console)
         scan_sum_up(console);
         copy_found(console, job);
         job->phase = AFTER_SCAN_ASK;
-        return console->error == 0 && scan_is_here(console);
+        return console->error == 0 && scan_is_at_bus_rate(console);
     }
     if (job->phase == AFTER_SCAN_ASK && job->index == job->count)
         return false;
@@ -147,7 +159,7 @@ bool after_scan(struct console *console)
         if (console->line.request->result != CDS_PENDING)
             take(console, job);
     } else if (!console_operates(console)) {
-        tell(console, job);
+        return end_diagnosis(console, job);
     }
     return true;
 }

@@ -24,7 +24,7 @@ static const CDS_FLASH char *const CDS_FLASH state_texts[] = {
     [AUTOSTART_CHECKING_SERVOS] = FLASH_TEXT("checks the servos"),
     [AUTOSTART_CHECKING_POSES] = FLASH_TEXT("checks the poses"),
     [AUTOSTART_SWITCHING_ON] = FLASH_TEXT("switches torque on"),
-    [AUTOSTART_READING_POSITIONS] = FLASH_TEXT("begins"),
+    [AUTOSTART_STARTING_MOTION] = FLASH_TEXT("begins"),
     [AUTOSTART_BEGUN] = FLASH_TEXT("has begun"),
     [AUTOSTART_RESET] = FLASH_TEXT("not begun: the last reset was not power-on"),
     [AUTOSTART_HOST] = FLASH_TEXT("not begun: a byte came from the host"),
@@ -56,7 +56,7 @@ static const CDS_FLASH char *reason_text(const struct autostart *autostart)
                                                 : error_text(torque_on_error(autostart->reason));
 }
 
-static uint8_t show_begin(struct console *console)
+static uint8_t show_or_off_begin(struct console *console)
 {
     struct autostart_job *job = console_job(console);
     uint8_t error;
@@ -67,13 +67,13 @@ static uint8_t show_begin(struct console *console)
         return stored_may_read();
     error = stored_may_write(console);
     job->record = (struct motion_store_record){.kind = MOTION_STORE_AUTOSTART};
-    if (error || motion_store_delete(stored(), &job->record) != MOTION_STORE_SAVING)
+    if (error || motion_store_delete(console_store(), &job->record) != MOTION_STORE_SAVING)
         return error; // there was none
     job->is_saving = true;
     return 0;
 }
 
-static bool show_poll(struct console *console)
+static bool show_or_off_poll(struct console *console)
 {
     struct autostart_job *job = console_job(console);
     const struct autostart *autostart = &console->robot->moves->autostart;
@@ -85,7 +85,7 @@ static bool show_poll(struct console *console)
     console->error = stored_may_read();
     if (console->error)
         return false;
-    delay = motion_store_read_autostart(stored(), job->name);
+    delay = motion_store_read_autostart(console_store(), job->name);
     if (delay == 0) {
         printer_line(printer, message_no_autostart);
         return false;
@@ -161,8 +161,8 @@ static const CDS_FLASH struct command autostart_rows[] = {
         .what = FLASH_TEXT("show the autostart and its state; off: delete it"),
         .details = COMMAND_DETAILS("Kept at once, without save"),
         .example = COMMAND_DETAILS("settings autostart"),
-        .begin = show_begin,
-        .poll = show_poll,
+        .begin = show_or_off_begin,
+        .poll = show_or_off_poll,
     },
     {
         .usage = FLASH_TEXT("settings autostart NAME [DELAY]"),

@@ -33,8 +33,7 @@ static bool is_kept(const struct cds_register *at)
 static void print_line(struct console *console, const struct cds_register *at)
 {
     struct printer *printer = &console->printer;
-    const uint8_t *bytes = console->line.request->reply + at->address;
-    uint16_t raw = (uint16_t)(at->width == 2 ? bytes[0] | bytes[1] << 8 : bytes[0]);
+    uint16_t raw = register_raw_at(console->line.request->reply + at->address, at->width);
     enum cds_unit unit = cds_units_of(&cds_profile_cds55xx, at->address);
     char name[CDS_REGISTER_NAME_SIZE];
     int32_t value;
@@ -101,7 +100,7 @@ static bool begin_to_write(struct console *console)
         return restore_begin(console) == 0;
     if (!console_answered(console))
         return false;
-    console->raw = (uint16_t)(line->length == 2 ? bytes[0] | bytes[1] << 8 : bytes[0]);
+    console->raw = register_raw_at(bytes, line->length);
     if (memcmp(bytes, data, line->length) == 0) {
         printer_line(&console->printer, message_restore_same);
         return false;

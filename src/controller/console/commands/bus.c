@@ -65,8 +65,9 @@ static uint8_t scan_begin(struct console *console)
     return robot_start(robot, &scan, &config);
 }
 
-/* The remark on a servo that does not join the robot. console->part counts the servos that join. */
-static const CDS_FLASH char *remark(struct console *console, const struct cds_scan_found *found)
+/* Adds the servo to the robot if it answers well at the robot's rate; console->part counts these
+ * servos. Returns what the line of the servo ends with. */
+static const CDS_FLASH char *join(struct console *console, const struct cds_scan_found *found)
 {
     if (found->result != CDS_OK)
         return message_found_damaged;
@@ -80,8 +81,8 @@ static const CDS_FLASH char *remark(struct console *console, const struct cds_sc
     return message_nothing;
 }
 
-/* "id 5 model 1 at 57600bps" */
-NOINLINE static void print_found(struct console *console, const struct cds_scan_found *found)
+/* Adds a found servo to the robot, and prints its line: "id 5 model 1 at 57600bps". */
+NOINLINE static void take_found(struct console *console, const struct cds_scan_found *found)
 {
     union printer_value *value = console->printer.values;
 
@@ -98,7 +99,7 @@ NOINLINE static void print_found(struct console *console, const struct cds_scan_
     } else {
         (value++)->text = message_nothing;
     }
-    value->text = remark(console, found);
+    value->text = join(console, found);
     printer_line(&console->printer, message_found);
 }
 
@@ -110,13 +111,12 @@ static bool is_whole(const struct robot *robot, uint8_t index)
     return found->details != CDS_PENDING || found->result != CDS_OK || robot->operation == NULL;
 }
 
-bool scan_is_here(const struct console *console)
+bool scan_is_at_bus_rate(const struct console *console)
 {
     return console->line.choice == SCAN_HERE;
 }
 
-/* A whole scan at the robot's rate counts the servos that do not belong to the robot. */
-bool scan_sum_up(struct console *console)
+void scan_sum_up(struct console *console)
 {
     struct robot *robot = console->robot;
     const struct cds_scan *state = &robot->work.scan.scan;
@@ -126,7 +126,6 @@ bool scan_sum_up(struct console *console)
     console->printer.values[0].number = state->count;
     console->printer.values[1].number = state->asked;
     printer_line(&console->printer, message_found_in_all);
-    return false;
 }
 
 /* Prints progress at each new rate, and each servo found. */
@@ -143,13 +142,17 @@ static bool scan_poll(struct console *console)
         after_scan_note(console);
     over = !console_operates(console);
     if (*index < state->count && *index < ROBOT_SERVOS && is_whole(robot, *index)) {
-        print_found(console, &robot->work.scan.found[(*index)++]);
+        take_found(console, &robot->work.scan.found[(*index)++]);
         return true;
     }
     if (over && command_set.account)
         account_end(console);
-    if (over)
-        return command_set.after_scan ? command_set.after_scan(console) : scan_sum_up(console);
+    if (over && command_set.after_scan)
+        return command_set.after_scan(console);
+    if (over) {
+        scan_sum_up(console);
+        return false;
+    }
     if (console->line.choice != SCAN_HERE && state->total && state->baud_index == console->phase) {
         console->printer.values[0].number = state->asked;
         console->printer.values[1].number = state->total;
@@ -289,10 +292,11 @@ static const CDS_FLASH struct command bus_rows[] = {
     {
         .usage = FLASH_TEXT("counters [ID]"),
         .what = FLASH_TEXT("packets sent, answered, lost"),
-        .details = COMMAND_DETAILS(
-            "Since the reset, modulo 65536, with the part of scan and diagnose; of the bus, or of "
-            "a servo of the robot, whose stale "
-            "replies, duplicate replies, unexpected packets and echo errors stop at 255"),
+        .details = COMMAND_DETAILS("Of the bus since the reset, of a servo since it joined the "
+                                   "robot; modulo 65536. Those of "
+                                   "the bus name the part of scan and diagnose. Of a servo stale "
+                                   "replies, duplicate replies, "
+                                   "unexpected packets and echo errors stop at 255"),
         .example = COMMAND_DETAILS("counters"),
         .begin = counters_begin,
         .poll = counters_poll,

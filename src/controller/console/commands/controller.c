@@ -28,6 +28,11 @@ static const CDS_FLASH char message_delays[] = "RETURN_DELAY refused: %u; lowest
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, inhibited %u, offline %u";
+static const CDS_FLASH char message_servos_low[] =
+    "servos: %u%s, inhibited %u, offline unknown: the line is held low";
+static const CDS_FLASH char message_host_rate[] =
+    "the host link has this rate behind the next line: set the terminal to it; a reset without "
+    "'save' brings the old one back";
 static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes never used";
 
 /* ---- settings, save, defaults ---- */
@@ -56,31 +61,14 @@ static void setting_line(struct console *console, uint8_t index)
 
     printer_flash(printer, row->name);
     printer_equals(printer);
+    if (command_set.setting_print && command_set.setting_print(console, index))
+        return;
     printer_decimal(printer, settings_get(console->failsafe->settings, index));
     if (*row->unit != '-') {
         printer_char(printer, ' ');
         printer_flash(printer, row->unit);
     }
     printer_end_of_line(printer);
-}
-
-/* No register of a rate has as great a value: it is bit/s. */
-#define LEAST_BPS 256
-
-bool setting_is_rate(const struct command_line *line)
-{
-    static const CDS_FLASH char rate[] = "register";
-    const struct number *number = &line->number[0];
-
-    return parse_has_name(settings_table[line->setting].unit, rate) &&
-           (number->kind == NUMBER_RATE ||
-            (number->kind == NUMBER_BARE && number->digits >= LEAST_BPS));
-}
-
-uint8_t setting_number(struct console *console)
-{
-    return console_number(console, 0,
-                          setting_is_rate(&console->line) ? CDS_UNIT_BPS : CDS_UNIT_NUMBER);
 }
 
 /* Returns the error of a command that changes the rate of the bus while a cycle or a motion needs
@@ -134,6 +122,11 @@ static uint8_t defaults_begin(struct console *console)
 /* Prints one setting, nothing if it was set, or all settings and their origin. */
 static bool settings_poll(struct console *console)
 {
+    if (command_set.explain && console->line.words == 3 && console->index++ == 0 &&
+        console->line.setting == SETTINGS_AT_host_baud) {
+        printer_line(&console->printer, message_host_rate);
+        return true;
+    }
     if (console->line.words == 3)
         return console->failsafe->unsettled; // `ok` means that the setting is in force
     if (console->line.words == 2) {
@@ -320,6 +313,7 @@ static void print_stops(struct printer *printer, const struct failsafe *failsafe
 /* "servos: 18, inhibited 0, offline 1" */
 static void print_servos(struct printer *printer, const struct cds_servos *servos)
 {
+    const CDS_FLASH char *message = message_servos;
     const struct cds_servo_state *servo = servos->states;
     uint8_t inhibited = 0, offline = 0;
 
@@ -333,7 +327,9 @@ static void print_servos(struct printer *printer, const struct cds_servos *servo
     printer->values[1].text = servos->is_full ? message_and_more : message_nothing;
     printer->values[2].number = inhibited;
     printer->values[3].number = offline;
-    printer_line(printer, message_servos);
+    if (command_set.explain && cds_bus_line(servos->bus) == CDS_BUS_LINE_FAULT)
+        message = message_servos_low;
+    printer_line(printer, message);
 }
 
 static void print_stack(struct printer *printer, const struct failsafe *failsafe)

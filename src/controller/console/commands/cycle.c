@@ -13,12 +13,10 @@
 
 static const CDS_FLASH char message_inhibited[] = " inhibited";
 static const CDS_FLASH char message_offline[] = " offline";
+static const CDS_FLASH char message_not_read[] = " not read yet";
 static const CDS_FLASH char message_cycle_servo[] = "servo %u:%s";
 static const CDS_FLASH char message_cycle_servo_known[] = "servo %u: %a %r %v %c%s";
 static const CDS_FLASH char message_cycle_bus[] = ", bus ";
-
-#define PERIOD_MIN_MS 2
-#define PERIOD_MAX_MS 65
 
 enum cycle_choice { CHOICE_NONE, CHOICE_EVERY, CHOICE_OFF } __attribute__((packed));
 enum cycle_phase { CYCLE_TELL, CYCLE_READ, CYCLE_GOALS, CYCLE_END } __attribute__((packed));
@@ -33,7 +31,7 @@ static uint8_t period(struct console *console)
         return 0;
     }
     error = console_ms(console);
-    if (error == 0 && (console->raw < PERIOD_MIN_MS || console->raw > PERIOD_MAX_MS))
+    if (error == 0 && (console->raw < CYCLE_MS_MIN || console->raw > CYCLE_MS_MAX))
         error = ERROR_OUT_OF_RANGE;
     console->raw = (uint16_t)(console->raw * 1000u);
     return error;
@@ -117,7 +115,7 @@ static bool goals_poll(struct console *console)
 /* ---- printing ---- */
 
 /* The values of an offline servo are old. Only the profile `full`, which has command_set.explain,
- * has flash to tell so here. */
+ * has flash for this remark and for message_not_read. */
 static bool is_offline(struct robot *robot, uint8_t index)
 {
     const struct cds_servo_state *servo =
@@ -131,8 +129,10 @@ static const CDS_FLASH char *remark_of(struct robot *robot, uint8_t index)
 {
     if (is_offline(robot, index))
         return message_offline;
-    return cds_cycle_is_dropped(&robot->work.cycle.cycle, index) ? message_inhibited
-                                                                 : message_nothing;
+    if (cds_cycle_is_dropped(&robot->work.cycle.cycle, index))
+        return message_inhibited;
+    return command_set.explain && !robot->work.cycle.feedback[index].known ? message_not_read
+                                                                           : message_nothing;
 }
 
 /* "servo 1: 150.147deg 0rpm 12V 32C" */

@@ -9,7 +9,7 @@
 #include "console/commands/shared.h"
 #include "console/messages.h"
 #include "robot/motion_start.h" // motion_group_is_endless()
-#include "robot/stored_pose.h"
+#include "robot/stored_group.h"
 
 static const CDS_FLASH char message_by_action[] = " action";
 static const CDS_FLASH char message_by_sync[] = " sync";
@@ -56,7 +56,12 @@ static bool group_poll(struct console *console)
 /* ---- pose ---- */
 
 enum pose_choice { POSE_AT_DEFAULT, POSE_AT, POSE_IN } __attribute__((packed));
-enum pose_phase { POSE_SYNC, POSE_ACTION, POSE_CYCLE } __attribute__((packed));
+enum pose_phase {
+    POSE_SYNC,
+    POSE_ACTION,
+    POSE_CYCLE,
+    POSE_WAIT, // the cycle of a motion is ending: it takes no goals
+} __attribute__((packed));
 
 uint16_t pose_angle(const struct console *console, uint8_t index)
 {
@@ -152,6 +157,10 @@ static uint8_t pose_begin(struct console *console)
         return ERROR_ENDLESS;
     if (line->choice == POSE_IN)
         return command_set.pose_in->begin(console);
+    if (command_set.moves && motion_cycle_is_ending(robot)) {
+        console->phase = POSE_WAIT;
+        return 0;
+    }
     if (robot->cycle && !robot_is_in_motion(robot)) {
         console->phase = POSE_CYCLE;
         return 0;
@@ -215,6 +224,11 @@ static bool pose_poll(struct console *console)
 {
     if (console->line.choice == POSE_IN)
         return command_set.pose_in->poll(console);
+    if (command_set.moves && console->phase == POSE_WAIT) {
+        console->phase = POSE_SYNC;
+        console->error = console->line.command->begin(console); // the group may have changed
+        return console->error == 0;
+    }
     return console->phase == POSE_CYCLE ? cycle_poll_goals(console) : pose_sent_poll(console);
 }
 

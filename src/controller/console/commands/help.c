@@ -7,6 +7,8 @@
 static const CDS_FLASH char message_usage[] = "%s: %s";
 static const CDS_FLASH char message_listed[] = "  %s: %s";
 static const CDS_FLASH char message_list[] = "ID: one servo, or a list: 1 2 5-8, or 1,5-8, or all";
+static const CDS_FLASH char message_list_word[] =
+    "ID: one servo, or a list in one word: 1,2,5-8, or all";
 static const CDS_FLASH char message_no_list[] = "ID: one servo, no list";
 static const CDS_FLASH char message_example_is[] = "Example: %s";
 
@@ -35,14 +37,25 @@ static bool are_alike(const CDS_FLASH char *a, const CDS_FLASH char *b)
     return false;
 }
 
-/* True if the command takes a servo, or several. `id` and `new` have names of their own for theirs.
- */
-static bool takes_servo(const CDS_FLASH char *usage)
+/* The ID in the usage string, or NULL. `id` and `new` call it OLD and NEW. */
+static const CDS_FLASH char *find_id(const CDS_FLASH char *usage)
 {
     for (; *usage; usage++)
         if (usage[0] == 'I' && usage[1] == 'D' && usage[2] != ':') // not the ID:BYTE of `sync`
-            return true;
-    return false;
+            return usage;
+    return NULL;
+}
+
+/* What the ID at `id` may be. In front of a number a list is one word: `move 1 2 30` moves servo 1
+ * to 2deg. */
+static const CDS_FLASH char *text_of_list(const CDS_FLASH struct command *row,
+                                          const CDS_FLASH char *id)
+{
+    if (row->instruction)
+        return message_no_list;
+    while (*id && *id != ' ')
+        id++;
+    return *id && parse_argument_at(id + 1) == ARGUMENT_NUMBER ? message_list_word : message_list;
 }
 
 /* Prints a line of all that help knows of the row. True: there is one more. */
@@ -63,8 +76,8 @@ static bool topic_line(struct console *console, const CDS_FLASH struct command *
         printer_line(printer, COMMAND_DETAILS_TEXT(row->details));
         return true;
     }
-    if (line == 2 && takes_servo(row->usage)) {
-        printer_line(printer, row->instruction ? message_no_list : message_list);
+    if (line == 2 && find_id(row->usage)) {
+        printer_line(printer, text_of_list(row, find_id(row->usage)));
         return true;
     }
     printer->values[0].text = COMMAND_DETAILS_TEXT(row->example);

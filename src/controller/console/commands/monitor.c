@@ -12,9 +12,7 @@
 
 static const CDS_FLASH char message_lines[] = "%u lines, %u answers missing";
 
-#define PERIOD_MS     100
-#define PERIOD_MIN_MS 10
-#define PERIOD_MAX_MS 60000
+#define PERIOD_MS 100
 
 enum monitor_phase {
     PAUSE, // waits until the next line is due
@@ -34,7 +32,7 @@ uint8_t monitor_begin(struct console *console)
     error = line->numbers ? console_ms(console) : 0;
     if (error)
         return error;
-    if (console->raw < PERIOD_MIN_MS || console->raw > PERIOD_MAX_MS)
+    if (console->raw < MONITOR_MS_MIN || console->raw > MONITOR_MS_MAX)
         return ERROR_OUT_OF_RANGE;
     if (line->values > MONITOR_SERVOS)
         return ERROR_TOO_MANY;

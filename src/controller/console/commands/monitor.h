@@ -9,6 +9,10 @@
 #include "cds55xx/feedback.h" // struct cds_feedback
 #include "console/console.h"  // console_job()
 
+/* Range of the period, in ms. */
+#define MONITOR_MS_MIN 10
+#define MONITOR_MS_MAX 60000
+
 /* Servos of a line or table. */
 #define MONITOR_SERVOS 8
 

@@ -16,7 +16,7 @@ enum phase {
 } __attribute__((packed));
 
 /* "servo 2 needs 92 ms in step 3", or "servo 2 is the cause". */
-void motion_failed(struct console *console, const struct motion_outcome *outcome)
+void motion_take_outcome(struct console *console, const struct motion_outcome *outcome)
 {
     union printer_value *values = console->printer.values;
     const CDS_FLASH char *message = message_cause;
@@ -40,7 +40,7 @@ static bool poll_start(struct console *console)
 
     if (outcome->result == CDS_PENDING)
         return true;
-    motion_failed(console, outcome);
+    motion_take_outcome(console, outcome);
     console->phase = END;
     return console->error;
 }

@@ -38,19 +38,25 @@ static void abort_new(struct robot *robot)
     new_servo_abort(&robot->work.new_servo);
 }
 
-/* What was known of a servo with this ID does not hold for the new servo, so nothing is learnt. */
+/* changes_rate also stops learning: the list of servos may hold another servo of this ID. */
 static const CDS_FLASH struct robot_operation new_servo = {
     .begin = begin_new, .poll = poll_new, .abort = abort_new, .changes_rate = true};
 
 static uint8_t begin(struct console *console)
 {
-    uint8_t shortest = console->robot->servos.shortest_delay;
+    struct cds_servos *servos = &console->robot->servos;
+    uint8_t shortest = servos->shortest_delay;
 
+    if (cds_servos_find(servos, console->line.new_id)) {
+        console->line.id = console->line.new_id; // the error names it
+        return ERROR_ID_KNOWN;
+    }
     if (!robot_has_room(console->robot, &console->line.new_id, 1))
         return ERROR_TOO_MANY;
     return robot_start(console->robot, &new_servo,
                        &(struct new_servo_config){.bus = console->bus,
                                                   .request = console->line.request,
+                                                  .servos = servos,
                                                   .id = console->line.new_id,
                                                   .return_delay = shortest ? shortest : 1});
 }
@@ -89,7 +95,7 @@ static void print_step(struct printer *printer, const struct new_servo *servo, u
         printer_line(printer, message_step_id);
         break;
     case NEW_SERVO_SET_RATE:
-        values[0].number = servo->found[0].baud_reg;
+        values[0].number = servo->first_baud_reg;
         values[1].number = servo->home_baud_reg;
         printer_line(printer,
                      values[0].number == values[1].number ? message_rate_kept : message_rate);
@@ -110,17 +116,43 @@ static bool print_others(struct console *console, const struct new_servo *servo)
     return true;
 }
 
+/* The error bits with which the servo has refused the step. */
+static uint8_t bits_of(const struct new_servo *servo)
+{
+    if (servo->step == NEW_SERVO_SET_DELAY)
+        return servo->work.setup.error;
+    return servo->step > NEW_SERVO_SET_DELAY ? servo->work.identity.error : 0;
+}
+
+/* The servo has joined the robot with the first write of a set-up that has failed: else the next
+ * try would take it for a servo of the robot. One with an alarm stays. */
+static void forget_new(struct console *console, const struct new_servo *servo)
+{
+    struct cds_servos *servos = &console->robot->servos;
+
+    for (uint8_t i = servo->known; i < servos->count; i++)
+        if (servos->states[i].alarms || servos->states[i].inhibits)
+            return;
+    cds_servos_forget_from(servos, servo->known);
+}
+
 static bool conclude(struct console *console, const struct new_servo *servo)
 {
-    if (servo->step >= NEW_SERVO_CHECK)
+    if (servo->step >= NEW_SERVO_CHECK || servo->outcome == NEW_SERVO_KNOWN)
         console->line.id = servo->id; // an error names it
+    if (servo->outcome != NEW_SERVO_OK)
+        forget_new(console, servo);
     switch (servo->outcome) {
     case NEW_SERVO_NOT_ALONE: return print_others(console, servo);
     case NEW_SERVO_NONE: console->error = ERROR_NO_SERVO; return false;
+    case NEW_SERVO_KNOWN: console->error = ERROR_NOT_NEW; return false;
     case NEW_SERVO_DAMAGED: console->error = ERROR_DAMAGED; return false;
     case NEW_SERVO_LOST: console->error = ERROR_LOST; return false;
     case NEW_SERVO_ENDED: console->error = ERROR_KEY; return false;
-    case NEW_SERVO_FAILED: console->error = servo->result; return false;
+    case NEW_SERVO_FAILED:
+        console->error = servo->result;
+        console->servo_error = bits_of(servo);
+        return false;
     default: break;
     }
     robot_add(console->robot, servo->id);
@@ -148,7 +180,7 @@ static const CDS_FLASH struct command new_rows[] = {
         .details = COMMAND_DETAILS(
             "Finds it at whatever rate, then gives it the return delay that this board needs, the "
             "ID NEW, 0 to 253, and the rate of the bus; says each step and retries what may be "
-            "retried. Writes nothing if another servo answers"),
+            "retried. Writes nothing if another servo answers, or one that the robot knows"),
         .example = COMMAND_DETAILS("new 5"),
         .begin = begin,
         .poll = poll,

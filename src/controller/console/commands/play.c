@@ -30,9 +30,9 @@ struct play_job {
 
 _Static_assert(sizeof(struct play_job) <= CONSOLE_JOB_SIZE, "the job must fit");
 
-/* Plays the sequence `repeats` times, 0: for ever. Number `index` of the line, if there is one, is
- * the share of the speed. */
-static uint8_t play(struct console *console, uint16_t repeats, uint8_t index)
+/* Stores `repeats`, 0: for ever, and the override in the job. The override is number `index` of the
+ * line; 100 % if the line has no such number. Returns an error or 0. */
+static uint8_t take_options(struct console *console, uint16_t repeats, uint8_t index)
 {
     struct play_job *job = console_job(console);
     uint8_t error = 0;
@@ -50,12 +50,12 @@ static uint8_t play(struct console *console, uint16_t repeats, uint8_t index)
 
 static uint8_t once_begin(struct console *console)
 {
-    return play(console, 1, 0);
+    return take_options(console, 1, 0);
 }
 
 static uint8_t loop_begin(struct console *console)
 {
-    return play(console, 0, 0);
+    return take_options(console, 0, 0);
 }
 
 static uint8_t times_begin(struct console *console)
@@ -64,13 +64,13 @@ static uint8_t times_begin(struct console *console)
 
     if (error == 0 && console->raw == 0)
         error = ERROR_OUT_OF_RANGE;
-    return error ? error : play(console, console->raw, 1);
+    return error ? error : take_options(console, console->raw, 1);
 }
 
 static uint8_t start(struct console *console)
 {
     const struct play_job *job = console_job(console);
-    uint8_t place = motion_store_is_saving(stored())
+    uint8_t place = motion_store_is_saving(console_store())
                         ? (uint8_t)MOTION_STORE_NONE
                         : stored_find(console, MOTION_STORE_SEQUENCE, 0);
     uint8_t error = motion_start_sequence(console->robot, place, job->repeats);
@@ -127,7 +127,7 @@ static void print_motion(struct console *console)
     const struct moves *moves = console->robot->moves;
     const struct player *player = &moves->player;
     struct printer *printer = &console->printer;
-    const CDS_FLASH char *paused = player->is_paused ? message_paused : message_nothing;
+    const CDS_FLASH char *paused = moves->is_paused ? message_paused : message_nothing;
     char name[MOTION_STORE_NAME + 1];
 
     printer->values[0].text = paused;
@@ -139,11 +139,11 @@ static void print_motion(struct console *console)
         printer_line(printer, message_move);
     } else {
         printer_flash(printer, message_name);
-        if (motion_store_read_name(stored(), MOTION_STORE_SEQUENCE, player->place, name))
+        if (motion_store_read_name(console_store(), MOTION_STORE_SEQUENCE, player->place, name))
             printer_string(printer, name);
         printer->values[0].number = (uint16_t)(player->sequence.step + 1);
         printer->values[1].number =
-            motion_store_number(stored(), MOTION_STORE_SEQUENCE, player->place);
+            motion_store_number(console_store(), MOTION_STORE_SEQUENCE, player->place);
         printer->values[2].number = (uint16_t)(player->sequence.run + 1);
         printer->values[3].text = paused;
         printer_line(printer, message_plays);
@@ -168,7 +168,7 @@ static bool motion_poll(struct console *console)
         return true;
     if (console->line.choice == CHOICE_OFF)
         return motion_cycle_is_ending(robot);
-    motion_failed(console, motion_outcome(robot));
+    motion_take_outcome(console, motion_outcome(robot));
     return false;
 }
 

@@ -26,11 +26,17 @@ static uint8_t begin(struct console *console)
     return error ? error : read_position(console);
 }
 
-/* The speed at which a servo goes `steps` in `by` milliseconds, rounded up; or the milliseconds
- * that it takes at the speed `by`. */
-static uint32_t per(uint16_t steps, uint32_t by)
+/* Returns the speed at which a servo goes `steps` in `ms` milliseconds, rounded up. */
+static uint32_t speed_for(uint16_t steps, uint32_t ms)
 {
-    return (SPEED_BY_STEPS * steps + SPEED_BY_MS * by - 1) / (SPEED_BY_MS * by);
+    return (SPEED_BY_STEPS * steps + SPEED_BY_MS * ms - 1) / (SPEED_BY_MS * ms);
+}
+
+/* Returns the milliseconds in which a servo goes `steps` at `speed`, rounded up: steps = speed x
+ * time, so speed and time change places in the formula. */
+static uint32_t ms_for(uint16_t steps, uint16_t speed)
+{
+    return speed_for(steps, speed);
 }
 
 /* Sets the speed of the goal of the servo that has answered. */
@@ -48,9 +54,9 @@ static uint8_t set_speed(struct console *console)
         goal->position = position;
     steps = (uint16_t)(position > goal->position ? position - goal->position
                                                  : goal->position - position);
-    speed = per(steps, move_job(console)->ms);
+    speed = speed_for(steps, move_job(console)->ms);
     if (speed > fastest && fastest) {
-        ms = per(steps, fastest);
+        ms = ms_for(steps, fastest);
         console->printer.values[0].number = goal->id;
         console->printer.values[1].number = (uint16_t)ms;
         console->printer.values[2].number = (uint16_t)(ms >> 16);

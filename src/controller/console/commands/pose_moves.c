@@ -13,7 +13,7 @@ static uint8_t begin(struct console *console)
     return moves_is_playing(console->robot) ? (uint8_t)ERROR_MOTION : 0;
 }
 
-/* The angles of the line are the pose. They stay in its buffer until the move has begun. */
+/* The angles of the line are the pose. They stay in its buffer until the start has ended. */
 static uint8_t start(struct console *console)
 {
     const void *pose = console->line.request->packet.bytes;

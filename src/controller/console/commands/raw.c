@@ -3,6 +3,7 @@
 #include "cds55xx/control_table.h"
 #include "console/console.h"
 #include "console/commands/command_groups.h"
+#include "console/commands/shared.h" // register_raw_at()
 #include "console/messages.h"
 #include "console/number_format.h"
 
@@ -46,11 +47,9 @@ static void dump_line(struct console *console, uint8_t first)
 static void value_line(struct console *console)
 {
     const struct cds_request *request = console->line.request;
-    const uint8_t *bytes = request->reply;
 
     number_print_name(&console->printer, console->line.address);
-    printer_decimal(&console->printer,
-                    (uint16_t)(request->length == 2 ? bytes[0] | bytes[1] << 8 : bytes[0]));
+    printer_decimal(&console->printer, register_raw_at(request->reply, request->length));
     printer_end_of_line(&console->printer);
 }
 

@@ -33,7 +33,7 @@ void register_print(struct printer *printer, uint8_t address, uint16_t raw)
     }
 }
 
-static uint16_t raw_at(const uint8_t *bytes, uint8_t width)
+uint16_t register_raw_at(const uint8_t *bytes, uint8_t width)
 {
     return (uint16_t)(width == 2 ? bytes[0] | bytes[1] << 8 : bytes[0]);
 }
@@ -60,7 +60,8 @@ static bool get_poll(struct console *console)
         return true;
     if (!console_answered(console))
         return false;
-    register_print(&console->printer, line->address, raw_at(line->request->reply, line->length));
+    register_print(&console->printer, line->address,
+                   register_raw_at(line->request->reply, line->length));
     printer_end_of_line(&console->printer);
     return false;
 }
@@ -128,7 +129,7 @@ static bool info_poll(struct console *console)
     printer_address(&console->printer, at.address);
     printer_char(&console->printer, ' ');
     register_print(&console->printer, at.address,
-                   raw_at(console->line.request->reply + at.address, at.width));
+                   register_raw_at(console->line.request->reply + at.address, at.width));
     printer_line(&console->printer,
                  at.area == CDS_AREA_EEPROM ? message_in_eeprom : message_in_ram);
     *address = (uint8_t)(at.address + at.width);

@@ -54,7 +54,7 @@ static uint8_t take_step(struct console *console, struct motion_store_step *step
         return error;
     if (pose == MOTION_STORE_NONE)
         return ERROR_NO_POSE;
-    step->pose = motion_store_number(stored(), MOTION_STORE_POSE, pose);
+    step->pose = motion_store_number(console_store(), MOTION_STORE_POSE, pose);
     step->passes = line->words == PASS_WORDS;
     return 0;
 }
@@ -72,7 +72,7 @@ static uint8_t step_begin(struct console *console)
         return error;
     place = stored_find(console, MOTION_STORE_SEQUENCE, 0);
     if (console->line.choice != CHOICE_NEW && place != MOTION_STORE_NONE)
-        kept = motion_store_number(stored(), MOTION_STORE_SEQUENCE, place);
+        kept = motion_store_number(console_store(), MOTION_STORE_SEQUENCE, place);
     if (kept == MOTION_STORE_STEPS)
         return ERROR_STEPS;
     job->record = (struct motion_store_record){.kind = MOTION_STORE_SEQUENCE,
@@ -119,12 +119,12 @@ static bool print_step(struct console *console, const char *name)
     struct motion_store_step step;
     char pose[MOTION_STORE_NAME + 1];
 
-    if (!motion_store_read_step(stored(), console->index, index, &step))
+    if (!motion_store_read_step(console_store(), console->index, index, &step))
         return false;
     printer_flash(printer, message_sequence);
     printer_string(printer, name);
-    if (!motion_store_read_name(stored(), MOTION_STORE_POSE,
-                                motion_store_pose_of(stored(), step.pose), pose)) {
+    if (!motion_store_read_name(console_store(), MOTION_STORE_POSE,
+                                motion_store_pose_of(console_store(), step.pose), pose)) {
         printer->values[0].number = (uint16_t)(index + 1);
         printer_line(printer, message_gone);
         console->error = ERROR_POSE_GONE;
@@ -153,7 +153,7 @@ static bool show_poll(struct console *console)
     if (!stored_next(console, MOTION_STORE_SEQUENCE))
         return false;
     if (console->part == 0 &&
-        motion_store_read_name(stored(), MOTION_STORE_SEQUENCE, console->index, name)) {
+        motion_store_read_name(console_store(), MOTION_STORE_SEQUENCE, console->index, name)) {
         console->part = 1;
         return true;
     }

@@ -48,7 +48,7 @@ uint8_t servo_write(struct console *console, uint8_t address, uint8_t length)
  * of this command. */
 static uint8_t cycled(const struct console *console)
 {
-    return robot_cycles(console->robot, console->line.id) ? robot_busy(console->robot) : 0;
+    return robot_cycle_drives(console->robot, console->line.id) ? robot_busy(console->robot) : 0;
 }
 
 uint8_t servo_outcome(struct console *console)

@@ -22,6 +22,10 @@ static inline struct move_job *move_job(struct console *console)
     return console_job(console);
 }
 
+/* In cycle.c: range of the period, in ms. */
+#define CYCLE_MS_MIN 2
+#define CYCLE_MS_MAX 65
+
 /* In cycle.c: starts the cycle of the group. Returns an error, or 0. */
 uint8_t cycle_start(struct console *console, uint16_t period_us);
 
@@ -53,8 +57,9 @@ bool motion_command_poll(struct console *console, uint8_t (*start)(struct consol
 
 struct motion_outcome; // motion_start.h
 
-/* In motion_command.c: stores the result in console->error, and prints which servo is the cause. */
-void motion_failed(struct console *console, const struct motion_outcome *outcome);
+/* In motion_command.c: stores outcome->result in console->error, and prints the servo that is the
+ * reason, if there is one. */
+void motion_take_outcome(struct console *console, const struct motion_outcome *outcome);
 
 /* In teach.c: the error for an enum cds_reason. */
 uint8_t torque_on_error(uint8_t reason);
@@ -78,6 +83,9 @@ uint8_t servo_write(struct console *console, uint8_t address, uint8_t length);
 
 /* In register.c: prints "GOAL_POSITION = 150.147deg (512)", at most 44 characters. */
 void register_print(struct printer *printer, uint8_t address, uint16_t raw);
+
+/* In register.c: the value of a register of `width` bytes, 1 or 2, whose bytes are at `bytes`. */
+uint16_t register_raw_at(const uint8_t *bytes, uint8_t width);
 
 /* In register.c: the REG and number 0 of the line as a register that `set` may write, in *at, and
  * its value, in `data` of the struct set_job. Returns an error or 0. */
@@ -111,7 +119,7 @@ uint8_t baud_begin(struct console *console);
 enum after_scan_kind {
     AFTER_SCAN_GOOD,
     AFTER_SCAN_DAMAGED, // damaged replies: it is diagnosed
-    AFTER_SCAN_SUSPECT, // bytes without a packet: only what they may be is told
+    AFTER_SCAN_SUSPECT, // bytes without a packet: printed only if the finding is 8 or 18
 } __attribute__((packed));
 
 /* The job of `scan` and `diagnose`. */
@@ -148,9 +156,12 @@ void after_scan_note(struct console *console);
 /* In after_scan.c: after_scan of struct command_set. */
 bool after_scan(struct console *console);
 
-/* In bus.c: prints "3 found, 254 asked"; and true if the scan was at the rate of the bus only. */
-bool scan_sum_up(struct console *console);
-bool scan_is_here(const struct console *console);
+/* In bus.c: prints "3 found, 254 asked". After a whole scan at the rate of the bus it stores
+ * robot->unlisted: the servos found that are not in the list of the robot. */
+void scan_sum_up(struct console *console);
+
+/* In bus.c: true if the scan was at the rate of the bus only. */
+bool scan_is_at_bus_rate(const struct console *console);
 
 /* In diagnose.c: begins the diagnosis of line.id. Returns an error or 0. Then prints its finding,
  * "servo 5: finding 8: ...". */
@@ -180,11 +191,20 @@ uint8_t backup_begin(struct console *console);
 /* In baud_list.c: baud_list of struct command_set. */
 extern const CDS_FLASH struct command_action baud_list;
 
-/* In controller.c: true if number 0 of the line is a rate in bit/s for the setting of the line. */
+/* In setting_units.c: true if number 0 of the line is a rate in bit/s for the setting of the line.
+ */
 bool setting_is_rate(const struct command_line *line);
 
-/* In controller.c: setting_number of struct command_set. A rate is also taken in bit/s. */
+/* In which time a setting counts. */
+enum setting_time { SETTING_IS_NO_TIME, SETTING_IN_MS, SETTING_IN_US, SETTING_IN_2_US };
+
+/* In setting_units.c, for explain.c. */
+enum setting_time setting_time(uint8_t setting);
+
+/* In setting_units.c: setting_number and setting_print of struct command_set. A rate is also taken
+ * in bit/s, a time in any unit of time. */
 uint8_t setting_number(struct console *console);
+bool setting_print(struct console *console, uint8_t index);
 
 /* The poll of a command that does only such a setup: prints whether the registers were written. */
 bool setup_poll(struct console *console);

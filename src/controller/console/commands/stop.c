@@ -14,9 +14,18 @@
 static const CDS_FLASH char message_stop_unlisted[] = "up to %u more servos were not checked";
 static const CDS_FLASH char message_stop_done[] =
     "robot stopped: torque off, driving inhibited until 'release'";
+static const CDS_FLASH char message_stop_failed[] =
+    "torque may still be on: switch off the supply of the servos; driving is inhibited until "
+    "'release'";
+static const CDS_FLASH char message_line_low[] =
+    "the line is held low: no servo can be asked; look for a short circuit, or a plug turned round";
+static const CDS_FLASH char message_presence_low[] = "line held low";
+static const CDS_FLASH char message_torque_unknown[] = "unknown";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", alarms: %s";
 static const CDS_FLASH char message_presence[] = "servo %u: %s, torque %s";
+static const CDS_FLASH char message_presence_limits[] =
+    "servo %u: %s, torque %s, limits %a to %a and %r";
 static const CDS_FLASH char message_on[] = "on";
 static const CDS_FLASH char message_off[] = "off";
 static const CDS_FLASH char message_lost[] = ", inhibited: lost its state";
@@ -39,8 +48,8 @@ static uint8_t stop_begin(struct console *console)
 }
 
 /* Waits until the stop is over, then prints the servos whose torque was not read as off. The
- * profile `full`, which has command_set.explain, then tells a person what the stop has done; the
- * profile `console` has no flash for this line. */
+ * profile `full`, which has command_set.explain, then tells a person what the stop has done, and
+ * anyone what to do if it has failed; the profile `console` has no flash for this line. */
 static bool stop_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
@@ -60,14 +69,14 @@ static bool stop_poll(struct console *console)
         return true;
     }
     if (command_set.explain && console->part++) {
-        printer_line(&console->printer, message_stop_done);
+        printer_line(&console->printer, console->error ? message_stop_failed : message_stop_done);
         return false;
     }
     console->printer.values[0].number = robot_unlisted(robot);
     if (console->printer.values[0].number &&
         console->error != CDS_LINE_BUSY) // else nothing was sent
         printer_line(&console->printer, message_stop_unlisted);
-    return command_set.explain && console->error == 0 && console_is_for_person(console);
+    return command_set.explain && (console->error || console_is_for_person(console));
 }
 
 static uint8_t release_begin(struct console *console)
@@ -138,6 +147,8 @@ static uint8_t servos_begin(struct console *console)
     if (error)
         return error;
     robot_forget(robot);
+    if (command_set.explain)
+        console->failsafe->alarm = 0; // one of a forgotten servo, not yet printed
     memset(console->failsafe->reported, 0,
            sizeof console->failsafe->reported); // other servos will take these places
     return 0;
@@ -161,17 +172,42 @@ static void print_alarm(struct printer *printer, uint8_t alarms, uint8_t index)
     printer_text(printer, alarms & (bit - 1) ? message_alarms_more : message_alarms);
 }
 
+/* True if the line is held low, in a profile that tells so: what is known of servos is old then. */
+ALWAYS_INLINE bool is_line_low(const struct robot *robot)
+{
+    return command_set.explain && cds_bus_line(robot->bus) == CDS_BUS_LINE_FAULT;
+}
+
+/* "servo 1: online, torque on". The profile `full`, which has command_set.explain, tells if the
+ * torque is not known, and the limits: ", limits 60deg to 200deg and 30rpm". */
+ALWAYS_INLINE void print_presence(struct printer *printer, const struct robot *robot,
+                                  const struct cds_servo_state *servo)
+{
+    bool is_low = is_line_low(robot);
+
+    printer->values[0].number = servo->id;
+    printer->values[1].text = is_low ? message_presence_low : presences[servo->presence];
+    printer->values[2].text = servo->torque ? message_on : message_off;
+    if (is_low || (command_set.explain && servo->presence != CDS_PRESENCE_ONLINE))
+        printer->values[2].text = message_torque_unknown;
+    if (command_set.explain && servo->has_limits) {
+        printer->values[3].number = servo->lowest;
+        printer->values[4].number = servo->highest;
+        printer->values[5].number = servo->fastest;
+        printer_text(printer, message_presence_limits);
+        return;
+    }
+    printer_text(printer, message_presence);
+}
+
 /* "servo 1: online, torque on, inhibited: stopped", one part at a time. */
-NOINLINE static void servo_part(struct printer *printer, const struct cds_servos *servos,
+NOINLINE static void servo_part(struct printer *printer, const struct robot *robot,
                                 const struct cds_servo_state *servo, uint8_t part)
 {
+    const struct cds_servos *servos = &robot->servos;
+
     switch (part) {
-    case PART_STATE:
-        printer->values[0].number = servo->id;
-        printer->values[1].text = presences[servo->presence];
-        printer->values[2].text = servo->torque ? message_on : message_off;
-        printer_text(printer, message_presence);
-        break;
+    case PART_STATE: print_presence(printer, robot, servo); break;
     case PART_LOST:
         if (servo->inhibits & CDS_INHIBIT_STATE_LOST)
             printer_text(printer, message_lost);
@@ -198,7 +234,13 @@ static bool servos_poll(struct console *console)
         printer_line(&console->printer, message_no_servo);
         return false;
     }
-    servo_part(&console->printer, &robot->servos, &robot->states[*index], (*part)++);
+    if (command_set.explain && console->phase == 0) {
+        console->phase = 1;
+        if (is_line_low(robot))
+            printer_line(&console->printer, message_line_low);
+        return true;
+    }
+    servo_part(&console->printer, robot, &robot->states[*index], (*part)++);
     if (*part == PARTS) {
         *part = PART_STATE;
         (*index)++;

@@ -15,7 +15,7 @@ static const CDS_FLASH char message_wear[] =
 
 uint8_t stored_may_read(void)
 {
-    return motion_store_is_saving(stored()) ? (uint8_t)ERROR_SAVING : 0;
+    return motion_store_is_saving(console_store()) ? (uint8_t)ERROR_SAVING : 0;
 }
 
 uint8_t stored_may_write(const struct console *console)
@@ -47,7 +47,8 @@ uint8_t stored_find(const struct console *console, enum motion_store_kind kind, 
 
     return length > MOTION_STORE_NAME
                ? MOTION_STORE_NONE
-               : motion_store_find(stored(), kind, parse_name(&console->line, index), length);
+               : motion_store_find(console_store(), kind, parse_name(&console->line, index),
+                                   length);
 }
 
 static uint8_t error_of_missing(uint8_t kind)
@@ -114,7 +115,9 @@ static uint8_t error_of(enum motion_store_result result, uint8_t kind)
 
 bool stored_save(struct console *console, const struct motion_store_record *record)
 {
-    console->error = error_of(motion_store_save(stored(), record), record->kind);
+    console->error = stored_may_write(console);
+    if (console->error == 0)
+        console->error = error_of(motion_store_save(console_store(), record), record->kind);
     return console->error == 0;
 }
 
@@ -122,9 +125,10 @@ uint8_t stored_autostart(void)
 {
     char name[MOTION_STORE_NAME + 1];
 
-    return motion_store_read_autostart(stored(), name) == 0
+    return motion_store_read_autostart(console_store(), name) == 0
                ? MOTION_STORE_NONE
-               : motion_store_find(stored(), MOTION_STORE_SEQUENCE, name, (uint8_t)strlen(name));
+               : motion_store_find(console_store(), MOTION_STORE_SEQUENCE, name,
+                                   (uint8_t)strlen(name));
 }
 
 uint8_t stored_delete(struct console *console, enum motion_store_kind kind)
@@ -137,14 +141,15 @@ uint8_t stored_delete(struct console *console, enum motion_store_kind kind)
                                            .length = stored_length(console, 0)};
     if (error)
         return error;
-    return error_of(motion_store_delete(stored(), record), record->kind);
+    return error_of(motion_store_delete(console_store(), record), record->kind);
 }
 
 bool stored_save_poll(struct console *console)
 {
-    if (motion_store_poll(stored()))
+    if (motion_store_poll(console_store()))
         return true;
-    console->error = error_of((enum motion_store_result)stored()->result, MOTION_STORE_KINDS);
+    console->error =
+        error_of((enum motion_store_result)console_store()->result, MOTION_STORE_KINDS);
     return false;
 }
 
@@ -158,7 +163,7 @@ bool stored_next(struct console *console, enum motion_store_kind kind)
         console->error = error;
         return false;
     }
-    console->index = motion_store_next(stored(), kind, console->index);
+    console->index = motion_store_next(console_store(), kind, console->index);
     return console->index != MOTION_STORE_NONE;
 }
 
@@ -168,7 +173,7 @@ bool stored_list_poll(struct console *console, enum motion_store_kind kind)
 
     if (!stored_next(console, kind))
         return false;
-    if (motion_store_read_name(stored(), kind, console->index++, name)) {
+    if (motion_store_read_name(console_store(), kind, console->index++, name)) {
         printer_string(&console->printer, name);
         printer_end_of_line(&console->printer);
     }
@@ -177,7 +182,7 @@ bool stored_list_poll(struct console *console, enum motion_store_kind kind)
 
 void stored_print_room(struct console *console)
 {
-    const struct motion_store *store = stored();
+    const struct motion_store *store = console_store();
     union printer_value *values = console->printer.values;
 
     for (uint8_t kind = MOTION_STORE_POSE; kind <= MOTION_STORE_SEQUENCE; kind++) {
@@ -191,7 +196,7 @@ void stored_print_room(struct console *console)
 
 void stored_print_wear(struct console *console)
 {
-    const struct motion_store *store = stored();
+    const struct motion_store *store = console_store();
     union printer_value *values = console->printer.values;
 
     values[0].number = (uint16_t)store->saves;

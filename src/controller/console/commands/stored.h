@@ -7,7 +7,7 @@
 #include "robot/motion_store.h"
 
 /* The store of poses and sequences. */
-static inline struct motion_store *stored(void)
+static inline struct motion_store *console_store(void)
 {
     return command_set.store->motions;
 }
@@ -38,8 +38,9 @@ uint8_t stored_find(const struct console *console, enum motion_store_kind kind, 
  * has stored console->error: ERROR_NAME, ERROR_NAME_LONG, ERROR_KEYWORD or 0. */
 bool stored_name_poll(struct console *console);
 
-/* Begins to save `record`, which stays in place until the save has ended. Stores console->error.
- * True: begun, stored_save_poll() goes on. */
+/* Begins to save `record`, which stays in place until the save has ended. Stores console->error:
+ * also an error of stored_may_write(), since a packet may have started a motion after the command
+ * has begun. True: begun, stored_save_poll() goes on. */
 bool stored_save(struct console *console, const struct motion_store_record *record);
 
 /* Returns the place of the sequence that plays after power-up, or MOTION_STORE_NONE. */

@@ -38,7 +38,8 @@ uint8_t torque_on_error(uint8_t reason)
     return errors[reason];
 }
 
-/* Begins with servo `index` of the list. False: there is none. */
+/* Begins with servo console->index of the job. Stores how that began in console->part, an enum
+ * cds_result. False: the list has ended. */
 static bool begin_servo(struct console *console)
 {
     struct teach_job *job = console_job(console);
@@ -90,7 +91,7 @@ static uint8_t switch_on(struct console *console)
     return result ? result : torque_on_error(job->torque_on.reason);
 }
 
-/* As switch_on(), of either choice. */
+/* Returns CDS_PENDING while torque of servo line.id is switched on or off; else an error or 0. */
 static uint8_t poll_servo(struct console *console)
 {
     if (console->part) // it did not begin
