@@ -50,7 +50,7 @@ class Sketches(unittest.TestCase):
         run = Run(builder.sketch(path.stem, path.read_text()), *options, board=board, **more)
         self.assertIn("rules:   none broken", run.output)
         run.said = [line for line in run.output.splitlines()
-                    if not re.search(r"(->in|<-out): |^(time|bus \d|cpu|rules|faults|speed):", line) and line]
+                    if not re.search(r"(->in|<-out): |^(time|bus \d|cpu|rules|faults|script|speed):", line) and line]
         run.sent = [packet for _, way, packet in run.packets if way == "->in"]
         return run
 
