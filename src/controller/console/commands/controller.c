@@ -117,8 +117,8 @@ static uint8_t defaults_begin(struct console *console)
 /* Prints one setting, nothing if it was set, or all settings and their origin. */
 static bool settings_poll(struct console *console)
 {
-    if (command_set.explain && console->line.words == 3 && console->index++ == 0 &&
-        console->line.setting == SETTINGS_AT_host_baud) {
+    if (command_set.explain && console_is_for_person(console) && console->line.words == 3 &&
+        console->index++ == 0 && console->line.setting == SETTINGS_AT_host_baud) {
         printer_line(&console->printer, message_host_rate);
         return true;
     }
