@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Errors that name what is right: the usage, the limits of a servo. Settings
- * with their units. */
+/* Errors that name what is right: the usage, the limits of a servo. Settings with their units. */
 #include "console_rig.h"
 
 void setUp(void)
@@ -22,8 +21,6 @@ void test_setting_is_taken_and_shown_with_its_unit(void)
         {"settings cycle_us", "cycle_us = 5000 us\r\nok\r\n"},
         {"settings return_delay 4us", "ok\r\n"},
         {"settings return_delay", "return_delay = 2 x 2us\r\nok\r\n"},
-        {"settings host_baud 255",
-         "the host link changes behind the next line; a reset undoes this until 'save'\r\nok\r\n"},
     };
 
     for (uint8_t i = 0; i < sizeof lines / sizeof lines[0]; i++)
@@ -33,6 +30,16 @@ void test_setting_is_taken_and_shown_with_its_unit(void)
     assert_reply("error 61: value out of range of the setting; ", "settings cycle_us 1ms");
     assert_reply("error 33: VALUE 600us is out of range: 0 to 508us\r\n",
                  "settings return_delay 600us");
+}
+
+void test_change_of_host_rate_warns_a_person_only(void)
+{
+    static const char warning[] =
+        "the host link changes behind the next line; a reset undoes this until 'save'\r\n";
+
+    TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("settings host_baud 255"));
+    settings.echo = SETTINGS_ECHO_PERSON;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("settings host_baud 254"), warning));
 }
 
 void test_wrong_number_of_arguments_shows_usage(void)
