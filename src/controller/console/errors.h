@@ -87,8 +87,7 @@
     X(ERROR_NO_SEQUENCE, 75, "unknown sequence", "'sequence list' shows the sequences")            \
     X(ERROR_STORE_FULL, 76, "the EEPROM has no room for another pose or sequence",                 \
       "delete one, as by 'pose delete NAME'; 'status' shows the room")                             \
-    X(ERROR_STEPS, 77, "the sequence has 16 steps already",                                        \
-      "a sequence has at most 16 steps; store the rest under another name")                        \
+    X(ERROR_STEPS, 77, "the sequence has 16 steps already", "store the rest under another name")   \
     X(ERROR_POSE_GONE, 78, "a step names a deleted pose",                                          \
       "'sequence show NAME' shows the steps; store all of them again, from 'new' on")              \
     X(ERROR_NO_MOTION, 79, "no motion is under way", "'play NAME' begins one")                     \
@@ -104,8 +103,7 @@
     X(ERROR_OVERRIDE, 82, "percentage of the speed out of range", "give 10 to 200%")               \
     X(ERROR_ABSENT, 81, "a servo of the pose is not in the group",                                 \
       "'pose show NAME' prints the 'group' that the pose needs")                                   \
-    X(ERROR_SOME, 87, "some servos of the list failed",                                            \
-      "the lines above name the servos that failed, and why")                                      \
+    X(ERROR_SOME, 87, "some servos of the list failed", "the lines above name them, and why")      \
     X(ERROR_NO_SERVO, 88, "no servo answers at any rate",                                          \
       "check power, plug, wiring; then 'new' with this servo alone, 'scan rescue' or 'diagnose'")  \
     X(ERROR_NOT_ALONE, 89, "the new servo is not alone, nothing was written",                      \
@@ -113,7 +111,7 @@
     X(ERROR_DAMAGED, 90, "the replies of the servo stay damaged",                                  \
       "look for two servos with one ID, or noise, as by 'diagnose'")                               \
     X(ERROR_TIME_STEP, 91, "the time is not a multiple of 10 ms, nothing was stored",              \
-      "a sequence stores times in 10 ms: give 1230ms or 1.23s, not 1234ms")                        \
+      "give 1230ms or 1.23s, not 1234ms")                                                          \
     X(ERROR_PAUSED, 92, "a motion is paused", "'resume' goes on with it, 'motion off' ends it")    \
     X(ERROR_AUTOSTART, 93, "the sequence plays after power-up, nothing was deleted",               \
       "'settings autostart off' first")                                                            \

@@ -120,7 +120,7 @@ static const CDS_FLASH char *end_of_restore(struct console *console)
                : message_not_written;
 }
 
-/* Reads the register, writes it if it differs, and reads it back. */
+/* Writes the register if it differs, and reads it back. */
 static bool restore_poll(struct console *console)
 {
     if (console->phase == 0)
@@ -145,9 +145,8 @@ static const CDS_FLASH struct command backup_rows[] = {
     {
         .usage = FLASH_TEXT("restore ID REG VALUE"),
         .what = FLASH_TEXT("write a register if it differs, and show what differed"),
-        .details =
-            COMMAND_DETAILS("A line of backup; REG and VALUE as for set. Reads the register, "
-                            "writes it if it differs, and reads it back"),
+        .details = COMMAND_DETAILS("A line of backup; REG and VALUE as for set. Writes the "
+                                   "register if it differs, and reads it back"),
         .example = COMMAND_DETAILS("restore 1 MIN_VOLTAGE 6V"),
         .begin = restore_begin,
         .poll = restore_poll,

@@ -283,8 +283,8 @@ static const CDS_FLASH struct command bus_rows[] = {
         .what = FLASH_TEXT("find servos on the bus"),
         .details = COMMAND_DETAILS(
             "At the rate of the bus; servos found join the robot. all: at the six listed rates, "
-            "3.5 s. rescue: at all 255 rates, nine minutes. A key ends it. Then tells which servo "
-            "answers sooner than this board listens, and which ID two servos seem to have"),
+            "3.5 s. rescue: at all 255 rates, nine minutes. A key ends it. Tells which servo "
+            "answers too soon for this board, and which ID two servos seem to have"),
         .example = COMMAND_DETAILS("scan"),
         .begin = scan_begin,
         .poll = scan_poll,

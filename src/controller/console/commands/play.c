@@ -217,9 +217,9 @@ static const CDS_FLASH struct command play_rows[] = {
     {
         .usage = FLASH_TEXT("motion [wait|off]"),
         .what = FLASH_TEXT("show the motion, wait for its end, or end it"),
-        .details = COMMAND_DETAILS(
-            "wait: answers when the motion has ended: ok, or the error that ended it; any key ends "
-            "the wait. off: the servos come to rest on their way, with torque"),
+        .details =
+            COMMAND_DETAILS("wait: answers at the end of the motion: ok, or its error; a key ends "
+                            "the wait. off: the servos come to rest on their way, with torque"),
         .example = COMMAND_DETAILS("motion wait"),
         .begin = motion_begin,
         .poll = motion_poll,

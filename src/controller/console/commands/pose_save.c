@@ -229,8 +229,8 @@ static const CDS_FLASH struct command pose_save_rows[] = {
         .what = FLASH_TEXT("store where the servos of the group are"),
         .details = COMMAND_DETAILS(
             "In the EEPROM, in place of a pose of this name. NAME: a letter, then letters and "
-            "digits, up to 8, and no word of the console. If a servo does not answer, nothing is "
-            "stored. Not while a motion is under way"),
+            "digits, up to 8, no word of the console. Nothing is stored if a servo does not "
+            "answer, or while a motion is under way"),
         .example = COMMAND_DETAILS("pose save stand"),
         .begin = save_begin,
         .poll = save_poll,
@@ -247,9 +247,8 @@ static const CDS_FLASH struct command pose_save_rows[] = {
     {
         .usage = FLASH_TEXT("pose delete NAME"),
         .what = FLASH_TEXT("delete a stored pose"),
-        .details = COMMAND_DETAILS(
-            "A sequence with this pose plays no more, also if a new pose gets the name. Tells if "
-            "this is the sequence of settings autostart"),
+        .details = COMMAND_DETAILS("Sequences with this pose play no more, also if a new pose gets "
+                                   "the name. Tells if settings autostart has one"),
         .example = COMMAND_DETAILS("pose delete stand"),
         .begin = delete_begin,
         .poll = delete_poll,

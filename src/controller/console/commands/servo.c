@@ -161,8 +161,7 @@ static const CDS_FLASH struct command servo_rows[] = {
         .usage = FLASH_TEXT("move ID|254 ANGLE [SPEED]"),
         .what = FLASH_TEXT("go to an angle"),
         .details = COMMAND_DETAILS("ANGLE: 0 to 300deg, or 0raw to 1023raw. SPEED: 0 to 62rpm, 0 "
-                                   "as fast as it can; without it the servo's speed stays as it "
-                                   "is. ID 254: all"),
+                                   "as fast as it can; without it the speed stays. ID 254: all"),
         .example = COMMAND_DETAILS("move 1 90deg 30rpm"),
         .begin = move_begin,
         .poll = move_poll,

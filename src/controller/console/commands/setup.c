@@ -212,9 +212,8 @@ static const CDS_FLASH struct command setup_rows[] = {
     {
         .usage = FLASH_TEXT("id OLD NEW"),
         .what = FLASH_TEXT("give a servo another ID"),
-        .details = COMMAND_DETAILS("0 to 253. Checks first that NEW is free, and afterwards where "
-                                   "the servo answers. NEW may "
-                                   "be OLD: then nothing is written"),
+        .details = COMMAND_DETAILS("0 to 253. Checks that NEW is free, then where the servo "
+                                   "answers. NEW may be OLD: nothing is written"),
         .example = COMMAND_DETAILS("id 1 5"),
         .begin = id_begin,
         .poll = identity_poll,
