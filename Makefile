@@ -33,7 +33,7 @@ $(error boards/ has a board '$(BOARD)', too: give the folder $(BOARD_DIR) anothe
 endif
 BOARD_FOLDER := $(or $(BOARD_DIR),boards/$(BOARD))
 ifneq ($(BOARD_IS_ASKED_FOR),)
-LACKS := $(shell scripts/board.py '$(BOARD_FOLDER)')
+LACKS := $(shell scripts/board.py '$(BOARD_FOLDER)' $(patsubst %,'%',$(filter %.c,$(EXAMPLE))))
 ifneq ($(LACKS),)
 $(error $(LACKS))
 endif

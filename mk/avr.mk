@@ -157,7 +157,8 @@ $(foreach b,$(TEST_BOARDS) $(BENCH_BOARDS),$(call read_board,test/boards/$(b))$(
 profile_elfs = $(if $($(1)_PROFILE),$($(1)_PROFILES:%=build/$(1)/%.elf),build/$(1)/firmware.elf)
 too_large = $(if $($(1)_PROFILE),$(patsubst %,$(1)/%.elf,$(filter-out $($(1)_PROFILES),$(ALL_PROFILES))))
 
-# The variables of the board asked for.
+# The variables of the board asked for. A board of the user's that names no FIRMWARE runs the C file in EXAMPLE.
+default_FIRMWARE := $(if $(BOARD_DIR),$(filter %.c,$(EXAMPLE)))
 $(call read_board,$(BOARD_FOLDER))
 $(if $(BOARD_DIR),$(eval $(call board_rules,$(BOARD),$(BOARD_DIR))))
 # A make that this one starts gets the PROFILE that was asked for, not the one of board.mk.

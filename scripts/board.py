@@ -3,7 +3,9 @@
 """What a board's two files lack, all of it in one line; prints nothing if they are complete. make asks it
 about BOARD_DIR and BOARD before it compiles.
 
-usage: board.py FOLDER
+usage: board.py FOLDER [PROGRAM.c]
+
+PROGRAM.c: what runs on the board, if board.mk names no FIRMWARE.
 """
 import pathlib
 import re
@@ -41,20 +43,21 @@ def missing_in_header(path, has_firmware):
     return missing
 
 
-def complaint(folder):
+def complaint(folder, program):
     if not folder.is_dir():
         return f"{folder} is no folder"
     absent = [name for name in ["board.mk", "board.h"] if not (folder / name).is_file()]
     if absent:
         return f"{folder} lacks {' and '.join(absent)}"
     fields = values(folder / "board.mk", r"^(\w+)[ \t]*[:?]?=[ \t]*(\S.*)$")
+    has_firmware = bool(program) or "FIRMWARE" in fields
     parts = [f"{name}: {', '.join(missing)}" for name, missing in
              [("board.mk", [] if "MCU" in fields else ["MCU"]),
-              ("board.h", missing_in_header(folder / "board.h", "FIRMWARE" in fields))] if missing]
+              ("board.h", missing_in_header(folder / "board.h", has_firmware))] if missing]
     return f"{folder} lacks {'; '.join(parts)}" if parts else ""
 
 
 if __name__ == "__main__":
-    found = complaint(pathlib.Path(sys.argv[1]))
+    found = complaint(pathlib.Path(sys.argv[1]), sys.argv[2:])
     if found:
         print(found + " (CONTRIBUTING.md, Add a board)")
