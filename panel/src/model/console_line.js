@@ -14,6 +14,9 @@ export const silenceOf = (line) => (LONG.test(line.trim()) ? LONG_MS : SILENT_MS
  * that mode. The view Board does the same and keeps both. */
 export const isOfBoard = (line) => OF_BOARD.test(line.trim());
 
+/* True for a line that empties the controller's list of servos. */
+export const isForgetting = (line) => /^\s*servos\s+forget\s*$/i.test(line);
+
 export class LineHistory {
     #lines = [];
     #at = 0;
