@@ -263,6 +263,14 @@ export class Session extends EventTarget {
         });
     }
 
+    /* The controller has released servo `id` alone. The notice goes when it has no other servo. */
+    takeRelease(id) {
+        const { servos } = this.robot;
+
+        if (servos.has(id)) servos.get(id).inhibit = "";
+        if (!this.isInhibited && [...servos.values()].every(({ inhibit }) => !inhibit)) this.withdraw(["inhibited"]);
+    }
+
     /* Runs `call`; a failure is a notice. Returns what `call` returns, or undefined. */
     async attempt(call) {
         try {
