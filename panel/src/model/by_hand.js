@@ -22,6 +22,8 @@ export async function sendLine(session, line, { onLine, signal } = {}) {
     const { robot } = session;
     const reply = await session.wire.command(line, { source: "hand", notAfter: session.clock.now() + ORDER_MS, timeout: silenceOf(line), onLine, signal });
 
-    if (!reply.error && isForgetting(line)) session.attempt(() => robot.findServos({ more: [] })); // the reply is shown meanwhile
+    if (reply.error) return reply;
+    session.takeDone(line);
+    if (isForgetting(line)) session.attempt(() => robot.findServos({ more: [] })); // the reply is shown meanwhile
     return reply;
 }

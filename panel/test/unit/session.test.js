@@ -330,6 +330,22 @@ test("reset: a scan of the user that finds nothing is none", async () => {
     assert.ok(!session.notices.some(({ code }) => code === "reset"));
 });
 
+test("notices: a command that failed is not told any more once the same operation succeeds", async () => {
+    const { clock, port, session } = await rig();
+    const failed = () => session.notices.filter(({ code }) => code === "command").map(({ text }) => /“(.*)”/.exec(text)[1]);
+    let isFailing = true;
+
+    port.onText = (line) => isFailing && line !== "servos" && (port.say("error 40: too many servos"), true);
+    for (const line of ["new 77", "id 1 9", "id 2 9", "play wave"])
+        await Promise.all([session.attempt(() => session.controller.run(line)), clock.advance(100)]);
+    assert.deepEqual(failed(), ["new 77", "id 1 9", "id 2 9", "play wave"]);
+    isFailing = false;
+    for (const line of ["new 7", "id 1 8"]) await Promise.all([session.controller.run(line), clock.advance(100)]);
+    assert.deepEqual(failed(), ["id 2 9", "play wave"]);
+    await Promise.all([sendLine(session, "play  wave"), clock.advance(100)]);
+    assert.deepEqual(failed(), ["id 2 9"]);
+});
+
 test("servos forget: typed in the console, the page knows no servo either, and does not scan", async () => {
     const { clock, port, session } = await rig();
     let isForgotten = false;
