@@ -3,7 +3,7 @@
 
 import { AT_INSTRUCTION, INSTRUCTION } from "../wire/packet.js";
 import { ORDER_MS } from "./controller.js";
-import { silenceOf } from "./console_line.js";
+import { isForgetting, silenceOf } from "./console_line.js";
 
 const MANY_MS = 3000; // for the replies of many servos
 
@@ -16,7 +16,14 @@ export async function sendPacket(session, bytes) {
     return reply === null ? [] : [reply].flat();
 }
 
-/* Sends a line. Resolves with {error}; throws WireError. onLine(text) takes the lines. `onLine`, `signal`: wire.js. */
-export function sendLine(session, line, { onLine, signal } = {}) {
-    return session.wire.command(line, { source: "hand", notAfter: session.clock.now() + ORDER_MS, timeout: silenceOf(line), onLine, signal });
+/* Sends a line. Resolves with {error}; throws WireError. onLine(text) takes the lines. `onLine`, `signal`: wire.js.
+ * After `servos forget` the page asks for the list again, without a scan: a scan would fill the list that `new` needs empty. */
+export async function sendLine(session, line, { onLine, signal } = {}) {
+    const { robot } = session;
+    const reply = await session.wire.command(line, { source: "hand", notAfter: session.clock.now() + ORDER_MS, timeout: silenceOf(line), onLine, signal });
+
+    if (reply.error) return reply;
+    session.takeDone(line);
+    if (isForgetting(line)) session.attempt(() => robot.findServos({ more: [] })); // the reply is shown meanwhile
+    return reply;
 }

@@ -14,6 +14,16 @@ export const silenceOf = (line) => (LONG.test(line.trim()) ? LONG_MS : SILENT_MS
  * that mode. The view Board does the same and keeps both. */
 export const isOfBoard = (line) => OF_BOARD.test(line.trim());
 
+/* The operation of a line: the line without the value that a user changes when he tries again, as "id 1" of "id 1 9". */
+export function operationOf(line) {
+    const text = line.trim().toLowerCase().replace(/\s+/g, " ");
+
+    return /^(?:new|bus|set \S+ \S+|(?:id|baud) \S+)(?= )/.exec(text)?.[0] ?? text;
+}
+
+/* True for a line that empties the controller's list of servos. */
+export const isForgetting = (line) => /^\s*servos\s+forget\s*$/i.test(line);
+
 export class LineHistory {
     #lines = [];
     #at = 0;

@@ -50,6 +50,7 @@ export class Controller {
         this.modeBefore = null; // setting `echo` before the page changed it; null: not known
         this.hasOwnMode = true; // false while the page has given the mode of before back, to save it
         this.commands = new Set(); // usage of each command, as in the tables
+        this.onDone = () => {}; // (line) is called when a command has succeeded
         this.hasMotion = false; // timed moves, stored poses and sequences
     }
 
@@ -137,6 +138,7 @@ export class Controller {
         const { lines, error } = await this.#wire.command(line, options);
 
         if (error) throw new CommandError(line, error, lines, this.tables.errors);
+        this.onDone(line);
         return lines;
     }
 

@@ -100,6 +100,7 @@ export class MotionDesk extends MotionEditor {
 
         if (poses.length || sequences.length) throw new MotionError("motion-differs", { detail: sequence });
         await store.play(sequence, { times: this.isLoop ? 0 : this.times, percent: this.percent });
+        this.session.takeMotion();
         robot.motion = { ...robot.motion, state: BEGINS }; // until it is read
     }
 
@@ -243,6 +244,7 @@ export class MotionDesk extends MotionEditor {
                 if (names.length && !(await this.#mayReplace(textOfQuestion(names)))) return;
                 await store.store(this.#newOf(motions));
                 motions.isChanged = false;
+                this.session.takeMotion();
                 this.#notifyCounts("motion-stored");
             }),
         );

@@ -291,6 +291,7 @@ export class Robot extends EventTarget {
             if (isOn) await this.#torqueOn(id, isCancelled);
             else await this.#writeTorque(id, 0, this.#clock.now() + ORDER_MS);
         } catch (error) {
+            if (isOn && error.code === "servo-silent" && (await this.#isServoInhibited(id))) throw new Failure("inhibited", { id });
             throw error.code === "late" ? new Failure(isOn ? "torque-on-late" : "torque-off-late", { id }) : error;
         }
         if (isCancelled()) return; // torque off takes one packet, and overtakes torque on
@@ -298,6 +299,15 @@ export class Robot extends EventTarget {
 
         if (servo) servo.torque = isOn;
         this.#change();
+    }
+
+    /* True if the controller inhibits this servo, so that it does not send a packet that drives it. Asks the controller:
+     * the inhibit may be newer than the last reply of `servos`. */
+    async #isServoInhibited(id) {
+        await this.#readText().catch(() => {}); // what is known already must do
+        const servo = this.servos.get(id);
+
+        return Boolean(servo?.inhibit) && servo.presence !== "offline";
     }
 
     /* Switches torque of `ids`, or of all servos that are online, one after the other. `keepsGoals`: a servo that
@@ -311,7 +321,7 @@ export class Robot extends EventTarget {
             try {
                 await this.#switchTorque(id, isOn, order);
             } catch (error) {
-                if (["stopped", "closed", "silent", "inhibited"].includes(error.code)) throw error;
+                if (["stopped", "closed", "silent"].includes(error.code) || (error.code === "inhibited" && this.isInhibited)) throw error;
                 if (/^torque-.*late$/.test(error.code)) throw new Failure(error.code, { ids: ids.slice(index) });
                 onError(error);
             }

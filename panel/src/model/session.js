@@ -10,6 +10,7 @@ import { Wire } from "../wire/wire.js";
 import { pause, realClock } from "../wire/clock.js";
 import { noticeText } from "../texts/texts.js";
 import { CapturePort } from "../port/replay.js";
+import { operationOf } from "./console_line.js";
 import { Controller } from "./controller.js";
 import { Decoder } from "./decode.js";
 import { History } from "./history.js";
@@ -24,6 +25,7 @@ const WITHDRAWN_BY = { // notices that an event withdraws
     release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-no-inhibit", "stop-unverified", "stopped"],
     stop: ["lost-stopping", "stop-failed", "stop-no-inhibit", "stop-not-sent", "stop-unverified"],
     back: ["silent"],
+    motion: ["motion-differs", "motion-not-stored"],
 };
 /* Notices that no other notice pushes out: the robot may move, or its torque is not known. */
 const ABOUT_SAFETY = new Set([...WITHDRAWN_BY.stop, "lost", "reset", "silent", "turn-not-ended"]);
@@ -46,7 +48,7 @@ export class Session extends EventTarget {
         this.state = "disconnected"; // disconnected, connecting, connected, silent
         this.stopState = "none"; // none, stopping, verified, unchecked (no servo was asked), unverified, failed
         this.stopOutcome = null;
-        this.notices = []; // {key, code, ids, text, remedy, level, time, undo}; undo(): the button Undo
+        this.notices = []; // {key, code, ids, operation, text, remedy, level, time, undo}; undo(): the button Undo
         this.traffic = new Traffic(new Decoder(tables, () => this.wire?.deviceId));
         this.capture = null; // the port of the last connection; `text` is the capture
         this.portName = "";
@@ -134,6 +136,7 @@ export class Session extends EventTarget {
         this.capture = new CapturePort(port);
         this.wire = new Wire(this.capture, { clock: this.clock });
         this.controller = new Controller(this.wire, this.tables);
+        this.controller.onDone = (line) => this.takeDone(line);
         this.robot = new Robot(this.controller);
         this.history = new History(this.clock.now());
         this.#listen(this.wire, this.robot);
@@ -263,6 +266,30 @@ export class Session extends EventTarget {
         });
     }
 
+    /* The controller has released servo `id` alone. The notice goes when it has no other servo. */
+    takeRelease(id) {
+        const { servos } = this.robot;
+
+        if (servos.has(id)) servos.get(id).inhibit = "";
+        if (!this.isInhibited && [...servos.values()].every(({ inhibit }) => !inhibit)) this.withdraw(["inhibited"]);
+    }
+
+    /* A command has succeeded: withdraws the notice that the same operation has failed. */
+    takeDone(line) {
+        const done = operationOf(line);
+        const isOver = ({ code, operation }) => code === "command" && operation === done;
+
+        if (!this.notices.some(isOver)) return;
+        this.notices = this.notices.filter((notice) => !isOver(notice));
+        this.#followInfo();
+        this.#change();
+    }
+
+    /* The board has taken a motion, or plays one. */
+    takeMotion() {
+        this.withdraw(WITHDRAWN_BY.motion);
+    }
+
     /* Runs `call`; a failure is a notice. Returns what `call` returns, or undefined. */
     async attempt(call) {
         try {
@@ -292,7 +319,8 @@ export class Session extends EventTarget {
         const key = `${code} ${isOfMany ? detail.why : detail.id ?? ""} ${detail.line ?? ""}`;
         const before = this.notices.find((shown) => shown.key === key)?.ids ?? [];
         const ids = isOfMany ? [...new Set([...before, detail.id])].sort((one, other) => one - other) : detail.ids;
-        const notice = { key, code, ids, time: this.clock.now(), undo: detail.undo, ...noticeText({ ...detail, code, ids }) };
+        const operation = operationOf(detail.line === undefined ? "" : String(detail.line));
+        const notice = { key, code, ids, operation, time: this.clock.now(), undo: detail.undo, ...noticeText({ ...detail, code, ids }) };
 
         if (code === "unexpected") console.error(what);
         this.notices = atMost(NOTICES_MAX, [...this.notices.filter((shown) => shown.key !== key), notice]);

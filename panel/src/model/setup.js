@@ -6,7 +6,7 @@
  * Event: `change`. */
 
 import { ID_MAX } from "../wire/packet.js";
-import { CommandError } from "./controller.js";
+import { CommandError, LISTED_MAX } from "./controller.js";
 import { checkLimits, differences, entriesFor, entryOf, readBackup, textOfBackup } from "./backup.js";
 import { Failure, rawAt, readRegisters, registerRows, silences, writeRegister } from "./registers.js";
 
@@ -17,7 +17,7 @@ const SEARCH_MS = 15000; // `new` and `diagnose` say nothing while they search, 
 const CHANGE_MS = 10000; // a change of the rate of a servo
 const ERROR_KEY = 49; // the user has ended a command
 const ENDED_CODES = new Set(["cancelled", "ended"]); // errors of the wire: the user has ended the command
-const ERROR_ID_KNOWN = 11; // `new`: the ID is in the controller's list
+const ERROR_LIMIT = 11; // `new`: the ID is in the controller's list; `id`: it is, or the list is full
 const ERROR_NOT_NEW = 95; // `new`: the servo that answers may be one of the list
 const FATAL_CODES = new Set(["stopped", "closed", "silent", "cancelled"]); // errors of the wire after which the next job would fail, too
 
@@ -98,6 +98,11 @@ export class Setup extends EventTarget {
         return wire?.hasDevice ? wire.deviceId : null;
     }
 
+    /* True if the controller's list has no room for another ID. */
+    get isFull() {
+        return this.ids.length >= LISTED_MAX;
+    }
+
     #checkNewId(id) {
         if (id === this.idOfDevice) throw new Failure("id-of-device", { id });
     }
@@ -164,6 +169,15 @@ export class Setup extends EventTarget {
         await this.session.robot.findServos(options);
     }
 
+    /* Empties the controller's list, then finds the servos that are plugged in. */
+    forgetList() {
+        return this.#run("forget", async () => {
+            this.outcome = null;
+            await this.session.controller.order("servos forget");
+            await this.#findServos();
+        });
+    }
+
     /* ---- search ---- */
 
     /* `how`: "" at the rate of the bus, "all" at the listed rates, "rescue" at all rates. */
@@ -218,7 +232,7 @@ export class Setup extends EventTarget {
                     return;
                 }
             } catch (error) {
-                if (error.number === ERROR_ID_KNOWN || error.number === ERROR_NOT_NEW) this.outcome = { kind: "newKnown", lines: [], id };
+                if (error.number === ERROR_LIMIT || error.number === ERROR_NOT_NEW) this.outcome = { kind: "newKnown", lines: [], id };
                 throw error;
             }
             this.outcome = { kind: "new", lines: [], id };
@@ -291,12 +305,19 @@ export class Setup extends EventTarget {
                 this.outcome = { kind, lines: await this.session.controller.order(command, { timeout: CHANGE_MS }) };
                 this.chosen = id;
             } catch (error) {
-                if (error instanceof CommandError && error.lines.length) this.outcome = { kind: "partly", lines: error.lines };
+                if (error instanceof CommandError) this.outcome = this.#outcomeOfFailure(kind, id, error);
                 throw error;
             } finally {
                 if (this.session.isConnected) await this.#findServos().catch(() => {}); // the first failure is told
             }
         });
+    }
+
+    /* The outcome of a failed change, or null. The controller tells "unchanged: ..." for a servo that it has not changed. */
+    #outcomeOfFailure(kind, id, { lines, number }) {
+        if (kind === "id" && number === ERROR_LIMIT && this.isFull && !this.ids.includes(id)) return { kind: "full", lines: [] };
+        if (!lines.length) return null;
+        return { kind: lines.every((line) => line.startsWith("unchanged:")) ? "unchanged" : "partly", lines };
     }
 
     /* ---- registers ---- */

@@ -42,7 +42,8 @@ export const setup = {
     newIdWrong: "An ID is a number from 0 to 253.",
     newIdOfDevice: (id) => `${id} is the ID of the controller itself. Choose another.`,
     newIdTaken: (id) => `Servo ${id} of the robot has this ID. Choose another, or set up the new servo in its place: the page asks first.`,
-    newFull: (count) => `The controller knows ${count} servos, unplugged ones too, and refuses another ID (error 40). Type servos forget in the console of the view Packets first.`,
+    newFull: (count) => `The controller knows ${count} servos, unplugged ones too, and refuses another ID. Unplug servos that do not need one, then press “Forget the list”: the page finds those that are still plugged in.`,
+    forgetList: "Forget the list",
     newDone: (id) => `Servo ${id} is set up. Now plug in the others again.`,
     newKnown: "Nothing was written: the controller has this ID in its list of servos, which keeps servos that are unplugged. If a servo of the robot is still connected, unplug it and set up again. If only the new servo is connected, let the controller forget the list.",
     newForget: (id) => `Forget the list, set up servo ${id}`,
@@ -121,6 +122,7 @@ export const setup = {
         factory: "The servo has its factory values.",
         bus: "The rate of the bus is changed.",
         partly: "Not all was done.",
+        unchanged: "Nothing was changed.",
     },
 
     backup: "Backup and restore",

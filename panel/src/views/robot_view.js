@@ -227,7 +227,7 @@ export class RobotView extends View {
     #releaseServo({ id }) {
         this.session.attempt(async () => {
             await this.session.controller.order(`release ${id}`);
-            this.session.robot.servos.get(id).inhibit = "";
+            this.session.takeRelease(id);
         });
     }
 

@@ -2,7 +2,6 @@
 /* Guided set-up of a new servo: the controller tells its steps. */
 
 import { html, nothing } from "lit";
-import { LISTED_MAX } from "../model/controller.js";
 import { texts } from "../texts/texts.js";
 import { ID_MAX } from "../wire/packet.js";
 import { SetupPart } from "./setup_part.js";
@@ -37,6 +36,11 @@ class NewPart extends SetupPart {
         this.requestUpdate();
     }
 
+    /* True if the controller refuses the ID because its list is full. */
+    get #isRefused() {
+        return !this.#isWrong && this.setup.isFull && !this.setup.ids.includes(Number(this.#text));
+    }
+
     #note() {
         if (this.#isWrong) return html`<strong class="bad">${this.#isOfDevice ? t.newIdOfDevice(this.#text) : t.newIdWrong}</strong>`;
         const id = Number(this.#text);
@@ -44,7 +48,7 @@ class NewPart extends SetupPart {
         const { ids, freeId } = this.setup;
 
         if (ids.includes(id)) return html`<strong class="warn">${t.newIdTaken(id)}</strong>`;
-        if (ids.length >= LISTED_MAX) return html`<strong class="warn">${t.newFull(ids.length)}</strong>`;
+        if (this.#isRefused) return html`<strong class="warn">${t.newFull(ids.length)}</strong>`;
         return t.newIdHint(freeId);
     }
 
@@ -84,6 +88,7 @@ class NewPart extends SetupPart {
                 <button class="set-up-new" ?disabled=${setup.isRunning || this.#isWrong} @click=${this.#start}>${t.newStart}</button>
             </div>
             <p class="hint" id="new-id-note">${this.#note()}</p>
+            ${this.#isRefused ? this.forgetButton() : nothing}
             ${this.progressOf("new", t.newServo)}
             <div class="steps" role="log">${this.linesOf(setup.steps)}</div>
             ${this.#outcome()}`;

@@ -65,9 +65,12 @@ class PlacePart extends SetupPart {
     #outcome() {
         const { outcome } = this.setup;
 
+        if (outcome?.kind === "full")
+            return html`<div class="place-outcome" role="status"><p class="warn">${t.newFull(this.setup.ids.length)}</p>
+                ${this.setup.isFull ? this.forgetButton() : nothing}</div>`;
         if (!outcome || !t.outcomes[outcome.kind]) return nothing;
         return html`<div class="place-outcome" role="status">
-            <p class=${outcome.kind === "partly" ? "warn" : "good"}>${t.outcomes[outcome.kind]}</p>
+            <p class=${outcome.kind === "partly" || outcome.kind === "unchanged" ? "warn" : "good"}>${t.outcomes[outcome.kind]}</p>
             ${this.linesOf(outcome.lines)}
         </div>`;
     }

@@ -194,6 +194,18 @@ test("other ID: asks first, and Stop stays at hand", async (t) => {
     await page.waitForFunction(() => document.querySelector("select.servo").value === "9"); // once the controller was asked
 });
 
+test("other ID: a full list is told, and can be forgotten", async (t) => {
+    const { page } = await startSetup(t, { count: 18 });
+
+    await press(page, ".change-id");
+    await page.keyboard.type("50");
+    await page.keyboard.press("Enter");
+    await shows(page, "The controller knows 18 servos", ".place-outcome");
+    await press(page, ".place-outcome .forget-list");
+    await page.waitForFunction(() => !document.querySelector(".place-outcome"));
+    await press(page, "panel-setup-new .forget-list"); // all servos are plugged in, and found again
+});
+
 test("profile bridge: offers search, registers and backup", async (t) => {
     const { page } = await startSetup(t, { count: 2, board: "atmega128", elf: "build/atmega128/bridge.elf" });
 

@@ -497,6 +497,17 @@ test("torque on: a stop between its steps keeps it off", async () => {
     assert.equal(port.servos.get(1)[TORQUE], 0);
 });
 
+test("torque on: a servo that is inhibited by itself is told as inhibited, the others go on", async () => {
+    const { robot, port, clock } = await rig({ torque: 0 });
+    const errors = [];
+
+    port.onText = (line) => line === "servos" && (port.say("servo 1: online, torque off, inhibited: lost its state", "servo 2: online, torque off", "ok"), true);
+    port.onPacket = (bytes) => bytes[2] === 1 && bytes[4] === INSTRUCTION.WRITE; // the controller sends no packet that drives it
+    await Promise.all([robot.setTorqueAll(true, ({ code, id }) => errors.push([code, id])), clock.advance(3000)]);
+    assert.deepEqual(errors, [["inhibited", 1]]);
+    assert.equal(port.servos.get(2)[TORQUE], 1);
+});
+
 test("torque off: one packet", async () => {
     const { robot, port, servo } = await rig({ start: false });
 

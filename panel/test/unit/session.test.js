@@ -3,6 +3,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
+import { sendLine } from "../../src/model/by_hand.js";
 import { Session } from "../../src/model/session.js";
 import { FakeClock } from "../support/fake_clock.js";
 import { FakePort } from "../support/fake_port.js";
@@ -326,6 +327,37 @@ test("reset: a scan of the user that finds nothing is none", async () => {
     };
     await clock.advance(6000);
     await Promise.all([session.controller.run("scan"), clock.advance(7000)]);
+    assert.ok(!session.notices.some(({ code }) => code === "reset"));
+});
+
+test("notices: a command that failed is not told any more once the same operation succeeds", async () => {
+    const { clock, port, session } = await rig();
+    const failed = () => session.notices.filter(({ code }) => code === "command").map(({ text }) => /“(.*)”/.exec(text)[1]);
+    let isFailing = true;
+
+    port.onText = (line) => isFailing && line !== "servos" && (port.say("error 40: too many servos"), true);
+    for (const line of ["new 77", "id 1 9", "id 2 9", "play wave"])
+        await Promise.all([session.attempt(() => session.controller.run(line)), clock.advance(100)]);
+    assert.deepEqual(failed(), ["new 77", "id 1 9", "id 2 9", "play wave"]);
+    isFailing = false;
+    for (const line of ["new 7", "id 1 8"]) await Promise.all([session.controller.run(line), clock.advance(100)]);
+    assert.deepEqual(failed(), ["id 2 9", "play wave"]);
+    await Promise.all([sendLine(session, "play  wave"), clock.advance(100)]);
+    assert.deepEqual(failed(), ["id 2 9"]);
+});
+
+test("servos forget: typed in the console, the page knows no servo either, and does not scan", async () => {
+    const { clock, port, session } = await rig();
+    let isForgotten = false;
+
+    port.onText = (line) => {
+        if (line === "servos forget") isForgotten = true;
+        return isForgotten && line.startsWith("servos") && (port.say("no servo known: 'scan' finds servos", "ok"), true);
+    };
+    assert.deepEqual(session.robot.ids, [1]);
+    await Promise.all([sendLine(session, "servos forget"), clock.advance(7000)]);
+    assert.deepEqual(session.robot.ids, []);
+    assert.ok(!port.lines.includes("scan"));
     assert.ok(!session.notices.some(({ code }) => code === "reset"));
 });
 

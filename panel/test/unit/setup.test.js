@@ -192,6 +192,37 @@ test("new servo: an ID of the list is refused, and set up once the list is forgo
     assert.deepEqual(port.lines.filter((line) => /^new|forget/.test(line)), ["new 4", "servos forget", "new 4"]);
 });
 
+test("change of an ID: refused by a full list, until the list is forgotten", async () => {
+    const ids = Array.from({ length: 18 }, (_, index) => index + 1);
+    let isForgotten = false;
+    const { setup, port, clock } = await rig({
+        ids,
+        onText: (line, at) => {
+            if (line === "id 18 50") at.say("unchanged: ID 18 at 1000000bps", "error 11: servo 18: the limits of the servo do not permit this");
+            else if (line === "servos forget") at.say((isForgotten = true) && "ok");
+            else if (line === "scan") at.say("id 1 model 1", "1 found", "ok");
+            else if (line !== "servos" || !isForgotten) return false;
+            else at.say("ok");
+            return true;
+        },
+    });
+
+    await finish(clock, setup.changeId(18, 50));
+    assert.deepEqual([setup.outcome, setup.isFull], [{ kind: "full", lines: [] }, true]);
+    await finish(clock, setup.forgetList());
+    assert.deepEqual([setup.outcome, setup.isFull, setup.ids], [null, false, [1]]);
+    assert.deepEqual(port.lines.filter((line) => /forget|scan/.test(line)), ["servos forget", "scan"]);
+});
+
+test("change of an ID: a servo that stays as it was is not told as partly done", async () => {
+    const { setup, clock } = await rig({
+        onText: (line, at) => line === "id 1 2" && (at.say("unchanged: ID 1 at 1000000bps", "error 50: ID in use"), true),
+    });
+
+    await finish(clock, setup.changeId(1, 2));
+    assert.equal(setup.outcome.kind, "unchanged");
+});
+
 test("new servo: waits through a silent search of 4 s", async () => {
     const { setup, port, clock } = await rig({ onText: (line) => line === "new 4" });
     const setUp = setup.setUpNew(4);
