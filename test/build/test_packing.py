@@ -2,6 +2,7 @@
 """make dist, install, uninstall and release if something goes wrong: one line says it, and what was there is kept."""
 import os
 import pathlib
+import re
 import resource
 import shutil
 import subprocess
@@ -120,6 +121,11 @@ class Installed(Case):
     def install(self, mcus="atmega328p", **options):
         return self.run_it("install", "--mcus", mcus, **options)
 
+    def uninstalls(self):
+        status, output = self.run_it("uninstall")
+        self.assertEqual(status, 0, output)
+        self.assertRegex(output, rf"^removed cds55xx from {re.escape(str(self.prefix))}: \d+ files\n$")
+
     def contents(self):
         return {str(path.relative_to(self.prefix)): path.read_bytes() if path.is_file() else None
                 for path in self.prefix.rglob("*")}
@@ -138,7 +144,7 @@ class Installed(Case):
         self.assertEqual(self.contents(), before)
         self.assertRegex(self.install(room=1000)[1], f"^install.py: {self.manifest}: File too large; the earlier installation is kept: ")
         self.assertEqual(self.contents(), before)
-        self.assertEqual(self.run_it("uninstall"), (0, ""))
+        self.uninstalls()
         self.assertFalse(self.prefix.exists())
 
     def test_install_on_a_full_disk_leaves_nothing(self):
@@ -159,7 +165,7 @@ class Installed(Case):
                        "os.replace = replace_or_end\nsys.path[0] = os.path.dirname(sys.argv[1])\nrunpy.run_path(sys.argv.pop(1), run_name='__main__')\n")
             self.assertEqual(call(sys.executable, "-c", program, self.root / "scripts/install.py", "install", "--prefix",
                                   self.prefix, "--mcus", "atmega64"), (9, ""))
-            self.assertEqual(self.run_it("uninstall"), (0, ""))
+            self.uninstalls()
             self.assertFalse(self.prefix.exists())
 
     def test_install_over_another_one_removes_what_it_no_longer_has(self):
@@ -168,7 +174,7 @@ class Installed(Case):
         self.assertEqual(self.install()[0], 0)
         second = self.contents()
         self.assertFalse({name for name in second if "cm510" in name or "atmega64" in name or "new" in name})
-        self.assertEqual(self.run_it("uninstall"), (0, ""))
+        self.uninstalls()
         self.assertFalse(self.prefix.exists())
         self.assertEqual(self.install()[0], 0)
         self.assertEqual({**self.contents(), "share/cds55xx/manifest": ""}, {**second, "share/cds55xx/manifest": ""})
@@ -197,7 +203,7 @@ class Installed(Case):
                                      r"removed; make install into the same PREFIX writes it anew, then make uninstall\n$")
             self.assertEqual(self.contents(), before)
         self.assertEqual(self.install()[0], 0)
-        self.assertEqual(self.run_it("uninstall"), (0, ""))
+        self.uninstalls()
         self.assertEqual([path for path in self.prefix.rglob("*") if not path.is_dir()], [])
 
 

@@ -21,6 +21,7 @@ static const CDS_FLASH char message_range[] = " is out of range: ";
 static const CDS_FLASH char message_to[] = " to ";
 static const CDS_FLASH char message_subject_end[] = ": ";
 static const CDS_FLASH char message_ms[] = "ms";
+static const CDS_FLASH char name_of_settings[] = "settings";
 static const CDS_FLASH char message_whole_s[] = "s, whole seconds";
 static const CDS_FLASH char message_too_fine[] = "has more decimals than the command takes";
 
@@ -82,9 +83,7 @@ static bool range_of_register(uint8_t address, bool in_unit, struct range *range
 
 bool explain_is_settings(const struct command_line *line)
 {
-    static const CDS_FLASH char settings_command[] = "settings";
-
-    return parse_has_name(line->command->usage, settings_command);
+    return parse_has_name(line->command->usage, name_of_settings);
 }
 
 /* The range of the setting of the line. A rate may be given in bit/s. */

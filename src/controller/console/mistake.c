@@ -20,7 +20,7 @@ static const CDS_FLASH char message_no_unit[] =
 static const CDS_FLASH char message_known_id[] =
     "ID %u is in the list of the robot's servos; choose another ID, or empty the list by 'servos "
     "forget'";
-static const CDS_FLASH char message_usage[] = "wrong number of arguments; usage: %s";
+static const CDS_FLASH char message_usage_due[] = "wrong number of arguments; usage: %s";
 static const CDS_FLASH char message_limits[] =
     "its limits are %a to %a and %r; stay within them, or change them by 'limits'";
 
@@ -130,9 +130,9 @@ static void set_limits(union printer_value *values, const struct cds_servo_state
 void mistake_print(struct console *console, enum mistake mistake)
 {
     static const CDS_FLASH char *const CDS_FLASH texts[] = {
-        [MISTAKE_LIST] = message_one_servo, [MISTAKE_REVERSED] = message_reversed,
-        [MISTAKE_UNIT] = message_no_unit,   [MISTAKE_KNOWN_ID] = message_known_id,
-        [MISTAKE_COUNT] = message_usage,    [MISTAKE_LIMITS] = message_limits,
+        [MISTAKE_LIST] = message_one_servo,  [MISTAKE_REVERSED] = message_reversed,
+        [MISTAKE_UNIT] = message_no_unit,    [MISTAKE_KNOWN_ID] = message_known_id,
+        [MISTAKE_COUNT] = message_usage_due, [MISTAKE_LIMITS] = message_limits,
     };
     union printer_value *values = console->printer.values;
 

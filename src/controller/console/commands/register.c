@@ -9,6 +9,7 @@
 #include "console/messages.h"
 #include "console/number_format.h"
 
+static const CDS_FLASH char message_servo_label[] = "servo ";
 static const CDS_FLASH char message_in_eeprom[] = " EEPROM";
 static const CDS_FLASH char message_in_ram[] = " RAM";
 
@@ -121,11 +122,9 @@ static uint8_t info_begin(struct console *console)
  * of servos. */
 ALWAYS_INLINE void print_servo_of_list(struct console *console)
 {
-    static const CDS_FLASH char servo[] = "servo ";
-
     if (!command_set.lists || !console->line.is_repeated || console->index == 0)
         return;
-    printer_flash(&console->printer, servo);
+    printer_flash(&console->printer, message_servo_label);
     printer_decimal(&console->printer, console->line.id);
     printer_char(&console->printer, ':');
     printer_char(&console->printer, ' ');
