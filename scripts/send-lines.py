@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """Sends the lines of a file to the console, each after the reply to the line before: poses and sequences of another
-robot (docs/motion.md), or a backup of servos. Ends at the first error.
+robot (docs/motion.md), or a backup of servos. Ends at the first error. The file may be what a terminal has shown:
+prompts and `ok` are left out.
 
     scripts/send-lines.py /dev/ttyUSB0 poses.txt [BAUD]"""
 import os
@@ -37,14 +38,15 @@ def ask(port, line):
 
 
 def main(path, file, rate=RATE):
-    lines = [line for line in pathlib.Path(file).read_text().splitlines() if line.strip()]
+    shown = pathlib.Path(file).read_text().splitlines()
+    lines = [line for line in (line.removeprefix(">").strip() for line in shown) if line not in ("", "ok")]
     port = open_port(path, rate)
     ask(port, "\x03mode program")
     for number, line in enumerate(lines, 1):
         reply = ask(port, line)
         print(f"{number}/{len(lines)} {line}: {reply}")
         if reply != "ok":
-            sys.exit(f"{file}: line {number} was refused; the lines after it were not sent")
+            sys.exit(f"{file}: '{line}' was refused; the lines after it were not sent")
 
 
 if __name__ == "__main__":

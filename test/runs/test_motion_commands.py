@@ -583,13 +583,13 @@ class SendLines(unittest.TestCase):
         board = MOVING[0]
         with Process("firmware", ROOT / f"build/{board}/controller.elf", "--board", board, "--servos", "1-3",
                      "--host", "pty") as sim:
-            done = self.send(self.POSES + "pose show\nsequence show\n", sim.path)
+            done = self.send("> " + self.POSES + "ok\n> pose show\nsequence show\n> \n", sim.path)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual(done.stdout.count(": ok\n"), 7)
             done = self.send("pose set x 1\npose list\n", sim.path)
             self.assertEqual(done.returncode, 1)
             self.assertIn("pose set x 1: error 46", done.stdout)
-            self.assertIn("line 1 was refused; the lines after it were not sent", done.stderr)
+            self.assertIn("'pose set x 1' was refused; the lines after it were not sent", done.stderr)
             self.assertNotIn("pose list", done.stdout)
 
 

@@ -96,7 +96,7 @@
     X(ERROR_STUCK, 83, "a servo does not follow its goals; the motion has ended",                  \
       "check what blocks it, its power and its torque")                                            \
     X(ERROR_TORQUE_OFF, 84, "torque of a servo is off",                                            \
-      "'teach off' switches torque on where it is")                                                \
+      "switch it on where the servos are, as by 'teach off 1 2 3'")                                \
     X(ERROR_ALARM, 85, "the servo reports an alarm", "'servos' names it: remove the cause")        \
     X(ERROR_VOLTAGE, 86, "voltage outside of the servo's limits",                                  \
       "charge the battery, or see its MIN_VOLTAGE and MAX_VOLTAGE")                                \
