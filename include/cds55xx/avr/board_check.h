@@ -39,7 +39,8 @@
 #define CDS_AVR_CHECK_WIRING_ADAPTER      1
 #define CDS_AVR_CHECK_WIRING_ADAPTER_ECHO 1
 
-/* A bit of 0 to 7 becomes one character. Any other bit is the name of no macro, which is longer. */
+/* A bit from 0 to 7 becomes itself: one character. Any other one stays the name of a macro that
+ * does not exist, which is longer. */
 #define CDS_AVR_CHECK_BIT_0 0
 #define CDS_AVR_CHECK_BIT_1 1
 #define CDS_AVR_CHECK_BIT_2 2

@@ -16,7 +16,6 @@
 #include "robot/settings.h"  // settings_table
 
 static const CDS_FLASH char message_error[] = "error %u: ";
-static const CDS_FLASH char message_of_servo[] = "servo %u: ";
 static const CDS_FLASH char message_range[] = " is out of range: ";
 static const CDS_FLASH char message_to[] = " to ";
 static const CDS_FLASH char message_subject_end[] = ": ";

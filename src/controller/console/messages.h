@@ -13,6 +13,7 @@
 extern const CDS_FLASH char message_nothing[];  // ""
 extern const CDS_FLASH char message_version[];  // "cds55xx 0.1.0 atmega128"
 extern const CDS_FLASH char message_servo[];    // "servo %u: %s"
+extern const CDS_FLASH char message_of_servo[]; // "servo %u: "
 extern const CDS_FLASH char message_factory[];  // what reset and factory do
 extern const CDS_FLASH char message_too_fast[]; // "servo %u needs %l ms"
 

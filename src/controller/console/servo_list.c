@@ -11,7 +11,6 @@
 #include "console/explain.h"
 #include "console/messages.h"
 
-static const CDS_FLASH char message_prefix[] = "servo %u: ";
 static const CDS_FLASH char message_ok[] = "ok";
 static const CDS_FLASH char message_not_a_list[] =
     "warning: %u was read as a value, not as servo %u; a list of servos is one word here: %u,%u";
@@ -281,7 +280,7 @@ static bool next_servo(struct console *console)
     console->line.id = kept_ids(&console->line)[list->next++];
     console->printer.values[0].number = console->line.id;
     if (console->line.command->begin != backup_begin)
-        printer_text(&console->printer, message_prefix);
+        printer_text(&console->printer, message_of_servo);
     list->phase = BEGIN;
     return true;
 }

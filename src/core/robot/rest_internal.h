@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Where a joint rests before a move or a gait begins; for motion.c and gait_plan.c; not installed.
- * Main context. */
+/* Where a joint rests before a move or a gait begins; for motion_path.c and gait_plan.c; not
+ * installed. Main context. */
 #ifndef CDS_REST_INTERNAL_H
 #define CDS_REST_INTERNAL_H
 

@@ -3,8 +3,9 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
-#include "compiler.h"      // ALWAYS_INLINE, NOINLINE
-#include "console/reply.h" // reply_condition()
+#include "console/commands/shared.h" // servos_line_is_low()
+#include "compiler.h"                // ALWAYS_INLINE, NOINLINE
+#include "console/reply.h"           // reply_condition()
 #include "console/messages.h"
 
 static const CDS_FLASH char message_origin[] = "settings at start: %s";
@@ -321,8 +322,8 @@ static void print_servos(struct printer *printer, const struct cds_servos *servo
     printer->values[1].text = servos->is_full ? message_and_more : message_nothing;
     printer->values[2].number = inhibited;
     printer->values[3].number = offline;
-    if (command_set.explain && cds_bus_line(servos->bus) == CDS_BUS_LINE_FAULT)
-        printer->values[3].number = servos->count; // the line is low: no servo can be asked
+    if (servos_line_is_low(servos))
+        printer->values[3].number = servos->count; // no servo can be asked
     printer_line(printer, message_servos);
 }
 

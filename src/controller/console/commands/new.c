@@ -165,9 +165,8 @@ static const CDS_FLASH struct command new_rows[] = {
         .what = FLASH_TEXT("set up a new servo that is alone on the bus"),
         .details = COMMAND_DETAILS(
             "Finds it at whatever rate; gives it the return delay that this board needs, the ID "
-            "NEW, "
-            "0 to 253, and the rate of the bus. Writes nothing if another servo answers, or one "
-            "that the robot knows"),
+            "NEW, 0 to 253, and the rate of the bus. Writes nothing if another servo answers, or "
+            "one that the robot knows"),
         .example = COMMAND_DETAILS("new 5"),
         .begin = begin,
         .poll = poll,

@@ -9,7 +9,6 @@
 #include "console/messages.h"
 #include "console/number_format.h"
 
-static const CDS_FLASH char message_servo_label[] = "servo ";
 static const CDS_FLASH char message_in_eeprom[] = " EEPROM";
 static const CDS_FLASH char message_in_ram[] = " RAM";
 
@@ -124,10 +123,8 @@ ALWAYS_INLINE void print_servo_of_list(struct console *console)
 {
     if (!command_set.lists || !console->line.is_repeated || console->index == 0)
         return;
-    printer_flash(&console->printer, message_servo_label);
-    printer_decimal(&console->printer, console->line.id);
-    printer_char(&console->printer, ':');
-    printer_char(&console->printer, ' ');
+    console->printer.values[0].number = console->line.id;
+    printer_text(&console->printer, message_of_servo);
 }
 
 /* "0x1E GOAL_POSITION = 150.147deg (512) RAM" */

@@ -18,6 +18,8 @@ bool setting_is_rate(const struct command_line *line)
             (number->kind == NUMBER_BARE && number->digits >= LEAST_BPS));
 }
 
+/* Stores number 0, a time, in console->raw. `unit`: the first letter of the setting's unit in
+ * settings_table: ms, us, or x 2us of a return delay. Returns an error or 0. */
 static uint8_t take_time(struct console *console, char unit)
 {
     uint32_t ms = 0;

@@ -7,7 +7,8 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
-#include "compiler.h" // NOINLINE
+#include "console/commands/shared.h" // servos_line_is_low()
+#include "compiler.h"                // NOINLINE
 #include "console/reply.h"
 #include "console/messages.h"
 
@@ -169,18 +170,12 @@ static void print_alarm(struct printer *printer, uint8_t alarms, uint8_t index)
     printer_text(printer, alarms & (bit - 1) ? message_alarms_more : message_alarms);
 }
 
-/* True if the line is held low, in a profile that tells so: what is known of servos is old then. */
-ALWAYS_INLINE bool is_line_low(const struct robot *robot)
-{
-    return command_set.explain && cds_bus_line(robot->bus) == CDS_BUS_LINE_FAULT;
-}
-
 /* "servo 1: online, torque on". The profile `full`, which has command_set.explain, tells if the
  * torque is not known, and the limits: ", limits 60deg to 200deg and 30rpm". */
 ALWAYS_INLINE void print_presence(struct printer *printer, const struct robot *robot,
                                   const struct cds_servo_state *servo)
 {
-    bool is_low = is_line_low(robot);
+    bool is_low = servos_line_is_low(&robot->servos);
 
     printer->values[0].number = servo->id;
     printer->values[1].text = is_low ? message_presence_low : presences[servo->presence];
@@ -262,8 +257,8 @@ const CDS_FLASH struct command stop_rows[] = {
         .what = FLASH_TEXT("limits of angle and speed"),
         .details = COMMAND_DETAILS(
             "Angles, 0 to 300deg, and a speed, 0 to 62rpm, 0: no limit. No goal or speed beyond "
-            "them is sent, from console, bridge or cycle. Until power-off; "
-            "for a servo of the robot; 'servos' shows them. 'limits ID 0 300' removes them"),
+            "them is sent, from console, bridge or cycle. Until power-off; for a servo of the "
+            "robot; 'servos' shows them. 'limits ID 0 300' removes them"),
         .example = COMMAND_DETAILS("limits 1 60 240 30rpm"),
         .begin = limits_begin,
     },
