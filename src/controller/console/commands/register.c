@@ -9,6 +9,7 @@
 #include "console/messages.h"
 #include "console/number_format.h"
 
+static const CDS_FLASH char message_servo_label[] = "servo ";
 static const CDS_FLASH char message_in_eeprom[] = " EEPROM";
 static const CDS_FLASH char message_in_ram[] = " RAM";
 
@@ -117,14 +118,16 @@ static uint8_t info_begin(struct console *console)
     return servo_read(console, 0, CDS_TABLE_SIZE);
 }
 
-/* "servo 3: ", which the console has printed before the first line: for a line behind it, of a list
- * of servos. */
+/* "servo 3: " before each line of a list of servos but the first, which the console has labelled.
+ * Not printer_text(): a message must be the last part of a piece, and the register follows. */
 ALWAYS_INLINE void print_servo_of_list(struct console *console)
 {
     if (!command_set.lists || !console->line.is_repeated || console->index == 0)
         return;
-    console->printer.values[0].number = console->line.id;
-    printer_text(&console->printer, message_of_servo);
+    printer_flash(&console->printer, message_servo_label);
+    printer_decimal(&console->printer, console->line.id);
+    printer_char(&console->printer, ':');
+    printer_char(&console->printer, ' ');
 }
 
 /* "0x1E GOAL_POSITION = 150.147deg (512) RAM" */
