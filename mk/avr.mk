@@ -16,7 +16,7 @@ AVR_LINK := -flto-partition=none -Wl,--gc-sections -Wl,--relax mk/constants.ld
 CONTROLLER_LDFLAGS := -mcall-prologues -fipa-pta
 # Small functions are not inlined, invariants stay in their loops, and registers go first to the values in
 # most use: 0.5 KB less flash.
-CONTROLLER_CFLAGS := -fno-inline-small-functions -fno-move-loop-invariants -fira-algorithm=priority
+CONTROLLER_CFLAGS := -fno-inline-small-functions -fno-move-loop-invariants -fira-algorithm=priority -fno-tree-dominator-opts -fno-ipa-sra
 
 # The source of the example $(1): a file in examples/, or in a folder of its own.
 example_source = $(wildcard examples/$(1).c examples/$(1)/$(1).c)
@@ -79,7 +79,10 @@ build/$(1)/console/%.o: %.c build/$(1)/flags | tools
 $(foreach p,$(ALL_PROFILES),
 build/$(1)/$(p).elf: $(call profile_objects,$(1),$(p),$($(p)_SRC) $(CONTROLLER_AVR_SRC)) $(call library_of,$(MCU))
 	$$(call say,LD,$$@)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LDFLAGS) $$^ -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LDFLAGS) $$^ -o $$@ 2> $$@.log || { cat $$@.log; \
+	  ! grep -q 'region .text. overflowed' $$@.log || echo 'profile $(p) does not fit the flash of $(1): \
+	CONTRIBUTING.md, "Make room", tells what to do'; exit 1; } >&2
+	@cat $$@.log >&2
 )
 build/$(1)/firmware.elf: $(FIRMWARE:%.c=build/$(1)/obj/%.o) $(call library_of,$(MCU))
 	$$(call say,LD,$$@)

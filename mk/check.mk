@@ -58,4 +58,5 @@ pictures: tools build/host/cds55xx-sim $(addprefix build/atmega128/,controller.e
 ## format: put all C into the project's format
 .PHONY: format
 format: tools
-	clang-format -i $(FORMATTED)
+	$(call say,FORMAT,'$(words $(FORMATTED)) files')
+	$(Q)clang-format -i $(FORMATTED)

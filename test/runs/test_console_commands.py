@@ -361,7 +361,8 @@ class Scripts(unittest.TestCase):
                 self.run_on(board, script_of(board))
 
     def test_every_row_of_the_table_has_a_test(self):
-        self.assertEqual(set(SCRIPT) | set(FULL_ONLY), set(COMMANDS) - CONTROLLER - MOTION)
+        self.assertEqual(set(SCRIPT) | set(FULL_ONLY), set(COMMANDS) - CONTROLLER - MOTION,
+                         "left: commands of SCRIPT and FULL_ONLY of test_console_commands.py; right: the firmware's")
 
     def test_every_error_is_provoked(self):
         said = "".join(SCRIPT.values()) + "".join(FULL_ONLY.values()) + LISTS + TWINS + BOTH + MUTE + EARLY + OMITTED

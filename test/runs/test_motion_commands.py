@@ -192,7 +192,10 @@ class Stored(Motion):
             ("pose save " + "x" * 30, 72), ("pose save move", 73), ("pose save dwell", 73),
             ("pose set on 1 2 3", 73), ("pose show abcdefghi", 74), ("pose delete stand", 74),
             ("pose stand in 1s", 74), ("sequence show walk", 75), ("sequence delete walk", 75),
-            ("sequence walk add stand 1s", 74)]))
+            ("sequence walk add stand 1s", 74)])
+            + "! pose show abcdefghi\n@expect text error 74: 'abcdefghi': unknown pose; 'pose list'\n"
+            "! sequence walk add stand 1s\n@expect text error 74: 'stand': unknown pose\n"
+            "! sequence show walk\n@expect text error 75: 'walk': unknown sequence\n")
         self.run_on(POSES + "".join(f"! {line}\n@expect text error {number}:\n" for line, number in [
             ("sequence a-b new stand 1s", 71), ("sequence abcdefghi new stand 1s", 72),
             ("sequence help new stand 1s", 73)])
@@ -507,6 +510,20 @@ class Play(Motion):
                     "@expect text motion: none\n! motion wait\n@expect text servo 2 is the cause\n"
                     "@expect text error 83:\n@expect servo 1 torque on\n@expect servo 1 MOVING 0\n"
                     "@block 2 off\n@wait 500\nplay sweep at 200%\nmotion wait\n")
+
+    def test_failed_motion_is_reported_once_in_mode_person(self):
+        for mode, line, count in (("person", "@wait 2000", 1), ("person", "! motion wait", 0), ("program", "@wait 2000", 0)):
+            with self.subTest(mode=mode, line=line):
+                run = self.run_on(SWEEP + f"@echo on\nmode {mode}\nplay sweep loop\n@wait 500\n@block 2 on\n{line}\n"
+                                  "@wait 200\nservos\n@wait 200\nmode program\n", MOVING[0])
+                self.assertEqual(run.output.count("motion: servo 2: error 83: a servo does not follow"), count,
+                                 run.output[-3000:])
+
+    def test_motion_that_ends_well_or_on_demand_is_not_reported(self):
+        run = self.run_on(WALKING + "@echo on\nmode person\nplay walk\n@wait 3000\nplay walk loop\n@wait 500\nmotion off\n"
+                          "@wait 500\nplay walk loop\n@wait 500\nstop\n@wait 500\nservos\nmode program\n", MOVING[0])
+        self.assertIn("servo 3: online", run.output)
+        self.assertNotRegex(run.output, "motion: (servo|error)")
 
     def test_servo_without_torque_ends_the_motion(self):
         self.run_on(SWEEP + "play sweep loop\n@wait 100\ntorque 3 off\n! motion wait\n"

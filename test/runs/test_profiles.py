@@ -69,7 +69,9 @@ class Profiles(unittest.TestCase):
                 heard, _ = self.run_host(board, "console", "text help\nwait 500000\nrest\n"
                                          "text help diagnose\nwait 50000\nrest\ntext diagnose 1\nwait 50000\nrest\n")
                 text = bytes.fromhex("".join(heard)).decode()
-                self.assertEqual(re.findall(r"^  (\w+).*: ", text, re.M), COMMANDS)
+                self.assertEqual(re.findall(r"^  (\w+).*: ", text, re.M), COMMANDS,
+                                 "left: help of the profile console; right: all commands without MOTION and FULL_ONLY "
+                                 "of test_profiles.py, where a command only of the profile full is named by its usage")
                 self.assertIn("diagnose [ID|254]: not in this firmware\r\nok\r\n", text)
                 self.assertIn("error 55: ", text)
 

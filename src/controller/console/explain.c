@@ -313,6 +313,23 @@ static void print_subject(struct console *console, const struct subject *subject
     }
 }
 
+/* "'walk': ", if the line names a pose or a sequence that is unknown. */
+static void print_missing(struct console *console)
+{
+    struct command_line *line = &console->line;
+    struct printer *printer = &console->printer;
+    bool is_pose = console->error == ERROR_NO_POSE; // the last name of the line
+    const char *name = parse_name(line, is_pose && line->names > 1);
+
+    if (line->names == 0 || !(is_pose || console->error == ERROR_NO_SEQUENCE))
+        return;
+    printer_char(printer, '\'');
+    for (uint8_t i = 0; i < PARSE_NAME_SIZE && name[i]; i++)
+        printer_char(printer, name[i]);
+    printer_char(printer, '\'');
+    printer_flash(printer, message_subject_end);
+}
+
 static void print_bound(struct printer *printer, uint8_t unit, uint16_t value, bool with_unit)
 {
     if (unit == UNIT_ADDRESS) {
@@ -371,6 +388,7 @@ bool explain_error(struct console *console)
         subject.has_range = has_range; // else the word has quotes
         if (has_subject)
             print_subject(console, &subject);
+        print_missing(console);
         return true;
     case PART_TEXT:
         if (has_subject && !has_range)

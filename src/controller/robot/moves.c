@@ -86,6 +86,7 @@ static void compare_joint(struct robot *robot)
 void moves_note_outcome(struct robot *robot, const struct motion_outcome *outcome)
 {
     robot->moves->outcome = *outcome;
+    robot->moves->end_is_news = false;
 }
 
 struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
@@ -138,6 +139,7 @@ static void end_motion(struct robot *robot)
         const struct motion_outcome outcome = ended(robot);
 
         moves_note_outcome(robot, &outcome);
+        robot->moves->end_is_news = true;
     }
     release_servos(robot);
     if (robot->moves->ends_cycle)

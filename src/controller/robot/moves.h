@@ -31,6 +31,7 @@ struct moves {
     struct player player;
     struct motion_start start;
     struct motion_outcome outcome; // of the last motion: written by moves_note_outcome() only
+    bool end_is_news;              // the last motion has ended, and no command has told how
     struct autostart autostart;
     uint8_t percent;          // the override: of the motion under way, or of the next sequence
     bool group_is_tried;      // the group was chosen for a motion that has not begun

@@ -7,6 +7,7 @@
 #include "compiler.h"                // ALWAYS_INLINE, NOINLINE
 #include "console/reply.h"           // reply_condition()
 #include "console/messages.h"
+#include "console/number_format.h" // number_print()
 
 static const CDS_FLASH char message_origin[] = "settings at start: %s";
 static const CDS_FLASH char message_of_others[] = "of others";
@@ -51,18 +52,24 @@ static void print_origin(struct console *console)
     printer_line(&console->printer, message_origin);
 }
 
-/* "link_loss_ms = 500 ms" */
+/* "link_loss_ms = 500 ms", "bus_baud = 1 register, 1000000bps" */
 static void setting_line(struct console *console, uint8_t index)
 {
     const CDS_FLASH struct setting *row = &settings_table[index];
+    uint16_t value = settings_get(console->failsafe->settings, index);
     struct printer *printer = &console->printer;
 
     printer_flash(printer, row->name);
     printer_equals(printer);
-    printer_decimal(printer, settings_get(console->failsafe->settings, index));
+    printer_decimal(printer, value);
     if (*row->unit != '-') {
         printer_char(printer, ' ');
         printer_flash(printer, row->unit);
+    }
+    if (command_set.explain && *row->unit == 'r' && value <= CDS_BAUD_MAX) {
+        printer_char(printer, ',');
+        printer_char(printer, ' ');
+        number_print(printer, CDS_UNIT_BPS, value);
     }
     printer_end_of_line(printer);
 }
@@ -221,6 +228,9 @@ bool alarms_report(struct console *console)
 {
     struct failsafe *failsafe = console->failsafe;
 
+    if (command_set.moves && !console->printer.text && console->editor.length == 0 &&
+        play_report(console))
+        return true;
     if (!console->printer.text && (!failsafe->alarm || console->editor.length))
         return false;
     if (printer_ready(&console->printer) && failsafe->alarm) {

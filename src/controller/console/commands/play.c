@@ -16,6 +16,7 @@ static const CDS_FLASH char message_starts[] = "motion: starts";
 static const CDS_FLASH char message_move[] = "motion: a move%s";
 static const CDS_FLASH char message_plays[] = ": step %u of %u, run %u%s";
 static const CDS_FLASH char message_name[] = "motion: ";
+static const CDS_FLASH char message_failed[] = "motion: %serror %u: %s";
 static const CDS_FLASH char message_paused[] = ", paused";
 
 /* Known when the firmware is linked: on a chip without room for motions their code is dropped. */
@@ -169,7 +170,39 @@ static bool motion_poll(struct console *console)
     if (console->line.choice == CHOICE_OFF)
         return motion_cycle_is_ending(robot);
     motion_take_outcome(console, motion_outcome(robot));
+    robot->moves->end_is_news = false;
     return false;
+}
+
+/* ---- the report of a motion that has failed ---- */
+
+/* True if the user must hear of this end. */
+static bool is_failure(uint8_t result)
+{
+    return result != CDS_OK && result != MOTION_NONE && result != ROBOT_STOPPED;
+}
+
+bool play_report(struct console *console)
+{
+    struct moves *moves = console->robot->moves;
+    const struct motion_outcome *outcome = motion_outcome(console->robot);
+    union printer_value *values = console->printer.values;
+
+    if (!moves->end_is_news || !printer_ready(&console->printer))
+        return false;
+    moves->end_is_news = false;
+    if (!is_failure(outcome->result) || !console_is_for_person(console))
+        return false;
+    console_move_prompt(console);
+    (values++)->text = message_nothing;
+    if (outcome->joint != MOTION_NO_JOINT) {
+        values[-1].text = message_of_servo;
+        (values++)->number = console->robot->group[outcome->joint];
+    }
+    (values++)->number = outcome->result;
+    values->text = error_text(outcome->result);
+    printer_line(&console->printer, message_failed);
+    return true;
 }
 
 static const CDS_FLASH struct command play_rows[] = {

@@ -57,6 +57,10 @@ bool pose_sent_poll(struct console *console);
 /* In pose_by_servo.c and pose_moves.c: "pose ... in TIME", pose_in of struct command_set. */
 extern const CDS_FLASH struct command_action pose_by_servo, pose_moves;
 
+/* In play.c: prints how the last motion has failed, in mode person, if no command has told it.
+ * Returns false if it printed nothing. A firmware without motions does not call it. */
+bool play_report(struct console *console);
+
 /* In motion_command.c: the poll of a command that starts a motion, with console->phase 0 at first.
  * `start` calls a function of motion_start.h, and returns its error. Returns true until the motion
  * has begun or was refused. Then console->error is stored. */
