@@ -21,8 +21,8 @@
 /* The simulated AVR is slow: loops over lengths and random inputs take 1/FEW of the rounds, other
  * loops 1/SOME. Limit of a suite: 60 s of simulated time, at most 48 s used. */
 #ifdef __AVR__
-#define FEW  300
-#define SOME 8
+#define FEW  200
+#define SOME 6
 #else
 #define FEW  1
 #define SOME 1

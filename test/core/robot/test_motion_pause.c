@@ -124,7 +124,7 @@ static void check_resumed_at(uint8_t polls)
 
 void test_move_submitted_before_a_resume_gives_no_jump(void)
 {
-    for (uint8_t polls = 0; polls < 3 * JOINTS; polls = (uint8_t)(polls + SOME))
+    for (uint8_t polls = 0; polls < 3 * JOINTS; polls++)
         check_resumed_at(polls);
 }
 
@@ -163,16 +163,16 @@ void test_pause_during_a_trial_does_nothing(void)
     TEST_ASSERT_EQUAL_UINT16(520, goals[0]);
 }
 
-/* The highest speed is 322 units; 1000 units per second are 4 in a period. */
-static void check_speeds_up_at_1000(void)
+/* The highest speed is 322 units; 500 units per second are 2 in a period. */
+static void check_speeds_up_at_500(void)
 {
     uint16_t periods = 0;
 
     for (uint16_t last = 0; motion.rate < 65536 && periods < 1000; periods++, last = speeds[0]) {
         rig_pass_period();
-        TEST_ASSERT_TRUE(periods == 0 || speeds[0] <= last + 4 + 4); // and the reserve
+        TEST_ASSERT_TRUE(periods == 0 || speeds[0] <= last + 2 + 2); // and the reserve
     }
-    TEST_ASSERT_UINT16_WITHIN(8, 81, periods); // 62 within a quarter of a second
+    TEST_ASSERT_UINT16_WITHIN(10, 161, periods); // 62 within a quarter of a second
 }
 
 void test_pause_before_the_first_goal_keeps_its_deceleration(void)
@@ -183,12 +183,12 @@ void test_pause_before_the_first_goal_keeps_its_deceleration(void)
     feedback[0].position = 200;
     pose[0] = 800;
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
-    cds_motion_pause(&motion, 1000);
+    cds_motion_pause(&motion, 500);
     for (uint8_t i = 0; i < 10; i++)
         rig_pass_period();
     TEST_ASSERT_EQUAL(CDS_OK, motion.move_result);
     cds_motion_resume(&motion);
-    check_speeds_up_at_1000();
+    check_speeds_up_at_500();
 }
 
 /* The rate of a slow move falls in larger steps than that of a fast move. */
@@ -200,7 +200,7 @@ void test_paused_move_after_a_slower_one_keeps_the_deceleration(void)
     rig_move(1500, CDS_MOTION_LINEAR);
     for (uint8_t i = 0; i < 10; i++)
         rig_pass_period();
-    cds_motion_pause(&motion, 1000);
+    cds_motion_pause(&motion, 500);
     for (uint8_t i = 0; i < 40; i++)
         rig_pass_period();
     pose[0] = 800;
@@ -212,7 +212,7 @@ void test_paused_move_after_a_slower_one_keeps_the_deceleration(void)
         rig_pass_period();
     TEST_ASSERT_EQUAL(CDS_OK, motion.move_result);
     cds_motion_resume(&motion);
-    check_speeds_up_at_1000();
+    check_speeds_up_at_500();
 }
 
 /* ---- abort ---- */
@@ -322,11 +322,11 @@ void test_move_paused_before_its_first_goal_can_be_ended(void)
  * goes 50 steps further. */
 static void check_move_after_an_abort_before_the_first_goal(uint16_t way, bool waits, bool resumes)
 {
-    struct cds_move it = {.pose = pose, .time_ms = 300};
+    struct cds_move it = {.pose = pose, .time_ms = 1000};
 
     setUp();
     pose[0] = (uint16_t)(500 + way);
-    rig_move(200, CDS_MOTION_MINIMUM_JERK);
+    rig_move(1000, CDS_MOTION_MINIMUM_JERK);
     while (rig_pass_period() == CDS_PENDING) {
     }
     feedback[0].position = goals[0];
@@ -348,9 +348,9 @@ static void check_move_after_an_abort_before_the_first_goal(uint16_t way, bool w
 
 void test_move_after_an_abort_before_the_first_goal_does_not_jump(void)
 {
-    for (uint8_t i = 0; i < 4; i = (uint8_t)(i + SOME)) {
+    for (uint8_t i = 0; i < 4; i++) {
         check_move_after_an_abort_before_the_first_goal(14, i & 1, i & 2);
-        check_move_after_an_abort_before_the_first_goal(80, i & 1, i & 2);
+        check_move_after_an_abort_before_the_first_goal(100, i & 1, i & 2);
     }
 }
 
