@@ -8,8 +8,6 @@
 
 #include "motion_rig.h"
 
-#define PERIOD_US 4000
-
 #ifdef __AVR__
 #define RANDOM_SEQUENCES 8
 #else

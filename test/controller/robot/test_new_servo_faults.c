@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: MIT */
+/* The set-up of a new servo when packets are lost, the servo is lost or refuses, or the caller
+ * aborts. */
+#include "robot/new_servo.h"
+
+#include "new_servo_rig.h"
+
+/* The simulated AVR is slow: it tries a part of the faults. */
+#ifdef __AVR__
+#define PART 7 // each of the three faults once
+#else
+#define PART 1
+#endif
+
+void setUp(void)
+{
+    rig_open_new_servo();
+}
+
+void tearDown(void)
+{
+    rig_check();
+}
+
+void test_lost_packets_and_replies_of_set_up_are_tried_again(void)
+{
+    const uint16_t search = 254 * CDS_SCAN_LISTED_BAUDS;
+
+    for (uint8_t at = 1; at <= 20; at = (uint8_t)(at + PART)) {
+        setUp();
+        servo_fake_put(0, 1, 34);
+        rig_begin_new_servo();
+        while (servos.packets < search) // struct servos_plan counts up to 255
+            rig_turn_new_servo();
+        servos.packets = 0;
+        servos.plan[0] = (struct servos_plan){.at = at, .fault = (uint8_t)(LOSE_PACKET + at % 3)};
+        TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_OK, rig_run_new_servo());
+        rig_assert_set_up();
+    }
+}
+
+void test_servo_lost_after_write_of_id_ends_as_lost(void)
+{
+    servo_fake_put(0, 1, HOME);
+    rig_begin_new_servo();
+    while (servo.step != NEW_SERVO_SET_ID)
+        rig_turn_new_servo();
+    while (servos.servo[0].table[0x03] != NEW)
+        rig_turn_new_servo();
+    servos.servo[0].there = false;
+    servos.packets = 0;
+    TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_LOST, rig_run_new_servo());
+    TEST_ASSERT_LESS_THAN_UINT16(50, servos.packets);
+}
+
+void test_locked_servo_ends_as_refused(void)
+{
+    servo_fake_put(0, 1, HOME);
+    servos.servo[0].table[0x2F] = 1;
+    rig_begin_new_servo();
+    TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_FAILED, rig_run_new_servo());
+    TEST_ASSERT_EQUAL_UINT8(CDS_REFUSED, servo.result);
+}
+
+void test_two_servos_with_one_id_end_as_damaged(void)
+{
+    servo_fake_put(0, 1, HOME);
+    servo_fake_put(1, 1, HOME);
+    rig_begin_new_servo();
+    TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_DAMAGED, rig_run_new_servo());
+    TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_CHECK, servo.step);
+}
+
+void test_abort_ends_each_search(void)
+{
+    for (uint32_t polls = 0; polls < 12000; polls = polls * 2 + 1) {
+        setUp();
+        rig_begin_new_servo();
+        for (uint32_t i = 0; i < polls; i++)
+            rig_turn_new_servo();
+        new_servo_abort(&servo);
+        TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_ENDED, rig_run_new_servo());
+    }
+}
