@@ -25,21 +25,22 @@
 
 /* The storage: robot->moves. The fields are to be read only. */
 struct moves {
+    // the fields that the most code uses: an AVR reaches the first 64 bytes of a struct with less code
     const struct motion_store *store;
     const struct settings *settings;
-    struct cds_motion motion;
-    struct player player;
-    struct motion_start start;
     struct motion_outcome outcome; // of the last motion: written by moves_note_outcome() only
-    bool end_is_news;              // the last motion has ended, and no command has told how
-    struct autostart autostart;
+    struct cds_follow follow; // result CDS_TIMEOUT: its joint did not follow, and ended the motion
     uint8_t percent;          // the override: of the motion under way, or of the next sequence
+    bool end_is_news;         // the last motion has ended, and no command has told how
     bool group_is_tried;      // the group was chosen for a motion that has not begun
     uint8_t tried_from;       // number of servos before that
     bool ends_cycle;          // when the motion has ended
     bool is_paused;           // the move or the sequence: by moves_pause()
-    struct cds_follow follow; // result CDS_TIMEOUT: its joint did not follow, and ended the motion
     uint8_t compared;         // period in which a joint was compared last, modulo 256
+    struct motion_start start;
+    struct autostart autostart;
+    struct cds_motion motion;
+    struct player player;
     struct cds_follow_joint follow_joints[ROBOT_SERVOS];
     struct cds_motion_joint joints[ROBOT_SERVOS];
 };

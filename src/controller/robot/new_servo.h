@@ -71,8 +71,8 @@ struct new_servo {
     uint8_t id;       // where the servo was found
     uint8_t baud_reg; // its own rate; before NEW_SERVO_SET_DELAY the rate at which it was found
     uint8_t count;    // servos in `found`
-    struct cds_scan_found found[NEW_SERVO_FOUND];
-    uint8_t home_baud_reg;  // this and what follows: the operation's own
+    // the operation's own:
+    uint8_t home_baud_reg;
     uint8_t first_baud_reg; // its own rate before any change
     uint8_t known;          // servos of the robot before the search: replies may add others
     uint8_t tries;
@@ -82,6 +82,7 @@ struct new_servo {
     bool begun;       // the present step
     bool asked_rate;  // the READ of the servo's own rate is on its way
     bool is_ending;
+    struct cds_scan_found found[NEW_SERVO_FOUND]; // `count` servos, to be read
     union {
         struct cds_scan scan;
         struct cds_identity identity;
