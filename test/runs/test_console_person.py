@@ -89,6 +89,15 @@ class Person(unittest.TestCase):
             self.assertEqual(heard[2].replace(PROMPT, "").split("\r\n"), ["ping 1", "ok", "\ralarm 1: range", ""],
                              (board, profile))
 
+    def test_baud_tells_a_person_that_other_servos_are_cut_off(self):
+        told = "the bus has this rate now, too: other servos answer after 'bus 1000000bps'\r\n"
+        lines = (START + text("baud 2 500000").replace("60000", "1000000") + text("mode program")
+                 + text("baud 2 250000").replace("60000", "1000000"))
+        for board, profile, heard in self.each(lines):
+            self.assertEqual(heard[1:2] + heard[3:],
+                             ["baud 2 500000\r\nID 2 at 500000bps\r\n" + (told if profile == "full" else "") + "ok\r\n"
+                              + PROMPT, "ID 2 at 250000bps\r\nok\r\n"])
+
     def test_packet_right_after_reset_is_answered_whole(self):
         """At any moment of the banner."""
         program = START + "".join(f"reset external\nwait {moment}\n" + say(PING_1) for moment in MOMENTS)

@@ -8,6 +8,8 @@
 
 static const CDS_FLASH char message_until_power_off[] = ", until power-off";
 static const CDS_FLASH char message_place[] = "ID %u at %b%s";
+static const CDS_FLASH char message_others[] =
+    "the bus has this rate now, too: other servos answer after 'bus %b'";
 static const CDS_FLASH char message_unchanged_place[] = "unchanged: ID %u at %b";
 static const CDS_FLASH char message_written[] = "written";
 static const CDS_FLASH char message_unchanged[] = "unchanged";
@@ -86,6 +88,15 @@ static uint8_t factory_begin(struct console *console)
     return change_begin(console, all ? CDS_IDENTITY_RESET_ALL : CDS_IDENTITY_RESET, 0);
 }
 
+/* True if a person must hear that servos at the old rate do not answer now. */
+static bool has_left_others(const struct console *console)
+{
+    const struct cds_identity *state = &console->robot->work.identity;
+
+    return command_set.explain && state->change == CDS_IDENTITY_BAUD &&
+           state->from.baud_reg != state->to.baud_reg && console_is_for_person(console);
+}
+
 /* Prints where the servo answers, as `message`. */
 static void print_place(struct console *console, const CDS_FLASH char *message,
                         const struct cds_identity_place *place)
@@ -97,6 +108,7 @@ static void print_place(struct console *console, const CDS_FLASH char *message,
     printer_line(&console->printer, message);
 }
 
+/* The operation has ended. Prints how; true if another line follows. */
 static bool conclude(struct console *console)
 {
     const struct cds_identity *state = &console->robot->work.identity;
@@ -104,10 +116,15 @@ static bool conclude(struct console *console)
     console->servo_error = state->error;
     switch (state->state) {
     case CDS_IDENTITY_CHANGED:
+        if (command_set.explain && console->index++) { // the second line
+            console->printer.values[0].number = state->from.baud_reg;
+            printer_line(&console->printer, message_others);
+            return false;
+        }
         print_place(console, message_place, &state->to);
         if (command_set.explain && state->change == CDS_IDENTITY_RESET_ALL)
             robot_forget(console->robot); // the IDs of the list are no more
-        return false;
+        return has_left_others(console);
     case CDS_IDENTITY_TAKEN: console->error = ERROR_PLACE_TAKEN; return false;
     case CDS_IDENTITY_LOST: // or the servo never answered
         console->error = state->is_written ? (uint8_t)ERROR_LOST : state->steps.result;
