@@ -64,7 +64,7 @@ void test_joint_follows_its_curve_within_a_step(void)
     static const uint32_t periods[] = {379, 601, 5000 / FEW + 379};
 
     for (uint8_t i = 0; i < sizeof periods / sizeof *periods; i++)
-        for (uint16_t to = 0; to <= 1023; to = (uint16_t)(to + 93 * FEW)) {
+        for (uint16_t to = 0; to <= 1023; to = (uint16_t)(to + (SOME > 1 ? 341 : 93))) {
             check_way(0, to, periods[i], CDS_MOTION_MINIMUM_JERK, minimum_jerk);
             check_way(1023, to, periods[i], CDS_MOTION_MINIMUM_JERK, minimum_jerk);
             check_way(511, to, periods[i], CDS_MOTION_LINEAR, linear);
