@@ -238,6 +238,31 @@ class Examples(unittest.TestCase):
         self.assertNotEqual(status, 0)
         self.assertIn("avr-gcc is not in PATH; Debian: apt-get install gcc-avr", " ".join(output.split()))
 
+    def test_docs_name_the_chip_and_board_of_each_makefile(self):
+        text = (ROOT / "docs/linking.md").read_text()
+        for makefile in sorted((ROOT / "examples").glob("*/Makefile")):
+            name = makefile.parent.name
+            mcu = re.search(r"cds55xx-(\w+)", makefile.read_text())[1]
+            board = re.search(r"boardsdir \S+\)/(\S+)", makefile.read_text())
+            place = f"`{board[1]}`" if board else "its folder `board`"
+            self.assertRegex(text, rf"\| \[{name}\]\(../examples/{name}\) \|[^|]*\| {mcu}, {place} \|")
+
+    def test_example_for_another_chip_by_the_line_of_the_docs(self):
+        text = (ROOT / "docs/linking.md").read_text()
+        line = re.search(r"\n(make -C sweep PACKAGE=.*\\\n.*)\n```", text)[1]
+        self.copy("sweep")
+        self.assertEqual(shell(line, cwd=self.folder)[0], 0)
+        status, output = shell(f"{PREFIX}/bin/cds55xx-sim firmware sweep/sweep.elf --board arduino-uno --servos 1 --seconds 1",
+                               cwd=self.folder)
+        self.assertEqual(status, 0, output)
+
+    def test_library_before_the_sources_is_the_mistake_of_the_docs(self):
+        source = self.copy("blink") / "blink.c"
+        status, output = shell(f"avr-gcc -std=gnu99 -I{PREFIX}/share/cds55xx/boards/arduino-mega $(pkg-config --cflags --libs "
+                               f"cds55xx-atmega2560) {source} -o {self.folder}/x.elf")
+        self.assertNotEqual(status, 0)
+        self.assertGreater(len(re.findall("undefined reference to `cds_", output)), 1, output)
+
     def test_examples_of_one_file_by_the_line_of_the_docs(self):
         text = (ROOT / "docs/linking.md").read_text()
         line = re.search(r"\n(avr-gcc .*(?:\\\n.*)*)\n```", text)[1]
