@@ -150,8 +150,9 @@
 #endif
 
 /* A file that does not exist: after this error alone the preprocessor stops. */
+#define CDS_AVR_CHECK_STOP "the compiler stops here: correct the error above"
 #ifdef CDS_AVR_CHECK_FAILED
-#include "the compiler stops here: correct the error above"
+#include CDS_AVR_CHECK_STOP
 #endif
 
 #ifndef BOARD_BUS0_USART
@@ -229,7 +230,7 @@ CDS_AVR_CHECK_ERROR(board.h: the clock has timer BOARD_CLOCK_TIMER; on __AVR_DEV
 // clang-format on
 
 #ifdef CDS_AVR_CHECK_FAILED
-#include "the compiler stops here: correct the error above"
+#include CDS_AVR_CHECK_STOP
 #endif
 
 #endif
