@@ -66,12 +66,18 @@ $(1)_PROFILES := $(if $(FIRMWARE),,$(PROFILES))
 build/$(1)/flags: force
 	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_CFLAGS) $$(CONTROLLER_LDFLAGS))
 
-build/$(1)/obj/%.o: %.c build/$(1)/flags | tools
+# The first step for a board: a mistake in its board.h is reported once, before anything else is compiled.
+build/$(1)/board-checked: $(2)/board.h $(wildcard include/cds55xx/avr/board_check*.h) include/cds55xx/avr/usart_pins.h build/$(1)/flags | tools
+	@mkdir -p $$(@D)
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) -fsyntax-only -include cds55xx/avr/board_check.h -x c /dev/null
+	@touch $$@
+
+build/$(1)/obj/%.o: %.c build/$(1)/flags | tools build/$(1)/board-checked
 	$$(call say,CC,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(if $$(filter src/controller/%,$$<),$$(CONTROLLER_CFLAGS)) $$(DEPFILES) -c $$< -o $$@
 
-build/$(1)/console/%.o: %.c build/$(1)/flags | tools
+build/$(1)/console/%.o: %.c build/$(1)/flags | tools build/$(1)/board-checked
 	$$(call say,CC,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(CONTROLLER_CFLAGS) $$(console_CFLAGS) $$(DEPFILES) -c $$< -o $$@

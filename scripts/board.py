@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What a board's two files lack, all of it in one line; prints nothing if they are complete. make asks it
-about BOARD_DIR and BOARD before it compiles.
+"""What a board's two files lack, and values that are no word, all of it in one line; prints nothing if there are none.
+make asks it about BOARD_DIR and BOARD before it compiles. The compiler checks the values (cds55xx/avr/board_check.h).
 
 usage: board.py FOLDER [PROGRAM.c]
 
@@ -28,8 +28,7 @@ def of_bus(macros, bus):
         yield f"BOARD_BUS{bus}_{pin}_BIT"
 
 
-def missing_in_header(path, has_firmware):
-    macros = values(path, r"^#define (BOARD_\w+)[ \t]+(\S+)")
+def missing_in_header(macros, has_firmware):
     count = macros.get("BOARD_BUS_COUNT", "1")
     wanted = ["BOARD_BUS_COUNT"]
     for bus in range(int(count) if count in "123" else 1):
@@ -51,10 +50,15 @@ def complaint(folder, program):
         return f"{folder} lacks {' and '.join(absent)}"
     fields = values(folder / "board.mk", r"^(\w+)[ \t]*[:?]?=[ \t]*(\S.*)$")
     has_firmware = bool(program) or "FIRMWARE" in fields
+    macros = values(folder / "board.h", r"^#define (BOARD_\w+)[ \t]+(\S+)")
     parts = [f"{name}: {', '.join(missing)}" for name, missing in
              [("board.mk", [] if "MCU" in fields else ["MCU"]),
-              ("board.h", missing_in_header(folder / "board.h", has_firmware))] if missing]
-    return f"{folder} lacks {'; '.join(parts)}" if parts else ""
+              ("board.h", missing_in_header(macros, has_firmware))] if missing]
+    if parts:
+        return f"{folder} lacks {'; '.join(parts)}"
+    # The compiler would report each use of such a value.
+    return ", ".join(f"{folder}/board.h: {name} is {value}; use a number, a letter or a word, without quotes"
+                     for name, value in macros.items() if not re.fullmatch(r"\w+", value))
 
 
 if __name__ == "__main__":

@@ -34,6 +34,7 @@ scripts/hexapod_picture.py "$out/walk.csv" "$out/hexapod.svg"
 
 printf '\nOther examples, which the tests run (%s):' 'make examples builds the programs'
 for file in examples/*; do
+    [ "${file%.h}" = "$file" ] || continue # a header of several examples
     grep -q "/$(basename "${file%.*}")\." "$0" || printf ' %s' "$file"
 done
 echo
@@ -45,6 +46,9 @@ $out/motion.svg      goal and present position of the 18 servos: open it in a br
 $out/motion.csv      the same as numbers
 $out/bus.vcd         wire, enables, handlers: open it in GTKWave
 $out/taught.svg      what three servos are taught, and play
+$out/taught.csv      the same as numbers
+$out/taught.txt      its console and packets
 $out/hexapod.svg     the hexapod from above: it walks in a browser
 $out/walk.csv        goal and present position of its 18 servos
+$out/demo.script     the commands of the examples and of the wave
 EOF

@@ -6,7 +6,8 @@ usage: install.py check|install|uninstall --prefix DIR [--destdir DIR]
                   [--mcus "MCU ..."] [--cflags "..."] [--ldflags "..."]
 
 check: fails with one line on stderr if this user may not write there, before make builds anything.
-install: writes share/cds55xx/manifest, too: the files, and the folders that did not exist before.
+install: writes share/cds55xx/manifest, too: the files, and the folders that did not exist before. The libraries of other chips
+stay if they were installed with the same headers; else they are removed.
 uninstall: removes what the manifest names, and nothing else.
 """
 import argparse
@@ -15,6 +16,7 @@ import getpass
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import sys
 
@@ -55,17 +57,27 @@ def filled(name, words):
     return re.sub(r"@([A-Z_]+)@", lambda match: words[match[1]], text)
 
 
-def contents(options):
-    """(path below the prefix, source file or text) of all that is installed."""
-    words = {"VERSION": version(), "CFLAGS_LIST": ";".join(options.cflags.split()),
-             "LDFLAGS_LIST": ";".join(options.ldflags.split()), "MCUS": " ".join(options.mcus)}
-    yield "bin/cds55xx-sim", ROOT / "build/host/cds55xx-sim"
-    yield "share/man/man1/cds55xx-sim.1", ROOT / "packaging/cds55xx-sim.1"
-    # A folder of their own: pkg-config must never name /usr/include, which has the headers of the host.
+def library(mcu):
+    return f"lib/cds55xx/libcds55xx-{mcu}.a"
+
+
+def headers():
+    """A folder of their own: pkg-config must never name /usr/include, which has the headers of the host."""
     for header in sorted((ROOT / "include").rglob("*.h")):
         yield f"include/cds55xx/{header.relative_to(ROOT / 'include')}", header
+
+
+def contents(options, kept):
+    """(path below the prefix, source file or text) of all that is written. The libraries of the chips `kept` stay as they are."""
+    mcus = sorted({*options.mcus, *kept})
+    words = {"VERSION": version(), "CFLAGS_LIST": ";".join(options.cflags.split()),
+             "LDFLAGS_LIST": ";".join(options.ldflags.split()), "MCUS": " ".join(mcus)}
+    yield "bin/cds55xx-sim", ROOT / "build/host/cds55xx-sim"
+    yield "share/man/man1/cds55xx-sim.1", ROOT / "packaging/cds55xx-sim.1"
+    yield from headers()
     for mcu in options.mcus:
-        yield f"lib/cds55xx/libcds55xx-{mcu}.a", ROOT / f"build/lib/libcds55xx-{mcu}.a"
+        yield library(mcu), ROOT / f"build/lib/libcds55xx-{mcu}.a"
+    for mcu in mcus:
         yield f"lib/pkgconfig/cds55xx-{mcu}.pc", filled("cds55xx.pc.in", {
             **words, "MCU": mcu, "CFLAGS": f"-mmcu={mcu} {options.cflags}",
             "LDFLAGS": f"-mmcu={mcu} {options.ldflags}"})
@@ -101,6 +113,18 @@ def read_manifest(prefix):
     if rest or not lines: # the last line has its end, too
         damaged.append(len(lines) + 1)
     return [row for row in rows if is_whole(prefix, *row)], damaged[0] if damaged else 0
+
+
+def other_chips(prefix, options, rows):
+    """The chips of the earlier installation that are not installed now: (those that stay, those that are removed). A library fits
+    the headers that it was built with, and no others."""
+    files = {name for kind, name in rows if kind == "file" and (prefix / name).is_file()}
+    found = [re.fullmatch(r"lib/cds55xx/libcds55xx-(\w+)\.a", name) for name in files]
+    others = sorted({match[1] for match in found if match} - {*options.mcus})
+    old = {name for name in files if name.startswith("include/cds55xx/")}
+    new = dict(headers())
+    same = old == set(new) and all((prefix / name).read_bytes() == header.read_bytes() for name, header in new.items())
+    return (others, []) if same else ([], others)
 
 
 def missing_folders(prefix, names):
@@ -144,12 +168,13 @@ def install(prefix, options):
     check(prefix)
     earlier = (prefix / MANIFEST).exists()
     old, damaged = read_manifest(prefix) if earlier else ([], 0)
-    sources = dict(contents(options))
+    kept, removed = other_chips(prefix, options, old)
+    sources = dict(contents(options, kept))
     for name in sources:
         if (prefix / name).is_dir():
             refuse(f"{prefix / name} is a folder, where a file must be; move it away, or name another PREFIX")
     missing = missing_folders(prefix, [*sources, MANIFEST])
-    files = [("file", name) for name in sources]
+    files = [("file", name) for name in [*sources, *map(library, kept)]]
     above = {os.path.normpath(folder) for name in sources for folder in (prefix / name).parents}
     folders = [row for row in old if row[0] == "folder" and os.path.normpath(prefix / row[1]) in above]
     folders += [("folder", os.path.relpath(folder, prefix)) for folder in missing]
@@ -176,11 +201,25 @@ def install(prefix, options):
     for name in sources:
         os.replace(prefix / (name + NEW), prefix / name)
     for kind, name in old:
-        if kind == "file" and name not in sources:
+        if kind == "file" and ("file", name) not in files:
             (prefix / name).unlink(missing_ok=True)
     os.replace(prefix / (MANIFEST + NEW), prefix / MANIFEST)
     remove_folders(prefix, [row for row in old if row not in folders])
-    print(f"installed cds55xx {options.version} in {prefix} for {len(options.mcus)} chips")
+    print(f"installed cds55xx {options.version} in {prefix} for {len(options.mcus)} chip{'s' * (len(options.mcus) > 1)}")
+    if kept:
+        print(f"installed before, and kept: {' '.join(kept)}")
+    if removed:
+        print(f"removed, since the headers have changed: {' '.join(removed)}; to install them again: MCUS=\"...\"")
+    tell_path(prefix, options)
+
+
+def tell_path(prefix, options):
+    """The line for the shell, unless pkg-config finds the files by itself, or a package is made."""
+    packages = str(prefix / "lib/pkgconfig")
+    if options.destdir or str(prefix) in ("/usr", "/usr/local") or packages in os.environ.get("PKG_CONFIG_PATH", "").split(":"):
+        return
+    print("type this in each new shell, or add it to ~/.profile:\n"
+          f"export PKG_CONFIG_PATH={shlex.quote(packages)} PATH={shlex.quote(str(prefix / 'bin'))}:$PATH")
 
 
 def remove_folders(prefix, rows):

@@ -64,7 +64,7 @@ endif
 endif
 EXAMPLE_NAME := $(basename $(notdir $(EXAMPLE)))
 # Compiled each time: two files of the user may have one name. Warnings do not fail it.
-build/$(BOARD)/own/%.elf: $(OWN_PROGRAM) build/$(BOARD)/flags $(call library_of,$(MCU)) force | tools
+build/$(BOARD)/own/%.elf: $(OWN_PROGRAM) build/$(BOARD)/flags build/$(BOARD)/board-checked $(call library_of,$(MCU)) force | tools
 	$(call say,LD,$@)
 	@mkdir -p $(@D)
 	$(Q)$(AVR_CC) $(filter-out -Wconversion -Wvla -Werror,$($(BOARD)_FLAGS)) -iquote examples $(AVR_LINK) $(filter %.c %.a,$^) -o $@

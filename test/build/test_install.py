@@ -17,10 +17,16 @@ from simulator import call
 
 SIMULATED = {"atmega128", "atmega1280", "atmega1281", "atmega1284", "atmega1284p", "atmega164p", "atmega168",
              "atmega168p", "atmega2560", "atmega324p", "atmega328", "atmega328p", "atmega644", "atmega644p"}
-# A board that each chip can be: bus on USART0, one enable.
-ANY_BOARD = "".join(f"#define BOARD_{line}\n" for line in [
-    "BUS_COUNT 1", "BUS0_WIRING ONE_ENABLE", "BUS0_USART 0", "BUS0_RXD_PORT D", "BUS0_RXD_BIT 0",
-    "BUS0_TXD_PORT D", "BUS0_TXD_BIT 1", "BUS0_ENABLE_PORT D", "BUS0_ENABLE_BIT 2", "CLOCK_TIMER 1"])
+# Chips whose USART0 is on PE0 and PE1; on the others it is on PD0 and PD1.
+USART0_ON_PORT_E = re.compile("at90can|atmega(64|128|640|128[01]|256[01])$")
+
+
+def any_board(mcu):
+    """board.h of a board that each chip can be: bus on USART0, one enable."""
+    port = "E" if USART0_ON_PORT_E.match(mcu) else "D"
+    return "".join(f"#define BOARD_{line}\n" for line in [
+        "BUS_COUNT 1", "BUS0_WIRING ONE_ENABLE", "BUS0_USART 0", f"BUS0_RXD_PORT {port}", "BUS0_RXD_BIT 0",
+        f"BUS0_TXD_PORT {port}", "BUS0_TXD_BIT 1", "BUS0_ENABLE_PORT D", "BUS0_ENABLE_BIT 2", "CLOCK_TIMER 1"])
 
 
 def setUpModule():
@@ -232,6 +238,31 @@ class Examples(unittest.TestCase):
         self.assertNotEqual(status, 0)
         self.assertIn("avr-gcc is not in PATH; Debian: apt-get install gcc-avr", " ".join(output.split()))
 
+    def test_docs_name_the_chip_and_board_of_each_makefile(self):
+        text = (ROOT / "docs/linking.md").read_text()
+        for makefile in sorted((ROOT / "examples").glob("*/Makefile")):
+            name = makefile.parent.name
+            mcu = re.search(r"cds55xx-(\w+)", makefile.read_text())[1]
+            board = re.search(r"boardsdir \S+\)/(\S+)", makefile.read_text())
+            place = f"`{board[1]}`" if board else "its folder `board`"
+            self.assertRegex(text, rf"\| \[{name}\]\(../examples/{name}\) \|[^|]*\| {mcu}, {place} \|")
+
+    def test_example_for_another_chip_by_the_line_of_the_docs(self):
+        text = (ROOT / "docs/linking.md").read_text()
+        line = re.search(r"\n(make -C sweep PACKAGE=.*\\\n.*)\n```", text)[1]
+        self.copy("sweep")
+        self.assertEqual(shell(line, cwd=self.folder)[0], 0)
+        status, output = shell(f"{PREFIX}/bin/cds55xx-sim firmware sweep/sweep.elf --board arduino-uno --servos 1 --seconds 1",
+                               cwd=self.folder)
+        self.assertEqual(status, 0, output)
+
+    def test_library_before_the_sources_is_the_mistake_of_the_docs(self):
+        source = self.copy("blink") / "blink.c"
+        status, output = shell(f"avr-gcc -std=gnu99 -I{PREFIX}/share/cds55xx/boards/arduino-mega $(pkg-config --cflags --libs "
+                               f"cds55xx-atmega2560) {source} -o {self.folder}/x.elf")
+        self.assertNotEqual(status, 0)
+        self.assertGreater(len(re.findall("undefined reference to `cds_", output)), 1, output)
+
     def test_examples_of_one_file_by_the_line_of_the_docs(self):
         text = (ROOT / "docs/linking.md").read_text()
         line = re.search(r"\n(avr-gcc .*(?:\\\n.*)*)\n```", text)[1]
@@ -251,10 +282,10 @@ class Libraries(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
-        (self.folder / "board.h").write_text(ANY_BOARD)
 
-    def build(self, mcu, library=None, flags=""):
+    def build(self, mcu, library=None, flags="", board=None):
         library = library or mcu
+        (self.folder / "board.h").write_text(board or any_board(mcu))
         return shell(f"avr-gcc -std=gnu99 -Wall -Wextra -Werror {PREFIX}/share/cds55xx/examples/blink/blink.c -I. "
                      f"$(pkg-config --cflags cds55xx-{mcu}) $(pkg-config --libs cds55xx-{library} | "
                      f"sed s/-mmcu={library}/-mmcu={mcu}/) {flags} -o {mcu}.elf", cwd=self.folder)
@@ -276,6 +307,18 @@ class Libraries(unittest.TestCase):
                 self.assertNotEqual(status, 0)
                 self.assertEqual(re.findall(r"undefined reference to `(.*)'", output), [
                     f"cds55xx_library_is_for_{library}_but_program_is_for_{mcu}"])
+
+    def test_board_of_another_chip_is_one_error_that_stops_the_compiler(self):
+        for board, mcu, message in [
+                ("arduino-mega", "atmega328p", "bus 0 has USART 1, but atmega328p has no USART"),
+                ("arduino-mega", "atmega1284p", "bus 1 has USART 2, but atmega1284p has no USART"),
+                ("cm510", "atmega644p", "BOARD_BUS0_RXD is on port E bit 0; use a port of atmega644p"),
+                ("arduino-uno", "atmega128", "USART 0 of atmega128 has RXD on port E bit 0")]:
+            status, output = self.build(mcu, board=(PREFIX / f"share/cds55xx/boards/{board}/board.h").read_text())
+            self.assertNotEqual(status, 0)
+            self.assertEqual(output.count(" error: "), 2, output)  # the other one says that the compiler stops
+            self.assertRegex(output, f"board.h: .*{message}")
+            self.assertLess(output.count("\n"), 20)
 
     def test_package_of_an_unknown_chip_is_named(self):
         status, output = shell("pkg-config --cflags cds55xx-atmega32")

@@ -62,7 +62,7 @@ class Progress(unittest.TestCase):
         copy_build_files(root)
         for n in range(21):
             (root / f"file{n}.c").write_text(f"extern int x{n};\n")
-        self.command = ["make", "-C", root, "--no-print-directory", "-o", "tools",
+        self.command = ["make", "-C", root, "--no-print-directory", "-o", "tools", "-o", "build/atmega128/board-checked",
                         *(f"build/atmega128/obj/file{n}.o" for n in range(21))]
         self.environment = {**os.environ, "MAKEFLAGS": ""}
 
@@ -317,6 +317,33 @@ class Build(unittest.TestCase):
         (board / "board.h").unlink()
         self.assert_one_line(f"{board} lacks board.h (CONTRIBUTING.md", f"BOARD_DIR={board}")
         self.assert_one_line("/nowhere is no folder", "BOARD_DIR=/nowhere")
+
+    def test_board_dir_with_a_quoted_value_is_one_line(self):
+        for value in ["'D'", '"D"', "(D)"]:
+            board = self.make_board()
+            text = (board / "board.h").read_text()
+            (board / "board.h").write_text(re.sub(r"(BUS0_RXD_PORT +)D", rf"\g<1>{value}", text))
+            self.assert_one_line(f"{board}/board.h: BOARD_BUS0_RXD_PORT is {value}; use a number, a letter or a word, without "
+                                 "quotes", f"BOARD_DIR={board}")
+
+    def test_board_dir_with_a_wrong_value_is_the_first_and_only_error(self):
+        for pattern, text, message in [
+                (r"(RX_ENABLE_PORT) D", r"\1 d", "board.h: BOARD_BUS0_RX_ENABLE is on port d bit 7; use a port of atmega644p"),
+                (r"(RXD_BIT +)2", r"\g<1>0", "USART 1 of atmega644p has RXD on port D bit 2 and TXD on port D bit 3"),
+                (r"\Z", "#define BOARD_BUS0_WIRING TWO\n", "use TWO_ENABLES, ONE_ENABLE, TIED, ADAPTER or ADAPTER_ECHO")]:
+            board = self.make_board()
+            header = board / "board.h"
+            header.write_text(re.sub(pattern, text, header.read_text()))
+            shutil.rmtree(ROOT / "build/mine", ignore_errors=True)
+            for words in [["firmware"], ["firmware", "-j2"], ["run-example", f"EXAMPLE={ROOT}/examples/two_joints.c"]]:
+                status, output = self.make(*words, f"BOARD_DIR={board}")
+                self.assertNotEqual(status, 0)
+                self.assertEqual(output.count(" error: "), 2, output)  # the other one says that the compiler stops
+                self.assertIn(message, output)
+                self.assertEqual(list((ROOT / "build/mine").rglob("*.o")), [])  # nothing was compiled before
+            self.assertIn("cds55xx/avr/board_check.h", self.make("-n", *words, f"BOARD_DIR={board}")[1])
+            header.write_text((ROOT / "boards/atmega128/board.h").read_text())  # corrected
+            self.assertEqual(self.make("build/mine/board-checked", f"BOARD_DIR={board}"), (0, ""))
 
     def test_board_dir_that_cannot_be_is_refused(self):
         board = self.make_board()

@@ -113,10 +113,10 @@ class Installed(Case):
         self.prefix = self.folder / "prefix"
         self.manifest = self.prefix / "share/cds55xx/manifest"
 
-    def run_it(self, order, *words, room=resource.RLIM_INFINITY):
+    def run_it(self, order, *words, room=resource.RLIM_INFINITY, **environment):
         """No file becomes larger than `room`: Python takes the error as that of a full disk."""
         return call(sys.executable, self.root / "scripts/install.py", order, "--prefix", self.prefix, *words,
-                    preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)))
+                    env={**ENVIRONMENT, **environment}, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)))
 
     def install(self, mcus="atmega328p", **options):
         return self.run_it("install", "--mcus", mcus, **options)
@@ -168,16 +168,57 @@ class Installed(Case):
             self.uninstalls()
             self.assertFalse(self.prefix.exists())
 
+    def change_header(self):
+        with open(self.root / "include/cds55xx/units.h", "a", encoding="utf-8") as file:
+            file.write("\n")
+
     def test_install_over_another_one_removes_what_it_no_longer_has(self):
         self.assertEqual(self.install("atmega328p atmega64")[0], 0)
         shutil.rmtree(self.root / "boards/cm510")
-        self.assertEqual(self.install()[0], 0)
+        self.change_header()
+        status, output = self.install()
+        self.assertEqual(status, 0)
+        self.assertIn('\nremoved, since the headers have changed: atmega64; to install them again: MCUS="..."\n', output)
         second = self.contents()
         self.assertFalse({name for name in second if "cm510" in name or "atmega64" in name or "new" in name})
         self.uninstalls()
         self.assertFalse(self.prefix.exists())
         self.assertEqual(self.install()[0], 0)
         self.assertEqual({**self.contents(), "share/cds55xx/manifest": ""}, {**second, "share/cds55xx/manifest": ""})
+
+    def test_install_of_another_chip_keeps_the_library_of_the_first(self):
+        self.assertEqual(self.install("atmega64")[0], 0)
+        (self.root / "build/lib/libcds55xx-atmega64.a").unlink()  # make builds the chips of MCUS only
+        for _ in range(2):
+            status, output = self.install("atmega328p")
+            self.assertEqual(status, 0, output)
+            self.assertIn(" for 1 chip\ninstalled before, and kept: atmega64\n", output)
+            now = self.contents()
+            self.assertEqual(len(now["lib/cds55xx/libcds55xx-atmega64.a"]), 200_000)
+            for mcu in ["atmega64", "atmega328p"]:
+                self.assertIn(f"Name: cds55xx-{mcu}\n".encode(), now[f"lib/pkgconfig/cds55xx-{mcu}.pc"])
+            self.assertIn(b"set(cds55xx_MCUS atmega328p atmega64)", now["lib/cmake/cds55xx/cds55xx-config.cmake"])
+        self.uninstalls()
+        self.assertFalse(self.prefix.exists())
+
+    def test_install_of_a_new_header_removes_libraries_of_the_old_ones(self):
+        for change in [self.change_header, lambda: (self.root / "include/cds55xx/more.h").write_text("")]:
+            self.assertEqual(self.install("atmega328p atmega64")[0], 0)
+            change()
+            self.assertIn("removed, since the headers have changed: atmega64;", self.install()[1])
+            self.assertNotIn("lib/cds55xx/libcds55xx-atmega64.a", self.contents())
+
+    def test_install_prints_the_path_unless_pkg_config_has_it(self):
+        line = (f"export PKG_CONFIG_PATH={self.prefix}/lib/pkgconfig PATH={self.prefix}/bin:$PATH\n")
+        self.assertTrue(self.install()[1].endswith(line))
+        self.assertEqual(self.install(PKG_CONFIG_PATH=f"/x:{self.prefix}/lib/pkgconfig")[1].count("\n"), 1)
+        self.assertEqual(self.run_it("install", "--mcus", "atmega64", "--destdir", self.folder / "image")[1].count("\n"), 1)
+        self.prefix = self.folder / "with blank"
+        self.assertTrue(self.install()[1].endswith(
+            f"export PKG_CONFIG_PATH='{self.prefix}/lib/pkgconfig' PATH='{self.prefix}/bin':$PATH\n"))
+        for prefix, lines in [("/usr/local", 0), ("/usr", 0), ("/opt/cds", 2)]:
+            program = f"import install, pathlib, types; install.tell_path(pathlib.Path('{prefix}'), types.SimpleNamespace(destdir=''))"
+            self.assertEqual(call(sys.executable, "-c", program, cwd=self.root / "scripts")[1].count("\n"), lines)
 
     def test_install_where_a_folder_has_the_name_of_a_file(self):
         (self.prefix / "bin/cds55xx-sim").mkdir(parents=True)

@@ -76,8 +76,12 @@ class NewBoard(unittest.TestCase):
                 "avr-gcc", f"-mmcu={chip}", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", "-Wall",
                 "-Wextra", "-Iinclude", "-Isrc/controller", f"-I{folder}", "-c", source, "-o",
                 "/dev/null", cwd=ROOT)
-        errors = re.findall(r"error: (.*)", output)
+        errors = [error for error in re.findall(r" error: (?:#error )?(.*)", output)
+                  if "preprocessing token" not in error and "binary operator" not in error]  # a value in quotes
         self.assertEqual(status != 0, bool(errors), output)
+        if "board_check" in output:  # nothing follows the first mistake
+            self.assertEqual(len(errors), 2, output)
+            self.assertIn("the compiler stops here: correct the error above", errors[1])
         return errors[0] if errors else ""
 
     def test_a_good_header_has_no_error(self):
@@ -100,24 +104,86 @@ class NewBoard(unittest.TestCase):
                 self.assertRegex(self.header(board, chip, rf"#define BOARD_{macro} .*\n"),
                                  rf"board\.h: .*\bBOARD_{macro}\b")
 
+    def test_count_of_buses_out_of_range_is_named(self):
+        for count in ["0", "4", "one", "1x"]:
+            self.assertEqual(self.header("cm510", "atmega2561", r"(BUS_COUNT +)1", rf"\g<1>{count}"),
+                             '"board.h: wanted is BOARD_BUS_COUNT, 1 to 3"')
+
     def test_pin_out_of_range_is_named(self):
         for board, chip, pin in [("arduino-uno", "atmega328p", "BUS0_ENABLE"), ("cm510", "atmega2561", "BUS0_RXD"),
                                  ("arduino-mega", "atmega2560", "BUS2_TXD")]:
+            port = (ROOT / f"boards/{board}/board.h").read_text().split(f"{pin}_PORT")[1].split()[0]
             for bit in "8", "9", "x", "10":
-                self.assertIn(f"board.h: wanted is BOARD_{pin}_BIT, 0 to 7",
-                              self.header(board, chip, rf"({pin}_BIT +)\d", rf"\g<1>{bit}"))
-            self.assertEqual(self.header(board, chip, rf"({pin}_BIT +)\d", r"\g<1>7"), "")
+                self.assertEqual(self.header(board, chip, rf"({pin}_BIT +)\d", rf"\g<1>{bit}"),
+                                 f"board.h: BOARD_{pin} is on port {port} bit {bit}; use a port of {chip}, a capital "
+                                 "letter, and a bit from 0 to 7")
+        self.assertEqual(self.header("arduino-uno", "atmega328p", r"(BUS0_ENABLE_BIT +)\d", r"\g<1>7"), "")
+
+    def test_port_that_the_chip_lacks_is_named(self):
+        for pin in ["RXD", "TXD", "TX_ENABLE", "RX_ENABLE"]:
+            for port in "e", "I", "H", "'E'":  # atmega1281 has A to G
+                self.assertIn(f"board.h: BOARD_BUS0_{pin} is on port {port} bit ", self.header(
+                    "cm510", "atmega1281", rf"(BUS0_{pin}_PORT +)\w", rf"\g<1>{port}"))
+
+    def test_pins_of_another_usart_are_named_with_the_right_ones(self):
+        """Pins by data sheet: each USART of each chip."""
+        first_on_d = ["atmega168", "atmega168p", "atmega328", "atmega328p"]
+        two_on_d = ["atmega164p", "atmega324p", "atmega644p", "atmega1284", "atmega1284p"]
+        e_and_d = ["atmega64", "atmega128", "at90can64", "at90can128", "atmega1281", "atmega2561"]
+        all_four = ["atmega640", "atmega1280", "atmega2560"]
+        chips = dict.fromkeys([*first_on_d, "atmega644"], ["D0"]) | dict.fromkeys(two_on_d, ["D0", "D2"]) | \
+            dict.fromkeys(e_and_d, ["E0", "D2"]) | dict.fromkeys(all_four, ["E0", "D2", "H0", "J0"])
+        listed = re.findall(r"_MCUS := (at.*)", (ROOT / "mk/library.mk").read_text())
+        self.assertEqual(sorted(chips), sorted(" ".join(listed[:3]).split()))
+        for chip, usarts in chips.items():
+            for usart, (port, bit) in enumerate(usarts):
+                board = (f"USART {usart}", f"RXD_PORT {port}", f"RXD_BIT {bit}", f"TXD_PORT {port}", f"TXD_BIT {int(bit) + 1}")
+                right = "#define BOARD_BUS_COUNT 1\n#define BOARD_BUS0_WIRING TIED\n#define BOARD_CLOCK_TIMER 1\n" + \
+                    "".join(f"#define BOARD_BUS0_{line}\n" for line in board)
+                self.assertEqual(self.header("arbotix", chip, r"(?s).*", right), "", chip)
+                self.assertEqual(
+                    self.header("arbotix", chip, r"(?s).*", right.replace("RXD_BIT", "RXD_BIT 5 //")),
+                    f"board.h: bus 0 has RXD on port {port} bit 5 and TXD on port {port} bit {int(bit) + 1}; USART {usart} of "
+                    f"{chip} has RXD on port {port} bit {bit} and TXD on port {port} bit {int(bit) + 1}")
+                self.assertIn(f"has RXD on port {port} bit {bit} and TXD on port C bit ", self.header(
+                    "arbotix", chip, r"(?s).*", right.replace("TXD_PORT", "TXD_PORT C //")))
+
+    def test_enable_on_another_pin_of_the_bus_is_named(self):
+        for board, chip, enable, key, bit in [
+                ("cm510", "atmega2561", "TX_ENABLE", "RXD", 0), ("cm510", "atmega2561", "TX_ENABLE", "TXD", 1),
+                ("cm510", "atmega2561", "RX_ENABLE", "RXD", 0), ("cm510", "atmega2561", "RX_ENABLE", "TXD", 1),
+                ("arduino-uno", "atmega328p", "ENABLE", "RXD", 0), ("arduino-uno", "atmega328p", "ENABLE", "TXD", 1)]:
+            self.assertRegex(
+                self.header(board, chip, rf"(BUS0_{enable}_BIT +)\d", rf"\g<1>{bit}"),
+                f"board.h: BOARD_BUS0_{enable} is on port [DE] bit {bit}, the pin of BOARD_BUS0_{key}; use another pin")
+        self.assertIn("BOARD_BUS0_TX_ENABLE and BOARD_BUS0_RX_ENABLE are both on port E bit 3; use two pins, or the wiring "
+                      "ONE_ENABLE", self.header("cm510", "atmega2561", r"(BUS0_TX_ENABLE_BIT +)\d", r"\g<1>3"))
+
+    def test_usart_with_two_uses_is_named(self):
+        self.assertIn("the host link and a bus have the same USART, 0", self.header(
+            "cm510", "atmega2561", r"(HOST_USART +)\d", r"\g<1>0"))
+        mega = ["1", "2", "3"]
+        for bus in range(3):
+            self.assertIn("the host link and a bus have the same USART, ", self.header(
+                "arduino-mega", "atmega2560", r"(HOST_USART +)\d", rf"\g<1>{mega[bus]}"))
+        self.assertIn("two buses have the same USART", self.header("arduino-mega", "atmega2560", (
+            r"(?s)BUS1_USART.*BUS1_TX_ENABLE_PORT"), "BUS1_USART 1\n#define BOARD_BUS1_RXD_PORT D\n"
+            "#define BOARD_BUS1_RXD_BIT 2\n#define BOARD_BUS1_TXD_PORT D\n#define BOARD_BUS1_TXD_BIT 3\n"
+            "#define BOARD_BUS1_TX_ENABLE_PORT"))
 
     def test_what_a_chip_lacks_is_named(self):
         self.assertIn("this chip is not supported: registers of its USART have no digit",
                       self.header("arduino-uno", "atmega32"))
-        self.assertIn("BOARD_BUS0_USART is missing, or this chip has no USART of that number",
-                      self.header("cm510", "atmega2561", r"(BUS0_USART +)0", r"\g<1>2"))
-        self.assertIn("there is no such BOARD_BUS0_WIRING",
-                      self.header("cm510", "atmega2561", "TWO_ENABLES", "THREE_ENABLES"))
-        for timer, chip in [("2", "atmega2561"), ("0", "atmega328p"), ("3", "atmega328p")]:
-            self.assertIn("BOARD_CLOCK_TIMER is no 16-bit timer of this chip", self.header(
-                "cm510", chip, r"TIMER 1", f"TIMER {timer}"))
+        self.assertEqual("board.h: bus 0 has USART 2, but atmega2561 has no USART of this number; is this the board.h of "
+                         "another chip?", self.header("cm510", "atmega2561", r"(BUS0_USART +)0", r"\g<1>2"))
+        self.assertIn("board.h: the host link has USART 2, but atmega2561 has no USART of this number",
+                      self.header("cm510", "atmega2561", r"(HOST_USART +)1", r"\g<1>2"))
+        self.assertEqual("board.h: the wiring of bus 0 is THREE_ENABLES; use TWO_ENABLES, ONE_ENABLE, TIED, ADAPTER or "
+                         "ADAPTER_ECHO", self.header("cm510", "atmega2561", "TWO_ENABLES", "THREE_ENABLES"))
+        for timer, chip in [("2", "atmega168p"), ("0", "atmega328p"), ("3", "atmega328p")]:
+            self.assertIn(f"the clock has timer {timer}, but {chip} has no 16-bit timer of this number", self.header(
+                "arduino-uno", chip, r"TIMER 1", f"TIMER {timer}"))
+        self.assertIn("the clock has timer 3; on atmega128 use 1", self.header("atmega128", "atmega128", "TIMER 1", "TIMER 3"))
         self.assertEqual(self.header("cm510", "atmega2561", "TIMER 1", "TIMER 3"), "")
 
     def test_a_console_without_a_host_link_is_named(self):

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The manual's own packets, on the wire, byte for byte and in order."""
 # needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega) build/atmega128/examples/hexapod.elf
+import re
+import shutil
 import subprocess
 import unittest
 
@@ -29,6 +31,7 @@ class Manual(unittest.TestCase):
         self.all_packets_on("arduino-mega")
 
     def test_the_demo_leaves_them_in_its_transcript_and_pictures(self):
+        shutil.rmtree(ROOT / "build/demo", ignore_errors=True)
         demo = subprocess.run([ROOT / "scripts/demo.sh"], stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, text=True, timeout=120)
         self.assertEqual(demo.returncode, 0, demo.stdout)
@@ -45,6 +48,14 @@ class Manual(unittest.TestCase):
         self.assertEqual(demo.stdout.count("CPU cycle of its first start bit, 16 cycles per microsecond"), 1)
         self.assertNotIn("none of this number", demo.stdout)
         self.assertIn("animate", (ROOT / "build/demo/hexapod.svg").read_text())
+        files = sorted(path.name for path in (ROOT / "build/demo").iterdir())
+        self.assertEqual(sorted(re.findall(r"^build/demo/(\S+) ", demo.stdout, re.M)), files)
+        table = (ROOT / "docs/getting-started.md").read_text().split("files in `build/demo/`:")[1].split("\n\n")[1]
+        self.assertEqual(sorted(re.findall(r"^\| `(\S+)`", table, re.M)), files)
+        others = re.search(r"Other examples, .*: (.*)\n", demo.stdout)[1].split()
+        self.assertEqual(others, sorted(
+            f"examples/{path.name}" for path in (ROOT / "examples").iterdir()
+            if path.suffix != ".h" and path.name not in ("hexapod", "manual.script", "console_teach.script")))
 
 
 if __name__ == "__main__":

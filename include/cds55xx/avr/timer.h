@@ -20,10 +20,7 @@
 #define CDS_AVR_TIMER_OVERFLOW_VECTOR CDS_AVR_TIMER_PASTE3(TIMER, BOARD_CLOCK_TIMER, _OVF_vect)
 #define CDS_AVR_TIMER_PRESCALE_8      (1 << 1) // CSn1
 
-#ifdef TIMSK // ATmega128: one register for timers 0 to 2
-#if BOARD_CLOCK_TIMER != 1
-#error "on this chip the clock must be timer 1"
-#endif
+#ifdef TIMSK // ATmega128: one register for timers 0 to 2; board_check.h permits timer 1 only
 #define CDS_AVR_TIMER_INTERRUPTS      TIMSK
 #define CDS_AVR_TIMER_FLAGS           TIFR
 #define CDS_AVR_TIMER_OVERFLOW_ENABLE (1 << TOIE1)
