@@ -3,24 +3,16 @@
  * turn the outputs as a hand would. */
 
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
 import test from "node:test";
-import { PHONE, shows, startRobot } from "../support/browser.js";
-import { ROOT } from "../support/simulator.js";
+import { PHONE, shows, startRobot, startRobotWithHand } from "../support/browser.js";
 
 /* A robot, its page at the view Motion, and a hand. */
 async function start(t, options = {}) {
-    const folder = mkdtempSync(join(tmpdir(), "poke-"));
-    const socket = join(folder, "poke");
-    const robot = await startRobot(t, { ...options, more: ["--poke", socket] });
+    const robot = await startRobotWithHand(t, options);
 
-    t.after(() => rmSync(folder, { recursive: true }));
     await robot.page.click("#tab-motion");
     await shows(robot.page, /Free on the board: \d+ poses/, ".board");
-    return { ...robot, hand: (order) => execFileSync(join(ROOT, "build/host/cds55xx-sim"), ["poke", socket, order]) };
+    return robot;
 }
 
 /* Waits until servo `id` is shown between `low` and `high` degrees. */
