@@ -357,7 +357,7 @@ export class RobotView extends View {
         const isOld = servo.presence === "online" && servo.isOld(this.session.clock.now());
         const state = isOld ? "old" : servo.presence;
         const id = `servo-${servo.id}`;
-        const row = (name, value) => html`<dt>${name}</dt><dd>${value}</dd>`;
+        const row = (name, value) => html`<dt title=${texts.graphs.units[name]}>${t[name]}</dt><dd>${value}</dd>`;
 
         return html`<article class="card ${state}" data-id=${servo.id} aria-labelledby=${id}>
             <div class="head">
@@ -378,8 +378,8 @@ export class RobotView extends View {
             <div class="body">
                 ${servo.isEndless ? this.#turnSlider(servo) : this.#dial(servo)}
                 <dl>
-                    ${row(t.speed, shown(servo.speed, 1, " rpm"))} ${row(t.load, shown(servo.load, 0, " %"))}
-                    ${row(t.voltage, shown(servo.voltage, 1, " V"))} ${row(t.temperature, shown(servo.temperature, 0, " °C"))}
+                    ${row("speed", shown(servo.speed, 1, " rpm"))} ${row("load", shown(servo.load, 0, " %"))}
+                    ${row("voltage", shown(servo.voltage, 1, " V"))} ${row("temperature", shown(servo.temperature, 0, " °C"))}
                 </dl>
             </div>
             ${this.#notes(servo)}
