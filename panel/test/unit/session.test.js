@@ -30,11 +30,14 @@ async function rig({ hasConsole = true, onText = null, ids = [1] } = {}) {
     return { clock, port, session };
 }
 
-/* Connects at the load of the page; another client has the port for `ms`. Returns the codes of the notices. */
-async function load(ms) {
+/* Connects at the load of the page; another client has the port for `ms`. At `leaveAt` the user disconnects.
+ * Returns the states and the codes of the notices. */
+async function load(ms, { leaveAt } = {}) {
     const clock = new FakeClock();
     const session = new Session({ tables: tables(), clock });
+    const states = [];
 
+    session.addEventListener("change", () => states.at(-1) !== session.state && states.push(session.state));
     session.connectAtLoad(() => {
         const port = new FakePort();
 
@@ -47,16 +50,24 @@ async function load(ms) {
         };
         return port;
     });
+    if (leaveAt) {
+        await clock.advance(leaveAt);
+        await session.disconnect();
+    }
     await clock.advance(20000);
-    return { state: session.state, codes: session.notices.map(({ code }) => code) };
+    return { states, codes: session.notices.map(({ code }) => code) };
 }
 
-test("connectAtLoad: waits 5 s for a taken port, then tells", async () => {
+test("connectAtLoad: waits 5 s for a taken port, then tells; the state does not change meanwhile", async () => {
     const late = await load(4000);
 
-    assert.equal(late.state, "connected");
+    assert.deepEqual(late.states, ["connecting", "connected"]);
     assert.ok(!late.codes.includes("port-taken"));
-    assert.deepEqual(await load(Infinity), { state: "disconnected", codes: ["port-taken"] });
+    assert.deepEqual(await load(Infinity), { states: ["connecting", "disconnected"], codes: ["port-taken"] });
+});
+
+test("connectAtLoad: Disconnect ends it", async () => {
+    assert.deepEqual(await load(Infinity, { leaveAt: 1000 }), { states: ["connecting", "disconnected"], codes: [] });
 });
 
 /* A port that opens after `ms`. */
