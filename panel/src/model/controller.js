@@ -189,7 +189,7 @@ export class Controller {
 
         while (ids.length && !signal?.aborted) {
             const group = ids.splice(0, SCAN_GROUP);
-            const parameters = parametersOf(this.#wire.deviceId, await this.#wire.request(syncRead(SERVO_ID, 1, group), { timeout: SCAN_MS }));
+            const parameters = parametersOf(this.#wire.deviceId, await this.#wire.request(syncRead(SERVO_ID, 1, group), { timeout: SCAN_MS, source: "search" }));
 
             group.forEach((id, index) => parameters[index] !== FAILED && onFound({ id, model: null, rate: null }));
             onProgress(`${total - ids.length} of ${total} IDs asked`);

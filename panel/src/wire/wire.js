@@ -340,7 +340,7 @@ export class Wire extends EventTarget {
     }
 
     #nextMarker() {
-        return new MarkerJob(MARKERS[this.#markers++ % MARKERS.length], { timeout: MARKER_MS, limit: MARKER_LIMIT_MS });
+        return new MarkerJob(MARKERS[this.#markers++ % MARKERS.length], { timeout: MARKER_MS, limit: MARKER_LIMIT_MS, source: "probe" });
     }
 
     /* Sends a job of the wire itself. False: no reply. Throws WireError if the epoch has passed. */

@@ -107,6 +107,21 @@ test("connect: of several in a row only the last one stays open", async () => {
     assert.ok(ports.slice(0, 3).every(({ written }) => !written.length));
 });
 
+test("search without a console: its IDs without servo are no errors of the traffic", async () => {
+    const clock = new FakeClock();
+    const session = new Session({ tables: tables(), clock });
+    const port = new FakePort();
+
+    port.hasConsole = false;
+    port.addServo(1);
+    port.offline.add(7); // the device reports that some servos did not answer
+    session.connect(port);
+    await clock.advance(5000);
+    assert.deepEqual(session.robot.ids, [1]);
+    assert.ok(session.traffic.select({}, 999).some(({ bytes, direction }) => direction === "in" && bytes[4] === 0x80));
+    assert.deepEqual(session.traffic.select({ errorsOnly: true, withPolling: true }, 9).map((row) => session.traffic.describe(row).text), []);
+});
+
 test("stop: Ctrl-X leaves before anything else", async () => {
     const { port, session } = await rig();
     let stops = 0;
