@@ -6,6 +6,8 @@ import { Failure, parametersOf } from "./registers.js";
 
 export const DEVICE = Object.freeze({
     VERSION: 0x02,
+    ID: 0x03,
+    ECHO: 0x08,
     SAVE: 0x10,
     LINK_LOST: 0x13,
     ALARMS: 0x14,

@@ -90,6 +90,18 @@ test("packets: RESET is sent only after the dialog", async (t) => {
     await shows(page, "RESET", ".traffic .out");
 });
 
+test("packets: a SAVE by hand is not sent, and names the view Board", async (t) => {
+    const { page } = await startRobot(t, { count: 1 });
+
+    await openTab(page, "packets");
+    await page.select(".send-instruction", "hex");
+    await page.type(".send-hex", "FD 04 03 10 01");
+    await page.click(".send-button");
+    await shows(page, "Use the settings of the view Board", ".outcome");
+    await page.type(".filter-text", "SAVE 1");
+    await shows(page, "Nothing to show", ".traffic");
+});
+
 test("packets: filter, pause and clear", async (t) => {
     const { page } = await startRobot(t);
 

@@ -3,8 +3,9 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { sendLine } from "../../src/model/by_hand.js";
+import { isPacketOfBoard, sendLine } from "../../src/model/by_hand.js";
 import { Session } from "../../src/model/session.js";
+import { read, reset, write } from "../../src/wire/packet.js";
 import { FakeClock } from "../support/fake_clock.js";
 import { FakePort } from "../support/fake_port.js";
 import { tables } from "../support/tables.js";
@@ -120,6 +121,21 @@ test("search without a console: its IDs without servo are no errors of the traff
     assert.deepEqual(session.robot.ids, [1]);
     assert.ok(session.traffic.select({}, 999).some(({ bytes, direction }) => direction === "in" && bytes[4] === 0x80));
     assert.deepEqual(session.traffic.select({ errorsOnly: true, withPolling: true }, 9).map((row) => session.traffic.describe(row).text), []);
+});
+
+test("packets by hand: those that change or save the page's own mode belong to the view Board", async () => {
+    const packets = {
+        save: write(253, 0x10, [1]), within: write(253, 0x0c, [0, 0, 0, 0, 1]), mode: write(253, 0x08, [2]), id: write(253, 3, [254]), reset: reset(253),
+        read: read(253, 0x10, 1), before: write(253, 0x0c, [0x10, 0x27, 0, 0]), behind: write(253, 0x14, [0]), servo: write(1, 0x10, [1]), servoReset: reset(1),
+    };
+    const ofBoard = async (options) => {
+        const { session } = await rig(options);
+
+        return Object.keys(packets).filter((name) => isPacketOfBoard(session, packets[name]));
+    };
+
+    assert.deepEqual(await ofBoard({}), ["save", "within", "mode", "id", "reset"]);
+    assert.deepEqual(await ofBoard({ hasConsole: false }), []);
 });
 
 test("stop: Ctrl-X leaves before anything else", async () => {
