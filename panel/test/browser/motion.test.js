@@ -183,9 +183,14 @@ test("record: a movement by hand, replayed, error measured", async (t) => {
 
     assert.ok(steps >= 3 && steps <= 16, `${steps} steps`);
     await page.click("button.replay-steps");
-    await shows(page, /page plays/, ".motion-state");
-    await page.click("button.end");
+    await shows(page, /page plays/, ".recording .motion-state");
+    const isOnScreen = (element) => element.getBoundingClientRect().top >= 0 && element.getBoundingClientRect().bottom <= innerHeight;
+
+    assert.ok(await page.$eval(".recording .end", isOnScreen)); // before the click, which would scroll to it
+    assert.ok(await page.$eval(".recording .motion-state", isOnScreen));
+    await page.click(".recording .end");
     await shows(page, "Nothing plays", ".motion-state");
+    await page.waitForSelector(".recording .replay:enabled");
 });
 
 test("recording: kept when the connection is lost", async (t) => {
