@@ -1,11 +1,22 @@
 // SPDX-License-Identifier: MIT
 /* Packets and lines that a user has written. They go over the same wire as all others, in turn, within ORDER_MS or not at all. */
 
-import { AT_INSTRUCTION, INSTRUCTION } from "../wire/packet.js";
-import { ORDER_MS } from "./controller.js";
+import { AT_ID, AT_INSTRUCTION, AT_PARAMETERS, INSTRUCTION } from "../wire/packet.js";
+import { DEVICE, ORDER_MS } from "./controller.js";
 import { isForgetting, silenceOf } from "./console_line.js";
 
 const MANY_MS = 3000; // for the replies of many servos
+
+/* True for a packet to the device that does what isOfBoard() says of a line. Without a console the page has no mode to save. */
+export function isPacketOfBoard({ wire }, bytes) {
+    if (!wire?.hasConsole || !wire.hasDevice || bytes[AT_ID] !== wire.deviceId) return false;
+    const first = bytes[AT_PARAMETERS];
+    const written = bytes.length - AT_PARAMETERS - 2; // without address and checksum
+    const isWritten = (register) => register >= first && register < first + written;
+
+    if (bytes[AT_INSTRUCTION] === INSTRUCTION.WRITE) return [DEVICE.ID, DEVICE.ECHO, DEVICE.SAVE].some(isWritten);
+    return bytes[AT_INSTRUCTION] === INSTRUCTION.RESET;
+}
 
 /* Sends a packet. Resolves with its status packets (an array, empty: none is due); throws WireError. */
 export async function sendPacket(session, bytes) {

@@ -6,6 +6,8 @@ import { Failure, parametersOf } from "./registers.js";
 
 export const DEVICE = Object.freeze({
     VERSION: 0x02,
+    ID: 0x03,
+    ECHO: 0x08,
     SAVE: 0x10,
     LINK_LOST: 0x13,
     ALARMS: 0x14,
@@ -189,7 +191,7 @@ export class Controller {
 
         while (ids.length && !signal?.aborted) {
             const group = ids.splice(0, SCAN_GROUP);
-            const parameters = parametersOf(this.#wire.deviceId, await this.#wire.request(syncRead(SERVO_ID, 1, group), { timeout: SCAN_MS }));
+            const parameters = parametersOf(this.#wire.deviceId, await this.#wire.request(syncRead(SERVO_ID, 1, group), { timeout: SCAN_MS, source: "search" }));
 
             group.forEach((id, index) => parameters[index] !== FAILED && onFound({ id, model: null, rate: null }));
             onProgress(`${total - ids.length} of ${total} IDs asked`);

@@ -40,6 +40,7 @@ export class Session extends EventTarget {
     #stopping = null; // promise of the last stop
     #expiry = null; // timer of the information that goes away next
     #isRenewing = false; // asks a controller that was reset
+    #isPatient = false; // connectAtLoad() tries again if another client has the port
 
     constructor({ tables, clock = realClock }) {
         super();
@@ -76,7 +77,7 @@ export class Session extends EventTarget {
     /* ---- connection ---- */
 
     /* As connect(), when the page loads. The previous page may still hold the port, so connectAtLoad() retries for
-     * TAKEN_MS. */
+     * TAKEN_MS. The state stays `connecting` meanwhile. */
     async connectAtLoad(makePort) {
         const end = this.clock.now() + TAKEN_MS;
 
@@ -86,15 +87,17 @@ export class Session extends EventTarget {
             const { wire } = this;
 
             await pause(this.clock, TAKEN_PAUSE_MS);
-            if (this.wire !== wire) return; // the user has connected
+            if (this.wire !== wire || this.state === "disconnected") return; // the user has connected, or disconnected
         }
+        this.#setState("disconnected");
         this.notify({ code: "port-taken" });
     }
 
     /* Opens the port and asks what the controller has. Never throws: a failure becomes a notice. With `isPatient` a
      * port that another client has gives no notice; the caller tries again. */
     async connect(port, { isPatient = false } = {}) {
-        while (this.state !== "disconnected") await this.disconnect(); // again if another connect() came between
+        while (this.state !== "disconnected" && !this.#waitsForPort) await this.disconnect(); // again if another connect() came between
+        this.#isPatient = isPatient;
         this.#clear(port);
         const { wire } = this;
 
@@ -109,10 +112,18 @@ export class Session extends EventTarget {
             if (this.wire !== wire) return; // another connection has begun
             if (this.isPortTaken && !isPatient) this.notify({ code: "port-taken" });
             if (!this.isPortTaken && error.code !== "closed") this.notify(error);
-            if (wire.state === "closed") this.#setState("disconnected");
+            if (wire.state === "closed") this.#takeClose();
             else if (this.state === "connecting") await this.disconnect();
             else this.robot.start();
         }
+    }
+
+    get #waitsForPort() {
+        return this.#isPatient && this.isPortTaken;
+    }
+
+    #takeClose() {
+        if (!this.#waitsForPort) this.#setState("disconnected");
     }
 
     /* Asks what the firmware has, again after a stop that came between. */
@@ -167,7 +178,7 @@ export class Session extends EventTarget {
         on(wire, "state", (state) => this.#follow(state));
         on(wire, "close", () => {
             robot.end();
-            this.#setState("disconnected");
+            this.#takeClose();
         });
         on(robot, "feedback", () => {
             this.history.take(robot.servos.values(), this.clock.now());

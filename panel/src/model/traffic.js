@@ -21,6 +21,7 @@ export const POLLS_MAX = 400;
 const POLLED = [FEEDBACK, LIMITS, STATE];
 const POLLED_OF_DEVICE = [DEVICE.SAVE, DEVICE.MOTION_PLAY];
 const POLLED_LINE = "servos";
+const SOME_SILENT = 0x80; // error of a SYNC READ: some servos did not answer
 
 /* True for a packet that the loop of the robot sends again and again. */
 function isPollingPacket(bytes) {
@@ -83,7 +84,10 @@ export class Traffic {
     }
 
     #takeOut(row) {
-        if (this.#request && row.kind !== "stop") this.#request.isUnanswered = this.#request.isError = true;
+        if (this.#request && row.kind !== "stop") {
+            this.#request.isUnanswered = true;
+            this.#request.isError = this.#request.source !== "probe"; // a firmware without console answers no marker
+        }
         row.due = 0;
         row.replies = 0;
         if (row.kind === "packet") {
@@ -98,9 +102,12 @@ export class Traffic {
         this.#request = row.due ? row : null;
     }
 
+    /* A search asks IDs that no servo has. */
     #takeReply(row, isExpected) {
+        const isSearch = this.#request?.source === "search" && row.bytes[AT_ERROR] === SOME_SILENT;
+
         row.ids = [row.bytes[AT_ID]];
-        row.isError = row.bytes[AT_ERROR] !== 0;
+        row.isError = row.bytes[AT_ERROR] !== 0 && !isSearch;
         row.group = "status";
         if (isExpected) this.#answer(row);
         else row.isError = true;

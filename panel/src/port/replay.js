@@ -56,9 +56,9 @@ export class CapturePort {
         return this.port.open();
     }
 
-    write(bytes) {
+    write(bytes, isStop) {
         this.#keep("out", bytes);
-        this.port.write(bytes);
+        this.port.write(bytes, isStop);
     }
 
     close() {

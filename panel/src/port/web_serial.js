@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 /* A serial port of this machine (Web Serial: Chrome and Edge, https or localhost).
  *
- * All ports have one interface: open(), write(bytes), close(), the fields onBytes(bytes) and
- * onClose(reason), and `name`. write() returns at once and keeps the order. onClose() is called once,
- * when the port is lost; close() does not call it. */
+ * All ports have one interface: open(), write(bytes, isStop), close(), the fields onBytes(bytes) and
+ * onClose(reason), and `name`. write() returns at once and keeps the order; with isStop it drops what waits. onClose() is
+ * called once, when the port is lost; close() does not call it. */
 
 export class PortError extends Error {
     /* `code` names an entry of texts.port. */
@@ -22,6 +22,7 @@ export class WebSerialPort {
     #writer = null;
     #reading = null; // ends when the last read has ended
     #isLost = false;
+    #waiting = null; // writes behind the one that the port has not taken yet; null: there is none
 
     /* `serial`: navigator.serial or a fake of it. */
     constructor({ baudRate = 115200, serial = globalThis.navigator?.serial } = {}) {
@@ -53,13 +54,28 @@ export class WebSerialPort {
         }
         this.#port = port;
         this.#isLost = false;
+        this.#waiting = null;
         this.#writer = this.#port.writable.getWriter();
         this.#reading = this.#read();
     }
 
-    write(bytes) {
+    write(bytes, isStop = false) {
         if (!this.#writer) throw new PortError("not-open");
-        this.#writer.write(bytes).catch((error) => this.#lose(error.message));
+        if (isStop) this.#waiting?.splice(0);
+        if (this.#waiting) this.#waiting.push(bytes);
+        else this.#send(this.#writer, bytes);
+    }
+
+    /* One write at a time: what a stream has taken cannot be dropped. */
+    async #send(writer, bytes) {
+        const waiting = (this.#waiting = []);
+
+        try {
+            for (let next = bytes; next; next = waiting.shift()) await writer.write(next);
+            if (waiting === this.#waiting) this.#waiting = null;
+        } catch (error) {
+            if (writer === this.#writer) this.#lose(error.message);
+        }
     }
 
     /* A framing error ends a stream but not the port: the next stream goes on. */

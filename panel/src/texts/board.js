@@ -44,7 +44,7 @@ export const board = {
     clearHint: "Forgets the alarms. An inhibit stays until “Release”.",
     alarmOf: (who, what) => `${who}: ${what}`,
     servoName: (id) => `Servo ${id}`,
-    others: "Other servos",
+    others: "A servo that is not in the controller’s list (it does not tell which)",
     someServo: "One of the servos",
     conditions: alarms,
     settings: "Settings",

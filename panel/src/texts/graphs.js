@@ -12,7 +12,7 @@ export const graphs = {
     goal: "goal ",
     dotted: "dotted: goal",
     names: { position: "Position", speed: "Speed", load: "Load", voltage: "Voltage", temperature: "Temperature" },
-    units: { position: "°", speed: "rpm, + counterclockwise", load: "%, + pushes counterclockwise", voltage: "V", temperature: "°C" },
+    units: { position: "°", speed: "rpm, +: counterclockwise", load: "%, +: the load pushes counterclockwise", voltage: "V", temperature: "°C" },
     pause: "Pause",
     goOn: "Go on",
     span: "Show",

@@ -266,13 +266,25 @@ export class MotionView extends View {
         return html`${chart(curves)}${legend(recording.ids, t.angle)}`;
     }
 
+    /* While the page plays, what ends it takes their place: the box Play may be off the screen. */
+    #recordingButtons() {
+        const { desk, session } = this;
+        const { recordings } = desk;
+        const isOff = !session.isConnected || desk.isPlaying || recordings.isRecording;
+
+        return html`<button class="replay" title=${t.replayHint} ?disabled=${isOff} @click=${() => desk.playRecording()}>${t.replay}</button>
+            <button class="replay-steps" ?disabled=${isOff}
+                @click=${() => desk.playRecording({ isThinned: true })}>${t.replayThinned}</button>
+            <button class="to-sequence" @click=${() => recordings.toSequence()}>${t.toSequence}</button>
+            <button @click=${() => saveFile("recording.csv", recordings.exportCsv(), "text/csv")}>${t.saveRecording}</button>`;
+    }
+
     #recording() {
         const { desk } = this;
         const { recordings } = desk;
         const { latest: recording, thinned, replay } = recordings;
 
         if (!recording) return nothing;
-        const isOff = !this.session.isConnected || desk.isPlaying || recordings.isRecording;
         const { length, samples, rate, ids } = recording;
         const facts = { seconds: seconds(length, 2), samples: samples.length, rate: rate.toFixed(0), servos: ids.length };
 
@@ -294,13 +306,7 @@ export class MotionView extends View {
                     steps: thinned.points.length, error: degrees(thinned.error), board: degrees(thinned.boardError),
                 })}</output>
             </p>
-            <p class="row">
-                <button class="replay" title=${t.replayHint} ?disabled=${isOff} @click=${() => desk.playRecording()}>${t.replay}</button>
-                <button class="replay-steps" ?disabled=${isOff}
-                    @click=${() => desk.playRecording({ isThinned: true })}>${t.replayThinned}</button>
-                <button class="to-sequence" @click=${() => recordings.toSequence()}>${t.toSequence}</button>
-                <button @click=${() => saveFile("recording.csv", recordings.exportCsv(), "text/csv")}>${t.saveRecording}</button>
-            </p>
+            <p class="row">${desk.player.isPlaying ? this.#running() : this.#recordingButtons()}</p>
             ${replay
                 ? html`<p class="replayed" role="status">
                       ${t.replayed({ largest: degrees(replay.largest), id: replay.id, mean: degrees(replay.mean) })}
@@ -322,6 +328,18 @@ export class MotionView extends View {
         const name = desk.store.playing;
 
         return t.boardPlays({ name, step: motion.step, steps: desk.store.stored.sequences.get(name)?.length, paused: motion.paused });
+    }
+
+    /* What ends or pauses that which plays, and its state. */
+    #running() {
+        const { desk } = this;
+        const { isPlaying, isPaused } = desk;
+
+        return html`${isPaused
+                ? html`<button class="resume" @click=${() => desk.resume()}>${t.resume}</button>`
+                : html`<button class="pause" ?disabled=${!isPlaying} @click=${() => desk.pause()}>${t.pause}</button>`}
+            <button class="end" ?disabled=${!isPlaying} @click=${() => desk.end()}>${t.end}</button>
+            <span class="motion-state" role="status">${this.#stateOfMotion()}</span>`;
     }
 
     #player() {
@@ -354,11 +372,7 @@ export class MotionView extends View {
                 <button class="play" ?disabled=${!session.isConnected || isPlaying || !desk.steps.length} @click=${() => desk.play()}>
                     ${t.play} ${desk.sequence}
                 </button>
-                ${isPaused
-                    ? html`<button class="resume" @click=${() => desk.resume()}>${t.resume}</button>`
-                    : html`<button class="pause" ?disabled=${!isPlaying} @click=${() => desk.pause()}>${t.pause}</button>`}
-                <button class="end" ?disabled=${!isPlaying} @click=${() => desk.end()}>${t.end}</button>
-                <span class="motion-state" role="status">${this.#stateOfMotion()}</span>
+                ${this.#running()}
             </p>
         </section>`;
     }

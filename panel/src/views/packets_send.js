@@ -3,7 +3,7 @@
 
 import { html, nothing } from "lit";
 import { AT_ID, AT_INSTRUCTION, BROADCAST_ID, INSTRUCTION, packet, toHex } from "../wire/packet.js";
-import { sendPacket } from "../model/by_hand.js";
+import { isPacketOfBoard, sendPacket } from "../model/by_hand.js";
 import { ComposeError, compose } from "../model/compose.js";
 import { hexByte } from "../model/decode.js";
 import { typedNumber } from "../model/units.js";
@@ -26,8 +26,7 @@ class SendPart extends Part {
 
     #set(name, value) {
         this.form = { ...this.form, [name]: value };
-        this.outcome = null;
-        this.requestUpdate();
+        this.#show(null);
     }
 
     get #decoder() {
@@ -75,14 +74,20 @@ class SendPart extends Part {
         const { bytes } = this.#packet();
 
         if (!bytes || this.isSending || !this.session.isConnected) return;
+        if (isPacketOfBoard(this.session, bytes)) return this.#show({ level: "error", text: t.useBoard });
         if (bytes[AT_INSTRUCTION] === INSTRUCTION.RESET && !(await this.#mayReset(bytes))) return;
         this.isSending = true;
-        this.outcome = null;
-        this.requestUpdate();
-        this.outcome = await this.#send(bytes);
+        this.#show(null);
+        const outcome = await this.#send(bytes);
+
         this.isSending = false;
-        this.requestUpdate();
+        this.#show(outcome);
     };
+
+    #show(outcome) {
+        this.outcome = outcome;
+        this.requestUpdate();
+    }
 
     #mayReset(bytes) {
         const id = bytes[AT_ID];

@@ -12,6 +12,7 @@ import { Jog } from "../model/jog.js";
 import { GOAL_RPM } from "../model/robot.js";
 import { DEGREES_MAX, RPM_MAX } from "../model/units.js";
 import { texts } from "../texts/texts.js";
+import { servo as nameOf } from "../texts/words.js";
 import { dialDrawing, pointIn, VIEW_BOX } from "./dial.js";
 import { View } from "./view.js";
 
@@ -253,7 +254,7 @@ export class RobotView extends View {
                       ${t.clearAlarms}
                   </button>`
                 : nothing}
-            <p class="keys" id="robot-keys">${t.keys}</p>
+            ${this.#hints(servos)}
         </div>`;
     }
 
@@ -313,30 +314,50 @@ export class RobotView extends View {
         </div>`;
     }
 
-    /* What a user should know of this servo, with what to do. */
-    #notes(servo) {
-        const notes = servo.alarms.map((name) => ({ level: "bad", text: t.alarm(name) }));
+    /* What a user should know of this servo: [{level, text, advice, isOfAll}]. The card has the text, and the place above the
+     * cards the advice. isOfAll: the advice is the same for all servos. */
+    #notesOf(servo) {
+        const notes = servo.alarms.map((name) => ({ level: "bad", text: t.alarm(name), advice: t.alarmAdvice(name) }));
 
-        if (servo.presence === "offline") notes.push({ level: "bad", text: t.offlineRemedy });
-        if (servo.inhibit) notes.push({ level: "warn", text: t[servo.inhibit], isInhibit: servo.inhibit === "lost" });
+        if (servo.presence === "offline") notes.push({ level: "bad", text: t.silent, advice: t.silentAdvice });
+        if (servo.inhibit) notes.push({ level: "warn", text: t.inhibited, advice: t[servo.inhibit], isOfAll: servo.inhibit === "stopped" });
         if (this.#ignored.has(servo.id) && servo.torque !== true) notes.push({ level: "warn ignored", text: t.ignored });
         else if (t.goalStates[servo.goalState]) notes.push({ level: "warn", text: t.goalStates[servo.goalState] });
-        return notes.map(
-            ({ level, text, isInhibit }) => html`<p class="note ${level}">
-                ${text}
-                ${isInhibit
-                    ? html`<button aria-label=${t.releaseOf(servo.id)}
-                        @click=${() => this.#releaseServo(servo)}>${texts.stop.release}</button>`
-                    : nothing}
-            </p>`,
-        );
+        return notes;
+    }
+
+    /* A stop is told above the cards: a screen reader does not repeat it for each card. */
+    #notes(servo) {
+        const { inhibit } = servo;
+
+        return html`<div class="notes" aria-live=${inhibit === "stopped" ? "off" : "polite"}>
+            ${this.#notesOf(servo).map(({ level, text }) => html`<p class="note ${level}">${text}</p>`)}
+            ${inhibit === "lost"
+                ? html`<button aria-label=${t.releaseOf(servo.id)} @click=${() => this.#releaseServo(servo)}>${texts.stop.release}</button>`
+                : nothing}
+        </div>`;
+    }
+
+    /* Each advice once, with its servos. It takes the place of the keys, so the cards stay where they are. */
+    #hints(servos) {
+        const servosOf = new Map();
+
+        for (const servo of servos)
+            for (const { advice, isOfAll } of this.#notesOf(servo))
+                if (advice) servosOf.set(advice, isOfAll ? [] : [...(servosOf.get(advice) ?? []), servo.id]);
+        return html`<div class="hints">
+            <p id="robot-keys" class=${servosOf.size ? "covered" : ""}>${t.keys}</p>
+            <div class="advice" role="status">
+                ${[...servosOf].map(([advice, ids]) => html`<p>${ids.length ? `${nameOf({ id: ids[0], ids })}: ` : ""}${advice}</p>`)}
+            </div>
+        </div>`;
     }
 
     #card(servo) {
         const isOld = servo.presence === "online" && servo.isOld(this.session.clock.now());
         const state = isOld ? "old" : servo.presence;
         const id = `servo-${servo.id}`;
-        const row = (name, value) => html`<dt>${name}</dt><dd>${value}</dd>`;
+        const row = (name, value) => html`<dt title=${texts.graphs.units[name]}>${t[name]}</dt><dd>${value}</dd>`;
 
         return html`<article class="card ${state}" data-id=${servo.id} aria-labelledby=${id}>
             <div class="head">
@@ -357,11 +378,11 @@ export class RobotView extends View {
             <div class="body">
                 ${servo.isEndless ? this.#turnSlider(servo) : this.#dial(servo)}
                 <dl>
-                    ${row(t.speed, shown(servo.speed, 1, " rpm"))} ${row(t.load, shown(servo.load, 0, " %"))}
-                    ${row(t.voltage, shown(servo.voltage, 1, " V"))} ${row(t.temperature, shown(servo.temperature, 0, " °C"))}
+                    ${row("speed", shown(servo.speed, 1, " rpm"))} ${row("load", shown(servo.load, 0, " %"))}
+                    ${row("voltage", shown(servo.voltage, 1, " V"))} ${row("temperature", shown(servo.temperature, 0, " °C"))}
                 </dl>
             </div>
-            <div aria-live="polite">${this.#notes(servo)}</div>
+            ${this.#notes(servo)}
         </article>`;
     }
 

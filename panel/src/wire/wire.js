@@ -156,7 +156,7 @@ export class Wire extends EventTarget {
     }
 
     sendStop() {
-        this.#write(Uint8Array.of(CTRL_X));
+        this.#write(Uint8Array.of(CTRL_X), true);
         this.#emitTraffic("out", "stop", { bytes: Uint8Array.of(CTRL_X), text: "Ctrl-X" });
     }
 
@@ -340,7 +340,7 @@ export class Wire extends EventTarget {
     }
 
     #nextMarker() {
-        return new MarkerJob(MARKERS[this.#markers++ % MARKERS.length], { timeout: MARKER_MS, limit: MARKER_LIMIT_MS });
+        return new MarkerJob(MARKERS[this.#markers++ % MARKERS.length], { timeout: MARKER_MS, limit: MARKER_LIMIT_MS, source: "probe" });
     }
 
     /* Sends a job of the wire itself. False: no reply. Throws WireError if the epoch has passed. */
@@ -468,9 +468,9 @@ export class Wire extends EventTarget {
 
     /* ---- the port ---- */
 
-    #write(bytes) {
+    #write(bytes, isStop) {
         try {
-            this.#port.write(bytes);
+            this.#port.write(bytes, isStop);
         } catch (error) {
             this.#closed(String(error.message ?? error));
         }

@@ -24,6 +24,14 @@ test("page tells that the simulator has gone, and connects again", async (t) => 
     await shows(page, /Connected .* 3 servos/, ".state-line");
 });
 
+test("panel.py: Ctrl-C ends it with status 0, also after a collision on the bus", async (t) => {
+    const panel = await startPanel(t, { servos: "1,1", more: ["--allow-duplicates"] }); // the search makes both answer at once
+    const page = await openPage(t, await startBrowser(t), panel.url);
+
+    await shows(page, "Connected", ".state-line");
+    assert.equal(await panel.end(), 0);
+});
+
 test("second page is told that the first one has the port", async (t) => {
     const { panel, browser, page } = await startRobot(t);
     const second = await openPage(t, browser, panel.url);

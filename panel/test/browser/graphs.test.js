@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import test from "node:test";
-import { shows, startRobot } from "../support/browser.js";
+import { shows, startRobot, startRobotWithHand } from "../support/browser.js";
 
 /* Moves servo 1 to its lower end while the page shows the view Robot, then shows the graphs. */
 async function moveThenShow(page) {
@@ -115,4 +115,18 @@ test("graphs: a drag zooms and pauses, go on shows the present", async (t) => {
     await page.click("button.go-on");
     await shows(page, "Drag in a graph", ".toolbar .hint");
     assert.equal(await page.$eval(".span", (select) => select.value), "10");
+});
+
+test("graphs: the sign of load is told, and is the way in which the load pushes", async (t) => {
+    const { page, hand } = await startRobotWithHand(t, { count: 1 });
+    const box = '[data-id="1"] .torque input';
+
+    await page.click(box);
+    await page.waitForSelector(`${box}:checked`);
+    hand("load 1 -300");
+    await shows(page, /Load\s+[1-9]/, '[data-id="1"] dl'); // more than 0
+    await page.click(box);
+    await page.waitForFunction(() => parseFloat(document.querySelector('[data-id="1"] .position').textContent) > 170); // counterclockwise
+    await page.click("#tab-graphs");
+    await shows(page, "+: the load pushes counterclockwise", '[data-quantity="load"] figcaption');
 });

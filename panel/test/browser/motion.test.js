@@ -3,24 +3,16 @@
  * turn the outputs as a hand would. */
 
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
 import test from "node:test";
-import { PHONE, shows, startRobot } from "../support/browser.js";
-import { ROOT } from "../support/simulator.js";
+import { PHONE, shows, startRobot, startRobotWithHand } from "../support/browser.js";
 
 /* A robot, its page at the view Motion, and a hand. */
 async function start(t, options = {}) {
-    const folder = mkdtempSync(join(tmpdir(), "poke-"));
-    const socket = join(folder, "poke");
-    const robot = await startRobot(t, { ...options, more: ["--poke", socket] });
+    const robot = await startRobotWithHand(t, options);
 
-    t.after(() => rmSync(folder, { recursive: true }));
     await robot.page.click("#tab-motion");
     await shows(robot.page, /Free on the board: \d+ poses/, ".board");
-    return { ...robot, hand: (order) => execFileSync(join(ROOT, "build/host/cds55xx-sim"), ["poke", socket, order]) };
+    return robot;
 }
 
 /* Waits until servo `id` is shown between `low` and `high` degrees. */
@@ -191,9 +183,14 @@ test("record: a movement by hand, replayed, error measured", async (t) => {
 
     assert.ok(steps >= 3 && steps <= 16, `${steps} steps`);
     await page.click("button.replay-steps");
-    await shows(page, /page plays/, ".motion-state");
-    await page.click("button.end");
+    await shows(page, /page plays/, ".recording .motion-state");
+    const isOnScreen = (element) => element.getBoundingClientRect().top >= 0 && element.getBoundingClientRect().bottom <= innerHeight;
+
+    assert.ok(await page.$eval(".recording .end", isOnScreen)); // before the click, which would scroll to it
+    assert.ok(await page.$eval(".recording .motion-state", isOnScreen));
+    await page.click(".recording .end");
     await shows(page, "Nothing plays", ".motion-state");
+    await page.waitForSelector(".recording .replay:enabled");
 });
 
 test("recording: kept when the connection is lost", async (t) => {

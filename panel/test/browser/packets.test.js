@@ -90,6 +90,33 @@ test("packets: RESET is sent only after the dialog", async (t) => {
     await shows(page, "RESET", ".traffic .out");
 });
 
+test("packets: at 1366 pixels, a scroll bar among them, the filter has one line, and the two boxes below end at one height", async (t) => {
+    const { page } = await startRobot(t, { count: 1 });
+
+    await page.setViewport({ width: 1366 - 15, height: 768 });
+    await openTab(page, "packets");
+    const middles = await page.$$eval("panel-traffic .controls > *", (items) =>
+        items.map((item) => Math.round(item.getBoundingClientRect().top + item.offsetHeight / 2)));
+    const ends = await page.$$eval(".packets-below section", (boxes) => boxes.map((box) => Math.round(box.getBoundingClientRect().bottom)));
+
+    assert.equal(middles.length, 7);
+    assert.ok(Math.max(...middles) - Math.min(...middles) <= 2, `${middles}`);
+    assert.equal(ends.length, 2);
+    assert.equal(ends[0], ends[1]);
+});
+
+test("packets: a SAVE by hand is not sent, and names the view Board", async (t) => {
+    const { page } = await startRobot(t, { count: 1 });
+
+    await openTab(page, "packets");
+    await page.select(".send-instruction", "hex");
+    await page.type(".send-hex", "FD 04 03 10 01");
+    await page.click(".send-button");
+    await shows(page, "Use the settings of the view Board", ".outcome");
+    await page.type(".filter-text", "SAVE 1");
+    await shows(page, "Nothing to show", ".traffic");
+});
+
 test("packets: filter, pause and clear", async (t) => {
     const { page } = await startRobot(t);
 

@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { shows, startRobot } from "../support/browser.js";
+import { shows, startRobot, startRobotWithHand } from "../support/browser.js";
 
 const card = (id) => `[data-id="${id}"]`;
 
@@ -151,6 +151,36 @@ test("Stop: Esc in mid-motion, torque is off and the servo stands", async (t) =>
     await page.click("button.release");
     await page.waitForFunction(() => !document.querySelector("button.release"));
     await torqueOn(page, 1);
+});
+
+/* Top and height of each card. */
+const placesOf = (page) =>
+    page.$$eval(".card", (cards) => cards.map((one) => [one.getBoundingClientRect().top, one.offsetHeight]));
+
+test("cards: texts of a stop and of an ignored drag do not move them, and a stop is told once", async (t) => {
+    const { page } = await startRobot(t, { count: 3 });
+    const places = await placesOf(page);
+
+    await shows(page, "Home and End", "#robot-keys");
+    await page.keyboard.press("Escape");
+    await page.waitForFunction((css) => document.querySelectorAll(css).length === 3, {}, ".card .note");
+    assert.deepEqual(await page.$$eval(".note", (notes) => notes.map((note) => note.innerText)), ["Inhibited", "Inhibited", "Inhibited"]);
+    assert.deepEqual(await page.$$eval(".advice p", (lines) => lines.map((line) => line.innerText)),
+        ["Driving is inhibited by a stop. Press Release to allow it."]);
+    assert.deepEqual(await placesOf(page), places);
+    await page.click("button.release");
+    await page.waitForFunction(() => !document.querySelector(".note"));
+    await drag(page, 2, 150, 60);
+    await shows(page, "Ignored: torque is off", `${card(2)} .note`);
+    assert.deepEqual(await placesOf(page), places);
+});
+
+test("cards: a servo that does not answer is named once, with what to do", async (t) => {
+    const { page, hand } = await startRobotWithHand(t, { count: 2 });
+
+    hand("power 2 off");
+    await shows(page, "Does not answer", `${card(2)} .note`);
+    await shows(page, /^Servo 2: no answer. Check power, wiring and ID.$/, ".advice p");
 });
 
 test("Stop: Space stops at a dial; a switch takes it for itself", async (t) => {

@@ -2,7 +2,7 @@
 /* The page in Chromium, with the real firmware in the simulator behind scripts/panel.py. A test waits
  * for what the page shows, never for a time. */
 
-import { spawn } from "node:child_process";
+import { execFileSync, spawn } from "node:child_process";
 import { copyFileSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
 import { createServer } from "node:net";
 import { tmpdir } from "node:os";
@@ -157,4 +157,14 @@ export async function startRobot(t, { count = 3, ...options } = {}) {
 
     await shows(page, `${count} servo`, ".state-line");
     return { panel, browser, page };
+}
+
+/* As startRobot(), with hand(order): an order to the simulator, as a load that turns an output. */
+export async function startRobotWithHand(t, options = {}) {
+    const folder = mkdtempSync(join(tmpdir(), "poke-"));
+    const socket = join(folder, "poke");
+    const robot = await startRobot(t, { ...options, more: ["--poke", socket] });
+
+    t.after(() => rmSync(folder, { recursive: true }));
+    return { ...robot, hand: (order) => execFileSync(join(ROOT, "build/host/cds55xx-sim"), ["poke", socket, order]) };
 }

@@ -65,6 +65,17 @@ test("sequence: names the servo that is too fast and its time", () => {
     assert.ok(one.needed > 200 && one.needed < 320, `${one.needed}`);
 });
 
+test("sequence: a servo that passes poses needs less than from rest to rest, as at the board", () => {
+    const poses = new Map([0, 40, 48, 88, 98].map((raw) => [`p${raw}`, new Map([[1, raw]])]));
+    const way = (time) => [step("p0", 2000), step("p40", 200, { passes: true }), step("p48", time, { passes: true }), step("p88", 200), step("p98", 10)];
+
+    assert.deepEqual(tooFast(way(10), poses).map(({ index }) => index), [4]); // 8 units in 10 ms; from rest they take 12 ms
+    const [passing] = tooFast(way(5), poses);
+
+    assert.equal(passing.index, 2); // 8 units in 5 ms are faster than 62 rpm
+    assert.ok(passing.needed > 5 && passing.needed <= 10, `${passing.needed}`);
+});
+
 test("points: straight between them", () => {
     const path = pathOfPoints([1], [{ t: 10, raw: [0] }, { t: 20, raw: [100] }, { t: 40, raw: [100] }]);
 

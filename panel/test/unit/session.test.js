@@ -3,8 +3,9 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { sendLine } from "../../src/model/by_hand.js";
+import { isPacketOfBoard, sendLine } from "../../src/model/by_hand.js";
 import { Session } from "../../src/model/session.js";
+import { read, reset, write } from "../../src/wire/packet.js";
 import { FakeClock } from "../support/fake_clock.js";
 import { FakePort } from "../support/fake_port.js";
 import { tables } from "../support/tables.js";
@@ -30,11 +31,14 @@ async function rig({ hasConsole = true, onText = null, ids = [1] } = {}) {
     return { clock, port, session };
 }
 
-/* Connects at the load of the page; another client has the port for `ms`. Returns the codes of the notices. */
-async function load(ms) {
+/* Connects at the load of the page; another client has the port for `ms`. At `leaveAt` the user disconnects.
+ * Returns the states and the codes of the notices. */
+async function load(ms, { leaveAt } = {}) {
     const clock = new FakeClock();
     const session = new Session({ tables: tables(), clock });
+    const states = [];
 
+    session.addEventListener("change", () => states.at(-1) !== session.state && states.push(session.state));
     session.connectAtLoad(() => {
         const port = new FakePort();
 
@@ -47,16 +51,24 @@ async function load(ms) {
         };
         return port;
     });
+    if (leaveAt) {
+        await clock.advance(leaveAt);
+        await session.disconnect();
+    }
     await clock.advance(20000);
-    return { state: session.state, codes: session.notices.map(({ code }) => code) };
+    return { states, codes: session.notices.map(({ code }) => code) };
 }
 
-test("connectAtLoad: waits 5 s for a taken port, then tells", async () => {
+test("connectAtLoad: waits 5 s for a taken port, then tells; the state does not change meanwhile", async () => {
     const late = await load(4000);
 
-    assert.equal(late.state, "connected");
+    assert.deepEqual(late.states, ["connecting", "connected"]);
     assert.ok(!late.codes.includes("port-taken"));
-    assert.deepEqual(await load(Infinity), { state: "disconnected", codes: ["port-taken"] });
+    assert.deepEqual(await load(Infinity), { states: ["connecting", "disconnected"], codes: ["port-taken"] });
+});
+
+test("connectAtLoad: Disconnect ends it", async () => {
+    assert.deepEqual(await load(Infinity, { leaveAt: 1000 }), { states: ["connecting", "disconnected"], codes: [] });
 });
 
 /* A port that opens after `ms`. */
@@ -94,6 +106,36 @@ test("connect: of several in a row only the last one stays open", async () => {
     assert.deepEqual(ports.map(({ isOpen }) => isOpen), [false, false, false, true]);
     assert.equal(session.state, "connected");
     assert.ok(ports.slice(0, 3).every(({ written }) => !written.length));
+});
+
+test("search without a console: its IDs without servo are no errors of the traffic", async () => {
+    const clock = new FakeClock();
+    const session = new Session({ tables: tables(), clock });
+    const port = new FakePort();
+
+    port.hasConsole = false;
+    port.addServo(1);
+    port.offline.add(7); // the device reports that some servos did not answer
+    session.connect(port);
+    await clock.advance(5000);
+    assert.deepEqual(session.robot.ids, [1]);
+    assert.ok(session.traffic.select({}, 999).some(({ bytes, direction }) => direction === "in" && bytes[4] === 0x80));
+    assert.deepEqual(session.traffic.select({ errorsOnly: true, withPolling: true }, 9).map((row) => session.traffic.describe(row).text), []);
+});
+
+test("packets by hand: those that change or save the page's own mode belong to the view Board", async () => {
+    const packets = {
+        save: write(253, 0x10, [1]), within: write(253, 0x0c, [0, 0, 0, 0, 1]), mode: write(253, 0x08, [2]), id: write(253, 3, [254]), reset: reset(253),
+        read: read(253, 0x10, 1), before: write(253, 0x0c, [0x10, 0x27, 0, 0]), behind: write(253, 0x14, [0]), servo: write(1, 0x10, [1]), servoReset: reset(1),
+    };
+    const ofBoard = async (options) => {
+        const { session } = await rig(options);
+
+        return Object.keys(packets).filter((name) => isPacketOfBoard(session, packets[name]));
+    };
+
+    assert.deepEqual(await ofBoard({}), ["save", "within", "mode", "id", "reset"]);
+    assert.deepEqual(await ofBoard({ hasConsole: false }), []);
 });
 
 test("stop: Ctrl-X leaves before anything else", async () => {

@@ -196,6 +196,18 @@ test("filter: by servo, instruction, errors, text", () => {
     assert.equal(r.shown({ id: 3, group: "SYNC WRITE" }).length, 1);
 });
 
+test("filter: an ID without servo is no error of a search, an error of other reads", () => {
+    const r = rig();
+
+    for (const source of ["search", "hand"]) {
+        r.out(syncRead(0x03, 1, [1, 2]), source);
+        r.in(status(253, 0x80, [1, 0xff]));
+    }
+    r.out(syncRead(0x03, 1, [1, 2]), "search");
+    r.in(status(253, 0x08, []));
+    assert.deepEqual(r.traffic.select({ errorsOnly: true }, 9).map(({ number }) => number), [3, 5]);
+});
+
 test("select: at most the newest rows, oldest of them first", () => {
     const r = rig();
 

@@ -3,7 +3,12 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
+import { CapturePort } from "../../src/port/replay.js";
 import { WebSerialPort } from "../../src/port/web_serial.js";
+import { CTRL_X, Wire } from "../../src/wire/wire.js";
+import { ping } from "../../src/wire/packet.js";
+import { FakeClock } from "../support/fake_clock.js";
+import { status } from "../support/fake_port.js";
 
 const named = (name, message = name) => Object.assign(new Error(message), { name });
 
@@ -159,4 +164,68 @@ test("web serial: opens again after a loss", async () => {
     fake.input.enqueue(Uint8Array.of(7));
     await tick();
     assert.deepEqual(bytes, [7]);
+});
+
+/* A wire at a serial port, as the session makes it. The port takes what `fake.taken` resolves. */
+async function wireRig() {
+    const { port, fake } = rig();
+    const clock = new FakeClock();
+    const wire = new Wire(new CapturePort(port), { clock });
+
+    const memory = [0x55, 0xcd, ...new Array(0x15).fill(0), 1]; // of the device; 1: INHIBIT
+
+    fake.packets = [];
+    fake.taken = Promise.resolve();
+    fake.take = (bytes) => {
+        fake.packets.push([...bytes]);
+        if (bytes[0] === 0xff && bytes[2] === 253) fake.input.enqueue(status(253, 0, memory.slice(bytes[5], bytes[5] + bytes[6])));
+        return fake.taken;
+    };
+    const opened = wire.open();
+
+    while (wire.state !== "ready") {
+        await tick();
+        await clock.advance(10);
+    }
+    await opened;
+    fake.packets = [];
+    return { wire, fake, clock };
+}
+
+test("web serial: Ctrl-X follows the one packet that the port has, not those that wait", async () => {
+    const { wire, fake, clock } = await wireRig();
+    let take;
+
+    fake.taken = new Promise((resolve) => (take = resolve));
+    const job = codeOf(wire.request(ping(1)));
+
+    for (let step = 0; step < 300; step++) { // no reply: the wire writes fences, then asks each second
+        await clock.advance(10);
+        await tick();
+    }
+    assert.equal(await job, "timeout");
+    wire.stop({ servos: [1] }).catch(() => {});
+    fake.taken = Promise.resolve();
+    take();
+    await tick();
+    assert.deepEqual(fake.packets.slice(0, 2), [[...ping(1)], [CTRL_X]]);
+    await wire.close();
+});
+
+test("web serial: what waits leaves in order when the port takes it", async () => {
+    const { port, fake } = rig();
+    let take;
+    const taken = new Promise((resolve) => (take = resolve));
+
+    fake.take = (bytes) => (fake.written.push(...bytes), taken);
+    await port.open();
+    for (const byte of [1, 2, 3]) port.write(Uint8Array.of(byte));
+    await tick();
+    assert.deepEqual(fake.written, [1]);
+    take();
+    await tick();
+    assert.deepEqual(fake.written, [1, 2, 3]);
+    port.write(Uint8Array.of(4));
+    await tick();
+    assert.deepEqual(fake.written, [1, 2, 3, 4]);
 });
