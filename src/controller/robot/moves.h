@@ -25,7 +25,8 @@
 
 /* The storage: robot->moves. The fields are to be read only. */
 struct moves {
-    // the fields that the most code uses: an AVR reaches the first 64 bytes of a struct with less code
+    // The fields in most use stand first: an AVR reaches the first 64 bytes of a struct with less
+    // code.
     const struct motion_store *store;
     const struct settings *settings;
     struct motion_outcome outcome; // of the last motion: written by moves_note_outcome() only
