@@ -34,7 +34,7 @@ const inStoreys = {
     setup({ onResolve, onLoad }) {
         onResolve({ filter: /^storeys$/ }, ({ path }) => ({ path, namespace: "storeys" }));
         onLoad({ filter: /./, namespace: "storeys" }, () => {
-            const namesOf = (storey) => readdirSync(join(PANEL, "src", storey)).filter((name) => name.endsWith(".js"));
+            const namesOf = (storey) => readdirSync(join(PANEL, "src", storey)).filter((name) => name.endsWith(".js")).sort();
             const modules = ["#tables", ...STOREYS.flatMap((storey) => namesOf(storey).map((name) => `./${storey}/${name}`)), "./app.js"];
 
             return { contents: modules.map((path) => `import "${path}";`).join("\n"), resolveDir: join(PANEL, "src") };

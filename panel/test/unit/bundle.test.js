@@ -2,7 +2,7 @@
 /* The bundle: small enough, and nothing in it that the strict Content-Security-Policy would block. */
 
 import assert from "node:assert/strict";
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import test from "node:test";
@@ -65,6 +65,12 @@ test("bundle: only templates are shortened", () => {
     const text = 'const a = `x  y`; html`<p  class="b">${html`<i  />`}  ${"<p  >"}</p>`; css`a  b`;';
 
     assert.equal(withShortTemplates(text), 'const a = `x  y`; html`<p class=b>${html`<i />`} ${"<p  >"}</p>`; css`a  b`;');
+});
+
+// The minifier gives other names to properties that begin with _ (bundle/bundle.mjs).
+test("bundle: no property of the page begins with _", () => {
+    for (const name of readdirSync(join(ROOT, "panel/src"), { recursive: true }).filter((path) => path.endsWith(".js")))
+        assert.ok(!/[.{,;\n]\s*_\w/.test(readFileSync(join(ROOT, "panel/src", name), "utf8")), name);
 });
 
 test("bundle: loads nothing from elsewhere", () => {
