@@ -58,7 +58,7 @@ export async function bundle(tables) {
             inStoreys,
             onlyTemplates,
             changing("short-templates", /panel\/src\/.*\.js$/, withShortTemplates),
-            changing("columns", /panel-tables\.json$/, moduleOfTables),
+            changing("columns", /\.json$/, moduleOfTables),
             changing("uplot-facts", /uPlot\.esm\.js$/, withFacts),
             changing("uplot-style", /uPlot\.min\.css$/, withoutLegend, "css"),
         ],
