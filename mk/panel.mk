@@ -2,7 +2,8 @@
 # The control panel: a web page (panel/), bundled into build/panel.
 
 PANEL_MODULES := panel/node_modules/.package-lock.json
-PANEL_SRC := $(wildcard panel/src/*.js panel/src/*/*.js panel/src/*.css panel/src/*/*.css panel/public/*) panel/index.html panel/build.mjs
+PANEL_SRC := $(wildcard panel/src/*.js panel/src/*/*.js panel/src/*.css panel/src/*/*.css panel/public/* panel/bundle/*) \
+	panel/index.html panel/build.mjs
 PANEL_TABLES := build/panel-tables.json
 PANEL_TABLE_SOURCES := $(wildcard scripts/panel-tables.py scripts/registers.py scripts/device.py scripts/settings.py \
 	scripts/errors.py scripts/console.py src/controller/console/commands/*.c src/controller/profiles/*.c) \

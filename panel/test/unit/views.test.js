@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* What views do that needs no browser. */
 
+import "../support/elements.js";
 import assert from "node:assert/strict";
 import test from "node:test";
 import { pathOfPoints } from "../../src/model/path.js";
@@ -63,7 +64,7 @@ function dragging(t) {
     view.session = turning();
     view.session.robot.servos.get(1).raw = { low: 0, high: 1023 };
     view.session.robot.setGoal = (id) => goals.push(id);
-    view.scheduleUpdate = () => {}; // draws nothing
+    view.shouldUpdate = () => false; // draws nothing
     view.connectedCallback();
     t.after(() => view.disconnectedCallback());
     event("down", 10, 2, 2);
