@@ -90,7 +90,7 @@ class Person(unittest.TestCase):
                              (board, profile))
 
     def test_baud_tells_a_person_that_other_servos_are_cut_off(self):
-        told = "the bus has this rate now, too: other servos answer after 'bus 1000000bps'\r\n"
+        told = "the bus changed to this rate: servos at the old rate answer again after 'bus 1000000bps'\r\n"
         lines = (START + text("baud 2 500000").replace("60000", "1000000") + text("mode program")
                  + text("baud 2 250000").replace("60000", "1000000"))
         for board, profile, heard in self.each(lines):

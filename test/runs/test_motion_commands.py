@@ -519,6 +519,10 @@ class Play(Motion):
                 self.assertEqual(run.output.count("motion: servo 2: error 83: a servo does not follow"), count,
                                  run.output[-3000:])
 
+    def test_cause_of_a_failed_motion_outlives_its_group(self):
+        self.run_on(SWEEP + "play sweep loop\n@wait 100\ntorque 3 off\n@wait 2000\ngroup 3 2 1\n! motion wait\n"
+                    "@expect text servo 3 is the cause\n@expect text error 83:\n", MOVING[0])
+
     def test_motion_that_ends_well_or_on_demand_is_not_reported(self):
         run = self.run_on(WALKING + "@echo on\nmode person\nplay walk\n@wait 3000\nplay walk loop\n@wait 500\nmotion off\n"
                           "@wait 500\nplay walk loop\n@wait 500\nstop\n@wait 500\nservos\nmode program\n", MOVING[0])

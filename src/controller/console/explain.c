@@ -313,18 +313,20 @@ static void print_subject(struct console *console, const struct subject *subject
     }
 }
 
-/* "'walk': ", if the line names a pose or a sequence that is unknown. */
-static void print_missing(struct console *console)
+/* "'walk': ", if the pose or sequence that the line names is unknown. A line with two names has the
+ * pose behind the sequence. */
+static void print_unknown_name(struct console *console)
 {
-    struct command_line *line = &console->line;
+    const struct command_line *line = &console->line;
     struct printer *printer = &console->printer;
-    bool is_pose = console->error == ERROR_NO_POSE; // the last name of the line
-    const char *name = parse_name(line, is_pose && line->names > 1);
+    bool is_pose = console->error == ERROR_NO_POSE;
+    const char *name;
 
     if (line->names == 0 || !(is_pose || console->error == ERROR_NO_SEQUENCE))
         return;
+    name = parse_name(line, is_pose && line->names > 1);
     printer_char(printer, '\'');
-    for (uint8_t i = 0; i < PARSE_NAME_SIZE && name[i]; i++)
+    for (uint8_t i = 0; i < PARSE_NAME_SIZE && name[i]; i++) // a long name has no zero at its end
         printer_char(printer, name[i]);
     printer_char(printer, '\'');
     printer_flash(printer, message_subject_end);
@@ -388,7 +390,7 @@ bool explain_error(struct console *console)
         subject.has_range = has_range; // else the word has quotes
         if (has_subject)
             print_subject(console, &subject);
-        print_missing(console);
+        print_unknown_name(console);
         return true;
     case PART_TEXT:
         if (has_subject && !has_range)

@@ -105,7 +105,7 @@ static bool allows(void *context, uint8_t reg, uint16_t value)
 
 static void play(struct robot *robot, uint8_t number)
 {
-    struct motion_outcome outcome = {.joint = MOTION_NO_JOINT, .step = MOTION_NO_STEP};
+    struct motion_outcome outcome = {.id = CDS_NO_ID, .step = MOTION_NO_STEP};
 
     if (number == 0) {
         motion_end(robot);

@@ -185,17 +185,15 @@ static enum cds_result check_poses(struct robot *robot, struct autostart *autost
 /* The motion has not begun, or has failed before its first goal. */
 static void refuse(struct autostart *autostart, const struct motion_outcome *outcome)
 {
-    const struct robot *robot = autostart->failsafe->robot;
-
     autostart->state = AUTOSTART_REFUSED;
     autostart->reason = outcome->result;
-    autostart->id = outcome->joint == MOTION_NO_JOINT ? CDS_NO_ID : robot->group[outcome->joint];
+    autostart->id = outcome->id;
 }
 
 static enum cds_result switch_on(struct robot *robot, struct autostart *autostart)
 {
     enum cds_result result = poll_servos(robot, autostart, CDS_TORQUE_ON_SWITCH);
-    struct motion_outcome outcome = {.joint = MOTION_NO_JOINT, .step = MOTION_NO_STEP};
+    struct motion_outcome outcome = {.id = CDS_NO_ID, .step = MOTION_NO_STEP};
 
     if (result != CDS_OK)
         return result;

@@ -65,8 +65,8 @@ static void prepare(struct robot *robot, enum phase phase)
     struct motion_start *start = start_of(robot);
 
     start->begun_us = cds_port_now_us();
-    start->outcome = (struct motion_outcome){
-        .result = CDS_PENDING, .joint = MOTION_NO_JOINT, .step = MOTION_NO_STEP};
+    start->outcome =
+        (struct motion_outcome){.result = CDS_PENDING, .id = CDS_NO_ID, .step = MOTION_NO_STEP};
     start->phase = phase;
     moves_note_outcome(robot, &start->outcome);
 }
@@ -172,8 +172,8 @@ static bool is_endless(const struct cds_servo_state *servo)
     return (servo->held & (CDS_HELD_CW_0 | CDS_HELD_CCW_0)) == (CDS_HELD_CW_0 | CDS_HELD_CCW_0);
 }
 
-/* A joint of the pose whose servo `is` so; MOTION_NO_JOINT: none is. Pose NULL: all joints. */
-static uint8_t joint_of_pose(const struct robot *robot, const uint16_t *pose,
+/* The ID of a servo of the pose that `is` so; CDS_NO_ID: none is. Pose NULL: all of the group. */
+static uint8_t servo_of_pose(const struct robot *robot, const uint16_t *pose,
                              bool (*is)(const struct cds_servo_state *servo))
 {
     const struct cds_servo_state *servo = robot->servos.states;
@@ -185,30 +185,29 @@ static uint8_t joint_of_pose(const struct robot *robot, const uint16_t *pose,
             continue;
         id = memchr(robot->group, servo->id, robot->group_count);
         if (id && (!pose || pose[id - robot->group] != CDS_POSE_NONE))
-            return (uint8_t)(id - robot->group);
+            return servo->id;
     }
-    return MOTION_NO_JOINT;
+    return CDS_NO_ID;
 }
 
 bool motion_group_is_endless(const struct robot *robot)
 {
-    return joint_of_pose(robot, NULL, is_endless) != MOTION_NO_JOINT;
+    return servo_of_pose(robot, NULL, is_endless) != CDS_NO_ID;
 }
 
 /* CDS_PENDING: each servo of the pose has torque, and none is inhibited or in endless turn. */
 static uint8_t check_servos(const struct robot *robot, const uint16_t *pose)
 {
-    struct motion_start *start = start_of(robot);
+    uint8_t *id = &start_of(robot)->outcome.id;
 
-    start->outcome.joint = joint_of_pose(robot, pose, is_inhibited);
-    if (start->outcome.joint != MOTION_NO_JOINT)
+    *id = servo_of_pose(robot, pose, is_inhibited);
+    if (*id != CDS_NO_ID)
         return CDS_INHIBITED;
-    start->outcome.joint = joint_of_pose(robot, pose, is_endless);
-    if (start->outcome.joint != MOTION_NO_JOINT)
+    *id = servo_of_pose(robot, pose, is_endless);
+    if (*id != CDS_NO_ID)
         return MOTION_ENDLESS;
-    start->outcome.joint = joint_of_pose(robot, pose, is_torque_off);
-    return start->outcome.joint == MOTION_NO_JOINT ? (uint8_t)CDS_PENDING
-                                                   : (uint8_t)MOTION_TORQUE_OFF;
+    *id = servo_of_pose(robot, pose, is_torque_off);
+    return *id == CDS_NO_ID ? (uint8_t)CDS_PENDING : (uint8_t)MOTION_TORQUE_OFF;
 }
 
 /* Checks that the store has the pose of the step, and the group has its servos. */
@@ -230,14 +229,14 @@ static uint8_t check_step(const struct robot *robot)
     return errors[result];
 }
 
-/* The first joint whose position is not known; there is one. */
-static uint8_t unknown_joint(const struct robot *robot)
+/* The ID of the first servo whose position is not known; there is one. */
+static uint8_t unknown_servo(const struct robot *robot)
 {
     uint8_t joint = 0;
 
     while (robot->work.cycle.feedback[joint].known)
         joint++;
-    return joint;
+    return robot->group[joint];
 }
 
 static uint8_t read_positions(const struct robot *robot)
@@ -247,7 +246,7 @@ static uint8_t read_positions(const struct robot *robot)
 
     if (result != CDS_OK) {
         if (result != CDS_PENDING)
-            start->outcome.joint = unknown_joint(robot);
+            start->outcome.id = unknown_servo(robot);
         return result;
     }
     start->phase = READ_STATES;
@@ -315,7 +314,7 @@ static uint8_t take_state(const struct robot *robot)
         return CDS_PENDING;
     start->is_reading = false;
     if (start->read.result != CDS_OK) {
-        start->outcome.joint = start->read_joint;
+        start->outcome.id = robot->group[start->read_joint];
         return start->read.result;
     }
     start->read_joint++;

@@ -33,8 +33,6 @@ enum motion_refusal {
     MOTION_PAUSED = 92,     // a motion is under way and paused
 };
 
-#define MOTION_NO_JOINT UINT8_MAX
-
 #define MOTION_NO_STEP UINT8_MAX
 
 /* Bytes that a start reads of each servo: registers 0x06 (angle limits, which are the mode) to 0x18
@@ -45,7 +43,7 @@ enum motion_refusal {
 struct motion_outcome {
     uint8_t result; // CDS_PENDING: it has not; CDS_OK; MOTION_NONE: it was ended by motion_end();
                     // ROBOT_STOPPED; else an enum cds_result or enum motion_refusal
-    uint8_t joint;  // of the group, that is the reason; MOTION_NO_JOINT: none is
+    uint8_t id;     // of the servo that is the reason; CDS_NO_ID: none is
     uint8_t step;   // MOTION_TOO_FAST: index of the step; MOTION_NO_STEP: of no sequence
     uint32_t shortest_ms; // MOTION_TOO_FAST: a time that works
 };

@@ -85,8 +85,18 @@ static void compare_joint(struct robot *robot)
 
 void moves_note_outcome(struct robot *robot, const struct motion_outcome *outcome)
 {
-    robot->moves->outcome = *outcome;
-    robot->moves->end_is_news = false;
+    struct moves *moves = robot->moves;
+
+    moves->outcome = *outcome;
+    moves->end_is_unreported = false;
+}
+
+bool moves_take_end(struct robot *robot)
+{
+    bool is_unreported = robot->moves->end_is_unreported;
+
+    robot->moves->end_is_unreported = false;
+    return is_unreported;
 }
 
 struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
@@ -94,7 +104,9 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
     const struct moves *moves = robot->moves;
     const struct cds_motion *motion = &moves->motion;
     struct motion_outcome outcome = {
-        .result = result, .joint = motion->joint, .step = MOTION_NO_STEP};
+        .result = result,
+        .id = motion->joint < robot->group_count ? robot->group[motion->joint] : CDS_NO_ID,
+        .step = MOTION_NO_STEP};
 
     if (result == CDS_LIMIT && motion->shortest_ms) {
         outcome.result = MOTION_TOO_FAST;
@@ -109,12 +121,12 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
 static struct motion_outcome ended(const struct robot *robot)
 {
     const struct moves *moves = robot->moves;
-    struct motion_outcome outcome = {.joint = MOTION_NO_JOINT, .step = MOTION_NO_STEP};
+    struct motion_outcome outcome = {.id = CDS_NO_ID, .step = MOTION_NO_STEP};
     uint8_t result = moves->player.sequence.result;
 
     if (moves->follow.result == CDS_TIMEOUT) {
         outcome.result = MOTION_STUCK;
-        outcome.joint = moves->follow.joint;
+        outcome.id = robot->group[moves->follow.joint];
         return outcome;
     }
     if (robot->work.cycle.cycle.is_aborted) {
@@ -139,7 +151,7 @@ static void end_motion(struct robot *robot)
         const struct motion_outcome outcome = ended(robot);
 
         moves_note_outcome(robot, &outcome);
-        robot->moves->end_is_news = true;
+        robot->moves->end_is_unreported = true;
     }
     release_servos(robot);
     if (robot->moves->ends_cycle)

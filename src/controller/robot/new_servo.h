@@ -60,7 +60,7 @@ struct new_servo_config {
     uint8_t return_delay;            // register 0x05 that it is to have
 };
 
-/* One set-up: the caller reads the fields down to `found`. */
+/* One set-up: the caller reads the fields from `step` to `count`, and `found`. */
 struct new_servo {
     struct new_servo_config config;
     uint8_t step;    // enum new_servo_step
@@ -71,9 +71,9 @@ struct new_servo {
     uint8_t id;       // where the servo was found
     uint8_t baud_reg; // its own rate; before NEW_SERVO_SET_DELAY the rate at which it was found
     uint8_t count;    // servos in `found`
-    // the operation's own:
+    // private:
     uint8_t home_baud_reg;
-    uint8_t first_baud_reg; // its own rate before any change
+    uint8_t first_baud_reg; // the servo's rate before the first write
     uint8_t known;          // servos of the robot before the search: replies may add others
     uint8_t tries;
     uint8_t any_baud; // rate of the PING to all
@@ -82,7 +82,9 @@ struct new_servo {
     bool begun;       // the present step
     bool asked_rate;  // the READ of the servo's own rate is on its way
     bool is_ending;
-    struct cds_scan_found found[NEW_SERVO_FOUND]; // `count` servos, to be read
+    // to be read:
+    struct cds_scan_found found[NEW_SERVO_FOUND]; // `count` servos
+    // private:
     union {
         struct cds_scan scan;
         struct cds_identity identity;

@@ -187,7 +187,7 @@ void test_start_of_sequence_ends_with_its_first_move(void)
     cds_servos_find(&robot.servos, 2)->inhibits = true;
     turn_while_starting();
     TEST_ASSERT_EQUAL_UINT8(CDS_INHIBITED, moves.start.outcome.result);
-    TEST_ASSERT_EQUAL_UINT8(1, moves.start.outcome.joint);
+    TEST_ASSERT_EQUAL_UINT8(2, moves.start.outcome.id);
     turn_while_in_motion();
     TEST_ASSERT_EQUAL_UINT8(CDS_INHIBITED, motion_outcome(&robot)->result);
     for (uint8_t i = 0; i < 100; i++)

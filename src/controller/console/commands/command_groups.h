@@ -16,7 +16,7 @@ extern const CDS_FLASH struct command_group help_commands, servo_commands, regis
 /* The command `stop`: on_stop of struct command_set. */
 extern const CDS_FLASH struct command stop_rows[];
 
-/* Prints alarms: report of struct command_set. */
-bool alarms_report(struct console *console);
+/* Prints alarms, and how a motion has failed: report of struct command_set. */
+bool controller_report(struct console *console);
 
 #endif

@@ -224,15 +224,18 @@ static uint8_t clear_begin(struct console *console)
     return failsafe_clear(console->failsafe) ? 0 : ERROR_STOPPING;
 }
 
-bool alarms_report(struct console *console)
+bool controller_report(struct console *console)
 {
     struct failsafe *failsafe = console->failsafe;
 
-    if (command_set.moves && !console->printer.text && console->editor.length == 0 &&
-        play_report(console))
-        return true;
-    if (!console->printer.text && (!failsafe->alarm || console->editor.length))
-        return false;
+    if (!console->printer.text) { // else a report is being printed
+        if (console->editor.length)
+            return false;
+        if (command_set.moves && play_report(console))
+            return true;
+        if (!failsafe->alarm)
+            return false;
+    }
     if (printer_ready(&console->printer) && failsafe->alarm) {
         console_move_prompt(console);
         failsafe->alarm = alarm_line(&console->printer, failsafe->alarm_id, failsafe->alarm);

@@ -22,9 +22,9 @@ void motion_take_outcome(struct console *console, const struct motion_outcome *o
     const CDS_FLASH char *message = message_cause;
 
     console->error = outcome->result;
-    if (outcome->result == CDS_OK || outcome->joint == MOTION_NO_JOINT)
+    if (outcome->result == CDS_OK || outcome->id == CDS_NO_ID)
         return;
-    values[0].number = console->robot->group[outcome->joint];
+    values[0].number = outcome->id;
     if (outcome->result == MOTION_TOO_FAST) {
         values[1].number = (uint16_t)outcome->shortest_ms;
         values[2].number = (uint16_t)(outcome->shortest_ms >> 16);

@@ -170,7 +170,7 @@ static bool motion_poll(struct console *console)
     if (console->line.choice == CHOICE_OFF)
         return motion_cycle_is_ending(robot);
     motion_take_outcome(console, motion_outcome(robot));
-    robot->moves->end_is_news = false;
+    moves_take_end(console->robot);
     return false;
 }
 
@@ -184,23 +184,21 @@ static bool is_failure(uint8_t result)
 
 bool play_report(struct console *console)
 {
-    struct moves *moves = console->robot->moves;
     const struct motion_outcome *outcome = motion_outcome(console->robot);
     union printer_value *values = console->printer.values;
+    uint8_t i = 1;
 
-    if (!moves->end_is_news || !printer_ready(&console->printer))
-        return false;
-    moves->end_is_news = false;
-    if (!is_failure(outcome->result) || !console_is_for_person(console))
+    if (!printer_ready(&console->printer) || !moves_take_end(console->robot) ||
+        !is_failure(outcome->result) || !console_is_for_person(console))
         return false;
     console_move_prompt(console);
-    (values++)->text = message_nothing;
-    if (outcome->joint != MOTION_NO_JOINT) {
-        values[-1].text = message_of_servo;
-        (values++)->number = console->robot->group[outcome->joint];
+    values[0].text = message_nothing;
+    if (outcome->id != CDS_NO_ID) {
+        values[0].text = message_of_servo;
+        values[i++].number = outcome->id;
     }
-    (values++)->number = outcome->result;
-    values->text = error_text(outcome->result);
+    values[i++].number = outcome->result;
+    values[i].text = error_text(outcome->result);
     printer_line(&console->printer, message_failed);
     return true;
 }

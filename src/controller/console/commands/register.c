@@ -119,7 +119,7 @@ static uint8_t info_begin(struct console *console)
 }
 
 /* "servo 3: " before each line of a list of servos but the first, which the console has labelled.
- * Not printer_text(): a message must be the last part of a piece, and the register follows. */
+ * printer_text() may only end the output; here the register follows. */
 ALWAYS_INLINE void print_servo_of_list(struct console *console)
 {
     if (!command_set.lists || !console->line.is_repeated || console->index == 0)

@@ -9,7 +9,7 @@
 static const CDS_FLASH char message_until_power_off[] = ", until power-off";
 static const CDS_FLASH char message_place[] = "ID %u at %b%s";
 static const CDS_FLASH char message_others[] =
-    "the bus has this rate now, too: other servos answer after 'bus %b'";
+    "the bus changed to this rate: servos at the old rate answer again after 'bus %b'";
 static const CDS_FLASH char message_unchanged_place[] = "unchanged: ID %u at %b";
 static const CDS_FLASH char message_written[] = "written";
 static const CDS_FLASH char message_unchanged[] = "unchanged";
@@ -89,7 +89,7 @@ static uint8_t factory_begin(struct console *console)
 }
 
 /* True if a person must hear that servos at the old rate do not answer now. */
-static bool has_left_others(const struct console *console)
+static bool must_tell_rate(const struct console *console)
 {
     const struct cds_identity *state = &console->robot->work.identity;
 
@@ -97,7 +97,7 @@ static bool has_left_others(const struct console *console)
            state->from.baud_reg != state->to.baud_reg && console_is_for_person(console);
 }
 
-/* Prints where the servo answers, as `message`. */
+/* Prints ID and rate of the servo with `message`. */
 static void print_place(struct console *console, const CDS_FLASH char *message,
                         const struct cds_identity_place *place)
 {
@@ -108,7 +108,8 @@ static void print_place(struct console *console, const CDS_FLASH char *message,
     printer_line(&console->printer, message);
 }
 
-/* The operation has ended. Prints how; true if another line follows. */
+/* The operation has ended. Prints the result; true if another line follows: console->raw has its
+ * rate then, since the robot may begin another operation before. */
 static bool conclude(struct console *console)
 {
     const struct cds_identity *state = &console->robot->work.identity;
@@ -116,15 +117,12 @@ static bool conclude(struct console *console)
     console->servo_error = state->error;
     switch (state->state) {
     case CDS_IDENTITY_CHANGED:
-        if (command_set.explain && console->index++) { // the second line
-            console->printer.values[0].number = state->from.baud_reg;
-            printer_line(&console->printer, message_others);
-            return false;
-        }
         print_place(console, message_place, &state->to);
         if (command_set.explain && state->change == CDS_IDENTITY_RESET_ALL)
             robot_forget(console->robot); // the IDs of the list are no more
-        return has_left_others(console);
+        console->raw = state->from.baud_reg;
+        console->index = must_tell_rate(console);
+        return console->index;
     case CDS_IDENTITY_TAKEN: console->error = ERROR_PLACE_TAKEN; return false;
     case CDS_IDENTITY_LOST: // or the servo never answered
         console->error = state->is_written ? (uint8_t)ERROR_LOST : state->steps.result;
@@ -159,6 +157,11 @@ static bool identity_poll(struct console *console)
 {
     if (is_baud_list(console))
         return command_set.baud_list->poll(console);
+    if (command_set.explain && console->index) {
+        console->printer.values[0].number = console->raw;
+        printer_line(&console->printer, message_others);
+        return false;
+    }
     if (console->robot->operation || (command_set.set_up_tries && begins_again(console)))
         return true;
     return conclude(console);

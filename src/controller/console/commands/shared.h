@@ -57,7 +57,7 @@ bool pose_sent_poll(struct console *console);
 /* In pose_by_servo.c and pose_moves.c: "pose ... in TIME", pose_in of struct command_set. */
 extern const CDS_FLASH struct command_action pose_by_servo, pose_moves;
 
-/* In play.c: prints how the last motion has failed, in mode person, if no command has told it.
+/* In play.c: in mode person, prints the error of the last motion unless a command has printed it.
  * Returns false if it printed nothing. A firmware without motions does not call it. */
 bool play_report(struct console *console);
 
