@@ -18,14 +18,15 @@
 
 #define PERIOD_US 4000
 
-/* The simulated AVR is slow: loops over lengths and random inputs take 1/FEW of the rounds, other
- * loops 1/SOME. Limit of a suite: 60 s of simulated time, at most 48 s used. */
+/* The simulated AVR is slow: there a suite divides random inputs and the lengths of long moves by
+ * AVR_DIVIDES_RANDOM, and the rounds of other loops by AVR_DIVIDES_LOOPS. Each suite is limited to
+ * 60 s of simulated time; it uses at most 48 s. */
 #ifdef __AVR__
-#define FEW  200
-#define SOME 6
+#define AVR_DIVIDES_RANDOM 200
+#define AVR_DIVIDES_LOOPS  6
 #else
-#define FEW  1
-#define SOME 1
+#define AVR_DIVIDES_RANDOM 1
+#define AVR_DIVIDES_LOOPS  1
 #endif
 
 static struct cds_motion motion;

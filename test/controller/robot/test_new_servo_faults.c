@@ -5,11 +5,11 @@
 
 #include "new_servo_rig.h"
 
-/* The simulated AVR is slow: it tries a part of the faults. */
+/* The test of lost packets tries each FAULT_STEP-th packet: the simulated AVR is slow. */
 #ifdef __AVR__
-#define PART 7 // each of the three faults once
+#define FAULT_STEP 7 // each of the three faults once
 #else
-#define PART 1
+#define FAULT_STEP 1
 #endif
 
 void setUp(void)
@@ -26,7 +26,7 @@ void test_lost_packets_and_replies_of_set_up_are_tried_again(void)
 {
     const uint16_t search = 254 * CDS_SCAN_LISTED_BAUDS;
 
-    for (uint8_t at = 1; at <= 20; at = (uint8_t)(at + PART)) {
+    for (uint8_t at = 1; at <= 20; at = (uint8_t)(at + FAULT_STEP)) {
         setUp();
         servo_fake_put(0, 1, 34);
         rig_begin_new_servo();

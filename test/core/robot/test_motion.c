@@ -225,7 +225,7 @@ void test_goals_stay_within_limits_at_random(void)
         states[i].held = CDS_HELD_CW_SET | CDS_HELD_CCW_SET; // position mode
         last[i] = 500;
     }
-    for (uint32_t period = 0; period < 200000ul / FEW; period++) {
+    for (uint32_t period = 0; period < 200000ul / AVR_DIVIDES_RANDOM; period++) {
         bool was_checking;
 
         act_at_random();
@@ -247,5 +247,5 @@ void test_goals_stay_within_limits_at_random(void)
         if (motion.result == CDS_LIMIT)
             TEST_FAIL_MESSAGE("a goal on the way was refused");
     }
-    TEST_ASSERT_GREATER_THAN_UINT32(1000ul / FEW, moves);
+    TEST_ASSERT_GREATER_THAN_UINT32(1000ul / AVR_DIVIDES_RANDOM, moves);
 }

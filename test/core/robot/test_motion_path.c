@@ -61,10 +61,11 @@ static void check_way(uint16_t from, uint16_t to, uint32_t periods, enum cds_mot
 
 void test_joint_follows_its_curve_within_a_step(void)
 {
-    static const uint32_t periods[] = {379, 601, 5000 / FEW + 379};
+    static const uint32_t periods[] = {379, 601, 5000 / AVR_DIVIDES_RANDOM + 379};
 
     for (uint8_t i = 0; i < sizeof periods / sizeof *periods; i++)
-        for (uint16_t to = 0; to <= 1023; to = (uint16_t)(to + (SOME > 1 ? 341 : 93))) {
+        for (uint16_t to = 0; to <= 1023;
+             to = (uint16_t)(to + (AVR_DIVIDES_LOOPS > 1 ? 341 : 93))) {
             check_way(0, to, periods[i], CDS_MOTION_MINIMUM_JERK, minimum_jerk);
             check_way(1023, to, periods[i], CDS_MOTION_MINIMUM_JERK, minimum_jerk);
             check_way(511, to, periods[i], CDS_MOTION_LINEAR, linear);
@@ -142,14 +143,14 @@ void test_move_of_one_period_sends_its_goal_once(void)
 
 void test_move_of_ten_minutes_takes_150000_periods(void)
 {
-    uint32_t periods = 600000 / 4 / FEW;
+    uint32_t periods = 600000 / 4 / AVR_DIVIDES_RANDOM;
 
     check_way(0, 1023, periods, CDS_MOTION_MINIMUM_JERK, minimum_jerk);
 }
 
 void test_move_with_periods_of_65_ms_arrives_in_time(void)
 {
-    static const uint32_t times_ms[] = {1, 65, 66, 600000 / FEW};
+    static const uint32_t times_ms[] = {1, 65, 66, 600000 / AVR_DIVIDES_RANDOM};
 
     for (uint8_t i = 0; i < sizeof times_ms / sizeof *times_ms; i++) {
         rig_begin_cycle_and_motion(65535);
@@ -209,7 +210,7 @@ void test_joint_passes_a_pose_without_a_stop(void)
 
 void test_joint_that_passes_never_turns_back(void)
 {
-    for (uint16_t via = 210; via < 600; via = (uint16_t)(via + 30 * SOME)) {
+    for (uint16_t via = 210; via < 600; via = (uint16_t)(via + 30 * AVR_DIVIDES_LOOPS)) {
         rig_begin_motion(0);
         feedback[0].position = 200;
         go_by_way_of(via, 600);
