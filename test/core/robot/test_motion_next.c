@@ -65,17 +65,17 @@ void test_joint_that_is_not_in_the_next_pose_brakes(void)
     TEST_ASSERT_INT_WITHIN(60, end + 60, goals[0]); // half of 250 ms at 0.47 steps per ms
 }
 
-/* Joint 0 goes from 100 towards 900 at `speed_ms`, and after `at` periods towards `to` instead.
- * Returns the most steps between two goals of the second move. */
-static uint16_t fastest_after_new_target(uint32_t speed_ms, enum cds_motion_curve first,
-                                         uint16_t at, struct cds_move *second)
+/* Joint 0 goes from 100 towards 900 in `time_ms`; after `at` periods the move `second` replaces
+ * that. Returns the most steps between two goals of the second move. */
+static uint16_t fastest_after_new_target(uint32_t time_ms, enum cds_motion_curve first, uint16_t at,
+                                         struct cds_move *second)
 {
     uint16_t last, most = 0;
 
     rig_begin_motion(0);
     feedback[0].position = 100;
     pose[0] = 900;
-    rig_move(speed_ms, first);
+    rig_move(time_ms, first);
     for (uint16_t i = 0; i < at; i++)
         rig_pass_period();
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, second));
