@@ -98,6 +98,7 @@ void test_new_target_with_a_short_ramp_keeps_full_speed(void)
                           .curve = CDS_MOTION_TRAPEZOID,
                           .acceleration = 60000};
 
+    srand(1);
     memset(target, 0xFF, sizeof target);
     for (uint32_t ms = 4; ms < 900; ms += 4 * AVR_DIVIDES_LOOPS * AVR_DIVIDES_LOOPS)
         for (uint16_t at = 40; at < 160; at = (uint16_t)(at + 40 * AVR_DIVIDES_LOOPS)) {
