@@ -65,8 +65,8 @@ void test_joint_that_is_not_in_the_next_pose_brakes(void)
     TEST_ASSERT_INT_WITHIN(60, end + 60, goals[0]); // half of 250 ms at 0.47 steps per ms
 }
 
-/* Joint 0 goes from 100 towards 900 in `time_ms`; after `at` periods the move `second` replaces
- * that. Returns the most steps between two goals of the second move. */
+/* Joint 0 goes from 100 towards 900 in `time_ms`; after `at` periods `second` replaces that
+ * move. Returns the most steps between two goals of the second move. */
 static uint16_t fastest_after_new_target(uint32_t time_ms, enum cds_motion_curve first, uint16_t at,
                                          struct cds_move *second)
 {
