@@ -168,7 +168,8 @@ void test_move_with_periods_of_65_ms_arrives_in_time(void)
 
 /* ---- through poses without a stop ---- */
 
-/* Joint 0 goes by way of `via` to `end`, each within 1 s, and joint 1 by way of 600 back to 500. */
+/* Joint 0 goes by way of `via` to `end`, each within 1 s, and joint 1 by way of 600 back to 500.
+ * Joint 2 goes to 550 in the second move. */
 static void go_by_way_of(uint16_t via, uint16_t end)
 {
     static uint16_t first[JOINTS], second[JOINTS];
@@ -180,6 +181,7 @@ static void go_by_way_of(uint16_t via, uint16_t end)
     second[0] = end;
     first[1] = 600;
     second[1] = 500;
+    second[2] = 550;
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
     rig_poll_motion();
     TEST_ASSERT_EQUAL(CDS_OK, motion.move_result);
@@ -227,18 +229,36 @@ void test_joint_that_passes_never_turns_back(void)
     }
 }
 
-void test_motion_that_passes_ends_if_no_move_waits(void)
+/* Joint 2 is in the pose of the next move only. */
+void test_motion_that_passes_ends_if_next_move_is_inhibited(void)
 {
     rig_begin_motion(0);
     feedback[0].position = 200;
     go_by_way_of(400, 600);
-    cds_motion_poll(&motion);
-    motion.next.waits = true;
+    cds_servos_inhibit(&servos, &states[2], CDS_INHIBIT_STOPPED);
+    for (uint16_t i = 1; i <= 250; i++)
+        TEST_ASSERT_EQUAL(i < 250 ? CDS_PENDING : CDS_OK, rig_pass_period());
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, motion.move_result);
+    TEST_ASSERT_EQUAL_UINT8(2, motion.joint);
+    TEST_ASSERT_EQUAL_UINT16(400, goals[0]);
+    TEST_ASSERT_EQUAL_UINT16(600, goals[1]);
+    rig_pass_period();
+    TEST_ASSERT_EQUAL_UINT16(400, goals[0]);
+}
+
+void test_inhibited_joint_ends_motion_and_drops_next_move(void)
+{
+    rig_begin_motion(0);
+    feedback[0].position = 200;
+    go_by_way_of(400, 600);
+    cds_motion_poll(&motion); // the check of the next move goes on
+    TEST_ASSERT_EQUAL(CDS_PENDING, motion.move_result);
     cds_servos_inhibit(&servos, &states[1], CDS_INHIBIT_STOPPED);
-    for (uint16_t i = 0; i < 300 && motion.result == CDS_PENDING; i++)
+    for (uint16_t i = 0; i < 70 && motion.result == CDS_PENDING; i++) // 250 ms
         rig_pass_period();
     TEST_ASSERT_EQUAL(CDS_INHIBITED, motion.move_result);
     TEST_ASSERT_EQUAL(CDS_INHIBITED, motion.result);
+    TEST_ASSERT_LESS_THAN_UINT16(400, goals[0]);
 }
 
 void test_move_after_a_pass_without_a_next_move_begins_at_rest(void)
