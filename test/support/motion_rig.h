@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What suites of moves share beside joints_rig.h: a motion of all joints, moves from `pose`,
- * periods that pass, and random numbers.
+/* What suites of moves share in addition to joints_rig.h: a motion of all joints, moves from
+ * `pose`, periods that pass, and random numbers.
  *
  *     pose[0] = 900;
  *     rig_move(1000, CDS_MOTION_LINEAR);
@@ -18,14 +18,15 @@
 
 #define PERIOD_US 4000
 
-/* The simulated AVR is slow: loops over lengths and random inputs take 1/FEW of the rounds, other
- * loops 1/SOME. Limit of a suite: 60 s of simulated time, at most 48 s used. */
+/* The simulated AVR is slow: there a suite divides random inputs and the lengths of long moves by
+ * AVR_DIVIDES_RANDOM, and the rounds of other loops by AVR_DIVIDES_LOOPS. Each suite is limited to
+ * 60 s of simulated time; it uses at most 48 s. */
 #ifdef __AVR__
-#define FEW  200
-#define SOME 6
+#define AVR_DIVIDES_RANDOM 200
+#define AVR_DIVIDES_LOOPS  6
 #else
-#define FEW  1
-#define SOME 1
+#define AVR_DIVIDES_RANDOM 1
+#define AVR_DIVIDES_LOOPS  1
 #endif
 
 static struct cds_motion motion;
@@ -49,7 +50,7 @@ static inline void rig_begin_cycle_and_motion(uint16_t period_us)
     rig_begin_motion(0);
 }
 
-/* setUp(): all joints stand at 500, and `pose` has none of them. */
+/* setUp(): all joints stand at 500, and `pose` names no joint. */
 static inline void rig_begin_moves(void)
 {
     rig_begin_joints(500);
@@ -87,7 +88,7 @@ static inline enum cds_result rig_pass_period(void)
     return rig_poll_motion();
 }
 
-/* Returns what became of the move. If another one is under way, a period passes. */
+/* Returns move_result; if it is pending, one period passes first. */
 static inline enum cds_result rig_try_move(uint32_t time_ms, enum cds_motion_curve curve)
 {
     struct cds_move it = {.pose = pose, .time_ms = time_ms, .curve = curve, .acceleration = 4000};

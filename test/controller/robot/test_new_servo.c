@@ -86,3 +86,17 @@ void test_no_servo_is_found(void)
     rig_begin_new_servo();
     TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_NONE, rig_run_new_servo());
 }
+
+void test_abort_after_the_search_does_nothing(void)
+{
+    servo_fake_put(0, 1, 34);
+    rig_begin_new_servo();
+    while (new_servo_poll(&servo) == CDS_PENDING) {
+        if (servo.step > NEW_SERVO_SEARCH_THERE)
+            new_servo_abort(&servo);
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_OK, rig_run_new_servo());
+    rig_assert_set_up();
+}

@@ -21,7 +21,7 @@ void test_new_target_gives_no_jump(void)
 {
     int16_t last, step, last_step = 0;
 
-    for (uint16_t at = 1; at < 370; at = (uint16_t)(at + 37 * SOME)) {
+    for (uint16_t at = 1; at < 370; at = (uint16_t)(at + 37 * AVR_DIVIDES_LOOPS)) {
         rig_begin_motion(0);
         feedback[0].position = 200;
         pose[0] = 800;
@@ -65,17 +65,17 @@ void test_joint_that_is_not_in_the_next_pose_brakes(void)
     TEST_ASSERT_INT_WITHIN(60, end + 60, goals[0]); // half of 250 ms at 0.47 steps per ms
 }
 
-/* Joint 0 goes from 100 towards 900 at `speed_ms`, and after `at` periods towards `to` instead.
- * Returns the most steps between two goals of the second move. */
-static uint16_t fastest_after_new_target(uint32_t speed_ms, enum cds_motion_curve first,
-                                         uint16_t at, struct cds_move *second)
+/* Joint 0 goes from 100 towards 900 in `time_ms`; after `at` periods `second` replaces that
+ * move. Returns the most steps between two goals of the second move. */
+static uint16_t fastest_after_new_target(uint32_t time_ms, enum cds_motion_curve first, uint16_t at,
+                                         struct cds_move *second)
 {
     uint16_t last, most = 0;
 
     rig_begin_motion(0);
     feedback[0].position = 100;
     pose[0] = 900;
-    rig_move(speed_ms, first);
+    rig_move(time_ms, first);
     for (uint16_t i = 0; i < at; i++)
         rig_pass_period();
     TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, second));
@@ -98,9 +98,10 @@ void test_new_target_with_a_short_ramp_keeps_full_speed(void)
                           .curve = CDS_MOTION_TRAPEZOID,
                           .acceleration = 60000};
 
+    srand(1);
     memset(target, 0xFF, sizeof target);
-    for (uint32_t ms = 4; ms < 900; ms += 4 * SOME * SOME)
-        for (uint16_t at = 40; at < 160; at = (uint16_t)(at + 40 * SOME)) {
+    for (uint32_t ms = 4; ms < 900; ms += 4 * AVR_DIVIDES_LOOPS * AVR_DIVIDES_LOOPS)
+        for (uint16_t at = 40; at < 160; at = (uint16_t)(at + 40 * AVR_DIVIDES_LOOPS)) {
             target[0] = (uint16_t)(random_below(1024));
             it.time_ms = ms;
             TEST_ASSERT_LESS_OR_EQUAL_UINT16(
@@ -118,7 +119,7 @@ void test_new_target_after_a_linear_move_keeps_the_limits(void)
     memset(target, 0xFF, sizeof target);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[0], 100, 900, 1023));
     states[0].held = CDS_HELD_CW_SET | CDS_HELD_CCW_SET; // position mode
-    for (uint16_t i = 0; i < 1000 / FEW; i++) {
+    for (uint16_t i = 0; i < 1000 / AVR_DIVIDES_RANDOM; i++) {
         uint32_t ms = 640u + random_below(200);
         uint16_t at = (uint16_t)(ms / 4 - 1u - random_below(10));
 
@@ -135,7 +136,7 @@ void test_new_target_after_a_linear_move_keeps_the_limits(void)
 /* The joint has 2 steps in which it may brake: the window is one period. */
 void test_new_target_at_a_limit_may_take_ten_minutes(void)
 {
-    for (uint32_t ms = 280000; ms <= 600000; ms += 10007ul * SOME) {
+    for (uint32_t ms = 280000; ms <= 600000; ms += 10007ul * AVR_DIVIDES_LOOPS) {
         struct cds_move it = {.pose = pose, .time_ms = ms, .curve = CDS_MOTION_TRAPEZOID};
 
         TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[0], 0, 900, 1023));

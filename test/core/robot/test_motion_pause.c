@@ -93,7 +93,8 @@ void test_pause_then_resume_reaches_the_pose(void)
     TEST_ASSERT_EQUAL_UINT16(800, goals[0]);
 }
 
-/* A paused move stands at its goal when the next one is submitted, `polls` before it is resumed. */
+/* A pause stops a move half way. The next move is submitted then, and the motion is resumed after
+ * `polls` polls. */
 static void check_resumed_at(uint8_t polls)
 {
     static uint16_t back[JOINTS];

@@ -207,7 +207,7 @@ void test_limit_holds_while_a_joint_turns_back(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[0], 200, 700, 1023));
     states[0].held = CDS_HELD_CW_SET | CDS_HELD_CCW_SET; // position mode
-    for (uint16_t at = 5; at < 125; at = (uint16_t)(at + 10 * SOME)) {
+    for (uint16_t at = 5; at < 125; at = (uint16_t)(at + 10 * AVR_DIVIDES_LOOPS)) {
         rig_begin_motion(0);
         feedback[0].position = 500;
         pose[0] = 700;
