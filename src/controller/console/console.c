@@ -128,11 +128,10 @@ static void feed(struct console *console, char c)
         token_add(&console->token, c);
 }
 
-/* The error that names the remedy, in place of CDS_INHIBITED. */
-static uint8_t inhibit_error(const struct console *console)
+uint8_t console_remedied(const struct console *console, uint8_t error)
 {
-    if (!robot_is_inhibited(console->robot))
-        return CDS_INHIBITED; // only this servo is inhibited
+    if (error != CDS_INHIBITED || !robot_is_inhibited(console->robot))
+        return error; // CDS_INHIBITED: only this servo is inhibited
     return console->failsafe->link_lost ? ERROR_LINK_LOST : ERROR_STOPPED;
 }
 
@@ -140,8 +139,7 @@ NOINLINE static void conclude(struct console *console, uint8_t error)
 {
     if (console->error == 0)
         console->error = error;
-    if (console->error == CDS_INHIBITED)
-        console->error = inhibit_error(console);
+    console->error = console_remedied(console, console->error);
     console->reply_ended = false;
     if (command_set.store)
         command_set.store->end(console);

@@ -132,6 +132,10 @@ static inline void *console_job(struct console *console)
     return console->buffer.command.job.bytes;
 }
 
+/* The error to print: in place of CDS_INHIBITED the error of the inhibit of all servos, whose remedy
+ * is its own; other errors as they are. */
+uint8_t console_remedied(const struct console *console, uint8_t error);
+
 /* Clears console_job(), and step, phase, index and part of the console; the command is under way.
  * The console calls it for each command, servo_list.c for each servo of a list. */
 void console_begin_job(struct console *console);

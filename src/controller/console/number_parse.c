@@ -220,17 +220,26 @@ uint8_t number_within(const struct number *number, enum cds_unit unit, uint16_t 
     return error;
 }
 
-uint8_t number_ms(const struct number *number, uint32_t highest, uint32_t *ms)
+uint8_t number_us(const struct number *number, uint32_t highest, uint32_t *us)
 {
-    int32_t us;
-    uint8_t error = value_of(number, NUMBER_TIME, 3, &us);
+    int32_t value;
+    uint8_t error = value_of(number, NUMBER_TIME, 3, &value);
 
     if (error)
         return error;
-    if (us < 0 || us > (int32_t)highest * 1000)
-        return ERROR_OUT_OF_RANGE;
-    *ms = (uint32_t)us / 1000;
-    return *ms * 1000 == (uint32_t)us ? 0 : (uint8_t)ERROR_NOT_A_NUMBER;
+    *us = (uint32_t)value;
+    return value < 0 || *us > highest ? (uint8_t)ERROR_OUT_OF_RANGE : 0;
+}
+
+uint8_t number_ms(const struct number *number, uint32_t highest, uint32_t *ms)
+{
+    uint32_t us = 0;
+    uint8_t error = number_us(number, highest * 1000, &us);
+
+    if (error)
+        return error;
+    *ms = us / 1000;
+    return *ms * 1000 == us ? 0 : (uint8_t)ERROR_NOT_A_NUMBER;
 }
 
 uint8_t number_percent(const struct number *number, uint8_t *percent)

@@ -55,8 +55,12 @@ uint8_t number_within(const struct number *number, enum cds_unit unit, uint16_t 
  */
 uint8_t number_percent(const struct number *number, uint8_t *percent);
 
-/* A time in milliseconds, which a bare number is, from 0 to `highest`, at most 2 000 000: 0 and
- * *ms; else as number_register(). */
+/* A time in microseconds from 0 to `highest`, at most 2 000 000 000; a bare number is milliseconds.
+ * Returns 0 and stores *us, or returns an error as number_register() does. */
+uint8_t number_us(const struct number *number, uint32_t highest, uint32_t *us);
+
+/* A time in whole milliseconds, which a bare number is, from 0 to `highest`, at most 2 000 000.
+ * Returns 0 and stores *ms, or returns an error as number_register() does. */
 uint8_t number_ms(const struct number *number, uint32_t highest, uint32_t *ms);
 
 #endif

@@ -11,9 +11,9 @@
 
 /* A player: robot->moves->player. The fields are to be read only. */
 struct player {
-    struct cds_sequence sequence; // its result is CDS_PENDING while the player plays
     const struct motion_store *store;
-    uint8_t place; // of the sequence
+    uint8_t place;                // of the sequence
+    struct cds_sequence sequence; // its result is CDS_PENDING while the player plays
     struct stored_joints joints;
     uint16_t poses[2 * ROBOT_SERVOS]; // of the sequence; or of a move, while no sequence plays
 };

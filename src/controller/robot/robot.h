@@ -105,11 +105,11 @@ struct robot {
     uint8_t unlisted;      // servos that the last whole scan found and the robot does not know, or
                            // ROBOT_NOT_SCANNED
     struct cds_servos servos;
+    union robot_work work;
     struct cds_queue queue;
     uint8_t group[ROBOT_SERVOS]; // IDs of the servos of pose and cycle
     struct cds_torque_off stop;
     struct cds_health health;
-    union robot_work work;
     struct cds_servo_state states[ROBOT_SERVOS];
 };
 

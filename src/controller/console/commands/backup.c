@@ -145,8 +145,7 @@ static const CDS_FLASH struct command backup_rows[] = {
     {
         .usage = FLASH_TEXT("restore ID REG VALUE"),
         .what = FLASH_TEXT("write a register if it differs, and show what differed"),
-        .details = COMMAND_DETAILS("A line of backup; REG and VALUE as for set. Writes the "
-                                   "register if it differs, and reads it back"),
+        .details = COMMAND_DETAILS("A line of backup; REG and VALUE as for set"),
         .example = COMMAND_DETAILS("restore 1 MIN_VOLTAGE 6V"),
         .begin = restore_begin,
         .poll = restore_poll,

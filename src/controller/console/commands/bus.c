@@ -292,11 +292,9 @@ static const CDS_FLASH struct command bus_rows[] = {
     {
         .usage = FLASH_TEXT("counters [ID]"),
         .what = FLASH_TEXT("packets sent, answered, lost"),
-        .details =
-            COMMAND_DETAILS("Of the bus since the reset, of a servo since it joined the robot; "
-                            "modulo 65536. Those of the bus name the part of scan and diagnose. "
-                            "Of a servo stale and duplicate replies, unexpected packets and echo "
-                            "errors stop at 255"),
+        .details = COMMAND_DETAILS(
+            "Of the bus since the reset, with the part of scan and diagnose; of a servo since it "
+            "joined the robot. Modulo 65536; some of a servo stop at 255"),
         .example = COMMAND_DETAILS("counters"),
         .begin = counters_begin,
         .poll = counters_poll,

@@ -207,10 +207,10 @@ static const CDS_FLASH struct command play_rows[] = {
     {
         .usage = FLASH_TEXT("play NAME [at PERCENT]"),
         .what = FLASH_TEXT("play a stored sequence"),
-        .details = COMMAND_DETAILS(
-            "Servos: the group; without one those of all stored poses. PERCENT: 10 to 200% of the "
-            "speed, as far as the servos can. ok: the motion has begun. A cycle that play starts "
-            "ends with the motion. Torque must be on, else error 84 names the servo"),
+        .details =
+            COMMAND_DETAILS("Servos: the group; without one those of all stored poses. PERCENT: 10 "
+                            "to 200% of the speed, as far as the servos can. ok: the motion has "
+                            "begun. A cycle that play starts ends with the motion"),
         .example = COMMAND_DETAILS("play walk at 80%"),
         .begin = once_begin,
         .poll = play_poll,

@@ -59,7 +59,7 @@ uint8_t servo_outcome(struct console *console)
         error = error_of_servo(&console->servo_error);
     console->error = 0;
     console->servo_error = 0;
-    return error;
+    return console_remedied(console, error);
 }
 
 void servo_failed(struct console *console, uint8_t error)

@@ -22,15 +22,16 @@ bool setting_is_rate(const struct command_line *line)
  * settings_table: ms, us, or x 2us of a return delay. Returns an error or 0. */
 static uint8_t take_time(struct console *console, char unit)
 {
-    uint32_t ms = 0;
-    uint8_t error;
+    uint32_t time = 0;
+    uint8_t error = ERROR_UNIT;
 
     if (unit == 'x')
         return console_number(console, 0, CDS_UNIT_US);
-    if (unit != 'm' && unit != 'u')
-        return ERROR_UNIT;
-    error = number_ms(&console->line.number[0], unit == 'm' ? UINT16_MAX : UINT16_MAX / 1000, &ms);
-    console->raw = (uint16_t)(unit == 'm' ? ms : 1000 * ms);
+    if (unit == 'm')
+        error = number_ms(&console->line.number[0], UINT16_MAX, &time);
+    if (unit == 'u')
+        error = number_us(&console->line.number[0], UINT16_MAX, &time);
+    console->raw = (uint16_t)time;
     return error;
 }
 

@@ -28,6 +28,7 @@ static const CDS_FLASH char message_on[] = "on";
 static const CDS_FLASH char message_off[] = "off";
 static const CDS_FLASH char message_lost[] = ", inhibited: lost its state";
 static const CDS_FLASH char message_stopped[] = ", inhibited: stopped";
+static const CDS_FLASH char message_link[] = ", inhibited: host link lost";
 static const CDS_FLASH char message_no_servo[] = "no servo known: 'scan' finds servos";
 
 /* ---- stop ---- */
@@ -193,10 +194,12 @@ ALWAYS_INLINE void print_presence(struct printer *printer, const struct robot *r
 }
 
 /* "servo 1: online, torque on, inhibited: stopped", one part at a time. */
-NOINLINE static void servo_part(struct printer *printer, const struct robot *robot,
-                                const struct cds_servo_state *servo, uint8_t part)
+NOINLINE static void servo_part(struct console *console, const struct cds_servo_state *servo,
+                                uint8_t part)
 {
+    const struct robot *robot = console->robot;
     const struct cds_servos *servos = &robot->servos;
+    struct printer *printer = &console->printer;
 
     switch (part) {
     case PART_STATE: print_presence(printer, robot, servo); break;
@@ -206,7 +209,9 @@ NOINLINE static void servo_part(struct printer *printer, const struct robot *rob
         break;
     case PART_STOPPED:
         if (cds_servos_inhibits(servos, servo) & CDS_INHIBIT_STOPPED)
-            printer_text(printer, message_stopped);
+            printer_text(printer, command_set.explain && console->failsafe->link_lost
+                                      ? message_link
+                                      : message_stopped);
         break;
     case PART_END: printer_end_of_line(printer); break;
     default:
@@ -226,7 +231,7 @@ static bool servos_poll(struct console *console)
         printer_line(&console->printer, message_no_servo);
         return false;
     }
-    servo_part(&console->printer, robot, &robot->states[*index], (*part)++);
+    servo_part(console, &robot->states[*index], (*part)++);
     if (*part == PARTS) {
         *part = PART_STATE;
         (*index)++;
