@@ -49,10 +49,11 @@ struct cds_avr_pin {
 /* The registers and pins of one bus. All constants; never stands in memory. */
 struct cds_avr_usart {
     volatile uint8_t *udr, *ucsra, *ucsrb, *ucsrc, *ubrrh, *ubrrl;
-    struct cds_avr_pin rxd, txd, tx_enable, rx_enable; // of one enable, it is tx_enable
-    volatile uint8_t *rxd_level;                       // PINx of rxd
-    uint8_t echoes;                                    // not 0: RXD hears what TXD says
-    uint8_t tied;                                      // not 0: TXD is the wire, TXEN drives it
+    struct cds_avr_pin rxd, txd;
+    volatile uint8_t *rxd_level;             // PINx of rxd
+    struct cds_avr_pin tx_enable, rx_enable; // of one enable, it is tx_enable
+    uint8_t echoes;                          // not 0: RXD hears what TXD says
+    uint8_t tied;                            // not 0: TXD is the wire, TXEN drives it
 };
 
 #define CDS_AVR_PASTE_(a, b)     a##b
@@ -80,12 +81,13 @@ struct cds_avr_usart {
 
 #define CDS_AVR_LEVEL(bus, key) &CDS_AVR_PASTE(PIN, CDS_AVR_BOARD_PIN(bus, key, _PORT))
 
-/* By wiring: the fields tx_enable and rx_enable of struct cds_avr_usart. */
-#define CDS_AVR_WIRING_TWO_ENABLES(bus)  CDS_AVR_PIN(bus, TX_ENABLE), CDS_AVR_PIN(bus, RX_ENABLE)
-#define CDS_AVR_WIRING_ONE_ENABLE(bus)   CDS_AVR_PIN(bus, ENABLE), CDS_AVR_NO_PIN
-#define CDS_AVR_WIRING_TIED(bus)         CDS_AVR_NO_PIN, CDS_AVR_NO_PIN
-#define CDS_AVR_WIRING_ADAPTER(bus)      CDS_AVR_NO_PIN, CDS_AVR_NO_PIN
-#define CDS_AVR_WIRING_ADAPTER_ECHO(bus) CDS_AVR_NO_PIN, CDS_AVR_NO_PIN
+/* By wiring: the fields tx_enable, rx_enable, echoes and tied of struct cds_avr_usart. */
+#define CDS_AVR_WIRING_TWO_ENABLES(bus)                                                            \
+    CDS_AVR_PIN(bus, TX_ENABLE), CDS_AVR_PIN(bus, RX_ENABLE), 0, 0
+#define CDS_AVR_WIRING_ONE_ENABLE(bus)   CDS_AVR_PIN(bus, ENABLE), CDS_AVR_NO_PIN, 0, 0
+#define CDS_AVR_WIRING_TIED(bus)         CDS_AVR_NO_PIN, CDS_AVR_NO_PIN, 1, 1
+#define CDS_AVR_WIRING_ADAPTER(bus)      CDS_AVR_NO_PIN, CDS_AVR_NO_PIN, 0, 0
+#define CDS_AVR_WIRING_ADAPTER_ECHO(bus) CDS_AVR_NO_PIN, CDS_AVR_NO_PIN, 1, 0
 
 /* The smallest return delay, register 0x05, whose replies a bus of each wiring hears beside a host
  * link at 1 Mbps: `return_delay_needed` of make bench. Tied pins turn around by themselves. What an
