@@ -100,22 +100,14 @@ struct cds_avr_usart {
 
 #define CDS_AVR_SHORTEST_DELAY(number) CDS_AVR_PASTE(CDS_AVR_DELAY_, CDS_AVR_BOARD(number, _WIRING))
 
-/* By wiring: the fields `echoes` and `tied` of struct cds_avr_usart. */
-#define CDS_AVR_NATURE_TWO_ENABLES  0, 0
-#define CDS_AVR_NATURE_ONE_ENABLE   0, 0
-#define CDS_AVR_NATURE_TIED         1, 1
-#define CDS_AVR_NATURE_ADAPTER      0, 0
-#define CDS_AVR_NATURE_ADAPTER_ECHO 1, 0
-
 /* In the order of struct cds_avr_usart, without names: C++ takes this header too. */
 #define CDS_AVR_USART_OF(bus)                                                                      \
     {                                                                                              \
         CDS_AVR_REGISTER(bus, UDR), CDS_AVR_REGISTER3(bus, UCSR, A),                               \
             CDS_AVR_REGISTER3(bus, UCSR, B), CDS_AVR_REGISTER3(bus, UCSR, C),                      \
             CDS_AVR_REGISTER3(bus, UBRR, H), CDS_AVR_REGISTER3(bus, UBRR, L),                      \
-            CDS_AVR_PIN(bus, RXD), CDS_AVR_PIN(bus, TXD),                                          \
-            CDS_AVR_PASTE(CDS_AVR_WIRING_, CDS_AVR_BOARD(bus, _WIRING))(bus),                      \
-            CDS_AVR_LEVEL(bus, RXD), CDS_AVR_PASTE(CDS_AVR_NATURE_, CDS_AVR_BOARD(bus, _WIRING))   \
+            CDS_AVR_PIN(bus, RXD), CDS_AVR_PIN(bus, TXD), CDS_AVR_LEVEL(bus, RXD),                 \
+            CDS_AVR_PASTE(CDS_AVR_WIRING_, CDS_AVR_BOARD(bus, _WIRING))(bus)                       \
     }
 
 /* The bits of UCSRnA, B and C stand at the same places in every USART of every ATmega here. */
@@ -279,9 +271,6 @@ CDS_AVR_INLINE bool cds_avr_usart_line_is_high(uint8_t port)
     return *usart.rxd_level & usart.rxd.mask;
 }
 
-void cds_avr_enable_out_of_reach_of_sbi(void)
-    __attribute__((error("choose enables on ports whose registers lie below 0x40")));
-
 CDS_AVR_INLINE void cds_avr_pin_output(struct cds_avr_pin pin)
 {
     if (pin.mask)
@@ -293,8 +282,6 @@ CDS_AVR_INLINE void cds_avr_usart_pins_listen(uint8_t port)
 {
     struct cds_avr_usart usart = cds_avr_usart(port);
 
-    if ((uintptr_t)usart.tx_enable.port >= 0x40 || (uintptr_t)usart.rx_enable.port >= 0x40)
-        cds_avr_enable_out_of_reach_of_sbi();
     cds_avr_pin_high(usart.rx_enable);
     cds_avr_pin_output(usart.rx_enable);
     cds_avr_pin_low(usart.tx_enable);
