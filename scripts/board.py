@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What a board's two files lack, and values that are no word, all of it in one line; prints nothing if there are none.
+"""What a board's two files lack, and values of macros of this project that are no word, all of it in one line; prints
+nothing if there are none. Other macros of board.h are the user's own, and may have any value.
 make asks it about BOARD_DIR and BOARD before it compiles. The compiler checks the values (cds55xx/avr/board_check.h).
 
 usage: board.py FOLDER [PROGRAM.c]
@@ -11,6 +12,9 @@ import pathlib
 import re
 import sys
 
+# Macros of board.h that compiler or simulator read.
+READ = re.compile(r"BOARD_(BUS_COUNT|CLOCK_TIMER|HOST_USART|HOST_BAUD|"
+                  r"BUS\d_(USART|WIRING|((RX|TX)D|((RX|TX)_)?ENABLE)_(PORT|BIT)))")
 PINS = {"TWO_ENABLES": ["RXD", "TXD", "TX_ENABLE", "RX_ENABLE"], "ONE_ENABLE": ["RXD", "TXD", "ENABLE"],
         "TIED": ["RXD", "TXD"], "ADAPTER": ["RXD", "TXD"], "ADAPTER_ECHO": ["RXD", "TXD"]}
 
@@ -58,7 +62,7 @@ def complaint(folder, program):
         return f"{folder} lacks {'; '.join(parts)}"
     # The compiler would report each use of such a value.
     return ", ".join(f"{folder}/board.h: {name} is {value}; use a number, a letter or a word, without quotes"
-                     for name, value in macros.items() if not re.fullmatch(r"\w+", value))
+                     for name, value in macros.items() if READ.fullmatch(name) and not re.fullmatch(r"\w+", value))
 
 
 if __name__ == "__main__":

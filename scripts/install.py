@@ -7,7 +7,7 @@ usage: install.py check|install|uninstall --prefix DIR [--destdir DIR]
 
 check: fails with one line on stderr if this user may not write there, before make builds anything.
 install: writes share/cds55xx/manifest, too: the files, and the folders that did not exist before. The libraries of other chips
-stay if they were installed with the same headers; else they are removed.
+stay as they are, not rebuilt, if they were installed with the same headers; else they are removed.
 uninstall: removes what the manifest names, and nothing else.
 """
 import argparse
@@ -62,7 +62,8 @@ def library(mcu):
 
 
 def headers():
-    """A folder of their own: pkg-config must never name /usr/include, which has the headers of the host."""
+    """Yields (installed path, source) of each header. They have a folder of their own: pkg-config must never name /usr/include,
+    which has the headers of the host."""
     for header in sorted((ROOT / "include").rglob("*.h")):
         yield f"include/cds55xx/{header.relative_to(ROOT / 'include')}", header
 
@@ -115,9 +116,9 @@ def read_manifest(prefix):
     return [row for row in rows if is_whole(prefix, *row)], damaged[0] if damaged else 0
 
 
-def other_chips(prefix, options, rows):
-    """The chips of the earlier installation that are not installed now: (those that stay, those that are removed). A library fits
-    the headers that it was built with, and no others."""
+def split_other_chips(prefix, options, rows):
+    """Returns (chips whose libraries stay, chips whose libraries are removed) of the earlier installation, without the chips that are
+    installed now. A library fits the headers that it was built with, and no others."""
     files = {name for kind, name in rows if kind == "file" and (prefix / name).is_file()}
     found = [re.fullmatch(r"lib/cds55xx/libcds55xx-(\w+)\.a", name) for name in files]
     others = sorted({match[1] for match in found if match} - {*options.mcus})
@@ -168,7 +169,7 @@ def install(prefix, options):
     check(prefix)
     earlier = (prefix / MANIFEST).exists()
     old, damaged = read_manifest(prefix) if earlier else ([], 0)
-    kept, removed = other_chips(prefix, options, old)
+    kept, removed = split_other_chips(prefix, options, old)
     sources = dict(contents(options, kept))
     for name in sources:
         if (prefix / name).is_dir():
@@ -207,19 +208,28 @@ def install(prefix, options):
     remove_folders(prefix, [row for row in old if row not in folders])
     print(f"installed cds55xx {options.version} in {prefix} for {len(options.mcus)} chip{'s' * (len(options.mcus) > 1)}")
     if kept:
-        print(f"installed before, and kept: {' '.join(kept)}")
+        print(f"kept, not rebuilt: {' '.join(kept)}; to build and install them: {install_command(options, kept)}")
     if removed:
-        print(f"removed, since the headers have changed: {' '.join(removed)}; to install them again: MCUS=\"...\"")
+        print(f"removed, since the headers have changed: {' '.join(removed)}; to install them again: {install_command(options, removed)}")
     tell_path(prefix, options)
 
 
+def install_command(options, mcus):
+    """The line for the shell that installs these chips into the same prefix."""
+    destdir = f"DESTDIR={shlex.quote(options.destdir)} " if options.destdir else ""
+    return f"make install {destdir}PREFIX={shlex.quote(options.prefix)} MCUS=\"{' '.join(mcus)}\""
+
+
 def tell_path(prefix, options):
-    """The line for the shell, unless pkg-config finds the files by itself, or a package is made."""
-    packages = str(prefix / "lib/pkgconfig")
-    if options.destdir or str(prefix) in ("/usr", "/usr/local") or packages in os.environ.get("PKG_CONFIG_PATH", "").split(":"):
+    """Prints the line for the shell, with the variables that lack the folders of this prefix. Prints nothing if a package is made."""
+    if options.destdir or str(prefix) in ("/usr", "/usr/local"):
         return
-    print("type this in each new shell, or add it to ~/.profile:\n"
-          f"export PKG_CONFIG_PATH={shlex.quote(packages)} PATH={shlex.quote(str(prefix / 'bin'))}:$PATH")
+    lacking = []
+    for name, folder, rest in [("PKG_CONFIG_PATH", prefix / "lib/pkgconfig", ""), ("PATH", prefix / "bin", ":$PATH")]:
+        if str(folder) not in os.environ.get(name, "").split(":"):
+            lacking.append(f"{name}={shlex.quote(str(folder))}{rest}")
+    if lacking:
+        print("type this in each new shell, or add it to ~/.profile:\nexport " + " ".join(lacking))
 
 
 def remove_folders(prefix, rows):

@@ -27,7 +27,7 @@ def copy_build_files(root):
 
 
 class NewBoard(unittest.TestCase):
-    def test_board_mk_needs_an_mcu_only_and_takes_no_other_boards_value(self):
+    def test_board_mk_with_an_mcu_takes_no_value_of_another_board(self):
         with tempfile.TemporaryDirectory() as folder:
             root = pathlib.Path(folder)
             copy_build_files(root)
@@ -326,7 +326,13 @@ class Build(unittest.TestCase):
             self.assert_one_line(f"{board}/board.h: BOARD_BUS0_RXD_PORT is {value}; use a number, a letter or a word, without "
                                  "quotes", f"BOARD_DIR={board}")
 
-    def test_board_dir_with_a_wrong_value_is_the_first_and_only_error(self):
+    def test_board_dir_macros_of_the_user_may_have_any_value(self):
+        board = self.make_board()
+        with open(board / "board.h", "a", encoding="utf-8") as header:
+            header.write("#define BOARD_LED_MASK (1<<5)\n#define BOARD_NAME \"mine\"\n")
+        self.assert_profile("console", f"BOARD_DIR={board}")
+
+    def test_board_dir_with_a_wrong_value_is_the_only_error(self):
         for pattern, text, message in [
                 (r"(RX_ENABLE_PORT) D", r"\1 d", "board.h: BOARD_BUS0_RX_ENABLE is on port d bit 7; use a port of atmega644p"),
                 (r"(RXD_BIT +)2", r"\g<1>0", "USART 1 of atmega644p has RXD on port D bit 2 and TXD on port D bit 3"),
@@ -335,13 +341,14 @@ class Build(unittest.TestCase):
             header = board / "board.h"
             header.write_text(re.sub(pattern, text, header.read_text()))
             shutil.rmtree(ROOT / "build/mine", ignore_errors=True)
-            for words in [["firmware"], ["firmware", "-j2"], ["run-example", f"EXAMPLE={ROOT}/examples/two_joints.c"]]:
+            example = ["run-example", f"EXAMPLE={ROOT}/examples/two_joints.c"]
+            for words in [["firmware"], ["firmware", "-j2"], example]:
                 status, output = self.make(*words, f"BOARD_DIR={board}")
                 self.assertNotEqual(status, 0)
                 self.assertEqual(output.count(" error: "), 2, output)  # the other one says that the compiler stops
                 self.assertIn(message, output)
                 self.assertEqual(list((ROOT / "build/mine").rglob("*.o")), [])  # nothing was compiled before
-            self.assertIn("cds55xx/avr/board_check.h", self.make("-n", *words, f"BOARD_DIR={board}")[1])
+            self.assertIn("cds55xx/avr/board_check.h", self.make("-n", *example, f"BOARD_DIR={board}")[1])
             header.write_text((ROOT / "boards/atmega128/board.h").read_text())  # corrected
             self.assertEqual(self.make("build/mine/board-checked", f"BOARD_DIR={board}"), (0, ""))
 
@@ -452,7 +459,7 @@ class Build(unittest.TestCase):
         for name in ["test_ring", "test_link"]:
             self.assertIn(f"build/host/test/{name}", last)
 
-    def test_flash_and_fuses_are_avrdude_command_lines_with_the_boards_data(self):
+    def test_flash_and_fuses_are_avrdude_lines_with_data_of_the_board(self):
         flash = self.make("flash", "-n")[1]
         self.assertIn("scripts/avrdude.sh 'usb' -p atmega128 -c usbasp  -U "
                       "flash:w:build/atmega128/controller.hex:i", flash)

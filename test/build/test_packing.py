@@ -67,7 +67,7 @@ class Dist(Case):
         git(self.root, "add", "Makefile")
         git(self.root, "commit", "-qm", "x")
 
-    def test_dist_in_a_folder_that_the_repository_around_it_does_not_have(self):
+    def test_dist_in_a_folder_that_the_repository_around_it_lacks(self):
         (self.folder / "other").write_text("")
         git(self.folder, "init", "-q")
         git(self.folder, "add", "other")
@@ -178,7 +178,8 @@ class Installed(Case):
         self.change_header()
         status, output = self.install()
         self.assertEqual(status, 0)
-        self.assertIn('\nremoved, since the headers have changed: atmega64; to install them again: MCUS="..."\n', output)
+        self.assertIn("\nremoved, since the headers have changed: atmega64; to install them again: make install "
+                      f'PREFIX={self.prefix} MCUS="atmega64"\n', output)
         second = self.contents()
         self.assertFalse({name for name in second if "cm510" in name or "atmega64" in name or "new" in name})
         self.uninstalls()
@@ -192,7 +193,8 @@ class Installed(Case):
         for _ in range(2):
             status, output = self.install("atmega328p")
             self.assertEqual(status, 0, output)
-            self.assertIn(" for 1 chip\ninstalled before, and kept: atmega64\n", output)
+            self.assertIn(" for 1 chip\nkept, not rebuilt: atmega64; to build and install them: make install "
+                          f'PREFIX={self.prefix} MCUS="atmega64"\n', output)
             now = self.contents()
             self.assertEqual(len(now["lib/cds55xx/libcds55xx-atmega64.a"]), 200_000)
             for mcu in ["atmega64", "atmega328p"]:
@@ -201,17 +203,21 @@ class Installed(Case):
         self.uninstalls()
         self.assertFalse(self.prefix.exists())
 
-    def test_install_of_a_new_header_removes_libraries_of_the_old_ones(self):
+    def test_install_of_a_new_header_removes_libraries_of_old_ones(self):
         for change in [self.change_header, lambda: (self.root / "include/cds55xx/more.h").write_text("")]:
             self.assertEqual(self.install("atmega328p atmega64")[0], 0)
             change()
             self.assertIn("removed, since the headers have changed: atmega64;", self.install()[1])
             self.assertNotIn("lib/cds55xx/libcds55xx-atmega64.a", self.contents())
 
-    def test_install_prints_the_path_unless_pkg_config_has_it(self):
+    def test_install_prints_each_variable_that_lacks_its_folder(self):
         line = (f"export PKG_CONFIG_PATH={self.prefix}/lib/pkgconfig PATH={self.prefix}/bin:$PATH\n")
         self.assertTrue(self.install()[1].endswith(line))
-        self.assertEqual(self.install(PKG_CONFIG_PATH=f"/x:{self.prefix}/lib/pkgconfig")[1].count("\n"), 1)
+        packages = {"PKG_CONFIG_PATH": f"/x:{self.prefix}/lib/pkgconfig"}
+        programs = {"PATH": f"{os.environ['PATH']}:{self.prefix}/bin"}
+        self.assertTrue(self.install(**packages)[1].endswith(f"\nexport PATH={self.prefix}/bin:$PATH\n"))
+        self.assertTrue(self.install(**programs)[1].endswith(f"\nexport PKG_CONFIG_PATH={self.prefix}/lib/pkgconfig\n"))
+        self.assertEqual(self.install(**packages, **programs)[1].count("\n"), 1)
         self.assertEqual(self.run_it("install", "--mcus", "atmega64", "--destdir", self.folder / "image")[1].count("\n"), 1)
         self.prefix = self.folder / "with blank"
         self.assertTrue(self.install()[1].endswith(

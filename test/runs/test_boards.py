@@ -65,30 +65,56 @@ class Boards(unittest.TestCase):
 class NewBoard(unittest.TestCase):
     """Mistakes in the two files of a board of one's own: what the first error says."""
 
-    def header(self, board, chip, pattern="", text="", source="examples/two_servos.c"):
-        """The first error of `source` for `board`, where in board.h `text` is put for `pattern`."""
-        before = (ROOT / f"boards/{board}/board.h").read_text()
-        after = re.sub(pattern, text, before)
-        self.assertTrue(after != before or not pattern, pattern)
+    def header(self, board, chip, pattern="", text="", source="examples/two_servos.c", before=0, stops=True, std="gnu99"):
+        """The error of `source` for `board`, where in board.h `text` is put for `pattern`. `before`: how many errors of the
+        preprocessor come first. stops: the compiler stops after the error."""
+        original = (ROOT / f"boards/{board}/board.h").read_text()
+        changed = re.sub(pattern, text, original)
+        self.assertTrue(changed != original or not pattern, pattern)
         with tempfile.TemporaryDirectory() as folder:
-            (pathlib.Path(folder) / "board.h").write_text(after)
+            (pathlib.Path(folder) / "board.h").write_text(changed)
             status, output = call(
-                "avr-gcc", f"-mmcu={chip}", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", "-Wall",
-                "-Wextra", "-Iinclude", "-Isrc/controller", f"-I{folder}", "-c", source, "-o",
+                "avr-gcc", f"-mmcu={chip}", "-DF_CPU=16000000UL", f"-std={std}", "-Os", "-Wall",
+                "-Wextra", "-pedantic", "-x", "c++" if "++" in std else "c", "-Iinclude", "-Isrc/controller", f"-I{folder}", "-c", source, "-o",
                 "/dev/null", cwd=ROOT)
-        errors = [error for error in re.findall(r" error: (?:#error )?(.*)", output)
-                  if "preprocessing token" not in error and "binary operator" not in error]  # a value in quotes
+        self.assertNotIn("warning: ", output)
+        errors = re.findall(r" error: (?:#error )?(.*)", output)
         self.assertEqual(status != 0, bool(errors), output)
-        if "board_check" in output:  # nothing follows the first mistake
-            self.assertEqual(len(errors), 2, output)
-            self.assertIn("the compiler stops here: correct the error above", errors[1])
-        return errors[0] if errors else ""
+        if errors and stops:
+            self.assertEqual(len(errors), before + 2, output)
+            self.assertIn("the compiler stops here: correct the error above", errors[-1])
+            self.assertNotIn(" note: ", output if not before else "")
+        return errors[before] if errors else ""
 
     def test_a_good_header_has_no_error(self):
         for board, chip in [("cm510", "atmega2561"), ("arduino-mega", "atmega2560"),
                             ("arduino-uno", "atmega328p"), ("arbotix", "atmega644p"),
                             ("cm510", "atmega1281"), ("arduino-uno", "atmega168")]:
-            self.assertEqual(self.header(board, chip), "")
+            for std in ["gnu99", "gnu++11"]:
+                self.assertEqual(self.header(board, chip, std=std), "")
+
+    def test_one_error_in_c_and_cpp(self):
+        for std in ["gnu99", "gnu++11"]:
+            self.assertEqual(self.header("cm510", "atmega2561", r"(HOST_USART +)\d", r"\g<1>0", std=std),
+                             "board.h: the host link and a bus have the same USART, 0")
+
+    def test_port_in_quotes_and_value_in_parentheses_are_one_error(self):
+        for std in ["gnu99", "gnu++11"]:
+            for pattern, value, message in [
+                    ("BUS0_RXD_PORT", "'E'", "BOARD_BUS0_RXD is on port 'E' bit 0; use a port of atmega2561"),
+                    ("BUS0_RXD_PORT", "(E)", "BOARD_BUS0_RXD is on port (E) bit 0; use a port of atmega2561"),
+                    ("BUS0_RX_ENABLE_BIT", "(3)", "BOARD_BUS0_RX_ENABLE is on port E bit (3); use a port of atmega2561"),
+                    ("BUS0_USART", "(0)", "bus 0 has USART (0), but "), ("HOST_USART", "(1)", "the host link has USART (1), but "),
+                    ("BUS0_WIRING", "(TIED)", "the wiring of bus 0 is (TIED); use TWO_ENABLES"),
+                    ("BUS_COUNT", "(1)", "BOARD_BUS_COUNT is missing or not 1 to 3"),
+                    ("CLOCK_TIMER", "(1)", "the clock has timer (1), but ")]:
+                self.assertIn(f"board.h: {message}", self.header(
+                    "cm510", "atmega2561", rf"({pattern} +)\w+", rf"\g<1>{value}", std=std))
+
+    def test_string_has_errors_of_the_preprocessor_before(self):
+        for name, value, before in [("RXD_PORT", '"E"', 3), ("RXD_BIT", "'0'", 2)]:
+            self.assertIn("board.h: BOARD_BUS0_RXD is on port ", self.header(
+                "cm510", "atmega2561", rf"(BUS0_{name} +)\w", rf"\g<1>{value}", before=before))
 
     def test_what_is_missing_is_named(self):
         for board, chip, macros in [
@@ -101,13 +127,19 @@ class NewBoard(unittest.TestCase):
                                                 "BUS2_TXD_BIT"]),
                 ("arbotix", "atmega644p", ["BUS0_TXD_PORT"])]:
             for macro in macros:
-                self.assertRegex(self.header(board, chip, rf"#define BOARD_{macro} .*\n"),
-                                 rf"board\.h: .*\bBOARD_{macro}\b")
+                for line in ["", f"#define BOARD_{macro}\n"]:  # without a value
+                    self.assertRegex(self.header(board, chip, rf"#define BOARD_{macro} .*\n", line),
+                                     rf'^"?board\.h: BOARD_{macro} is missing\b')
+
+    def test_wiring_and_host_usart_without_a_value_are_named(self):
+        for macro in ["BUS0_WIRING", "HOST_USART"]:
+            self.assertRegex(self.header("cm510", "atmega2561", rf"(#define BOARD_{macro}) .*\n", r"\1\n"),
+                             rf'^"?board\.h: BOARD_{macro} has no value; ')
 
     def test_count_of_buses_out_of_range_is_named(self):
         for count in ["0", "4", "one", "1x"]:
             self.assertEqual(self.header("cm510", "atmega2561", r"(BUS_COUNT +)1", rf"\g<1>{count}"),
-                             '"board.h: wanted is BOARD_BUS_COUNT, 1 to 3"')
+                             '"board.h: BOARD_BUS_COUNT is missing or not 1 to 3"')
 
     def test_pin_out_of_range_is_named(self):
         for board, chip, pin in [("arduino-uno", "atmega328p", "BUS0_ENABLE"), ("cm510", "atmega2561", "BUS0_RXD"),
@@ -125,8 +157,8 @@ class NewBoard(unittest.TestCase):
                 self.assertIn(f"board.h: BOARD_BUS0_{pin} is on port {port} bit ", self.header(
                     "cm510", "atmega1281", rf"(BUS0_{pin}_PORT +)\w", rf"\g<1>{port}"))
 
-    def test_pins_of_another_usart_are_named_with_the_right_ones(self):
-        """Pins by data sheet: each USART of each chip."""
+    def test_pins_of_another_usart_are_named_with_right_ones(self):
+        """Pins by data sheet: each USART of each chip. A second list beside usart_pins.h, which is what is tested."""
         first_on_d = ["atmega168", "atmega168p", "atmega328", "atmega328p"]
         two_on_d = ["atmega164p", "atmega324p", "atmega644p", "atmega1284", "atmega1284p"]
         e_and_d = ["atmega64", "atmega128", "at90can64", "at90can128", "atmega1281", "atmega2561"]
@@ -159,13 +191,67 @@ class NewBoard(unittest.TestCase):
         self.assertIn("BOARD_BUS0_TX_ENABLE and BOARD_BUS0_RX_ENABLE are both on port E bit 3; use two pins, or the wiring "
                       "ONE_ENABLE", self.header("cm510", "atmega2561", r"(BUS0_TX_ENABLE_BIT +)\d", r"\g<1>3"))
 
+    def move(self, board, chip, pin, port, bit):
+        """The error if an enable is on this pin."""
+        return self.header(board, chip, rf"({pin}_PORT +)\w(\n.*{pin}_BIT +)\d", rf"\g<1>{port}\g<2>{bit}")
+
+    def test_enable_on_a_pin_of_another_bus_is_named(self):
+        for pin, port, bit, owner in [
+                ("BUS0_TX_ENABLE", "D", 3, "BUS0_TXD"), ("BUS1_TX_ENABLE", "D", 2, "BUS0_RXD"),
+                ("BUS2_RX_ENABLE", "D", 3, "BUS0_TXD"), ("BUS1_RX_ENABLE", "A", 0, "BUS0_TX_ENABLE"),
+                ("BUS2_TX_ENABLE", "A", 1, "BUS0_RX_ENABLE"), ("BUS2_RX_ENABLE", "A", 2, "BUS1_TX_ENABLE"),
+                ("BUS2_TX_ENABLE", "A", 3, "BUS1_RX_ENABLE")]:
+            self.assertEqual(self.move("arduino-mega", "atmega2560", f"BOARD_{pin}", port, bit),
+                             f"board.h: BOARD_{pin} is on port {port} bit {bit}, the pin of BOARD_{owner}; use another pin")
+        for later in "12":  # the pins of USART1 are those of a bus that comes later
+            for bit, key in (2, "RXD"), (3, "TXD"):
+                text = (ROOT / "boards/arduino-mega/board.h").read_text()
+                text = re.sub(rf"BUS([0{later}])(?=_)", lambda match: "BUS" + ("0" if match[1] != "0" else later), text)
+                text = re.sub(r"(BUS0_RX_ENABLE_PORT +)A(\n.*BUS0_RX_ENABLE_BIT +)\d", rf"\g<1>D\g<2>{bit}", text)
+                self.assertEqual(self.header("arduino-mega", "atmega2560", r"(?s)\A.+", text),
+                                 f"board.h: BOARD_BUS0_RX_ENABLE is on port D bit {bit}, the pin of BOARD_BUS{later}_{key}; use "
+                                 "another pin")
+                text = text.replace("COUNT 3", f"COUNT {later}")  # leaves out the later bus
+                self.assertEqual(self.header("arduino-mega", "atmega2560", r"(?s)\A.+", text), "")
+        # A left out bus, and an enable that the wiring lacks, are ignored.
+        self.assertEqual(self.header("arduino-mega", "atmega2560", r"(?s)COUNT 3(.*BUS0_TX_ENABLE_BIT +)0",
+                                     r"COUNT 1\g<1>2"), "")
+        self.assertEqual(self.header("arduino-mega", "atmega2560", r"(?s)(COUNT 3\n)(.*BUS1_TX_ENABLE_BIT +)2",
+                                     r"\1#define BOARD_BUS0_WIRING ADAPTER\n\g<2>0"), "")
+
+    def test_enable_of_a_later_bus_on_one_enable_is_named(self):
+        for bus in 0, 1:
+            self.assertIn(f"is on port C bit 2, the pin of BOARD_BUS{bus}_ENABLE; use another pin", self.header(
+                "arduino-mega", "atmega2560", r"(?s)(COUNT 3\n)(.*BUS2_TX_ENABLE_PORT) A(.*BUS2_TX_ENABLE_BIT +)4",
+                rf"\1#define BOARD_BUS{bus}_WIRING ONE_ENABLE\n#define BOARD_BUS{bus}_ENABLE_PORT C\n"
+                rf"#define BOARD_BUS{bus}_ENABLE_BIT 2\n\2 C\g<3>2"))
+
+    def test_enable_on_a_pin_of_the_host_link_is_named(self):
+        for board, chip, port, bits in [("cm510", "atmega2561", "D", "23"), ("arduino-mega", "atmega2560", "E", "01"),
+                                        ("atmega1284p", "atmega1284p", "D", "01")]:
+            for bit, owner in zip(bits, ["RXD", "TXD"]):
+                for enable in ["TX_ENABLE", "RX_ENABLE"]:
+                    pin = f"BOARD_BUS0_{enable}"
+                    self.assertEqual(self.move(board, chip, pin, port, bit),
+                                     f"board.h: {pin} is on port {port} bit {bit}, the pin of {owner} of the host link; use "
+                                     "another pin")
+
+    def test_enable_on_a_port_out_of_reach_of_sbi_is_named(self):
+        """Ports at 0x40 and above, by data sheet."""
+        high = dict.fromkeys(["atmega64", "atmega128"], "FG") | dict.fromkeys(["atmega640", "atmega1280", "atmega2560"], "HJKL")
+        for chip, low in [("atmega128", "ABCE"), ("atmega64", "ABCE"), ("atmega2561", "ABCFG"), ("at90can128", "ABCFG"),
+                          ("atmega1284p", "ABC"), ("atmega2560", "ABCFG"), ("atmega640", "C"), ("atmega1280", "C")]:
+            for port in low + high.get(chip, ""):
+                error = self.move("atmega128", chip, "BOARD_BUS0_TX_ENABLE", port, 4)
+                self.assertEqual(error, "" if port in low else f"board.h: BOARD_BUS0_TX_ENABLE is on port {port} bit 4; use a "
+                                 "port whose registers lie below 0x40, as A to E")
+
     def test_usart_with_two_uses_is_named(self):
         self.assertIn("the host link and a bus have the same USART, 0", self.header(
             "cm510", "atmega2561", r"(HOST_USART +)\d", r"\g<1>0"))
-        mega = ["1", "2", "3"]
-        for bus in range(3):
+        for usart in "123":
             self.assertIn("the host link and a bus have the same USART, ", self.header(
-                "arduino-mega", "atmega2560", r"(HOST_USART +)\d", rf"\g<1>{mega[bus]}"))
+                "arduino-mega", "atmega2560", r"(HOST_USART +)\d", rf"\g<1>{usart}"))
         self.assertIn("two buses have the same USART", self.header("arduino-mega", "atmega2560", (
             r"(?s)BUS1_USART.*BUS1_TX_ENABLE_PORT"), "BUS1_USART 1\n#define BOARD_BUS1_RXD_PORT D\n"
             "#define BOARD_BUS1_RXD_BIT 2\n#define BOARD_BUS1_TXD_PORT D\n#define BOARD_BUS1_TXD_BIT 3\n"
@@ -188,7 +274,8 @@ class NewBoard(unittest.TestCase):
 
     def test_a_console_without_a_host_link_is_named(self):
         self.assertIn("the console wants BOARD_HOST_USART and _BAUD in board.h; or name a FIRMWARE",
-                      self.header("arduino-uno", "atmega328p", source="src/controller/avr/serial.c"))
+                      self.header("arduino-uno", "atmega328p", source="src/controller/avr/serial.c", stops=False))
+
 
 class Transactions(unittest.TestCase):
     """What soak.c says on each wiring."""

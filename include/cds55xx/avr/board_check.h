@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* Checks board.h at compile time. The first mistake is one error that names the value and what is
- * right, and the compiler stops: else it would report pasted register names that do not exist. */
+/* Checks board.h at compile time. The first mistake is one error, which names the value and those
+ * that are right. Then the compiler stops: else it would report pasted register names that do not
+ * exist. If a value is a string, or a number between single quotes, the preprocessor prints errors
+ * of its own before.
+ *
+ * Also sets BOARD_BUSn_WIRING to TWO_ENABLES if board.h does not name a wiring. */
 #ifndef CDS_AVR_BOARD_CHECK_H
 #define CDS_AVR_BOARD_CHECK_H
 
@@ -9,10 +13,10 @@
 #include "board.h"
 #include "cds55xx/avr/usart_pins.h"
 
-#define CDS_AVR_CHECK_PASTE_(a, b)     a##b
-#define CDS_AVR_CHECK_PASTE(a, b)      CDS_AVR_CHECK_PASTE_(a, b)
-#define CDS_AVR_CHECK_PASTE3_(a, b, c) a##b##c
-#define CDS_AVR_CHECK_PASTE3(a, b, c)  CDS_AVR_CHECK_PASTE3_(a, b, c)
+#define CDS_AVR_CHECK_PASTE_(a, b)        a##b
+#define CDS_AVR_CHECK_PASTE(a, b)         CDS_AVR_CHECK_PASTE_(a, b)
+#define CDS_AVR_CHECK_PASTE4_(a, b, c, d) a##b##c##d
+#define CDS_AVR_CHECK_PASTE4(a, b, c, d)  CDS_AVR_CHECK_PASTE4_(a, b, c, d)
 
 /* An error whose text has the values of macros; those of #error are not expanded. */
 #define CDS_AVR_CHECK_TEXT_(...)    #__VA_ARGS__
@@ -21,7 +25,11 @@
 #define CDS_AVR_CHECK_PRAGMA(text)  CDS_AVR_CHECK_PRAGMA_(text)
 #define CDS_AVR_CHECK_ERROR(...)    CDS_AVR_CHECK_PRAGMA(GCC error CDS_AVR_CHECK_TEXT(__VA_ARGS__))
 
-/* What is there becomes a number other than 0; a name that is not defined is 0 to #if. */
+/* Included after an error. The file does not exist: a failed #include ends the preprocessor at
+ * once, which #error does not. */
+#define CDS_AVR_CHECK_STOP "the compiler stops here: correct the error above"
+
+/* Each allowed value has a macro whose value is not 0. #if takes any other name as 0. */
 #define CDS_AVR_CHECK_COUNT_1 1
 #define CDS_AVR_CHECK_COUNT_2 2
 #define CDS_AVR_CHECK_COUNT_3 3
@@ -102,71 +110,72 @@
 #define CDS_AVR_CHECK_TIMER_5 1
 #endif
 
-/* Of bus CDS_AVR_CHECK_BUS: the value of a line of board.h. BOARD_BUSn_RXD is no line: its value is
- * this name, for messages. */
-#define CDS_AVR_CHECK_VALUE(end) CDS_AVR_CHECK_PASTE3(BOARD_BUS, CDS_AVR_CHECK_BUS, end)
-#define CDS_AVR_CHECK_WIRING                                                                       \
-    CDS_AVR_CHECK_PASTE(CDS_AVR_CHECK_WIRING_, CDS_AVR_CHECK_VALUE(_WIRING))
+/* 1 if a value is between parentheses, or if it is empty; else 0. PROBE expands to a second
+ * argument 1 only if a parenthesis follows it. */
+#define CDS_AVR_CHECK_SECOND_(a, b, ...) b
+#define CDS_AVR_CHECK_SECOND(...)        CDS_AVR_CHECK_SECOND_(__VA_ARGS__)
+#define CDS_AVR_CHECK_PROBE(...)         , 1,
+#define CDS_AVR_CHECK_IS_PAREN(value)    CDS_AVR_CHECK_SECOND(CDS_AVR_CHECK_PROBE value, 0, 0)
+#define CDS_AVR_CHECK_IS_EMPTY(value)                                                              \
+    (CDS_AVR_CHECK_SECOND(CDS_AVR_CHECK_PROBE value(), 0, 0) && !CDS_AVR_CHECK_IS_PAREN(value))
 
-/* Port and bit of a pin in board.h as numbers, 0 for a wrong value; and one number of both. */
-#define CDS_AVR_CHECK_PORT(key)                                                                    \
-    CDS_AVR_CHECK_PASTE(CDS_AVR_CHECK_PORT_, CDS_AVR_CHECK_VALUE(_##key##_PORT))
-#define CDS_AVR_CHECK_BIT(key)                                                                     \
-    CDS_AVR_CHECK_PASTE(CDS_AVR_CHECK_BIT_, CDS_AVR_CHECK_VALUE(_##key##_BIT))
-#define CDS_AVR_CHECK_IS_PIN(key) (CDS_AVR_CHECK_PORT(key) && CDS_AVR_CHECK_BIT(key))
-#define CDS_AVR_CHECK_PIN(key)    (CDS_AVR_CHECK_PORT(key) + CDS_AVR_CHECK_BIT(key))
+/* KNOWN(PORT, D) is CDS_AVR_CHECK_PORT_D. A value between parentheses cannot be pasted, so it is
+ * left out: CDS_AVR_CHECK_PORT_ is not defined. */
+#define CDS_AVR_CHECK_WORD_0(value) value
+#define CDS_AVR_CHECK_WORD_1(value)
+#define CDS_AVR_CHECK_WORD(value)                                                                  \
+    CDS_AVR_CHECK_PASTE(CDS_AVR_CHECK_WORD_, CDS_AVR_CHECK_IS_PAREN(value))(value)
+#define CDS_AVR_CHECK_KNOWN(list, value)                                                           \
+    CDS_AVR_CHECK_PASTE(CDS_AVR_CHECK_##list##_, CDS_AVR_CHECK_WORD(value))
 
-/* The same for the pin RXD or TXD of the USART. */
-#define CDS_AVR_CHECK_RIGHT(key, end)                                                              \
-    CDS_AVR_CHECK_PASTE3(CDS_AVR_##key, CDS_AVR_CHECK_VALUE(_USART), end)
-#define CDS_AVR_CHECK_USART_PIN(key)                                                               \
-    (CDS_AVR_CHECK_PASTE(CDS_AVR_CHECK_PORT_, CDS_AVR_CHECK_RIGHT(key, _PORT)) +                   \
-     CDS_AVR_CHECK_PASTE(CDS_AVR_CHECK_BIT_, CDS_AVR_CHECK_RIGHT(key, _BIT)))
+/* VALUE(0, _RXD, _BIT): the value of BOARD_BUS0_RXD_BIT. VALUE(0, _RXD, ) expands to the name
+ * BOARD_BUS0_RXD, which messages print. OF_BUS, OF_PIN: the same of the bus or pin that is checked.
+ * IS_MISSING: the line is missing, or has no value. */
+#define CDS_AVR_CHECK_VALUE(bus, key, end)       CDS_AVR_CHECK_PASTE4(BOARD_BUS, bus, key, end)
+#define CDS_AVR_CHECK_IS_DEFINED_(bus, key, end) defined BOARD_BUS##bus##key##end
+#define CDS_AVR_CHECK_IS_DEFINED(bus, key, end)  CDS_AVR_CHECK_IS_DEFINED_(bus, key, end)
+#define CDS_AVR_CHECK_IS_MISSING(bus, key, end)                                                    \
+    !CDS_AVR_CHECK_IS_DEFINED(bus, key, end) ||                                                    \
+        CDS_AVR_CHECK_IS_EMPTY(CDS_AVR_CHECK_VALUE(bus, key, end))
 
-/* The words of messages: clang-format takes them for code. */
+/* VALUE of the bus and of the pin that are checked. */
+#define CDS_AVR_CHECK_OF_BUS(key) CDS_AVR_CHECK_VALUE(CDS_AVR_CHECK_BUS, key, )
+#define CDS_AVR_CHECK_OF_PIN(end) CDS_AVR_CHECK_VALUE(CDS_AVR_CHECK_BUS, CDS_AVR_CHECK_KEY, end)
+
+#define CDS_AVR_CHECK_WIRING(bus) CDS_AVR_CHECK_KNOWN(WIRING, CDS_AVR_CHECK_VALUE(bus, _WIRING, ))
+
+/* PORT and BIT: 0 if wrong. PIN: their sum, unique for each pin. */
+#define CDS_AVR_CHECK_PORT(bus, key) CDS_AVR_CHECK_KNOWN(PORT, CDS_AVR_CHECK_VALUE(bus, key, _PORT))
+#define CDS_AVR_CHECK_BIT(bus, key)  CDS_AVR_CHECK_KNOWN(BIT, CDS_AVR_CHECK_VALUE(bus, key, _BIT))
+#define CDS_AVR_CHECK_PIN(bus, key)  (CDS_AVR_CHECK_PORT(bus, key) + CDS_AVR_CHECK_BIT(bus, key))
+
+/* USART_PIN: the pin that the data sheet gives to RXD or TXD. */
+#define CDS_AVR_CHECK_DATASHEET(usart, key, end) CDS_AVR_CHECK_PASTE4(CDS_AVR, key, usart, end)
+#define CDS_AVR_CHECK_USART_PIN(usart, key)                                                        \
+    (CDS_AVR_CHECK_KNOWN(PORT, CDS_AVR_CHECK_DATASHEET(usart, key, _PORT)) +                       \
+     CDS_AVR_CHECK_KNOWN(BIT, CDS_AVR_CHECK_DATASHEET(usart, key, _BIT)))
+
+/* clang-format would break the words of messages as if they were code. */
 // clang-format off
+/* Beside CDS_AVR_CHECK_WIRING_..., the list of the wirings. */
+#define CDS_AVR_CHECK_WIRINGS TWO_ENABLES, ONE_ENABLE, TIED, ADAPTER or ADAPTER_ECHO
 #define CDS_AVR_CHECK_PIN_TEXT(key)                                                                \
-    port CDS_AVR_CHECK_VALUE(_##key##_PORT) bit CDS_AVR_CHECK_VALUE(_##key##_BIT)
+    port CDS_AVR_CHECK_VALUE(CDS_AVR_CHECK_BUS, key, _PORT)                                        \
+    bit CDS_AVR_CHECK_VALUE(CDS_AVR_CHECK_BUS, key, _BIT)
 #define CDS_AVR_CHECK_USART_PIN_TEXT(key)                                                          \
-    port CDS_AVR_CHECK_RIGHT(key, _PORT) bit CDS_AVR_CHECK_RIGHT(key, _BIT)
-#define CDS_AVR_CHECK_NO_PIN_ERROR(key)                                                            \
-    CDS_AVR_CHECK_ERROR(board.h: CDS_AVR_CHECK_VALUE(_##key) is on CDS_AVR_CHECK_PIN_TEXT(key);    \
-                        use a port of __AVR_DEVICE_NAME__, a capital letter, and a bit from 0 to 7)
-#define CDS_AVR_CHECK_SAME_PIN_ERROR(enable, key)                                                  \
-    CDS_AVR_CHECK_ERROR(board.h: CDS_AVR_CHECK_VALUE(_##enable) is on                              \
-                        CDS_AVR_CHECK_PIN_TEXT(enable), the pin of CDS_AVR_CHECK_VALUE(_##key);    \
-                        use another pin)
+    port CDS_AVR_CHECK_DATASHEET(CDS_AVR_CHECK_OF_BUS(_USART), key, _PORT)                         \
+    bit CDS_AVR_CHECK_DATASHEET(CDS_AVR_CHECK_OF_BUS(_USART), key, _BIT)
 
 #if defined UDR && !defined UDR0
-#define CDS_AVR_CHECK_FAILED
 #error "this chip is not supported: registers of its USART have no digit (UDR, not UDR0)"
-#elif !defined UDR0
-#define CDS_AVR_CHECK_FAILED
-#error "no chip with a USART is named: compile with -mmcu (pkg-config --cflags has it)"
-#elif CDS_AVR_CHECK_PASTE(CDS_AVR_CHECK_COUNT_, BOARD_BUS_COUNT)
-#else
-#define CDS_AVR_CHECK_FAILED
-#error "board.h: wanted is BOARD_BUS_COUNT, 1 to 3"
-#endif
-
-/* A file that does not exist: after this error alone the preprocessor stops. */
-#define CDS_AVR_CHECK_STOP "the compiler stops here: correct the error above"
-#ifdef CDS_AVR_CHECK_FAILED
 #include CDS_AVR_CHECK_STOP
-#endif
-
-#ifndef BOARD_BUS0_USART
-#define CDS_AVR_CHECK_FAILED
-#error "board.h: wanted is BOARD_BUS0_USART, the number of a USART"
-#elif BOARD_BUS_COUNT > 1 && !defined BOARD_BUS1_USART
-#define CDS_AVR_CHECK_FAILED
-#error "board.h: wanted is BOARD_BUS1_USART, the number of a USART"
-#elif BOARD_BUS_COUNT > 2 && !defined BOARD_BUS2_USART
-#define CDS_AVR_CHECK_FAILED
-#error "board.h: wanted is BOARD_BUS2_USART, the number of a USART"
-#elif !defined BOARD_CLOCK_TIMER
-#define CDS_AVR_CHECK_FAILED
-#error "board.h: wanted is BOARD_CLOCK_TIMER, the number of a 16-bit timer"
+#elif !defined UDR0
+#error "no chip with a USART is named: compile with -mmcu (pkg-config --cflags has it)"
+#include CDS_AVR_CHECK_STOP
+#elif CDS_AVR_CHECK_KNOWN(COUNT, BOARD_BUS_COUNT)
+#else
+#error "board.h: BOARD_BUS_COUNT is missing or not 1 to 3"
+#include CDS_AVR_CHECK_STOP
 #endif
 
 #ifndef BOARD_BUS0_WIRING
@@ -190,47 +199,57 @@
 #include "cds55xx/avr/board_check_bus.h"
 #endif
 
-#if !defined CDS_AVR_CHECK_FAILED && defined BOARD_HOST_USART
-#if CDS_AVR_CHECK_PASTE(CDS_AVR_CHECK_USART_, BOARD_HOST_USART)
+#ifdef BOARD_HOST_USART
+#if CDS_AVR_CHECK_IS_EMPTY(BOARD_HOST_USART)
+#error "board.h: BOARD_HOST_USART has no value; write the number of a USART"
+#include CDS_AVR_CHECK_STOP
+#elif CDS_AVR_CHECK_KNOWN(USART, BOARD_HOST_USART)
 #else
-#define CDS_AVR_CHECK_FAILED
 CDS_AVR_CHECK_ERROR(board.h: the host link has USART BOARD_HOST_USART, but __AVR_DEVICE_NAME__
                     has no USART of this number; is this the board.h of another chip?)
+#include CDS_AVR_CHECK_STOP
 #endif
 #endif
 
-#ifndef CDS_AVR_CHECK_FAILED
 #if defined BOARD_HOST_USART && (BOARD_HOST_USART == BOARD_BUS0_USART ||                           \
                                  (BOARD_BUS_COUNT > 1 && BOARD_HOST_USART == BOARD_BUS1_USART) ||  \
                                  (BOARD_BUS_COUNT > 2 && BOARD_HOST_USART == BOARD_BUS2_USART))
-#define CDS_AVR_CHECK_FAILED
 CDS_AVR_CHECK_ERROR(board.h: the host link and a bus have the same USART, BOARD_HOST_USART)
+#include CDS_AVR_CHECK_STOP
 #elif (BOARD_BUS_COUNT > 1 && BOARD_BUS1_USART == BOARD_BUS0_USART) ||                             \
     (BOARD_BUS_COUNT > 2 &&                                                                        \
      (BOARD_BUS2_USART == BOARD_BUS0_USART || BOARD_BUS2_USART == BOARD_BUS1_USART))
-#define CDS_AVR_CHECK_FAILED
 #error "board.h: two buses have the same USART"
-#endif
+#include CDS_AVR_CHECK_STOP
 #endif
 
-#ifndef CDS_AVR_CHECK_FAILED
-#if CDS_AVR_CHECK_PASTE(CDS_AVR_CHECK_TIMER_, BOARD_CLOCK_TIMER)
+/* After the values: an enable of one bus is compared with the pins of all buses. */
+#define CDS_AVR_CHECK_BUS 0
+#include "cds55xx/avr/board_check_enables.h"
+#if BOARD_BUS_COUNT > 1
+#define CDS_AVR_CHECK_BUS 1
+#include "cds55xx/avr/board_check_enables.h"
+#endif
+#if BOARD_BUS_COUNT > 2
+#define CDS_AVR_CHECK_BUS 2
+#include "cds55xx/avr/board_check_enables.h"
+#endif
+
+#if !defined BOARD_CLOCK_TIMER || CDS_AVR_CHECK_IS_EMPTY(BOARD_CLOCK_TIMER)
+#error "board.h: BOARD_CLOCK_TIMER is missing; write the number of a 16-bit timer"
+#include CDS_AVR_CHECK_STOP
+#elif CDS_AVR_CHECK_KNOWN(TIMER, BOARD_CLOCK_TIMER)
 #else
-#define CDS_AVR_CHECK_FAILED
 CDS_AVR_CHECK_ERROR(board.h: the clock has timer BOARD_CLOCK_TIMER, but __AVR_DEVICE_NAME__ has no
                     16-bit timer of this number; use 1, or 3, 4 or 5 if the chip has them)
-#endif
+#include CDS_AVR_CHECK_STOP
 #endif
 
 /* TIMSK: one register for the interrupts of timers 0 to 2; timer.h knows no other one there. */
-#if !defined CDS_AVR_CHECK_FAILED && defined TIMSK && BOARD_CLOCK_TIMER != 1
-#define CDS_AVR_CHECK_FAILED
+#if defined TIMSK && BOARD_CLOCK_TIMER != 1
 CDS_AVR_CHECK_ERROR(board.h: the clock has timer BOARD_CLOCK_TIMER; on __AVR_DEVICE_NAME__ use 1)
-#endif
-// clang-format on
-
-#ifdef CDS_AVR_CHECK_FAILED
 #include CDS_AVR_CHECK_STOP
 #endif
+// clang-format on
 
 #endif

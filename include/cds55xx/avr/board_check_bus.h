@@ -1,115 +1,65 @@
 /* SPDX-License-Identifier: MIT */
-/* The checks of one bus. board_check.h defines its number, CDS_AVR_CHECK_BUS, and includes this
- * file once for each bus: so there is no include guard. No check follows the first mistake.
+/* Checks the values of one bus. board_check.h defines its number, CDS_AVR_CHECK_BUS, and includes
+ * this file once for each bus: so there is no include guard.
  *
- * A value like 'D' cannot be pasted: the preprocessor reports it, and takes the condition for
- * false. So each condition says what is right, and the error stands behind #else. */
+ * Each check tests for the right value and reports in #else: if a value cannot be pasted, the
+ * preprocessor takes the condition for false, and the error with the right values is still
+ * printed.
+ *
+ * system_header: else GCC 7 and later warn of a `defined` that comes from a macro, here and in
+ * board_check_pin.h. */
 #ifdef CDS_AVR_CHECK_BUS
+#pragma GCC system_header
 
 // clang-format off
-
-#ifndef CDS_AVR_CHECK_FAILED
-#if CDS_AVR_CHECK_PASTE(CDS_AVR_CHECK_USART_, CDS_AVR_CHECK_VALUE(_USART))
+#if CDS_AVR_CHECK_IS_MISSING(CDS_AVR_CHECK_BUS, _USART, )
+CDS_AVR_CHECK_ERROR(board.h: CDS_AVR_CHECK_OF_BUS()_USART is missing; write the number of a USART)
+#include CDS_AVR_CHECK_STOP
+#elif CDS_AVR_CHECK_KNOWN(USART, CDS_AVR_CHECK_OF_BUS(_USART))
 #else
-#define CDS_AVR_CHECK_FAILED
-CDS_AVR_CHECK_ERROR(board.h: bus CDS_AVR_CHECK_BUS has USART CDS_AVR_CHECK_VALUE(_USART), but
-                    __AVR_DEVICE_NAME__ has no USART of this number; is this the board.h of another chip?)
-#endif
-#endif
-
-#ifndef CDS_AVR_CHECK_FAILED
-#if CDS_AVR_CHECK_WIRING
-#else
-#define CDS_AVR_CHECK_FAILED
-CDS_AVR_CHECK_ERROR(board.h: the wiring of bus CDS_AVR_CHECK_BUS is CDS_AVR_CHECK_VALUE(_WIRING);
-                    use TWO_ENABLES, ONE_ENABLE, TIED, ADAPTER or ADAPTER_ECHO)
-#endif
+CDS_AVR_CHECK_ERROR(board.h: bus CDS_AVR_CHECK_BUS has USART CDS_AVR_CHECK_OF_BUS(_USART), but
+                    __AVR_DEVICE_NAME__ has no USART of this number;
+                    is this the board.h of another chip?)
+#include CDS_AVR_CHECK_STOP
 #endif
 
-/* Values of the pins. */
-#ifndef CDS_AVR_CHECK_FAILED
-#if CDS_AVR_CHECK_IS_PIN(RXD)
+#if CDS_AVR_CHECK_IS_EMPTY(CDS_AVR_CHECK_OF_BUS(_WIRING))
+CDS_AVR_CHECK_ERROR(board.h: CDS_AVR_CHECK_OF_BUS()_WIRING has no value; use CDS_AVR_CHECK_WIRINGS)
+#include CDS_AVR_CHECK_STOP
+#elif CDS_AVR_CHECK_WIRING(CDS_AVR_CHECK_BUS)
 #else
-#define CDS_AVR_CHECK_FAILED
-CDS_AVR_CHECK_NO_PIN_ERROR(RXD)
-#endif
+CDS_AVR_CHECK_ERROR(board.h: the wiring of bus CDS_AVR_CHECK_BUS is CDS_AVR_CHECK_OF_BUS(_WIRING);
+                    use CDS_AVR_CHECK_WIRINGS)
+#include CDS_AVR_CHECK_STOP
 #endif
 
-#ifndef CDS_AVR_CHECK_FAILED
-#if CDS_AVR_CHECK_IS_PIN(TXD)
-#else
-#define CDS_AVR_CHECK_FAILED
-CDS_AVR_CHECK_NO_PIN_ERROR(TXD)
-#endif
-#endif
-
-#if !defined CDS_AVR_CHECK_FAILED && CDS_AVR_CHECK_WIRING == CDS_AVR_CHECK_WIRING_TWO_ENABLES
-#if CDS_AVR_CHECK_IS_PIN(TX_ENABLE)
-#else
-#define CDS_AVR_CHECK_FAILED
-CDS_AVR_CHECK_NO_PIN_ERROR(TX_ENABLE)
-#endif
-#endif
-
-#if !defined CDS_AVR_CHECK_FAILED && CDS_AVR_CHECK_WIRING == CDS_AVR_CHECK_WIRING_TWO_ENABLES
-#if CDS_AVR_CHECK_IS_PIN(RX_ENABLE)
-#else
-#define CDS_AVR_CHECK_FAILED
-CDS_AVR_CHECK_NO_PIN_ERROR(RX_ENABLE)
-#endif
-#endif
-
-#if !defined CDS_AVR_CHECK_FAILED && CDS_AVR_CHECK_WIRING == CDS_AVR_CHECK_WIRING_ONE_ENABLE
-#if CDS_AVR_CHECK_IS_PIN(ENABLE)
-#else
-#define CDS_AVR_CHECK_FAILED
-CDS_AVR_CHECK_NO_PIN_ERROR(ENABLE)
-#endif
+#define CDS_AVR_CHECK_KEY _RXD
+#include "cds55xx/avr/board_check_pin.h"
+#define CDS_AVR_CHECK_KEY _TXD
+#include "cds55xx/avr/board_check_pin.h"
+#if CDS_AVR_CHECK_WIRING(CDS_AVR_CHECK_BUS) == CDS_AVR_CHECK_WIRING_TWO_ENABLES
+#define CDS_AVR_CHECK_KEY _TX_ENABLE
+#include "cds55xx/avr/board_check_pin.h"
+#define CDS_AVR_CHECK_KEY _RX_ENABLE
+#include "cds55xx/avr/board_check_pin.h"
+#elif CDS_AVR_CHECK_WIRING(CDS_AVR_CHECK_BUS) == CDS_AVR_CHECK_WIRING_ONE_ENABLE
+#define CDS_AVR_CHECK_KEY _ENABLE
+#include "cds55xx/avr/board_check_pin.h"
 #endif
 
 /* RXD and TXD are the pins of the USART. */
-#if !defined CDS_AVR_CHECK_FAILED && defined CDS_AVR_USART_PINS_KNOWN
-#if CDS_AVR_CHECK_PIN(RXD) != CDS_AVR_CHECK_USART_PIN(RXD) ||                                      \
-    CDS_AVR_CHECK_PIN(TXD) != CDS_AVR_CHECK_USART_PIN(TXD)
-#define CDS_AVR_CHECK_FAILED
-CDS_AVR_CHECK_ERROR(board.h: bus CDS_AVR_CHECK_BUS has RXD on CDS_AVR_CHECK_PIN_TEXT(RXD) and TXD
-                    on CDS_AVR_CHECK_PIN_TEXT(TXD); USART CDS_AVR_CHECK_VALUE(_USART) of
-                    __AVR_DEVICE_NAME__ has RXD on CDS_AVR_CHECK_USART_PIN_TEXT(RXD) and TXD on
-                    CDS_AVR_CHECK_USART_PIN_TEXT(TXD))
+#if defined CDS_AVR_USART_PINS_KNOWN &&                                                            \
+    (CDS_AVR_CHECK_PIN(CDS_AVR_CHECK_BUS, _RXD) !=                                                 \
+         CDS_AVR_CHECK_USART_PIN(CDS_AVR_CHECK_OF_BUS(_USART), _RXD) ||                            \
+     CDS_AVR_CHECK_PIN(CDS_AVR_CHECK_BUS, _TXD) !=                                                 \
+         CDS_AVR_CHECK_USART_PIN(CDS_AVR_CHECK_OF_BUS(_USART), _TXD))
+CDS_AVR_CHECK_ERROR(board.h: bus CDS_AVR_CHECK_BUS has RXD on CDS_AVR_CHECK_PIN_TEXT(_RXD) and TXD
+                    on CDS_AVR_CHECK_PIN_TEXT(_TXD); USART CDS_AVR_CHECK_OF_BUS(_USART) of
+                    __AVR_DEVICE_NAME__ has RXD on CDS_AVR_CHECK_USART_PIN_TEXT(_RXD) and TXD on
+                    CDS_AVR_CHECK_USART_PIN_TEXT(_TXD))
+#include CDS_AVR_CHECK_STOP
 #endif
-#endif
-
-/* An enable has a pin of its own. */
-#if !defined CDS_AVR_CHECK_FAILED && CDS_AVR_CHECK_WIRING == CDS_AVR_CHECK_WIRING_TWO_ENABLES
-#if CDS_AVR_CHECK_PIN(TX_ENABLE) == CDS_AVR_CHECK_PIN(RXD)
-#define CDS_AVR_CHECK_FAILED
-CDS_AVR_CHECK_SAME_PIN_ERROR(TX_ENABLE, RXD)
-#elif CDS_AVR_CHECK_PIN(TX_ENABLE) == CDS_AVR_CHECK_PIN(TXD)
-#define CDS_AVR_CHECK_FAILED
-CDS_AVR_CHECK_SAME_PIN_ERROR(TX_ENABLE, TXD)
-#elif CDS_AVR_CHECK_PIN(RX_ENABLE) == CDS_AVR_CHECK_PIN(RXD)
-#define CDS_AVR_CHECK_FAILED
-CDS_AVR_CHECK_SAME_PIN_ERROR(RX_ENABLE, RXD)
-#elif CDS_AVR_CHECK_PIN(RX_ENABLE) == CDS_AVR_CHECK_PIN(TXD)
-#define CDS_AVR_CHECK_FAILED
-CDS_AVR_CHECK_SAME_PIN_ERROR(RX_ENABLE, TXD)
-#elif CDS_AVR_CHECK_PIN(TX_ENABLE) == CDS_AVR_CHECK_PIN(RX_ENABLE)
-#define CDS_AVR_CHECK_FAILED
-CDS_AVR_CHECK_ERROR(board.h: CDS_AVR_CHECK_VALUE(_TX_ENABLE) and CDS_AVR_CHECK_VALUE(_RX_ENABLE)
-                    are both on CDS_AVR_CHECK_PIN_TEXT(TX_ENABLE); use two pins, or the wiring ONE_ENABLE)
-#endif
-#endif
-
-#if !defined CDS_AVR_CHECK_FAILED && CDS_AVR_CHECK_WIRING == CDS_AVR_CHECK_WIRING_ONE_ENABLE
-#if CDS_AVR_CHECK_PIN(ENABLE) == CDS_AVR_CHECK_PIN(RXD)
-#define CDS_AVR_CHECK_FAILED
-CDS_AVR_CHECK_SAME_PIN_ERROR(ENABLE, RXD)
-#elif CDS_AVR_CHECK_PIN(ENABLE) == CDS_AVR_CHECK_PIN(TXD)
-#define CDS_AVR_CHECK_FAILED
-CDS_AVR_CHECK_SAME_PIN_ERROR(ENABLE, TXD)
-#endif
-#endif
-
 // clang-format on
+
 #undef CDS_AVR_CHECK_BUS
 #endif

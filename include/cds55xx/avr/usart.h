@@ -49,10 +49,11 @@ struct cds_avr_pin {
 /* The registers and pins of one bus. All constants; never stands in memory. */
 struct cds_avr_usart {
     volatile uint8_t *udr, *ucsra, *ucsrb, *ucsrc, *ubrrh, *ubrrl;
-    struct cds_avr_pin rxd, txd, tx_enable, rx_enable; // of one enable, it is tx_enable
-    volatile uint8_t *rxd_level;                       // PINx of rxd
-    uint8_t echoes;                                    // not 0: RXD hears what TXD says
-    uint8_t tied;                                      // not 0: TXD is the wire, TXEN drives it
+    struct cds_avr_pin rxd, txd;
+    volatile uint8_t *rxd_level;             // PINx of rxd
+    struct cds_avr_pin tx_enable, rx_enable; // of one enable, it is tx_enable
+    uint8_t echoes;                          // not 0: RXD hears what TXD says
+    uint8_t tied;                            // not 0: TXD is the wire, TXEN drives it
 };
 
 #define CDS_AVR_PASTE_(a, b)     a##b
@@ -80,12 +81,13 @@ struct cds_avr_usart {
 
 #define CDS_AVR_LEVEL(bus, key) &CDS_AVR_PASTE(PIN, CDS_AVR_BOARD_PIN(bus, key, _PORT))
 
-/* By wiring: the fields tx_enable and rx_enable of struct cds_avr_usart. */
-#define CDS_AVR_WIRING_TWO_ENABLES(bus)  CDS_AVR_PIN(bus, TX_ENABLE), CDS_AVR_PIN(bus, RX_ENABLE)
-#define CDS_AVR_WIRING_ONE_ENABLE(bus)   CDS_AVR_PIN(bus, ENABLE), CDS_AVR_NO_PIN
-#define CDS_AVR_WIRING_TIED(bus)         CDS_AVR_NO_PIN, CDS_AVR_NO_PIN
-#define CDS_AVR_WIRING_ADAPTER(bus)      CDS_AVR_NO_PIN, CDS_AVR_NO_PIN
-#define CDS_AVR_WIRING_ADAPTER_ECHO(bus) CDS_AVR_NO_PIN, CDS_AVR_NO_PIN
+/* By wiring: the fields tx_enable, rx_enable, echoes and tied of struct cds_avr_usart. */
+#define CDS_AVR_WIRING_TWO_ENABLES(bus)                                                            \
+    CDS_AVR_PIN(bus, TX_ENABLE), CDS_AVR_PIN(bus, RX_ENABLE), 0, 0
+#define CDS_AVR_WIRING_ONE_ENABLE(bus)   CDS_AVR_PIN(bus, ENABLE), CDS_AVR_NO_PIN, 0, 0
+#define CDS_AVR_WIRING_TIED(bus)         CDS_AVR_NO_PIN, CDS_AVR_NO_PIN, 1, 1
+#define CDS_AVR_WIRING_ADAPTER(bus)      CDS_AVR_NO_PIN, CDS_AVR_NO_PIN, 0, 0
+#define CDS_AVR_WIRING_ADAPTER_ECHO(bus) CDS_AVR_NO_PIN, CDS_AVR_NO_PIN, 1, 0
 
 /* The smallest return delay, register 0x05, whose replies a bus of each wiring hears beside a host
  * link at 1 Mbps: `return_delay_needed` of make bench. Tied pins turn around by themselves. What an
@@ -98,22 +100,14 @@ struct cds_avr_usart {
 
 #define CDS_AVR_SHORTEST_DELAY(number) CDS_AVR_PASTE(CDS_AVR_DELAY_, CDS_AVR_BOARD(number, _WIRING))
 
-/* By wiring: the fields `echoes` and `tied` of struct cds_avr_usart. */
-#define CDS_AVR_NATURE_TWO_ENABLES  0, 0
-#define CDS_AVR_NATURE_ONE_ENABLE   0, 0
-#define CDS_AVR_NATURE_TIED         1, 1
-#define CDS_AVR_NATURE_ADAPTER      0, 0
-#define CDS_AVR_NATURE_ADAPTER_ECHO 1, 0
-
 /* In the order of struct cds_avr_usart, without names: C++ takes this header too. */
 #define CDS_AVR_USART_OF(bus)                                                                      \
     {                                                                                              \
         CDS_AVR_REGISTER(bus, UDR), CDS_AVR_REGISTER3(bus, UCSR, A),                               \
             CDS_AVR_REGISTER3(bus, UCSR, B), CDS_AVR_REGISTER3(bus, UCSR, C),                      \
             CDS_AVR_REGISTER3(bus, UBRR, H), CDS_AVR_REGISTER3(bus, UBRR, L),                      \
-            CDS_AVR_PIN(bus, RXD), CDS_AVR_PIN(bus, TXD),                                          \
-            CDS_AVR_PASTE(CDS_AVR_WIRING_, CDS_AVR_BOARD(bus, _WIRING))(bus),                      \
-            CDS_AVR_LEVEL(bus, RXD), CDS_AVR_PASTE(CDS_AVR_NATURE_, CDS_AVR_BOARD(bus, _WIRING))   \
+            CDS_AVR_PIN(bus, RXD), CDS_AVR_PIN(bus, TXD), CDS_AVR_LEVEL(bus, RXD),                 \
+            CDS_AVR_PASTE(CDS_AVR_WIRING_, CDS_AVR_BOARD(bus, _WIRING))(bus)                       \
     }
 
 /* The bits of UCSRnA, B and C stand at the same places in every USART of every ATmega here. */
@@ -277,9 +271,6 @@ CDS_AVR_INLINE bool cds_avr_usart_line_is_high(uint8_t port)
     return *usart.rxd_level & usart.rxd.mask;
 }
 
-void cds_avr_enable_out_of_reach_of_sbi(void)
-    __attribute__((error("choose enables on ports whose registers lie below 0x40")));
-
 CDS_AVR_INLINE void cds_avr_pin_output(struct cds_avr_pin pin)
 {
     if (pin.mask)
@@ -291,8 +282,6 @@ CDS_AVR_INLINE void cds_avr_usart_pins_listen(uint8_t port)
 {
     struct cds_avr_usart usart = cds_avr_usart(port);
 
-    if ((uintptr_t)usart.tx_enable.port >= 0x40 || (uintptr_t)usart.rx_enable.port >= 0x40)
-        cds_avr_enable_out_of_reach_of_sbi();
     cds_avr_pin_high(usart.rx_enable);
     cds_avr_pin_output(usart.rx_enable);
     cds_avr_pin_low(usart.tx_enable);

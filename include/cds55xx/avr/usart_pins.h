@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The pins of each USART, by chip, from the data sheets: tables "Alternate Functions" of the ports.
- * A chip that is not here has no entry, and board_check.h does not check its RXD and TXD. */
+ * Other chips: RXD and TXD are not checked. */
 #ifndef CDS_AVR_USART_PINS_H
 #define CDS_AVR_USART_PINS_H
 
