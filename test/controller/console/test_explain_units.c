@@ -19,6 +19,10 @@ void test_setting_is_taken_and_shown_with_its_unit(void)
         {"settings link_loss_ms", "link_loss_ms = 500 ms\r\nok\r\n"},
         {"settings cycle_us 5000us", "ok\r\n"},
         {"settings cycle_us", "cycle_us = 5000 us\r\nok\r\n"},
+        {"settings cycle_us 4.5ms", "ok\r\n"},
+        {"settings cycle_us", "cycle_us = 4500 us\r\nok\r\n"},
+        {"settings cycle_us 65535us", "ok\r\n"},
+        {"settings cycle_us", "cycle_us = 65535 us\r\nok\r\n"},
         {"settings return_delay 4us", "ok\r\n"},
         {"settings return_delay", "return_delay = 2 x 2us\r\nok\r\n"},
     };
