@@ -55,7 +55,7 @@ static void poll_sequence(struct cds_robot *self)
 {
     uint8_t result = cds_sequence_poll(&sequence);
 
-    if (result != CDS_PENDING)
+    if (result != CDS_PENDING && result != CDS_OK) // CDS_OK: the last repeat has ended
         stop_report_refused(self, result, sequence.step, &motion);
 }
 

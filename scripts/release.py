@@ -47,8 +47,10 @@ def refusal():
     """Why the tree cannot be released; None: it can."""
     if not git("rev-parse", "HEAD"):
         return "make release needs a clone with git: it packs the sources of the last commit"
-    if git("status", "--porcelain") != b"":
-        return "there are changes that are not committed: commit them, so that sources and firmware agree"
+    changed = git("status", "--porcelain").decode().splitlines()
+    if changed:
+        return f"not in the last commit: {', '.join(line[3:] for line in changed[:5])}; commit or remove them, so that " \
+            "sources and firmware agree"
     return None
 
 

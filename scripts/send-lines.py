@@ -38,9 +38,12 @@ def ask(port, line):
 
 
 def main(path, file, rate=RATE):
-    shown = pathlib.Path(file).read_text().splitlines()
+    try:
+        shown = pathlib.Path(file).read_text().splitlines()
+        port = open_port(path, rate)
+    except (OSError, UnicodeDecodeError, termios.error, AttributeError) as error:
+        sys.exit(f"{error}: name the console's port, a file of lines, and a usual rate")
     lines = [line for line in (line.removeprefix(">").strip() for line in shown) if line not in ("", "ok")]
-    port = open_port(path, rate)
     ask(port, "\x03mode program")
     for number, line in enumerate(lines, 1):
         reply = ask(port, line)

@@ -81,7 +81,7 @@ class Release(unittest.TestCase):
         (path / "README.md").write_text("changed\n")
         self.addCleanup(git, path, "checkout", "-q", "README.md")
         status, output = call(sys.executable, path / "scripts/release.py", "build/none", "x", cwd=path)
-        refused = "there are changes that are not committed: commit them, so that sources and firmware agree\n"
+        refused = "not in the last commit: README.md; commit or remove them, so that sources and firmware agree\n"
         self.assertEqual((status, output), (1, refused))
         status, output = self.make(path)
         self.assertEqual(status, 2, output)

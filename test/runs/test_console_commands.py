@@ -379,6 +379,15 @@ class Scripts(unittest.TestCase):
                 with self.subTest(board):
                     self.run_on(board, LISTS)
 
+    def test_servo_left_at_another_rate_is_shown_and_the_others_are_checked(self):
+        self.run_on("atmega128", "scan\nbaud 1 57600\nbus 1000000\nservos\n"
+                    + text("servo 1: not at the rate of the bus, torque unknown") + "@power 3 off\n@wait 3000\nservos\n"
+                    + text("servo 2: online, torque off") + text("servo 3: offline, torque unknown"))
+
+    def test_torque_on_within_limits_needs_goal_and_speed_read(self):
+        self.run_on("atmega128", "scan\nlimits 2 60 240\n" + error(11, "torque 2 on")
+                    + text("'info ID' reads goal and speed") + "info 2\ntorque 2 on\n" + servo("2 torque on"))
+
     def test_commands_of_profile_full(self):
         for script in ["".join(FULL_ONLY.values()), BAUD_LIST.replace("baud 1,9,3", "! baud 1,9,3"), TWINS]:
             self.run_on("atmega128", script)

@@ -188,6 +188,13 @@ class HostLink(unittest.TestCase):
         self.assertEqual(run.status, 0, f"{board}: {run.output}")
         return run
 
+    def test_lost_link_is_the_reason_in_lists_and_in_servos(self):
+        self.run_script(
+            self.START + "@wait 300\n! torque 1-2 on\n@expect text servo 1: the host link was lost\n"
+            "@expect text error 87:\nservos\n@expect text servo 2: online, torque on, inhibited: host link lost\n"
+            "clear\ntorque 1-2 on\nstop\n! torque 1-2 on\n@expect text servo 1: stopped: driving is inhibited\n"
+            "servos\n@expect text servo 2: online, torque off, inhibited: stopped\n", "atmega128")
+
     def test_hold_sends_nothing_and_refuses_goals_until_cleared(self):
         for board in boards.CONSOLES:
             run = self.run_script(

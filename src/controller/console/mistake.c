@@ -22,7 +22,8 @@ static const CDS_FLASH char message_known_id[] =
     "forget'";
 static const CDS_FLASH char message_usage_due[] = "wrong number of arguments; usage: %s";
 static const CDS_FLASH char message_limits[] =
-    "its limits are %a to %a and %r; stay within them, or change them by 'limits'";
+    "its limits are %a to %a and %r; stay within them, or change them by 'limits'; "
+    "'info ID' reads goal and speed, which 'torque on' needs";
 
 /* Reads digits from *at on, which it moves behind them. Returns the number, or UINT16_MAX if there
  * is none from 0 to 253. */

@@ -121,13 +121,24 @@ static NOINLINE void take_returned(struct cds_health *health)
     cds_servos_inhibit(servos, servo, CDS_INHIBIT_STATE_LOST);
 }
 
-/* Takes the answer of the servo asked last. A servo that does not answer has the next turn, until
- * it is OFFLINE: so an unplugged servo shows within a period. */
+/* True if the READ without a reply was counted as a miss of its servo. A servo whose rate is not the
+ * rate of the bus has none. */
+static bool has_missed(const struct cds_health *health)
+{
+    const struct cds_servos *servos = health->servos;
+    uint8_t index = health->request.servo_index;
+
+    return health->request.result == CDS_TIMEOUT && index < servos->count &&
+           servos->states[index].misses;
+}
+
+/* Takes the answer of the servo asked last. A servo that has missed has the next turn, until it is
+ * OFFLINE: so an unplugged servo shows within a period. */
 static void take_answer(struct cds_health *health, uint32_t now_us)
 {
     if (health->asked == CDS_PRESENCE_RETURNED) {
         take_returned(health);
-    } else if (health->request.result == CDS_TIMEOUT) {
+    } else if (has_missed(health)) {
         health->turn = health->request.servo_index;
         if (!is_due(health->look_us, now_us + CDS_HEALTH_AGAIN_US))
             health->look_us = now_us + CDS_HEALTH_AGAIN_US;

@@ -19,6 +19,10 @@ void test_setting_is_taken_and_shown_with_its_unit(void)
         {"settings link_loss_ms", "link_loss_ms = 500 ms\r\nok\r\n"},
         {"settings cycle_us 5000us", "ok\r\n"},
         {"settings cycle_us", "cycle_us = 5000 us\r\nok\r\n"},
+        {"settings cycle_us 4.5ms", "ok\r\n"},
+        {"settings cycle_us", "cycle_us = 4500 us\r\nok\r\n"},
+        {"settings cycle_us 65535us", "ok\r\n"},
+        {"settings cycle_us", "cycle_us = 65535 us\r\nok\r\n"},
         {"settings return_delay 4us", "ok\r\n"},
         {"settings return_delay", "return_delay = 2 x 2us\r\nok\r\n"},
     };
@@ -56,7 +60,9 @@ void test_refusal_of_limits_names_them(void)
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("limits 4 60 200 30rpm"));
     assert_reply("error 11: servo 4: its limits are 60.117deg to 200deg and 3",
                  "write 4 GOAL_POSITION 1000");
-    TEST_ASSERT_NOT_NULL(strstr(said, "rpm; stay within them, or change them by 'limits'\r\n"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(said, "rpm; stay within them, or change them by 'limits'; 'info ID' reads "
+                     "goal and speed, which 'torque on' needs\r\n"));
     reply_to("servos");
     TEST_ASSERT_NOT_NULL(strstr(said, ", limits 60.117deg to 200deg and 3"));
 }

@@ -198,6 +198,24 @@ void test_unplugged_servo_is_offline_within_its_turn(void)
     TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[0].presence);
 }
 
+/* A miss of a servo at another rate is not counted: such a servo is never OFFLINE. */
+void test_servo_at_another_rate_leaves_the_others_their_turns(void)
+{
+    uint8_t first;
+
+    run_for(PERIOD_US);
+    while (health.request.result == CDS_PENDING)
+        run_for(TURN_US);
+    wire.servo[0].dead = true;
+    states[0].baud_reg = (uint8_t)(bus.baud_reg + 2);
+    first = wire.count;
+    run_for(3 * PERIOD_US);
+    TEST_ASSERT_INT_WITHIN(1, 3, torque_packets(first, 1, CDS_READ));
+    TEST_ASSERT_INT_WITHIN(1, 3, torque_packets(first, 2, CDS_READ));
+    TEST_ASSERT_INT_WITHIN(1, 3, torque_packets(first, 3, CDS_READ));
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[0].presence);
+}
+
 /* A period of 3 s: within it only OFFLINE servos are asked. */
 void test_offline_servos_cost_one_ping_in_100_ms(void)
 {

@@ -18,6 +18,7 @@ static const CDS_FLASH char message_stop_done[] =
 static const CDS_FLASH char message_stop_failed[] =
     "torque may still be on: switch off the supply; driving is inhibited until 'release'";
 static const CDS_FLASH char message_presence_low[] = "line held low";
+static const CDS_FLASH char message_presence_rate[] = "not at the rate of the bus";
 static const CDS_FLASH char message_torque_unknown[] = "unknown";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", alarms: %s";
@@ -176,12 +177,22 @@ static void print_alarm(struct printer *printer, uint8_t alarms, uint8_t index)
 ALWAYS_INLINE void print_presence(struct printer *printer, const struct robot *robot,
                                   const struct cds_servo_state *servo)
 {
-    bool is_low = servos_line_is_low(&robot->servos);
+    const CDS_FLASH char *presence = presences[servo->presence];
+    bool is_unknown = command_set.explain && servo->presence != CDS_PRESENCE_ONLINE;
 
+    if (command_set.explain && servo->baud_reg != CDS_SERVOS_UNKNOWN &&
+        servo->baud_reg != robot->bus->baud_reg) {
+        presence = message_presence_rate;
+        is_unknown = true;
+    }
+    if (servos_line_is_low(&robot->servos)) {
+        presence = message_presence_low;
+        is_unknown = true;
+    }
     printer->values[0].number = servo->id;
-    printer->values[1].text = is_low ? message_presence_low : presences[servo->presence];
+    printer->values[1].text = presence;
     printer->values[2].text = servo->torque ? message_on : message_off;
-    if (is_low || (command_set.explain && servo->presence != CDS_PRESENCE_ONLINE))
+    if (is_unknown)
         printer->values[2].text = message_torque_unknown;
     if (command_set.explain && servo->has_limits) {
         printer->values[3].number = servo->lowest;
