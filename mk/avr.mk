@@ -94,13 +94,13 @@ build/$(1)/map/$(p).elf: $(call profile_objects,$(1),$(p),$($(p)_SRC) $(CONTROLL
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) -Wl,--defsym=__TEXT_REGION_LENGTH__=0x100000 $$(CONTROLLER_LDFLAGS) $$^ -o $$@
 )
-build/$(1)/firmware.elf: $(FIRMWARE:%.c=build/$(1)/obj/%.o) $(call library_of,$(MCU))
+build/$(1)/firmware.elf: $(FIRMWARE:%.c=build/$(1)/obj/%.o) $(call library_of,$(MCU)) build/$(1)/profile
 	$$(call say,LD,$$@)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(filter %.o %.a,$$^) -o $$@
 
-# Rewritten when PROFILE changes, so that controller.elf is copied again.
+# Rewritten when PROFILE or FIRMWARE changes, so that firmware.elf is linked and controller.elf copied again.
 build/$(1)/profile: force
-	$$(call stamp,$$($(1)_PROFILE))
+	$$(call stamp,$$(or $$($(1)_PROFILE),$(FIRMWARE)))
 
 build/$(1)/controller.elf: build/$(1)/$$(or $$($(1)_PROFILE),firmware).elf build/$(1)/profile
 	$$(Q)cp $$< $$@

@@ -275,6 +275,20 @@ class Build(unittest.TestCase):
         (board / "board.mk").write_text(chip + "\n")
         return board
 
+    def test_firmware_of_the_board_is_the_program_that_board_mk_names(self):
+        board = self.make_board(r"HOST_\w+")
+        hexes = {}
+        for name in ["a", "b", "a"]:
+            source = board.parent / f"{name}.c"
+            if not source.exists():
+                source.write_text(f'const char volatile text[] = "program {name}";\nint main(void) {{ return text[0]; }}\n')
+            (board / "board.mk").write_text(f"MCU := atmega644p\nFIRMWARE := {source}\n")
+            status, output = self.make("firmware", f"BOARD_DIR={board}")
+            self.assertEqual(status, 0, output)
+            content = (ROOT / "build/mine/controller.hex").read_text()
+            self.assertEqual(hexes.setdefault(name, content), content)
+        self.assertEqual(len(set(hexes.values())), 2)
+
     def test_board_dir_with_an_mcu_builds_flashes_and_runs(self):
         board = self.make_board()
         for target, line in [
