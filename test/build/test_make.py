@@ -22,7 +22,8 @@ def copy_build_files(root):
     for name in ["mk", "boards", "test/boards", "scripts", "src/avr", "src/controller/avr"]:
         shutil.copytree(ROOT / name, root / name)
     (root / "sim").mkdir()
-    for name in ["Makefile", "sim/sim.mk", "test/test.mk"]:
+    (root / "examples").mkdir()
+    for name in ["Makefile", "sim/sim.mk", "test/test.mk", "examples/two_servos.c"]:
         shutil.copy(ROOT / name, root / name)
 
 
@@ -288,6 +289,38 @@ class Build(unittest.TestCase):
             content = (ROOT / "build/mine/controller.hex").read_text()
             self.assertEqual(hexes.setdefault(name, content), content)
         self.assertEqual(len(set(hexes.values())), 2)
+
+    def test_board_mk_value_with_blanks_or_comment_behind_it_is_taken(self):
+        board = self.make_board()
+        for chip in ["MCU := atmega644p # the chip\nF_CPU := 16000000  \nPROFILES := bridge console # both\n"
+                     "PROFILE := bridge # small\nPORT := /dev/null # ours", "  MCU ?= atmega644p\nPROFILE ?= bridge\nPORT = /dev/null"]:
+            (board / "board.mk").write_text(chip + "\n")
+            status, output = self.make("-n", "flash", f"BOARD_DIR={board}")
+            self.assertEqual(status, 0, output)
+            self.assertIn("cp build/mine/bridge.elf build/mine/controller.elf\n", output)
+            self.assertIn("scripts/avrdude.sh '/dev/null' -p atmega644p ", output)
+            self.assertIn(" -DF_CPU=16000000UL ", output)
+
+    def test_board_mk_value_that_cannot_be_is_one_line(self):
+        board = self.make_board()
+        for line, message in [
+                ("PROFILE := fulll", "PROFILE is 'fulll'; PROFILE := one of: bridge console"),
+                ("PROFILE := full # too large", "PROFILE is 'full'; PROFILE := one of: bridge console"),
+                ("PROFILES := bridge ful", "there is no profile 'ful'; PROFILES := some of: bridge console full"),
+                ("F_CPU := 8000000", "F_CPU is 8000000; F_CPU := 16000000, which is the only clock that works"),
+                ("FIRMWARE := nothere.c", f"FIRMWARE is 'nothere.c', which is no C file; FIRMWARE := its absolute path, or its path from {ROOT}"),
+                ("FIRMWARE := README.md", "FIRMWARE is 'README.md', which is no C file"),
+                ("FIRMWARE := examples/robot.c examples/two_joints.c", "'examples/robot.c examples/two_joints.c', which is no C file")]:
+            (board / "board.mk").write_text(f"MCU := atmega644p\n{line}\n")
+            self.assert_one_line(f"{board}/board.mk: {message}" if message[0] != "'" else message, f"BOARD_DIR={board}")
+
+    def test_board_h_with_other_blanks_in_define_is_read(self):
+        for define in ["#define\t", "#define  ", " #define ", "# define "]:
+            board = self.make_board()
+            text = (board / "board.h").read_text()
+            (board / "board.h").write_text(text.replace("#define BOARD_BUS0_RXD_BIT ", f"{define}BOARD_BUS0_RXD_BIT "))
+            status, output = self.make("-n", "firmware", f"BOARD_DIR={board}")
+            self.assertEqual(status, 0, output)
 
     def test_board_dir_with_an_mcu_builds_flashes_and_runs(self):
         board = self.make_board()
