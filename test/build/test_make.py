@@ -377,7 +377,9 @@ class Build(unittest.TestCase):
         for pattern, text, message in [
                 (r"(RX_ENABLE_PORT) D", r"\1 d", "board.h: BOARD_BUS0_RX_ENABLE is on port d bit 7; use a port of atmega644p"),
                 (r"(RXD_BIT +)2", r"\g<1>0", "USART 1 of atmega644p has RXD on port D bit 2 and TXD on port D bit 3"),
-                (r"\Z", "#define BOARD_BUS0_WIRING TWO\n", "use TWO_ENABLES, ONE_ENABLE, TIED, ADAPTER or ADAPTER_ECHO")]:
+                (r"\Z", "#define BOARD_BUS0_WIRING TWO\n", "use TWO_ENABLES, ONE_ENABLE, TIED, ADAPTER or ADAPTER_ECHO"),
+                *((r"(HOST_BAUD +)\w+", rf"\g<1>{baud}", f"the host link has the rate {baud}; use a rate within 3 % of 2000000 / n")
+                  for baud in ["x", "0", "3000000"])]:
             board = self.make_board()
             header = board / "board.h"
             header.write_text(re.sub(pattern, text, header.read_text()))
