@@ -404,6 +404,10 @@ class Build(unittest.TestCase):
             self.assert_one_line(message, f"BOARD_DIR={board}")
         board = board.rename(board.parent / "cm510")
         self.assert_one_line("boards/ has a board 'cm510', too", f"BOARD_DIR={board}")
+        for name in ["lib", "host", "adapter", "firmware"]:
+            board = board.rename(board.parent / name)
+            self.assert_one_line(f"build/{name} has other files than those of a board: give the folder {board} another name",
+                                 f"BOARD_DIR={board}")
 
     def test_path_with_a_quote_is_refused(self):
         for name in ["BOARD_DIR", "PREFIX", "DESTDIR", "ELF", "EXAMPLE", "PORT", "UNITY"]:
