@@ -251,6 +251,7 @@ class Examples(unittest.TestCase):
         text = (ROOT / "docs/linking.md").read_text()
         line = re.search(r"\n(make -C sweep PACKAGE=.*\\\n.*)\n```", text)[1]
         self.copy("sweep")
+        self.assertEqual(shell("make -C sweep", cwd=self.folder)[0], 0)  # first for the chip of its Makefile
         self.assertEqual(shell(line, cwd=self.folder)[0], 0)
         status, output = shell(f"{PREFIX}/bin/cds55xx-sim firmware sweep/sweep.elf --board arduino-uno --servos 1 --seconds 1",
                                cwd=self.folder)
