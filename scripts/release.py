@@ -16,9 +16,9 @@ import sys
 
 
 def git(*words):
-    """What git prints; None if it fails, or is not installed."""
+    """What git prints; None if it fails, and then git has told why, or if it is not installed."""
     try:
-        done = subprocess.run(["git", *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        done = subprocess.run(["git", *words], stdout=subprocess.PIPE)
     except FileNotFoundError:
         return None
     return done.stdout if done.returncode == 0 else None

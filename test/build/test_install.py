@@ -348,6 +348,12 @@ class Dist(unittest.TestCase):
             self.assertIn("make dist needs a clone with git", output)
             return
         self.assertEqual(status, 0, output)
+        other = {**os.environ, "MAKEFLAGS": "", "GIT_TEST_ASSUME_DIFFERENT_OWNER": "1", "GIT_CONFIG_GLOBAL": "/dev/null",
+                 "GIT_CONFIG_NOSYSTEM": "1"}
+        for target in ["dist", "may-release"]:
+            status, message = call("make", "-C", ROOT, target, env=other)
+            self.assertNotEqual(status, 0, message)
+            self.assertIn("dubious ownership", message)
         archive = ROOT / output.splitlines()[-1]
         first = archive.read_bytes()
         make("dist")
