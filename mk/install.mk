@@ -13,7 +13,7 @@ INSTALL := scripts/install.py
 ## install: library for each chip (MCUS=), simulator, man page; pkg-config and CMake (PREFIX= DESTDIR=)
 .PHONY: install
 install: may-install libs sim
-	@$(INSTALL) install --prefix '$(PREFIX)' --destdir '$(DESTDIR)' --mcus '$(MCUS)' \
+	@$(INSTALL) install --prefix '$(PREFIX)' --destdir '$(DESTDIR)' --mcus '$(sort $(MCUS))' \
 	  --cflags '$(INSTALLED_CFLAGS)' --ldflags '$(INSTALLED_LDFLAGS)'
 
 # Before the build, which takes longer.
