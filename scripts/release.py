@@ -45,7 +45,7 @@ def put_back(target, old):
 
 def refusal():
     """Why the tree cannot be released; None: it can."""
-    if not git("rev-parse", "HEAD"):
+    if not git("rev-parse", "-q", "--verify", "HEAD"):
         return "make release needs a clone with git: it packs the sources of the last commit"
     if git("status", "--porcelain") != b"":
         return "there are changes that are not committed: commit them, so that sources and firmware agree"
@@ -53,8 +53,9 @@ def refusal():
 
 
 def main(folder, prefix, *files):
-    if refusal():
-        return refusal()
+    why = refusal()
+    if why:
+        return why
     sources = git("archive", "--format=tar", f"--prefix={prefix}/", "HEAD")
     if not sources:
         return f"git archive fails: {folder} is as it was; mend what this says: git archive HEAD > /dev/null"
