@@ -16,7 +16,6 @@ import getpass
 import os
 import pathlib
 import re
-import shlex
 import shutil
 import sys
 
@@ -222,7 +221,7 @@ def tell_path(prefix, options):
     if options.destdir or str(prefix) in ("/usr", "/usr/local") or packages in os.environ.get("PKG_CONFIG_PATH", "").split(":"):
         return
     print("type this in each new shell, or add it to ~/.profile:\n"
-          f"export PKG_CONFIG_PATH={shlex.quote(packages)} PATH={shlex.quote(str(prefix / 'bin'))}:$PATH")
+          f"export PKG_CONFIG_PATH={packages} PATH={prefix}/bin:$PATH")
 
 
 def remove_folders(prefix, rows):
