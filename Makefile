@@ -22,7 +22,7 @@ $(foreach v,BOARD_DIR PREFIX DESTDIR ELF EXAMPLE PORT UNITY,$(if $(findstring ',
 BOARD_IS_ASKED_FOR := $(BOARD)
 BOARD ?= atmega128
 BOARDS := $(sort $(notdir $(patsubst %/board.mk,%,$(wildcard boards/*/board.mk))))
-# The folders of build/ that have not the files of a board of boards/.
+# The folders of build/ that other targets use: a board of BOARD_DIR may not have such a name.
 OTHER_FOLDERS := adapter adapter-echo arduino atmega644p avr-test coverage demo eva firmware host lib mutation panel \
 	panel-pictures release runner site unity
 # $(1) if it is one word of the list $(2), else nothing.
