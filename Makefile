@@ -22,6 +22,9 @@ $(foreach v,BOARD_DIR PREFIX DESTDIR ELF EXAMPLE PORT UNITY,$(if $(findstring ',
 BOARD_IS_ASKED_FOR := $(BOARD)
 BOARD ?= atmega128
 BOARDS := $(sort $(notdir $(patsubst %/board.mk,%,$(wildcard boards/*/board.mk))))
+# The folders of build/ that other targets use: a board of BOARD_DIR may not have such a name.
+OTHER_FOLDERS := adapter adapter-echo arduino atmega644p avr-test coverage demo eva firmware host lib mutation panel \
+	panel-pictures release runner site unity
 # $(1) if it is one word of the list $(2), else nothing.
 one_of = $(if $(filter 1,$(words $(1))),$(filter $(2),$(1)))
 ifeq ($(BOARD_DIR),)
@@ -30,6 +33,8 @@ $(error there is no board '$(BOARD)'; BOARD= one of: $(BOARDS))
 endif
 else ifneq ($(filter $(BOARD),$(BOARDS)),)
 $(error boards/ has a board '$(BOARD)', too: give the folder $(BOARD_DIR) another name)
+else ifneq ($(filter $(BOARD),$(OTHER_FOLDERS)),)
+$(error build/$(BOARD) has other files than those of a board: give the folder $(BOARD_DIR) another name)
 endif
 BOARD_FOLDER := $(or $(BOARD_DIR),boards/$(BOARD))
 ifneq ($(BOARD_IS_ASKED_FOR),)

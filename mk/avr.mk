@@ -94,13 +94,13 @@ build/$(1)/map/$(p).elf: $(call profile_objects,$(1),$(p),$($(p)_SRC) $(CONTROLL
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) -Wl,--defsym=__TEXT_REGION_LENGTH__=0x100000 $$(CONTROLLER_LDFLAGS) $$^ -o $$@
 )
-build/$(1)/firmware.elf: $(FIRMWARE:%.c=build/$(1)/obj/%.o) $(call library_of,$(MCU))
+build/$(1)/firmware.elf: $(FIRMWARE:%.c=build/$(1)/obj/%.o) $(call library_of,$(MCU)) build/$(1)/profile
 	$$(call say,LD,$$@)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(filter %.o %.a,$$^) -o $$@
 
-# Rewritten when PROFILE changes, so that controller.elf is copied again.
+# Rewritten when PROFILE or FIRMWARE changes, so that firmware.elf is linked and controller.elf copied again.
 build/$(1)/profile: force
-	$$(call stamp,$$($(1)_PROFILE))
+	$$(call stamp,$$(or $$($(1)_PROFILE),$(FIRMWARE)))
 
 build/$(1)/controller.elf: build/$(1)/$$(or $$($(1)_PROFILE),firmware).elf build/$(1)/profile
 	$$(Q)cp $$< $$@
@@ -134,8 +134,9 @@ build/$(1)/%.hex: build/$(1)/%.elf
 	$$(Q)avr-objcopy -O ihex -R .eeprom $$< $$@
 endef
 
-# The variables that a board.mk may set. read_board gives all of them their defaults before it includes the file:
-# else a board that leaves one out would take the value of the board before it. Only MCU has no default.
+# The variables that a board.mk may set. read_board undefines all of them before it includes the file: else a board
+# that leaves one out would take the value of the board before it. Then it strips the values, since a comment behind a
+# value leaves blanks, and sets the defaults. Only MCU has no default.
 #   FLASH_MAX, RAM_MAX   budgets; -: what the chip has, less 640 bytes of stack
 #   PROFILE    the profile of the board's firmware (default: the last of PROFILES); PROFILE= on the command line or
 #              in the environment overrides it
@@ -149,8 +150,8 @@ default_PROGRAMMER := usbasp
 default_PORT := usb
 default_PROFILES = $(if $(filter $(avr5_MCUS),$(MCU)),bridge console,$(ALL_PROFILES))
 # $(1): the folder of the board
-read_board = $(foreach f,$(BOARD_FIELDS),$(eval $(f) :=))$(eval include $(1)/board.mk)$(foreach \
-	f,$(BOARD_FIELDS),$(if $(strip $($(f))),,$(eval $(f) := $(default_$(f)))))$(if \
+read_board = $(foreach f,$(BOARD_FIELDS),$(eval undefine $(f)))$(eval include $(1)/board.mk)$(foreach \
+	f,$(BOARD_FIELDS),$(eval $(f) := $$(or $$(strip $$($(f))),$$(default_$(f)))))$(if \
 	$(call one_of,$(MCU),$(LIBRARY_MCUS)),,$(error $(1)/board.mk: $(if $(MCU),there is no library for MCU \
 	'$(MCU)',MCU is missing); MCU := one of: $(LIBRARY_MCUS)))$(if \
 	$(FIRMWARE),,$(if $(filter $(SMALL_MCUS),$(MCU)),$(error $(1)/board.mk: the controller does not fit the RAM of \
@@ -174,8 +175,22 @@ too_large = $(if $($(1)_PROFILE),$(patsubst %,$(1)/%.elf,$(filter-out $($(1)_PRO
 default_FIRMWARE := $(if $(BOARD_DIR),$(filter %.c,$(EXAMPLE)))
 $(call read_board,$(BOARD_FOLDER))
 $(if $(BOARD_DIR),$(eval $(call board_rules,$(BOARD),$(BOARD_DIR))))
+ifneq ($(F_CPU),16000000)
+$(error $(BOARD_FOLDER)/board.mk: F_CPU is $(F_CPU); F_CPU := 16000000, which is the only clock that works)
+endif
+ifneq ($(filter-out $(ALL_PROFILES),$(PROFILES)),)
+$(error $(BOARD_FOLDER)/board.mk: there is no profile '$(filter-out $(ALL_PROFILES),$(PROFILES))'; PROFILES := some of: $(ALL_PROFILES))
+endif
+ifneq ($(or $(ASKED_PROFILE),$(call one_of,$(PROFILE),$(PROFILES))),$(or $(ASKED_PROFILE),$(PROFILE)))
+$(error $(BOARD_FOLDER)/board.mk: PROFILE is '$(PROFILE)'; PROFILE := one of: $(PROFILES))
+endif
+ifneq ($(FIRMWARE),$(default_FIRMWARE))
+ifneq ($(words $(FIRMWARE)) $(wildcard $(filter %.c,$(FIRMWARE))),1 $(FIRMWARE))
+$(error $(BOARD_FOLDER)/board.mk: FIRMWARE is '$(FIRMWARE)', which is no C file; FIRMWARE := its absolute path, or its path from $(CURDIR))
+endif
+endif
 # A make that this one starts gets the PROFILE that was asked for, not the one of board.mk.
-PROFILE := $(ASKED_PROFILE)
+export PROFILE := $(ASKED_PROFILE)
 
 ifneq ($(ASKED_PROFILE),)
 ifneq ($(FIRMWARE),)

@@ -13,7 +13,7 @@ INSTALL := scripts/install.py
 ## install: library for each chip (MCUS=), simulator, man page; pkg-config and CMake (PREFIX= DESTDIR=)
 .PHONY: install
 install: may-install libs sim
-	@$(INSTALL) install --prefix '$(PREFIX)' --destdir '$(DESTDIR)' --mcus '$(MCUS)' \
+	@$(INSTALL) install --prefix '$(PREFIX)' --destdir '$(DESTDIR)' --mcus '$(sort $(MCUS))' \
 	  --cflags '$(INSTALLED_CFLAGS)' --ldflags '$(INSTALLED_LDFLAGS)'
 
 # Before the build, which takes longer.
@@ -30,7 +30,7 @@ uninstall:
 .PHONY: dist
 dist: ARCHIVE = build/cds55xx-$(VERSION).tar.gz
 dist:
-	@git cat-file -e HEAD:./Makefile 2> /dev/null || { echo 'make dist needs a clone with git whose last commit has' \
+	@git rev-parse -q --verify HEAD:./Makefile > /dev/null || { echo 'make dist needs a clone with git whose last commit has' \
 	  'these sources: it archives that commit'; exit 1; }
 	@command -v gzip > /dev/null || { echo 'make dist needs gzip; Debian: apt-get install gzip'; exit 1; }
 	@git diff --quiet HEAD || echo 'note: what is not committed is not in the archive'

@@ -95,8 +95,11 @@ def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     out = pathlib.Path(sys.argv[1])
-    out.parent.mkdir(parents=True, exist_ok=True)
-    pack(out, NAME, {name: text.encode() for name, text in files().items()})
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        pack(out, NAME, {name: text.encode() for name, text in files().items()})
+    except OSError as error:
+        sys.exit(f"arduino.py: {error.filename or out}: {error.strerror}")
 
 
 if __name__ == "__main__":

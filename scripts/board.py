@@ -52,9 +52,9 @@ def complaint(folder, program):
     absent = [name for name in ["board.mk", "board.h"] if not (folder / name).is_file()]
     if absent:
         return f"{folder} lacks {' and '.join(absent)}"
-    fields = values(folder / "board.mk", r"^(\w+)[ \t]*[:?]?=[ \t]*(\S.*)$")
+    fields = values(folder / "board.mk", r"^[ \t]*(\w+)[ \t]*[:?]?=[ \t]*([^\s#].*)$")
     has_firmware = bool(program) or "FIRMWARE" in fields
-    macros = values(folder / "board.h", r"^#define (BOARD_\w+)[ \t]+(\S+)")
+    macros = values(folder / "board.h", r"^[ \t]*#[ \t]*define[ \t]+(BOARD_\w+)[ \t]+(\S+)")
     parts = [f"{name}: {', '.join(missing)}" for name, missing in
              [("board.mk", [] if "MCU" in fields else ["MCU"]),
               ("board.h", missing_in_header(macros, has_firmware))] if missing]

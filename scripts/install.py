@@ -16,7 +16,6 @@ import getpass
 import os
 import pathlib
 import re
-import shlex
 import shutil
 import sys
 
@@ -41,8 +40,10 @@ def refuse(text):
 def check(prefix):
     """Ends the program unless the nearest folder that exists takes new files."""
     folder = prefix
-    while not folder.exists() and folder != folder.parent:
+    while not os.path.lexists(folder) and folder != folder.parent:
         folder = folder.parent
+    if not folder.exists():
+        refuse(f"{folder} is a link to {os.readlink(folder)}, which does not exist; remove it, or name another PREFIX")
     if not folder.is_dir():
         refuse(f"{folder} is no folder; name another one: make install PREFIX=$HOME/.local")
     if os.statvfs(folder).f_flag & os.ST_RDONLY:
@@ -167,6 +168,7 @@ def install(prefix, options):
     """Writes all files beside those of an earlier installation, then renames them, which takes no room. Meanwhile
     the manifest names the files of both, so uninstall knows each file whenever this ends."""
     check(prefix)
+    os.umask(0o022) # other users may read what is installed
     earlier = (prefix / MANIFEST).exists()
     old, damaged = read_manifest(prefix) if earlier else ([], 0)
     kept, removed = split_other_chips(prefix, options, old)
@@ -269,6 +271,10 @@ def main():
     options.version = version()
     if not os.path.isabs(options.prefix):
         refuse(f"PREFIX={options.prefix} is not absolute; name it from / on")
+    # pkg-config prints other letters with a backslash, which the shell does not take away; `:` ends a folder of its path.
+    letter = re.search(r"[^A-Za-z0-9/._+,=@~-]", options.prefix)
+    if letter and options.order != "uninstall":
+        refuse(f"PREFIX={options.prefix} has '{letter[0]}'; use ASCII letters, digits and /._+,=@~- only, or no program can link")
     prefix = pathlib.Path(options.destdir + options.prefix) # as in GNU make: the one before the other
     try:
         if options.order == "check":

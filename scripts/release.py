@@ -16,9 +16,9 @@ import sys
 
 
 def git(*words):
-    """What git prints; None if it fails, or is not installed."""
+    """What git prints; None if it fails, and then git has told why, or if it is not installed."""
     try:
-        done = subprocess.run(["git", *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        done = subprocess.run(["git", *words], stdout=subprocess.PIPE)
     except FileNotFoundError:
         return None
     return done.stdout if done.returncode == 0 else None
@@ -45,7 +45,7 @@ def put_back(target, old):
 
 def refusal():
     """Why the tree cannot be released; None: it can."""
-    if not git("rev-parse", "HEAD"):
+    if not git("rev-parse", "-q", "--verify", "HEAD"):
         return "make release needs a clone with git: it packs the sources of the last commit"
     changed = git("status", "--porcelain").decode().splitlines()
     if changed:
@@ -55,8 +55,9 @@ def refusal():
 
 
 def main(folder, prefix, *files):
-    if refusal():
-        return refusal()
+    why = refusal()
+    if why:
+        return why
     sources = git("archive", "--format=tar", f"--prefix={prefix}/", "HEAD")
     if not sources:
         return f"git archive fails: {folder} is as it was; mend what this says: git archive HEAD > /dev/null"

@@ -60,16 +60,18 @@ static const char *open_path(struct source *source)
     return source->good ? 0 : strerror(errno);
 }
 
-/* Finds the word after `key`, in lines `#define KEY WORD` or `KEY := WORD`. */
+/* Finds the word after `key`, in lines `#define KEY WORD`, `KEY := WORD`, `KEY = WORD` or `KEY ?=
+ * WORD`. A blank of the formats stands for any number of blanks, or none. */
 static bool has_word(struct source *source, const char *key, char *word)
 {
     char line[LINE_SIZE];
     char name[LINE_SIZE];
     rewind(source->file);
     for (source->line = 1; fgets(line, sizeof(line), source->file); source->line++) {
-        bool found = sscanf(line, " #define %255s %63s", name, word) == 2 ||
+        bool found = sscanf(line, " # define %255s %63s", name, word) == 2 ||
                      sscanf(line, " %255[A-Za-z0-9_] :=%63s", name, word) == 2 ||
-                     sscanf(line, " %255[A-Za-z0-9_] =%63s", name, word) == 2;
+                     sscanf(line, " %255[A-Za-z0-9_] =%63s", name, word) == 2 ||
+                     sscanf(line, " %255[A-Za-z0-9_] ?=%63s", name, word) == 2;
         if (found && strcmp(name, key) == 0) {
             return true;
         }

@@ -305,6 +305,11 @@ class Archive(unittest.TestCase):
             a, b = (pathlib.Path(folder, name).read_bytes() for name in ("a.zip", "b.zip"))
         self.assertEqual(a, b)
 
+    def test_archive_that_cannot_be_written_is_one_line(self):
+        with tempfile.NamedTemporaryFile() as file:
+            self.assertEqual(call(ROOT / "scripts/arduino.py", f"{file.name}/arduino/x.zip"),
+                             (1, f"arduino.py: {file.name}/arduino: Not a directory\n"))
+
     def test_keywords_has_each_name_of_the_class(self):
         text = (ROOT / "arduino/CDS55xx.h").read_text()
         public = text[text.index("class CDS55xx\n"):]

@@ -4,6 +4,7 @@
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -88,6 +89,16 @@ class Files(unittest.TestCase):
         self.assert_uninstalls(FOLDER / "image/usr", words)
         self.assertFalse((FOLDER / "image").exists())
 
+    def test_install_closed_umask_others_may_read_and_a_chip_twice_is_one(self):
+        prefix = FOLDER / "open"
+        command = shlex.join(["make", "-C", str(ROOT), "-s", "install", f"PREFIX={prefix}", "MCUS=atmega328p atmega328p"])
+        status, output = call("sh", "-c", f"umask 077 && {command}", env={**os.environ, "MAKEFLAGS": ""})
+        self.assertEqual(status, 0, output)
+        self.assertIn(f" in {prefix} for 1 chip\n", output)
+        for path in [prefix, *prefix.rglob("*")]:
+            self.assertEqual(path.stat().st_mode & 0o044, 0o044, path)
+            self.assertEqual(path.stat().st_mode & 0o011, 0o011 if path.is_dir() or path.parent.name == "bin" else 0, path)
+
     def test_uninstall_keeps_files_and_folders_of_others(self):
         prefix = FOLDER / "shared"
         (prefix / "lib").mkdir(parents=True)
@@ -138,6 +149,15 @@ class Refused(unittest.TestCase):
 
     def test_prefix_that_is_relative(self):
         self.refused("here", "PREFIX=here is not absolute")
+
+    def test_prefix_that_a_program_cannot_link(self):
+        for letter in " &;#%:é":
+            self.refused(f"{FOLDER}/a{letter}b", f"PREFIX={FOLDER}/a{letter}b has '{letter}'; use ASCII letters, digits and ")
+
+    def test_prefix_that_is_a_dangling_link(self):
+        (FOLDER / "dangling").symlink_to(FOLDER / "nothing")
+        for prefix in [FOLDER / "dangling", FOLDER / "dangling/below"]:
+            self.refused(prefix, f"{FOLDER}/dangling is a link to {FOLDER}/nothing, which does not exist; remove it")
 
     def test_unknown_chip_lists_those_with_a_library(self):
         status, output = make("install", f"PREFIX={FOLDER}/none", "MCUS=atmega328p atmega32")
@@ -250,6 +270,7 @@ class Examples(unittest.TestCase):
         text = (ROOT / "docs/linking.md").read_text()
         line = re.search(r"\n(make -C sweep PACKAGE=.*\\\n.*)\n```", text)[1]
         self.copy("sweep")
+        self.assertEqual(shell("make -C sweep", cwd=self.folder)[0], 0)  # first for the chip of its Makefile
         self.assertEqual(shell(line, cwd=self.folder)[0], 0)
         status, output = shell(f"{PREFIX}/bin/cds55xx-sim firmware sweep/sweep.elf --board arduino-uno --servos 1 --seconds 1",
                                cwd=self.folder)
@@ -348,6 +369,12 @@ class Dist(unittest.TestCase):
             self.assertIn("make dist needs a clone with git", output)
             return
         self.assertEqual(status, 0, output)
+        other = {**os.environ, "MAKEFLAGS": "", "GIT_TEST_ASSUME_DIFFERENT_OWNER": "1", "GIT_CONFIG_GLOBAL": "/dev/null",
+                 "GIT_CONFIG_NOSYSTEM": "1"}
+        for target in ["dist", "may-release"]:
+            status, message = call("make", "-C", ROOT, target, env=other)
+            self.assertNotEqual(status, 0, message)
+            self.assertIn("dubious ownership", message)
         archive = ROOT / output.splitlines()[-1]
         first = archive.read_bytes()
         make("dist")

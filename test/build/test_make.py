@@ -22,7 +22,8 @@ def copy_build_files(root):
     for name in ["mk", "boards", "test/boards", "scripts", "src/avr", "src/controller/avr"]:
         shutil.copytree(ROOT / name, root / name)
     (root / "sim").mkdir()
-    for name in ["Makefile", "sim/sim.mk", "test/test.mk"]:
+    (root / "examples").mkdir()
+    for name in ["Makefile", "sim/sim.mk", "test/test.mk", "examples/two_servos.c"]:
         shutil.copy(ROOT / name, root / name)
 
 
@@ -275,6 +276,52 @@ class Build(unittest.TestCase):
         (board / "board.mk").write_text(chip + "\n")
         return board
 
+    def test_firmware_of_the_board_is_the_program_that_board_mk_names(self):
+        board = self.make_board(r"HOST_\w+")
+        hexes = {}
+        for name in ["a", "b", "a"]:
+            source = board.parent / f"{name}.c"
+            if not source.exists():
+                source.write_text(f'const char volatile text[] = "program {name}";\nint main(void) {{ return text[0]; }}\n')
+            (board / "board.mk").write_text(f"MCU := atmega644p\nFIRMWARE := {source}\n")
+            status, output = self.make("firmware", f"BOARD_DIR={board}")
+            self.assertEqual(status, 0, output)
+            content = (ROOT / "build/mine/controller.hex").read_text()
+            self.assertEqual(hexes.setdefault(name, content), content)
+        self.assertEqual(len(set(hexes.values())), 2)
+
+    def test_board_mk_value_with_blanks_or_comment_behind_it_is_taken(self):
+        board = self.make_board()
+        for chip in ["MCU := atmega644p # the chip\nF_CPU := 16000000  \nPROFILES := bridge console # both\n"
+                     "PROFILE := bridge # small\nPORT := /dev/null # ours", "  MCU ?= atmega644p\nPROFILE ?= bridge\nPORT = /dev/null"]:
+            (board / "board.mk").write_text(chip + "\n")
+            status, output = self.make("-n", "flash", f"BOARD_DIR={board}")
+            self.assertEqual(status, 0, output)
+            self.assertIn("cp build/mine/bridge.elf build/mine/controller.elf\n", output)
+            self.assertIn("scripts/avrdude.sh '/dev/null' -p atmega644p ", output)
+            self.assertIn(" -DF_CPU=16000000UL ", output)
+
+    def test_board_mk_value_that_cannot_be_is_one_line(self):
+        board = self.make_board()
+        for line, message in [
+                ("PROFILE := fulll", "PROFILE is 'fulll'; PROFILE := one of: bridge console"),
+                ("PROFILE := full # too large", "PROFILE is 'full'; PROFILE := one of: bridge console"),
+                ("PROFILES := bridge ful", "there is no profile 'ful'; PROFILES := some of: bridge console full"),
+                ("F_CPU := 8000000", "F_CPU is 8000000; F_CPU := 16000000, which is the only clock that works"),
+                ("FIRMWARE := nothere.c", f"FIRMWARE is 'nothere.c', which is no C file; FIRMWARE := its absolute path, or its path from {ROOT}"),
+                ("FIRMWARE := README.md", "FIRMWARE is 'README.md', which is no C file"),
+                ("FIRMWARE := examples/robot.c examples/two_joints.c", "'examples/robot.c examples/two_joints.c', which is no C file")]:
+            (board / "board.mk").write_text(f"MCU := atmega644p\n{line}\n")
+            self.assert_one_line(f"{board}/board.mk: {message}" if message[0] != "'" else message, f"BOARD_DIR={board}")
+
+    def test_board_h_with_other_blanks_in_define_is_read(self):
+        for define in ["#define\t", "#define  ", " #define ", "# define "]:
+            board = self.make_board()
+            text = (board / "board.h").read_text()
+            (board / "board.h").write_text(text.replace("#define BOARD_BUS0_RXD_BIT ", f"{define}BOARD_BUS0_RXD_BIT "))
+            status, output = self.make("-n", "firmware", f"BOARD_DIR={board}")
+            self.assertEqual(status, 0, output)
+
     def test_board_dir_with_an_mcu_builds_flashes_and_runs(self):
         board = self.make_board()
         for target, line in [
@@ -336,7 +383,9 @@ class Build(unittest.TestCase):
         for pattern, text, message in [
                 (r"(RX_ENABLE_PORT) D", r"\1 d", "board.h: BOARD_BUS0_RX_ENABLE is on port d bit 7; use a port of atmega644p"),
                 (r"(RXD_BIT +)2", r"\g<1>0", "USART 1 of atmega644p has RXD on port D bit 2 and TXD on port D bit 3"),
-                (r"\Z", "#define BOARD_BUS0_WIRING TWO\n", "use TWO_ENABLES, ONE_ENABLE, TIED, ADAPTER or ADAPTER_ECHO")]:
+                (r"\Z", "#define BOARD_BUS0_WIRING TWO\n", "use TWO_ENABLES, ONE_ENABLE, TIED, ADAPTER or ADAPTER_ECHO"),
+                *((r"(HOST_BAUD +)\w+", rf"\g<1>{baud}", f"the host link has the rate {baud}; use a rate within 3 % of 2000000 / n")
+                  for baud in ["x", "0", "3000000"])]:
             board = self.make_board()
             header = board / "board.h"
             header.write_text(re.sub(pattern, text, header.read_text()))
@@ -362,6 +411,10 @@ class Build(unittest.TestCase):
             self.assert_one_line(message, f"BOARD_DIR={board}")
         board = board.rename(board.parent / "cm510")
         self.assert_one_line("boards/ has a board 'cm510', too", f"BOARD_DIR={board}")
+        for name in ["lib", "host", "adapter", "firmware"]:
+            board = board.rename(board.parent / name)
+            self.assert_one_line(f"build/{name} has other files than those of a board: give the folder {board} another name",
+                                 f"BOARD_DIR={board}")
 
     def test_path_with_a_quote_is_refused(self):
         for name in ["BOARD_DIR", "PREFIX", "DESTDIR", "ELF", "EXAMPLE", "PORT", "UNITY"]:

@@ -219,9 +219,6 @@ class Installed(Case):
         self.assertTrue(self.install(**programs)[1].endswith(f"\nexport PKG_CONFIG_PATH={self.prefix}/lib/pkgconfig\n"))
         self.assertEqual(self.install(**packages, **programs)[1].count("\n"), 1)
         self.assertEqual(self.run_it("install", "--mcus", "atmega64", "--destdir", self.folder / "image")[1].count("\n"), 1)
-        self.prefix = self.folder / "with blank"
-        self.assertTrue(self.install()[1].endswith(
-            f"export PKG_CONFIG_PATH='{self.prefix}/lib/pkgconfig' PATH='{self.prefix}/bin':$PATH\n"))
         for prefix, lines in [("/usr/local", 0), ("/usr", 0), ("/opt/cds", 2)]:
             program = f"import install, pathlib, types; install.tell_path(pathlib.Path('{prefix}'), types.SimpleNamespace(destdir=''))"
             self.assertEqual(call(sys.executable, "-c", program, cwd=self.root / "scripts")[1].count("\n"), lines)

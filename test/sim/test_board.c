@@ -217,6 +217,18 @@ void test_chip_and_clock_may_stand_in_the_file(void)
     TEST_ASSERT_EQUAL_CHAR('A', board.bus[0].tx_enable.port);
 }
 
+void test_board_lines_in_all_forms_of_cpp_and_make_are_read(void)
+{
+    put_with_chip("# define BOARD_MCU atmega1284p\n #define\tBOARD_F_CPU  8000000\n");
+    TEST_ASSERT_TRUE(read_own("mine.h"));
+    TEST_ASSERT_EQUAL_STRING("atmega1284p", board.mcu);
+    TEST_ASSERT_EQUAL_UINT32(8000000, board.clock_Hz);
+    put("one/board.mk", "  MCU ?= atmega1284p # the chip\nF_CPU = 8000000  \n");
+    TEST_ASSERT_TRUE(read_own("one"));
+    TEST_ASSERT_EQUAL_STRING("atmega1284p", board.mcu);
+    TEST_ASSERT_EQUAL_UINT32(8000000, board.clock_Hz);
+}
+
 void test_board_path_without_chip_is_refused(void)
 {
     put("mine.h", wiring);

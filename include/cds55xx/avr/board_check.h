@@ -211,6 +211,19 @@ CDS_AVR_CHECK_ERROR(board.h: the host link has USART BOARD_HOST_USART, but __AVR
 #endif
 #endif
 
+/* At 16 MHz and with U2X the rate of a USART is 2000000 / divisor. */
+#define CDS_AVR_CHECK_DIVISOR ((2000000 + BOARD_HOST_BAUD / 2) / BOARD_HOST_BAUD)
+#if defined BOARD_HOST_USART && defined BOARD_HOST_BAUD
+#if BOARD_HOST_BAUD > 0 && CDS_AVR_CHECK_DIVISOR >= 1 && CDS_AVR_CHECK_DIVISOR <= 4096 &&          \
+    CDS_AVR_CHECK_DIVISOR * BOARD_HOST_BAUD * 97 <= 200000000 &&                                   \
+    CDS_AVR_CHECK_DIVISOR * BOARD_HOST_BAUD * 103 >= 200000000
+#else
+CDS_AVR_CHECK_ERROR(board.h: the host link has the rate BOARD_HOST_BAUD; use a rate within 3 % of 2000000 / n bit/s,
+                    n from 1 to 4096)
+#include CDS_AVR_CHECK_STOP
+#endif
+#endif
+
 #if defined BOARD_HOST_USART && (BOARD_HOST_USART == BOARD_BUS0_USART ||                           \
                                  (BOARD_BUS_COUNT > 1 && BOARD_HOST_USART == BOARD_BUS1_USART) ||  \
                                  (BOARD_BUS_COUNT > 2 && BOARD_HOST_USART == BOARD_BUS2_USART))

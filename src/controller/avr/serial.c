@@ -2,12 +2,6 @@
 /* The controller's serial port to the PC; see serial.h. */
 #include "avr/serial.h"
 
-#define DIVISOR ((F_CPU + 4UL * BOARD_HOST_BAUD) / (8UL * BOARD_HOST_BAUD))
-#if DIVISOR < 1 || DIVISOR > 4096 || F_CPU * 100 > 8UL * DIVISOR * BOARD_HOST_BAUD * 103 ||        \
-    F_CPU * 100 < 8UL * DIVISOR * BOARD_HOST_BAUD * 97
-#error "BOARD_HOST_BAUD cannot be made within 3 %"
-#endif
-
 void serial_open(struct serial *serial, uint16_t divisor)
 {
     SERIAL_CONTROL = 0; // first, so that no handler of the port runs while the struct changes
