@@ -16,6 +16,7 @@ import getpass
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import sys
 
