@@ -40,7 +40,7 @@ export class Session extends EventTarget {
     #stopping = null; // promise of the last stop
     #expiry = null; // timer of the information that goes away next
     #isRenewing = false; // asks a controller that was reset
-    #isPatient = false; // connectAtLoad() tries again if another client has the port
+    #isRetrying = false; // another client has the port, and connectAtLoad() tries again
 
     constructor({ tables, clock = realClock }) {
         super();
@@ -83,12 +83,13 @@ export class Session extends EventTarget {
 
         while (this.clock.now() < end) {
             await this.connect(makePort(), { isPatient: true });
-            if (!this.isPortTaken) return;
+            if (!this.#isRetrying) return;
             const { wire } = this;
 
             await pause(this.clock, TAKEN_PAUSE_MS);
             if (this.wire !== wire || this.state === "disconnected") return; // the user has connected, or disconnected
         }
+        this.#isRetrying = false;
         this.#setState("disconnected");
         this.notify({ code: "port-taken" });
     }
@@ -96,9 +97,8 @@ export class Session extends EventTarget {
     /* Opens the port and asks what the controller has. Never throws: a failure becomes a notice. With `isPatient` a
      * port that another client has gives no notice; the caller tries again. */
     async connect(port, { isPatient = false } = {}) {
-        while (this.state !== "disconnected" && !this.#waitsForPort) await this.disconnect(); // again if another connect() came between
-        this.#isPatient = isPatient;
-        this.#clear(port);
+        while (this.state !== "disconnected" && !this.#isRetrying) await this.disconnect(); // again if another connect() came between
+        this.#clear(port, isPatient);
         const { wire } = this;
 
         try {
@@ -110,20 +110,22 @@ export class Session extends EventTarget {
             this.robot.start();
         } catch (error) {
             if (this.wire !== wire) return; // another connection has begun
-            if (this.isPortTaken && !isPatient) this.notify({ code: "port-taken" });
-            if (!this.isPortTaken && error.code !== "closed") this.notify(error);
+            if (error.code !== "closed") this.notify(error);
             if (wire.state === "closed") this.#takeClose();
             else if (this.state === "connecting") await this.disconnect();
             else this.robot.start();
         }
     }
 
-    get #waitsForPort() {
-        return this.#isPatient && this.isPortTaken;
+    #takeClose() {
+        if (!this.#isRetrying) this.#setState("disconnected");
     }
 
-    #takeClose() {
-        if (!this.#waitsForPort) this.#setState("disconnected");
+    /* The simulator tells that another client has it, then hangs up. The page closes the port first. */
+    #takeTaken(wire, isPatient) {
+        this.#isRetrying = isPatient;
+        if (!isPatient) this.notify({ code: "port-taken" });
+        wire.close();
     }
 
     /* Asks what the firmware has, again after a stop that came between. */
@@ -139,18 +141,18 @@ export class Session extends EventTarget {
         }
     }
 
-    #clear(port) {
+    #clear(port, isPatient) {
         this.portName = port.name ?? "";
         this.notices = [];
         this.stopState = "none";
-        this.isPortTaken = false;
+        this.#isRetrying = false;
         this.capture = new CapturePort(port);
         this.wire = new Wire(this.capture, { clock: this.clock });
         this.controller = new Controller(this.wire, this.tables);
         this.controller.onDone = (line) => this.takeDone(line);
         this.robot = new Robot(this.controller);
         this.history = new History(this.clock.now());
-        this.#listen(this.wire, this.robot);
+        this.#listen(this.wire, this.robot, isPatient);
         this.#setState("connecting");
     }
 
@@ -162,18 +164,18 @@ export class Session extends EventTarget {
         if (this.wire === wire) this.#setState("disconnected");
     }
 
-    #listen(wire, robot) {
+    #listen(wire, robot, isPatient) {
         const on = (target, name, call) =>
             target.addEventListener(name, (event) => this.wire === wire && call(event.detail));
 
         on(wire, "traffic", (entry) => this.#record(entry));
         on(wire, "text", (text) => {
-            this.isPortTaken ||= PORT_TAKEN.test(text);
+            if (this.state === "connecting" && PORT_TAKEN.test(text)) this.#takeTaken(wire, isPatient);
             if (this.isConnected && BANNER.test(text)) this.#renew();
         });
         on(wire, "notice", (detail) => {
             if (detail.code === "back") this.withdraw(WITHDRAWN_BY.back);
-            if (!this.isPortTaken) this.notify(detail);
+            this.notify(detail);
         });
         on(wire, "state", (state) => this.#follow(state));
         on(wire, "close", () => {
