@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Teach, record, edit, play, store: the view of model/motion_desk.js. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { guard } from "lit/directives/guard.js";
 import { live } from "lit/directives/live.js";
 import { MotionDesk } from "../model/motion_desk.js";

@@ -2,7 +2,7 @@
 /* A console: a line, its reply, earlier lines by Up and Down, completion by Tab. Tab leaves the field if
  * there is nothing to complete, so the keyboard is never caught in it. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { live } from "lit/directives/live.js";
 import { repeat } from "lit/directives/repeat.js";
 import { sendLine } from "../model/by_hand.js";

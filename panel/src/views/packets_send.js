@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* A form for a packet by hand: its bytes are shown as they are typed, and its reply in words. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { AT_ID, AT_INSTRUCTION, BROADCAST_ID, INSTRUCTION, packet, toHex } from "../wire/packet.js";
 import { isPacketOfBoard, sendPacket } from "../model/by_hand.js";
 import { ComposeError, compose } from "../model/compose.js";

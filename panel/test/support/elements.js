@@ -2,3 +2,4 @@
 /* Node has no elements. Import this before a view. */
 
 globalThis.HTMLElement ??= class extends EventTarget {};
+globalThis.customElements ??= { define: () => {} };
