@@ -19,13 +19,6 @@ const changing = (name, filter, change, loader = "js") => ({
     setup: ({ onLoad }) => onLoad({ filter }, ({ path }) => ({ contents: change(read(path)), loader })),
 });
 
-/* Of Lit the page uses the templates; its elements are LightElement (src/views/light_element.js). The package `lit` would
- * bring LitElement along: 2.4 KB gzipped. */
-const onlyTemplates = {
-    name: "only-templates",
-    setup: ({ onResolve, resolve }) => onResolve({ filter: /^lit$/ }, ({ kind, resolveDir }) => resolve("lit/html.js", { kind, resolveDir })),
-};
-
 /* gzip finds what a text repeats within 32 KB only. So modules that are alike stand side by side, a storey after another:
  * saves 1.7 KB gzipped. */
 const STOREYS = ["texts", "wire", "port", "model", "views"];
@@ -50,13 +43,12 @@ const MINIFY = {
     mangle: { properties: { regex: /^_(?!_)/, keep_quoted: true } },
 };
 
-/* Returns the files of the bundle: [{name, text}]. `tables`: path of the generated tables. */
-export async function bundle(tables) {
-    const { outputFiles } = await build({
+/* What esbuild makes. `tables`: path of the generated tables. */
+const built = (tables) =>
+    build({
         absWorkingDir: PANEL,
         plugins: [
             inStoreys,
-            onlyTemplates,
             changing("short-templates", /panel\/src\/.*\.js$/, withShortTemplates),
             changing("columns", /\.json$/, moduleOfTables),
             changing("uplot-facts", /uPlot\.esm\.js$/, withFacts),
@@ -74,7 +66,15 @@ export async function bundle(tables) {
         legalComments: "none", // the licence texts stand beside the page
         logLevel: "warning",
         write: false,
+        metafile: true,
     });
+
+/* Paths of all files whose text is in the bundle. */
+export const filesBundled = async (tables) => Object.keys((await built(tables)).metafile.inputs);
+
+/* Returns the files of the bundle: [{name, text}]. */
+export async function bundle(tables) {
+    const { outputFiles } = await built(tables);
     const smallest = async ({ path, text }) => ({ name: basename(path), text: path.endsWith(".js") ? (await minify(text, MINIFY)).code : text });
 
     return Promise.all(outputFiles.map(smallest));
