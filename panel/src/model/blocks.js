@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The blocks of registers that the page reads of each servo, and where each value stands in them. */
 
-export const REGISTER = Object.freeze({
-    CW_ANGLE_LIMIT: 0x06,
-    TORQUE_ENABLE: 0x18,
-    GOAL_POSITION: 0x1e,
-    MOVING_SPEED: 0x20,
-    PRESENT_POSITION: 0x24,
-});
+import { REGISTER } from "../wire/registers.js";
 
 export const FEEDBACK = Object.freeze({ address: REGISTER.PRESENT_POSITION, count: 8 });
 export const STATE = Object.freeze({ address: REGISTER.TORQUE_ENABLE, count: 10 });

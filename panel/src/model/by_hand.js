@@ -2,7 +2,8 @@
 /* Packets and lines that a user has written. They go over the same wire as all others, in turn, within ORDER_MS or not at all. */
 
 import { AT_ID, AT_INSTRUCTION, AT_PARAMETERS, INSTRUCTION } from "../wire/packet.js";
-import { DEVICE, ORDER_MS } from "./controller.js";
+import { DEVICE } from "../wire/registers.js";
+import { ORDER_MS } from "./controller.js";
 import { isForgetting, silenceOf } from "./console_line.js";
 
 const MANY_MS = 3000; // for the replies of many servos

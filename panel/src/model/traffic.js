@@ -9,10 +9,10 @@
  * "noise"; a reply has the group of its request. */
 
 import { END } from "../wire/jobs.js";
-import { AT_ERROR, AT_ID, AT_INSTRUCTION, AT_PARAMETERS, INSTRUCTION, repliesDue, toHex } from "../wire/packet.js";
+import { AT_ERROR, AT_ID, AT_INSTRUCTION, AT_PARAMETERS, ERROR, INSTRUCTION, repliesDue, toHex } from "../wire/packet.js";
+import { DEVICE } from "../wire/registers.js";
 import { texts } from "../texts/texts.js";
 import { FEEDBACK, LIMITS, STATE } from "./blocks.js";
-import { DEVICE } from "./controller.js";
 import { idsOf, instructionName } from "./decode.js";
 
 export const ROWS_MAX = 2000;
@@ -21,7 +21,6 @@ export const POLLS_MAX = 400;
 const POLLED = [FEEDBACK, LIMITS, STATE];
 const POLLED_OF_DEVICE = [DEVICE.SAVE, DEVICE.MOTION_PLAY];
 const POLLED_LINE = "servos";
-const SOME_SILENT = 0x80; // error of a SYNC READ: some servos did not answer
 
 /* True for a packet that the loop of the robot sends again and again. */
 function isPollingPacket(bytes) {
@@ -104,7 +103,7 @@ export class Traffic {
 
     /* A search asks IDs that no servo has. */
     #takeReply(row, isExpected) {
-        const isSearch = this.#request?.source === "search" && row.bytes[AT_ERROR] === SOME_SILENT;
+        const isSearch = this.#request?.source === "search" && row.bytes[AT_ERROR] === ERROR.SOME_FAILED;
 
         row.ids = [row.bytes[AT_ID]];
         row.isError = row.bytes[AT_ERROR] !== 0 && !isSearch;

@@ -5,6 +5,7 @@
 
 export const HEADER = 0xff;
 export const ID_MAX = 253;
+export const DEVICE_ID = 253; // default of the setting device_id
 export const BROADCAST_ID = 254;
 export const LENGTH_MIN = 2;
 export const LENGTH_MAX = 254;

@@ -15,7 +15,7 @@
 import { Demux } from "./demux.js";
 import { FenceJob, LineJob, MarkerJob, PacketJob } from "./jobs.js";
 import { Timeout, realClock } from "./clock.js";
-import { isPacket, read, toHex } from "./packet.js";
+import { DEVICE_ID, isPacket, read, toHex } from "./packet.js";
 import { WireError } from "./wire_error.js";
 import { verifyStop } from "./stop.js";
 
@@ -26,7 +26,6 @@ const KEY = Uint8Array.of(0x0d); // ends a command
 const KEY_AGAIN_MS = 300; // between two keys
 const END_MS = 1000; // from the first key; the wire then gives the command up
 
-const DEVICE_ID = 253;
 const SILENCE_MS = 200; // an unfinished packet is then given up; a busy machine passes bytes on with gaps
 /* Timeout of a fence during a stop. Short, because the controller drops a packet that waits more than 15 ms behind a
  * SYNC READ. */
