@@ -58,7 +58,18 @@ export class CapturePort {
 
     write(bytes, isStop) {
         this.#keep("out", bytes);
-        this.port.write(bytes, isStop);
+        const dropped = this.port.write(bytes, isStop);
+
+        for (const each of dropped ?? []) this.#drop(each);
+        return dropped;
+    }
+
+    /* What a stop has dropped never left: it is no part of the capture. */
+    #drop(bytes) {
+        const isIt = (piece) => piece.bytes === bytes && !piece.isDropped;
+        const piece = this.#last.findLast(isIt) ?? this.#first.findLast(isIt);
+
+        if (piece) piece.isDropped = true;
     }
 
     close() {
@@ -76,7 +87,7 @@ export class CapturePort {
     }
 
     get text() {
-        const lines = (pieces) => pieces.map(({ direction, bytes }) => `${direction} ${toHex(bytes)}\n`).join("");
+        const lines = (pieces) => pieces.map(({ direction, bytes, isDropped }) => (isDropped ? "" : `${direction} ${toHex(bytes)}\n`)).join("");
 
         return lines(this.#first) + (this.#isCut ? "# a part is left out here\n" : "") + lines(this.#last);
     }

@@ -2,8 +2,11 @@
 /* A serial port of this machine (Web Serial: Chrome and Edge, https or localhost).
  *
  * All ports have one interface: open(), write(bytes, isStop), close(), the fields onBytes(bytes) and
- * onClose(reason), and `name`. write() returns at once and keeps the order; with isStop it drops what waits. onClose() is
- * called once, when the port is lost; close() does not call it. */
+ * onClose(reason), and `name`. write() returns at once and keeps the order. onClose() is called once, when the port is lost;
+ * close() does not call it.
+ *
+ * With isStop, write() drops the earlier writes that wait in the page, and returns them. Only Web Serial can: a WebSocket
+ * sends all that it has taken, so a stop may leave behind what waits in the browser. */
 
 export class PortError extends Error {
     /* `code` names an entry of texts.port. */
@@ -61,9 +64,11 @@ export class WebSerialPort {
 
     write(bytes, isStop = false) {
         if (!this.#writer) throw new PortError("not-open");
-        if (isStop) this.#waiting?.splice(0);
+        const dropped = isStop ? this.#waiting?.splice(0) : [];
+
         if (this.#waiting) this.#waiting.push(bytes);
         else this.#send(this.#writer, bytes);
+        return dropped;
     }
 
     /* One write at a time: what a stream has taken cannot be dropped. */

@@ -33,6 +33,7 @@ export const decode = {
     checksum: (value) => `checksum ${value} is right`,
     stop: "Ctrl-X",
     key: "key that ends the command",
+    dropped: "not sent: stopped first",
     noise: "noise",
     noiseText: (count) => `${many(count, "byte")} of no whole packet: damage or noise`,
     line: "line",

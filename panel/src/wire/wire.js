@@ -7,8 +7,8 @@
  * comes before their replies. If nothing answers, the state is `silent`: jobs fail at once, and the wire
  * asks again each second.
  *
- * Events: `state`; `traffic` (detail: {direction, kind, time, bytes, text, status, source}); `text` (a line
- * that belongs to no reply); `notice` (detail: {code, ...}, texts.wire has the text); `close`.
+ * Events: `state`; `traffic` (detail: {direction, kind, time, bytes, text, status, source, dropped}; `dropped`: what a
+ * stop has kept from leaving, port/web_serial.js); `text` (a line that belongs to no reply); `notice` (detail: {code, ...}, texts.wire has the text); `close`.
  *
  * States: closed, synchronising, ready, stopping, silent. */
 
@@ -155,8 +155,9 @@ export class Wire extends EventTarget {
     }
 
     sendStop() {
-        this.#write(Uint8Array.of(CTRL_X), true);
-        this.#emitTraffic("out", "stop", { bytes: Uint8Array.of(CTRL_X), text: "Ctrl-X" });
+        const bytes = Uint8Array.of(CTRL_X);
+
+        this.#emitTraffic("out", "stop", { dropped: this.#write(bytes, true), bytes, text: "Ctrl-X" });
     }
 
     async close() {
@@ -207,7 +208,8 @@ export class Wire extends EventTarget {
         job.promise.finally(() => signal.removeEventListener("abort", abort)).catch(() => {});
     }
 
-    /* Cancels a job that waits. A line under way gets a key that ends it, and its reply still comes: END_MS at most. */
+    /* Cancels a job that waits. A line under way gets a key that ends it. Its reply still comes, or the
+     * wire gives the command up after 1.2 s: at the first multiple of KEY_AGAIN_MS behind END_MS. */
     #abort(job) {
         const index = this.#queue.indexOf(job);
 
@@ -332,14 +334,19 @@ export class Wire extends EventTarget {
 
     /* ---- resynchronisation ---- */
 
+    /* Until the first contact it is not known what can answer. */
+    get #source() {
+        return this.#isOpening ? "probe" : "page";
+    }
+
     #nextFence({ timeout = REPLY_MS, older } = {}) {
         const size = FENCE_SIZES[this.#fences++ % FENCE_SIZES.length];
 
-        return new FenceJob(read(this.deviceId, 0, size), { timeout, deviceId: this.deviceId, older });
+        return new FenceJob(read(this.deviceId, 0, size), { timeout, deviceId: this.deviceId, older, source: this.#source });
     }
 
     #nextMarker() {
-        return new MarkerJob(MARKERS[this.#markers++ % MARKERS.length], { timeout: MARKER_MS, limit: MARKER_LIMIT_MS, source: "probe" });
+        return new MarkerJob(MARKERS[this.#markers++ % MARKERS.length], { timeout: MARKER_MS, limit: MARKER_LIMIT_MS, source: this.#source });
     }
 
     /* Sends a job of the wire itself. False: no reply. Throws WireError if the epoch has passed. */
@@ -469,9 +476,9 @@ export class Wire extends EventTarget {
 
     #write(bytes, isStop) {
         try {
-            this.#port.write(bytes, isStop);
+            return this.#port.write(bytes, isStop);
         } catch (error) {
-            this.#closed(String(error.message ?? error));
+            return void this.#closed(String(error.message ?? error));
         }
     }
 

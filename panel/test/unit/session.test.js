@@ -15,13 +15,13 @@ const RESET_CAUSE = 0x12;
 const INHIBIT = 0x17;
 const TORQUE = 0x18;
 
-async function rig({ hasConsole = true, onText = null, ids = [1] } = {}) {
+async function rig({ hasConsole = true, onText = null, onPacket = null, ids = [1] } = {}) {
     const clock = new FakeClock();
     const port = new FakePort();
     const session = new Session({ tables: tables(), clock });
 
     port.hasConsole = hasConsole;
-    port.onText = onText;
+    Object.assign(port, { onText, onPacket });
     for (const id of ids) port.addServo(id, 1);
     const connect = session.connect(port);
 
@@ -121,6 +121,29 @@ test("search without a console: its IDs without servo are no errors of the traff
     assert.deepEqual(session.robot.ids, [1]);
     assert.ok(session.traffic.select({}, 999).some(({ bytes, direction }) => direction === "in" && bytes[4] === 0x80));
     assert.deepEqual(session.traffic.select({ errorsOnly: true, withPolling: true }, 9).map((row) => session.traffic.describe(row).text), []);
+});
+
+const errorsOf = (session) => session.traffic.select({ errorsOnly: true, withPolling: true }, Infinity);
+
+test("traffic: what the first contact asks in vain is no error", async () => {
+    for (const [onPacket, hasConsole] of [[(bytes) => bytes[2] === 253, true], [null, false]]) {
+        const { session } = await rig({ onPacket, hasConsole });
+
+        assert.ok(session.traffic.select({ withPolling: true }, Infinity).some(({ isUnanswered }) => isUnanswered));
+        assert.deepEqual(errorsOf(session).map(({ line, bytes }) => line || bytes), []);
+        assert.deepEqual([session.wire.hasDevice, session.wire.hasConsole], [!onPacket, hasConsole]);
+    }
+});
+
+test("traffic: a marker that gets no reply later is an error", async () => {
+    const { session, port, clock } = await rig();
+
+    port.onText = () => true;
+    session.controller.run("version").catch(() => {});
+    await clock.advance(20000);
+    const lines = errorsOf(session).map(({ line }) => line).filter((line) => line.startsWith("help "));
+
+    assert.ok(lines.length >= 6, lines.join());
 });
 
 test("packets by hand: those that change or save the page's own mode belong to the view Board", async () => {
