@@ -29,7 +29,7 @@ export const INSTRUCTION = Object.freeze({
 });
 
 /* Bits of the ERROR byte. */
-export const ERROR = Object.freeze({
+export const ERROR = {
     VOLTAGE: 0x01,
     ANGLE: 0x02,
     OVERHEATING: 0x04,
@@ -38,7 +38,7 @@ export const ERROR = Object.freeze({
     OVERLOAD: 0x20,
     INSTRUCTION: 0x40,
     SOME_FAILED: 0x80, // of a SYNC READ: the bytes of a servo that failed are FF
-});
+};
 
 export const ERRORS_OF_PACKET = 0x5a; // the packet was not carried out
 
