@@ -314,37 +314,38 @@ export class RobotView extends View {
         </div>`;
     }
 
-    /* What a user should know of this servo: [{level, text, advice, isOfAll}]. The card has the text, and the place above the
-     * cards the advice. isOfAll: the advice is the same for all servos. */
+    /* What a user should know of this servo: [{level, text, advice, namesNoServo}]. The card shows `text`; the box above the
+     * cards shows `advice`. namesNoServo: true for a stop, whose advice is about the whole robot. */
     #notesOf(servo) {
+        const { goalState } = servo;
         const notes = servo.alarms.map((name) => ({ level: "bad", text: t.alarm(name), advice: t.alarmAdvice(name) }));
 
         if (servo.presence === "offline") notes.push({ level: "bad", text: t.silent, advice: t.silentAdvice });
-        if (servo.inhibit) notes.push({ level: "warn", text: t.inhibited, advice: t[servo.inhibit], isOfAll: servo.inhibit === "stopped" });
-        if (this.#ignored.has(servo.id) && servo.torque !== true) notes.push({ level: "warn ignored", text: t.ignored });
-        else if (t.goalStates[servo.goalState]) notes.push({ level: "warn", text: t.goalStates[servo.goalState] });
+        if (servo.inhibit) notes.push({ level: "warn", text: t.inhibited, advice: t[servo.inhibit], namesNoServo: servo.inhibit === "stopped" });
+        if (this.#ignored.has(servo.id) && servo.torque !== true) notes.push({ level: "warn ignored", text: t.ignored, advice: t.ignoredAdvice });
+        else if (t.goalStates[goalState]) notes.push({ level: "warn", text: t.goalStates[goalState], advice: t.goalAdvice[goalState] });
         return notes;
     }
 
-    /* A stop is told above the cards: a screen reader does not repeat it for each card. */
+    /* A screen reader tells a stop once, above the cards, and not for each card. */
     #notes(servo, notes) {
-        const { inhibit } = servo;
-
-        return html`<div class="notes" aria-live=${inhibit === "stopped" ? "off" : "polite"}>
-            ${notes.map(({ level, text }) => html`<p class="note ${level}">${text}</p>`)}
-            ${inhibit === "lost"
+        return html`<div class="notes">
+            <div class="texts" aria-live="polite">
+                ${notes.map(({ level, text, namesNoServo }) => html`<p class="note ${level}" aria-live=${namesNoServo ? "off" : nothing}>${text}</p>`)}
+            </div>
+            ${servo.inhibit === "lost"
                 ? html`<button aria-label=${t.releaseOf(servo.id)} @click=${() => this.#releaseServo(servo)}>${texts.stop.release}</button>`
                 : nothing}
         </div>`;
     }
 
-    /* Each advice once, with its servos. It takes the place of the keys, so the cards stay where they are. */
+    /* Each advice once, with its servos. The box has the height of the hint about the keys, so the cards stay where they are. */
     #hints(notes) {
         const servosOf = new Map();
 
         for (const [id, list] of notes)
-            for (const { advice, isOfAll } of list)
-                if (advice) servosOf.set(advice, isOfAll ? [] : [...(servosOf.get(advice) ?? []), id]);
+            for (const { advice, namesNoServo } of list)
+                if (advice) servosOf.set(advice, namesNoServo ? [] : [...(servosOf.get(advice) ?? []), id]);
         return html`<div class="hints">
             <p id="robot-keys" class=${servosOf.size ? "covered" : ""}>${t.keys}</p>
             <div class="advice" role="status">

@@ -163,7 +163,7 @@ export async function startRobot(t, { count = 3, ...options } = {}) {
 export async function startRobotWithHand(t, options = {}) {
     const folder = mkdtempSync(join(tmpdir(), "poke-"));
     const socket = join(folder, "poke");
-    const robot = await startRobot(t, { ...options, more: ["--poke", socket] });
+    const robot = await startRobot(t, { ...options, more: [...(options.more ?? []), "--poke", socket] });
 
     t.after(() => rmSync(folder, { recursive: true }));
     return { ...robot, hand: (order) => execFileSync(join(ROOT, "build/host/cds55xx-sim"), ["poke", socket, order]) };
