@@ -36,8 +36,9 @@ test("bundle: the packed tables are the generated tables", async (t) => {
     assert.deepEqual(tables, JSON.parse(json));
 });
 
-test("bundle: a table with a separator in a value is refused", () => {
-    assert.throws(() => moduleOfTables('{"commands": [{"usage": "a~b"}]}'), /cannot pack/);
+test("bundle: a table that would not come out of the packing as it was is refused", () => {
+    for (const rows of [[{ usage: "a~b" }], [{ usage: "a`b" }], [{ unit: "" }, {}], [{ words: ["a b"] }], [{ at: null }]])
+        assert.throws(() => moduleOfTables(JSON.stringify({ commands: rows })), /cannot pack/, JSON.stringify(rows));
 });
 
 test("bundle: uPlot of another version is refused", () => {
