@@ -6,7 +6,7 @@
  * that begins with # is a comment. The search starts behind the last answer and goes on from the
  * start of the capture, so a page that asks at other times than the recorded one is answered, too. */
 
-import { fromHex, toHex } from "../wire/packet.js";
+import { fromHex, toHex } from "./hex.js";
 import { PortError } from "./web_serial.js";
 
 const LINES_MAX = 50000; // the page saves 40400 pieces at most

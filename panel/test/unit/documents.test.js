@@ -2,7 +2,7 @@
 /* What the documents and the bundle promise: the table of notices, the views, the texts of licences. */
 
 import assert from "node:assert/strict";
-import { existsSync, readFileSync } from "node:fs";
+import { existsSync, readFileSync, readdirSync } from "node:fs";
 import { join } from "node:path";
 import test from "node:test";
 import { filesBundled } from "../../bundle/bundle.mjs";
@@ -32,6 +32,18 @@ test("docs/panel.md: a section for each view", () => {
     const page = read("docs/panel.md");
 
     for (const name of Object.values(texts.tabs)) assert.ok(page.includes(`\n### ${name}\n`), name);
+});
+
+/* The storeys of docs/internals/panel.md, the lowest first. */
+const STOREYS = ["port", "wire", "model", "views"];
+
+test("internals/panel.md: a storey imports only from storeys below it, and from texts", () => {
+    const heightOf = (folder) => (folder === "texts" ? -1 : STOREYS.indexOf(folder));
+
+    for (const storey of [...STOREYS, "texts"])
+        for (const name of readdirSync(join(ROOT, "panel/src", storey)).filter((path) => path.endsWith(".js")))
+            for (const [, other] of read(`panel/src/${storey}/${name}`).matchAll(/from "\.\.\/(\w+)\//g))
+                assert.ok(heightOf(other) < heightOf(storey), `${storey}/${name} imports from ${other}`);
 });
 
 /* Packages of npm whose code is in the bundle. */
