@@ -65,17 +65,29 @@ export async function startPanel(
         await panel.end();
         rmSync(folder, { recursive: true });
     });
-    simulation.stderr.on("data", (data) => (panel.output += data));
+    const take = (data) => {
+        panel.output += data;
+        panel.onOutput();
+    };
+
+    simulation.stderr.on("data", take);
     await new Promise((resolve, reject) => {
         simulation.stdout.on("data", (data) => {
-            panel.output += data;
-            panel.onOutput();
+            take(data);
             panel.url ||= /control panel: (\S+)/.exec(panel.output)?.[1] ?? "";
             if (panel.url) resolve();
         });
         ended.then(() => reject(new Error(`panel.py has ended:\n${panel.output}`)));
     });
     return panel;
+}
+
+/* Waits until the simulator or panel.py has printed `pattern`. */
+export function prints(panel, pattern) {
+    return new Promise((resolve) => {
+        panel.onOutput = () => pattern.test(panel.output) && resolve();
+        panel.onOutput();
+    });
 }
 
 /* Chromium. --no-sandbox only for root, who has no other way. */
