@@ -8,8 +8,9 @@ import { isForgetting, silenceOf } from "./console_line.js";
 
 const MANY_MS = 3000; // for the replies of many servos
 
-/* True for a packet to the device that does what isOfBoard() says of a line. Without a console the page has no mode to save. */
-export function isPacketOfBoard({ wire }, bytes) {
+/* True for a packet to the device that changes or saves the mode of the console, or that changes the ID of the device: as
+ * changesOwnMode() for a line. Without a console there is no mode. */
+export function packetChangesOwnMode({ wire }, bytes) {
     if (!wire?.hasConsole || !wire.hasDevice || bytes[AT_ID] !== wire.deviceId) return false;
     const first = bytes[AT_PARAMETERS];
     const written = bytes.length - AT_PARAMETERS - 2; // without address and checksum

@@ -31,8 +31,8 @@ const WITHDRAWN_BY = { // notices that an event withdraws
 const ABOUT_SAFETY = new Set([...WITHDRAWN_BY.stop, "lost", "reset", "silent", "turn-not-ended"]);
 const LOST = new Set(["lost", "lost-stopping"]);
 const RANKS = ["info", "warning", "error"]; // which notices go first if there are too many
-const TAKEN_MS = 5000; // a page that has been left gives its port free in this time
-const TAKEN_PAUSE_MS = 250;
+const PORT_TAKEN_MS = 5000; // a page that has been left gives its port free in this time
+const PORT_RETRY_MS = 250;
 const BANNER = /^cds55xx \d/; // a controller in the mode for people tells it after a reset
 const PORT_TAKEN = /another client is connected/; // the simulator says so, then hangs up
 
@@ -77,16 +77,16 @@ export class Session extends EventTarget {
     /* ---- connection ---- */
 
     /* As connect(), when the page loads. The previous page may still hold the port, so connectAtLoad() retries for
-     * TAKEN_MS. The state stays `connecting` meanwhile. */
+     * PORT_TAKEN_MS. The state stays `connecting` meanwhile. */
     async connectAtLoad(makePort) {
-        const end = this.clock.now() + TAKEN_MS;
+        const end = this.clock.now() + PORT_TAKEN_MS;
 
         while (this.clock.now() < end) {
             await this.connect(makePort(), { isPatient: true });
             if (!this.#isRetrying) return;
             const { wire } = this;
 
-            await pause(this.clock, TAKEN_PAUSE_MS);
+            await pause(this.clock, PORT_RETRY_MS);
             if (this.wire !== wire || this.state === "disconnected") return; // the user has connected, or disconnected
         }
         this.#isRetrying = false;
@@ -265,9 +265,9 @@ export class Session extends EventTarget {
     #followStop() {
         if (this.stopState !== "verified" && this.stopState !== "unchecked") return;
         const { robot } = this;
-        const isTrue = robot.isInhibited && [...robot.servos.values()].every(({ torque }) => torque === false);
+        const isStopped = robot.isInhibited && [...robot.servos.values()].every(({ torque }) => torque === false);
 
-        if (!isTrue || this.state === "silent" || this.state === "disconnected") this.stopState = "none";
+        if (!isStopped || this.state === "silent" || this.state === "disconnected") this.stopState = "none";
     }
 
     /* Allows driving again. */
@@ -308,7 +308,7 @@ export class Session extends EventTarget {
         try {
             return await call();
         } catch (error) {
-            if (!this.#isToldAsLost(error)) this.notify(error);
+            if (!this.#hasNoticeOfLoss(error)) this.notify(error);
             return undefined;
         } finally {
             this.#change();
@@ -318,7 +318,7 @@ export class Session extends EventTarget {
     /* ---- notices and traffic ---- */
 
     /* A lost port fails all that waited, and has a notice of its own. */
-    #isToldAsLost({ code }) {
+    #hasNoticeOfLoss({ code }) {
         return code === "closed" && this.notices.some((shown) => LOST.has(shown.code));
     }
 
@@ -336,14 +336,14 @@ export class Session extends EventTarget {
         const notice = { key, code, ids, operation, time: this.clock.now(), undo: detail.undo, ...noticeText({ ...detail, code, ids }) };
 
         if (code === "unexpected") console.error(what);
-        this.notices = atMost(NOTICES_MAX, [...this.notices.filter((shown) => shown.key !== key), notice]);
+        this.notices = withoutOldest(NOTICES_MAX, [...this.notices.filter((shown) => shown.key !== key), notice]);
         this.#followInfo();
         this.#change();
     }
 
     /* Removes the information whose time is over, and comes back when the next one is due. */
     #followInfo() {
-        const left = (notice) => notice.time + lifeOf(notice) - this.clock.now();
+        const left = (notice) => notice.time + msShown(notice) - this.clock.now();
 
         this.clock.cancel(this.#expiry);
         this.notices = this.notices.filter((notice) => left(notice) > 0);
@@ -393,13 +393,13 @@ function stateOf({ verified, inhibited, off, on, silent }) {
 }
 
 /* ms that a notice stays by itself. */
-function lifeOf({ level, remedy, undo }) {
+function msShown({ level, remedy, undo }) {
     if (level !== "info") return Infinity;
     return remedy || undo ? INFO_TO_DO_MS : INFO_MS;
 }
 
 /* The newest notices, without the oldest of the least level. Those about safety stay. */
-function atMost(count, notices) {
+function withoutOldest(count, notices) {
     const kept = [...notices];
 
     for (const rank of RANKS)

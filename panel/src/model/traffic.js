@@ -87,8 +87,8 @@ export class Traffic {
 
     /* A stop has dropped the write `bytes`. */
     #drop(bytes) {
-        const isIt = (row) => row.bytes === bytes && !row.isDropped;
-        const row = this.#others.list.findLast(isIt) ?? this.#polls.list.findLast(isIt);
+        const isSame = (row) => row.bytes === bytes && !row.isDropped;
+        const row = this.#others.list.findLast(isSame) ?? this.#polls.list.findLast(isSame);
 
         if (row) Object.assign(row, { isDropped: true, isError: false, isUnanswered: false, described: null });
     }
@@ -114,10 +114,10 @@ export class Traffic {
 
     /* A search asks IDs that no servo has. */
     #takeReply(row, isExpected) {
-        const isSearch = this.#request?.source === "search" && row.bytes[AT_ERROR] === ERROR.SOME_FAILED;
+        const isAbsentId = this.#request?.source === "search" && row.bytes[AT_ERROR] === ERROR.SOME_FAILED;
 
         row.ids = [row.bytes[AT_ID]];
-        row.isError = row.bytes[AT_ERROR] !== 0 && !isSearch;
+        row.isError = row.bytes[AT_ERROR] !== 0 && !isAbsentId;
         row.group = "status";
         if (isExpected) this.#answer(row);
         else row.isError = true;

@@ -66,8 +66,8 @@ export class CapturePort {
 
     /* What a stop has dropped never left: it is no part of the capture. */
     #drop(bytes) {
-        const isIt = (piece) => piece.bytes === bytes && !piece.isDropped;
-        const piece = this.#last.findLast(isIt) ?? this.#first.findLast(isIt);
+        const isSame = (piece) => piece.bytes === bytes && !piece.isDropped;
+        const piece = this.#last.findLast(isSame) ?? this.#first.findLast(isSame);
 
         if (piece) piece.isDropped = true;
     }

@@ -7,8 +7,9 @@
  * comes before their replies. If nothing answers, the state is `silent`: jobs fail at once, and the wire
  * asks again each second.
  *
- * Events: `state`; `traffic` (detail: {direction, kind, time, bytes, text, status, source, dropped}; `dropped`: what a
- * stop has kept from leaving, port/web_serial.js); `text` (a line that belongs to no reply); `notice` (detail: {code, ...}, texts.wire has the text); `close`.
+ * Events: `state`; `traffic` (detail: {direction, kind, time, bytes, text, status, source, dropped}; `dropped`: the
+ * earlier writes that this stop has dropped, port/web_serial.js); `text` (a line that belongs to no reply); `notice`
+ * (detail: {code, ...}, texts.wire has the text); `close`.
  *
  * States: closed, synchronising, ready, stopping, silent. */
 

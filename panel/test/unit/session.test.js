@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { isPacketOfBoard, sendLine } from "../../src/model/by_hand.js";
+import { packetChangesOwnMode, sendLine } from "../../src/model/by_hand.js";
 import { Session } from "../../src/model/session.js";
 import { read, reset, write } from "../../src/wire/packet.js";
 import { FakeClock } from "../support/fake_clock.js";
@@ -154,7 +154,7 @@ test("packets by hand: those that change or save the page's own mode belong to t
     const ofBoard = async (options) => {
         const { session } = await rig(options);
 
-        return Object.keys(packets).filter((name) => isPacketOfBoard(session, packets[name]));
+        return Object.keys(packets).filter((name) => packetChangesOwnMode(session, packets[name]));
     };
 
     assert.deepEqual(await ofBoard({}), ["save", "within", "mode", "id", "reset"]);
