@@ -8,7 +8,7 @@ import { copyFile, mkdir, readFile, readdir, rm, writeFile } from "node:fs/promi
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { bundle } from "./bundle/bundle.mjs";
-import { LIMIT, gzippedSizes } from "./bundle/size.mjs";
+import { LIMIT, gzippedSizes, sumOf } from "./bundle/size.mjs";
 
 const HERE = dirname(fileURLToPath(import.meta.url));
 const [tables = join(HERE, "../build/panel-tables.json"), folder = join(HERE, "../build/panel")] = process.argv.slice(2);
@@ -28,7 +28,7 @@ for (const [from, to] of [
     await copyFile(join(HERE, from), join(folder, to));
 
 const sizes = gzippedSizes(folder);
-const sum = Object.values(sizes).reduce((one, other) => one + other);
+const sum = sumOf(sizes);
 const parts = Object.entries(sizes).map(([name, size]) => `${name} ${size}`);
 
 console.log(`panel: ${sum} bytes gzipped, at most ${LIMIT} (${parts.join(", ")})`);

@@ -36,8 +36,9 @@ def check_port(port):
 
 
 def start_simulator(options):
-    """Returns the process and the port of the firmware's host UART. A breach of the rules of the wire, as a collision that
-    `diagnose` causes on purpose, is told and is no failure: a person works with it."""
+    """Returns the process and the port of the firmware's host UART.
+
+    `--rules warn`: the simulator reports a broken rule and goes on. `diagnose` causes collisions on purpose."""
     command = [SIMULATOR, "firmware", options.elf, "--board", options.board, "--servos", options.servos,
                "--host", "tcp:0", "--eeprom", options.eeprom, "--rules", "warn", *options.more]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, bufsize=1)

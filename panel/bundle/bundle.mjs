@@ -14,23 +14,16 @@ const PANEL = join(dirname(fileURLToPath(import.meta.url)), "..");
 const read = (path) => readFileSync(path, "utf8");
 
 /* Changes the text of each file that `filter` finds. */
-const changing = (name, filter, change, loader = "js") => ({
+const transform = (name, filter, change, loader = "js") => ({
     name,
     setup: ({ onLoad }) => onLoad({ filter }, ({ path }) => ({ contents: change(read(path)), loader })),
 });
 
-/* Of Lit the page uses the templates; its elements are LightElement (src/views/light_element.js). The package `lit` would
- * bring LitElement along: 2.4 KB gzipped. */
-const onlyTemplates = {
-    name: "only-templates",
-    setup: ({ onResolve, resolve }) => onResolve({ filter: /^lit$/ }, ({ kind, resolveDir }) => resolve("lit/html.js", { kind, resolveDir })),
-};
-
 /* gzip finds what a text repeats within 32 KB only. So modules that are alike stand side by side, a storey after another:
  * saves 1.7 KB gzipped. */
 const STOREYS = ["texts", "wire", "port", "model", "views"];
-const inStoreys = {
-    name: "in-storeys",
+const orderByStorey = {
+    name: "order-by-storey",
     setup({ onResolve, onLoad }) {
         onResolve({ filter: /^storeys$/ }, ({ path }) => ({ path, namespace: "storeys" }));
         onLoad({ filter: /./, namespace: "storeys" }, () => {
@@ -50,17 +43,16 @@ const MINIFY = {
     mangle: { properties: { regex: /^_(?!_)/, keep_quoted: true } },
 };
 
-/* Returns the files of the bundle: [{name, text}]. `tables`: path of the generated tables. */
-export async function bundle(tables) {
-    const { outputFiles } = await build({
+/* What esbuild makes. `tables`: path of the generated tables. */
+const runEsbuild = (tables) =>
+    build({
         absWorkingDir: PANEL,
         plugins: [
-            inStoreys,
-            onlyTemplates,
-            changing("short-templates", /panel\/src\/.*\.js$/, withShortTemplates),
-            changing("columns", /\.json$/, moduleOfTables),
-            changing("uplot-facts", /uPlot\.esm\.js$/, withFacts),
-            changing("uplot-style", /uPlot\.min\.css$/, withoutLegend, "css"),
+            orderByStorey,
+            transform("short-templates", /panel\/src\/.*\.js$/, withShortTemplates),
+            transform("columns", /\.json$/, moduleOfTables),
+            transform("uplot-facts", /uPlot\.esm\.js$/, withFacts),
+            transform("uplot-style", /uPlot\.min\.css$/, withoutLegend, "css"),
         ],
         entryPoints: { app: "storeys", style: "src/style.css" },
         outdir: PANEL,
@@ -74,8 +66,16 @@ export async function bundle(tables) {
         legalComments: "none", // the licence texts stand beside the page
         logLevel: "warning",
         write: false,
+        metafile: true,
     });
-    const smallest = async ({ path, text }) => ({ name: basename(path), text: path.endsWith(".js") ? (await minify(text, MINIFY)).code : text });
 
-    return Promise.all(outputFiles.map(smallest));
+/* Paths of all files whose text is in the bundle. */
+export const filesBundled = async (tables) => Object.keys((await runEsbuild(tables)).metafile.inputs);
+
+/* Returns the files of the bundle: [{name, text}]. */
+export async function bundle(tables) {
+    const { outputFiles } = await runEsbuild(tables);
+    const minified = async ({ path, text }) => ({ name: basename(path), text: path.endsWith(".js") ? (await minify(text, MINIFY)).code : text });
+
+    return Promise.all(outputFiles.map(minified));
 }

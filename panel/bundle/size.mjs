@@ -13,3 +13,5 @@ export function gzippedSizes(folder) {
 
     return Object.fromEntries(names.map((name) => [name, gzipSync(readFileSync(join(folder, name)), { level: 9 }).length]));
 }
+
+export const sumOf = (sizes) => Object.values(sizes).reduce((one, other) => one + other);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 /* Takes what a browser does not need out of the templates of a module: runs of blanks, quotes of attributes, the slash
- * of elements without content. Saves 0.2 KB gzipped.
+ * of elements without content. Saves 1.2 KB gzipped.
  *
  *     html`<p class="row">      becomes      html`<p class=row> <input>`
  *         <input />` */

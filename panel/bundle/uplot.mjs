@@ -3,7 +3,7 @@
  *
  * Each fact below holds with the options that plot.js gives. It replaces an expression of uPlot.esm.js by the value
  * that the expression then always has; the minifier removes the code that this makes unreachable.
- * panel/test/browser/uplot.test.js compares every pixel with the whole uPlot. A new option in plot.js may need a fact less. */
+ * panel/test/browser/uplot.test.js compares every pixel with the whole uPlot. A new option in plot.js may make a fact false: remove this fact. */
 
 /* A block of uPlot from `begin` to its end at the same indentation. */
 const block = (begin, end = "\\}") => new RegExp(`^(\\t*)${begin}[^]*?^\\1${end}.*$`, "gm");
@@ -34,7 +34,7 @@ const FACTS = {
         [line("addClass\\(root, opts\\.class\\)"), ""],
         [block("if \\(opts\\.title\\)"), ""],
         [block("\\(opts\\.plugins \\|\\| \\[\\]\\)\\.forEach"), ""],
-        [/if \(then\) \{[^]*?\n\telse\n\t\t_init\(\);/g, "then.appendChild(root); _init();"], // it gives the element
+        [/if \(then\) \{[^]*?\n\telse\n\t\t_init\(\);/g, "then.appendChild(root); _init();"], // plot.js passes an element
         [/opts\.drawOrder \|\| /g, ""],
         [/opts\.padding \|\| /g, ""],
     ],
@@ -75,12 +75,12 @@ const FACTS = {
         [/sc\.range = fnOrSelf\([^]*?\)\);/g, "sc.range = rn;"],
         [line("sc\\.clamp = "), ""],
         ...always("rangeIsArr", "false"),
-        [/\[_min, _max\] = rangeNum\(.*/g, ";"], // `range` of x ignores it
+        [/\[_min, _max\] = rangeNum\(.*/g, ";"], // the function `range` of the scale x does not use them
         [/\/\/ explicitly-set initial scales\n[^]*?^\t\}$/gm, ""],
         [/let getEdgeIdxs = log .*/g, "const getEdgeIdxs = nonNullIdxs;"],
         [/let predicate = log .*/g, "const predicate = notNullish;"],
     ],
-    "No legend; the points at the cursor follow as if one were live.": [
+    "There is no legend; points stand at the cursor, as with a legend that is live.": [
         ...always("showLegend", "false"),
         [/\blegend\.show\b/g, "false"],
         [/if \(legend\.live\) \{\s*const getMultiVals[^]*?\n\t\}/g, ""],

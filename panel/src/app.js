@@ -5,7 +5,7 @@
  * it at once. */
 
 import tables from "#tables";
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { ReplayPort } from "./port/replay.js";
 import { WebSerialPort } from "./port/web_serial.js";
 import { WebSocketPort } from "./port/web_socket.js";

@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: MIT
 /* The blocks of registers that the page reads of each servo, and where each value stands in them. */
 
-export const REGISTER = Object.freeze({
-    CW_ANGLE_LIMIT: 0x06,
-    TORQUE_ENABLE: 0x18,
-    GOAL_POSITION: 0x1e,
-    MOVING_SPEED: 0x20,
-    PRESENT_POSITION: 0x24,
-});
+import { REGISTER } from "../wire/registers.js";
 
-export const FEEDBACK = Object.freeze({ address: REGISTER.PRESENT_POSITION, count: 8 });
-export const STATE = Object.freeze({ address: REGISTER.TORQUE_ENABLE, count: 10 });
-export const LIMITS = Object.freeze({ address: REGISTER.CW_ANGLE_LIMIT, count: 4 });
+export const FEEDBACK = { address: REGISTER.PRESENT_POSITION, count: 8 };
+export const STATE = { address: REGISTER.TORQUE_ENABLE, count: 10 };
+export const LIMITS = { address: REGISTER.CW_ANGLE_LIMIT, count: 4 };
 
-export const FEEDBACK_OFFSET = Object.freeze({ position: 0, speed: 2, load: 4, voltage: 6, temperature: 7 });
-export const STATE_OFFSET = Object.freeze({ torque: 0, led: 1, goal: 6, speed: 8 });
-export const LIMITS_OFFSET = Object.freeze({ low: 0, high: 2 });
+export const FEEDBACK_OFFSET = { position: 0, speed: 2, load: 4, voltage: 6, temperature: 7 };
+export const STATE_OFFSET = { torque: 0, led: 1, goal: 6, speed: 8 };
+export const LIMITS_OFFSET = { low: 0, high: 2 };

@@ -2,13 +2,15 @@
 /* Packets and lines that a user has written. They go over the same wire as all others, in turn, within ORDER_MS or not at all. */
 
 import { AT_ID, AT_INSTRUCTION, AT_PARAMETERS, INSTRUCTION } from "../wire/packet.js";
-import { DEVICE, ORDER_MS } from "./controller.js";
+import { DEVICE } from "../wire/registers.js";
+import { ORDER_MS } from "./controller.js";
 import { isForgetting, silenceOf } from "./console_line.js";
 
 const MANY_MS = 3000; // for the replies of many servos
 
-/* True for a packet to the device that does what isOfBoard() says of a line. Without a console the page has no mode to save. */
-export function isPacketOfBoard({ wire }, bytes) {
+/* True for a packet to the device that changes or saves the mode of the console, or that changes the ID of the device: as
+ * changesOwnMode() for a line. Without a console there is no mode. */
+export function packetChangesOwnMode({ wire }, bytes) {
     if (!wire?.hasConsole || !wire.hasDevice || bytes[AT_ID] !== wire.deviceId) return false;
     const first = bytes[AT_PARAMETERS];
     const written = bytes.length - AT_PARAMETERS - 2; // without address and checksum

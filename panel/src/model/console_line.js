@@ -5,14 +5,14 @@ const HISTORY_MAX = 100;
 const SILENT_MS = 10000;
 const LONG_MS = 600000; // `motion wait` says nothing while a sequence plays
 const LONG = /^(?:scan|motion +wait|new|diagnose)\b/i;
-const OF_BOARD = /^(?:mode|echo|defaults|save)\b|^settings +(?:echo|device_id) +\S/i;
+const OWN_MODE = /^(?:mode|echo|defaults|save)\b|^settings +(?:echo|device_id) +\S/i;
 
 /* The longest time without a line of the reply. */
 export const silenceOf = (line) => (LONG.test(line.trim()) ? LONG_MS : SILENT_MS);
 
-/* True for a line that would take away the mode in which the page works, or the device that it reads, or that would save
- * that mode. The view Board does the same and keeps both. */
-export const isOfBoard = (line) => OF_BOARD.test(line.trim());
+/* True for a line that changes or saves the mode of the console, or that changes the ID of the device. The page needs its own
+ * mode and the device. The view Board has these settings, and keeps both. */
+export const changesOwnMode = (line) => OWN_MODE.test(line.trim());
 
 /* The operation of a line: the line without the value that a user changes when he tries again, as "id 1" of "id 1 9". */
 export function operationOf(line) {

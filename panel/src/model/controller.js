@@ -2,20 +2,8 @@
 /* The controller as the page uses it: what its firmware has, and commands of its console. */
 
 import { FAILED, ID_MAX, read, syncRead, write } from "../wire/packet.js";
+import { DEVICE, REGISTER } from "../wire/registers.js";
 import { Failure, parametersOf } from "./registers.js";
-
-export const DEVICE = Object.freeze({
-    VERSION: 0x02,
-    ID: 0x03,
-    ECHO: 0x08,
-    SAVE: 0x10,
-    LINK_LOST: 0x13,
-    ALARMS: 0x14,
-    INHIBIT: 0x17,
-    MOTION_PLAY: 0x70,
-    MOTION_OVERRIDE: 0x71,
-    MOTION_PAUSE: 0x72,
-});
 
 export const ORDER_MS = 2000; // what a user orders leaves within this time or not at all: a command may run for minutes
 const NOT_IN_FIRMWARE = ": not in this firmware"; // a line of `help`
@@ -23,7 +11,6 @@ export const LISTED_MAX = 18; // servos that the console lists
 const SCAN_GROUP = 32; // IDs in a packet of a scan
 const SCAN_MS = 3000; // for the answer to it
 const SEARCH_MS = 30000; // `scan` diagnoses up to four servos in silence; at 7.8 kbps `scan rescue` asks 254 IDs in 5 s
-const SERVO_ID = 0x03; // register
 const ERROR_LINK_LOST = 65;
 
 /* The console has answered `error N: text; remedy`. `line`: the command. `lines`: the reply before it. */
@@ -123,7 +110,7 @@ export class Controller {
         const [line = ""] = await this.run("settings device_id");
         const id = Number(/= (\d+)/.exec(line)?.[1] ?? NaN);
 
-        if (!(id <= 253)) return; // 254: the device is off
+        if (!(id <= ID_MAX)) return; // 254: the device is off
         this.#wire.deviceId = id;
         this.#wire.hasDevice = true;
     }
@@ -191,7 +178,7 @@ export class Controller {
 
         while (ids.length && !signal?.aborted) {
             const group = ids.splice(0, SCAN_GROUP);
-            const parameters = parametersOf(this.#wire.deviceId, await this.#wire.request(syncRead(SERVO_ID, 1, group), { timeout: SCAN_MS, source: "search" }));
+            const parameters = parametersOf(this.#wire.deviceId, await this.#wire.request(syncRead(REGISTER.ID, 1, group), { timeout: SCAN_MS, source: "search" }));
 
             group.forEach((id, index) => parameters[index] !== FAILED && onFound({ id, model: null, rate: null }));
             onProgress(`${total - ids.length} of ${total} IDs asked`);

@@ -10,6 +10,7 @@ import {
     AT_PARAMETERS,
     FAILED,
     BROADCAST_ID,
+    DEVICE_ID,
     ERRORS_OF_PACKET,
     INSTRUCTION,
     statusOf,
@@ -78,7 +79,7 @@ export class Decoder {
     #units;
 
     /* `deviceId()`: the ID of the virtual device. */
-    constructor(tables, deviceId = () => 253) {
+    constructor(tables, deviceId = () => DEVICE_ID) {
         const byAddress = (rows) => new Map(rows.map((row) => [row.address, row]));
 
         this.#servo = byAddress(tables.registers);

@@ -56,7 +56,7 @@ export class MotionDesk extends MotionEditor {
 
         return this.attempt(async () => {
             this.#usePercent();
-            if (!(await this.player.play(isThinned ? pathOfPoints(recording.ids, thinned.points) : path))) return;
+            if (!(await this.player.play(isThinned ? pathOfPoints(recording.ids, thinned.points) : path, true))) return;
             const { samples } = this.player;
             const result = compare(path, samples);
 

@@ -6,7 +6,7 @@
  * Throws MotionError, CommandError, WireError. */
 
 import { pause } from "../wire/clock.js";
-import { DEVICE } from "./controller.js";
+import { DEVICE } from "../wire/registers.js";
 import { linesOfMotions, linesOfPose, linesOfSequence, readMotions } from "./motion_text.js";
 import { JOINTS_MAX, MotionError, Motions, keywordsOf } from "./motions.js";
 

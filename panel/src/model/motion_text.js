@@ -8,6 +8,7 @@
  *
  * `pose show` and `sequence show` print such lines, and the board takes them. */
 
+import { ID_MAX } from "../wire/packet.js";
 import { MotionError, Motions, NAMES_MAX, STEPS_MAX } from "./motions.js";
 import { DEGREES_MAX, RAW_MAX } from "./units.js";
 
@@ -70,10 +71,10 @@ function readIds(words) {
         const [, first, last = first] = /^(\d+)(?:-(\d+))?$/.exec(word) ?? [];
         const count = Number(last) - Number(first) + 1;
 
-        return count > 0 && count <= 254 ? Array.from({ length: count }, (_, index) => Number(first) + index) : [NaN];
+        return count > 0 && count <= ID_MAX + 1 ? Array.from({ length: count }, (_, index) => Number(first) + index) : [NaN];
     });
 
-    return ids.length && ids.every((id) => id <= 253) && new Set(ids).size === ids.length ? ids : undefined;
+    return ids.length && ids.every((id) => id <= ID_MAX) && new Set(ids).size === ids.length ? ids : undefined;
 }
 
 class Reader {

@@ -5,13 +5,17 @@
  * formulas are those of docs/internals/motion.md: minimum jerk from pose to pose; a joint passes a pose with
  * the harmonic mean of its mean speeds before and behind it. */
 
-const minimumJerk = (x) => x * x * x * (10 - 15 * x + 6 * x * x);
-const brake = (x) => x - x * x * x + (x * x * x * x) / 2; // the way of a joint that comes to rest
-const brakingRate = (x) => 1 - 3 * x * x + 2 * x * x * x; // of brake(), from 1 to 0
+import { DEGREES_MAX, RAW_MAX, RPM_MAX } from "./units.js";
 
-const MOMENTS = Array.from({ length: 16 }, (_, index) => index / 16); // of a way, at which the board looks at the speed
-const SPEED_MAX = 1023 / 300 * 62 * 6 / 1000; // raw a ms: 62 rpm
-const JERK_PEAK = 15 / 8; // highest speed of minimum jerk, of the mean speed
+/* Curves over a way; x is the part of its time, 0 to 1. A rate is the derivative of a curve. */
+const minimumJerk = (x) => x * x * x * (10 - 15 * x + 6 * x * x);
+const minimumJerkRate = (x) => 30 * (x - x * x) ** 2;
+const brake = (x) => x - x * x * x + (x * x * x * x) / 2; // a joint comes to rest
+const brakeRate = (x) => 1 - 3 * x * x + 2 * x * x * x; // from 1 to 0
+
+const MOMENTS = Array.from({ length: 16 }, (_, index) => index / 16); // values of x at which the board checks the speed
+const SPEED_MAX = ((RAW_MAX / DEGREES_MAX) * RPM_MAX * 6) / 1000; // raw values a ms at RPM_MAX; 1 rpm is 6 degrees a second
+const JERK_PEAK = minimumJerkRate(1 / 2); // highest rate of minimum jerk
 
 /* Raw positions a ms at which a joint passes the pose between two ways. */
 function passingSpeed(before, behind) {
@@ -79,8 +83,8 @@ function waysOf(steps, goals, ids) {
     );
 }
 
-/* The steps that are too fast for a servo: [{index, id, needed}], `needed` in ms. As the board does it; the board itself
- * has the last word. */
+/* The steps that are too fast for a servo: [{index, id, needed}]. `needed` is a time in ms with which the step is not too
+ * fast: an upper bound. */
 export function tooFast(steps, poses, start = new Map()) {
     const { ids } = pathOfSequence(steps, poses, start);
     const ways = waysOf(steps, stepGoals(ids, steps, poses, start), ids);
@@ -93,15 +97,16 @@ export function tooFast(steps, poses, start = new Map()) {
     });
 }
 
-/* The time that the board gives a way, in ms. From rest to rest a formula tells it. If the joint moves at an end, the board
- * tries times, each 1/8 longer, until the joint is at no moment more than 1/8 too fast. */
+/* The time that a way needs, in ms. From rest to rest a formula gives it. If the joint moves at an end, the page tries
+ * times, each 1/8 longer, until the joint is at none of MOMENTS more than 1/8 too fast. The result is an upper bound: the
+ * speeds at the ends stay fixed while the time grows, but a longer step would make them lower. */
 function timeNeeded({ from, to, speedBefore, speedBehind, time }) {
     if (!speedBefore && !speedBehind) return Math.ceil((Math.abs(to - from) * JERK_PEAK) / SPEED_MAX);
     const [before, behind] = [speedBefore, speedBehind].map((speed) => Math.min(Math.max(speed, -SPEED_MAX), SPEED_MAX));
     const isTooFast = (x) => {
         const rest = (to - from) / time - (before + behind) / 2;
 
-        return Math.abs(before * brakingRate(x) + behind * brakingRate(1 - x) + rest * 30 * (x - x * x) ** 2) > SPEED_MAX * 1.125;
+        return Math.abs(before * brakeRate(x) + behind * brakeRate(1 - x) + rest * minimumJerkRate(x)) > SPEED_MAX * 1.125;
     };
 
     while (MOMENTS.some(isTooFast)) time *= 1.125;

@@ -32,6 +32,7 @@ export class Player {
         this.time = 0; // of the path, ms
         this.percent = 100; // of the speed
         this.isPaused = false;
+        this.isReplaying = false; // what plays is a recording
         this.samples = []; // where the servos were: {t, raw}
     }
 
@@ -48,7 +49,7 @@ export class Player {
      * there. Throws MotionError. False: ended. */
     async goTo(positions) {
         if (this.isPlaying) throw new MotionError("motion-playing");
-        this.#begin("begin");
+        this.#begin();
         try {
             return await this.#goTo(positions);
         } finally {
@@ -56,10 +57,11 @@ export class Player {
         }
     }
 
-    /* Plays `path` once. Throws MotionError. False: ended by end(). */
-    async play(path) {
+    /* Plays `path` once. `isReplay`: it is a recording. Throws MotionError. False: ended by end(). */
+    async play(path, isReplay = false) {
         if (this.isPlaying) throw new MotionError("motion-playing");
-        this.#begin("begin");
+        this.isReplaying = isReplay;
+        this.#begin();
         try {
             const start = path.at(0);
 
@@ -71,15 +73,16 @@ export class Player {
         }
     }
 
-    #begin(state) {
+    #begin() {
         this.#isEnding = false;
         this.isPaused = false;
         this.samples = [];
         this.time = 0;
-        this.#change(state);
+        this.#change("begin");
     }
 
     #over() {
+        this.isReplaying = false;
         this.#change("idle");
     }
 

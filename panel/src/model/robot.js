@@ -10,11 +10,12 @@
  * controller has been reset: its RESET_CAUSE is another one, it echoes a line, or it has forgotten its servos. */
 
 import { ERRORS_OF_PACKET, FAILED, ID_MAX, errorNames, syncRead, word, wordAt, write } from "../wire/packet.js";
+import { DEVICE, REGISTER } from "../wire/registers.js";
 import { groupsOfIds } from "../wire/stop.js";
 import { pause } from "../wire/clock.js";
 import { WireError } from "../wire/wire_error.js";
-import { FEEDBACK, LIMITS, REGISTER, STATE } from "./blocks.js";
-import { DEVICE, LISTED_MAX, ORDER_MS } from "./controller.js";
+import { FEEDBACK, LIMITS, STATE } from "./blocks.js";
+import { LISTED_MAX, ORDER_MS } from "./controller.js";
 import { Failure, parametersOf, readRegisters, writeRegisters } from "./registers.js";
 import { Servo } from "./servo.js";
 import { RAW_MAX, rawOfDegrees, rawOfRpm, rawOfTurn } from "./units.js";

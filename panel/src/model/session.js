@@ -31,8 +31,8 @@ const WITHDRAWN_BY = { // notices that an event withdraws
 const ABOUT_SAFETY = new Set([...WITHDRAWN_BY.stop, "lost", "reset", "silent", "turn-not-ended"]);
 const LOST = new Set(["lost", "lost-stopping"]);
 const RANKS = ["info", "warning", "error"]; // which notices go first if there are too many
-const TAKEN_MS = 5000; // a page that has been left gives its port free in this time
-const TAKEN_PAUSE_MS = 250;
+const PORT_TAKEN_MS = 5000; // a page that has been left gives its port free in this time
+const PORT_RETRY_MS = 250;
 const BANNER = /^cds55xx \d/; // a controller in the mode for people tells it after a reset
 const PORT_TAKEN = /another client is connected/; // the simulator says so, then hangs up
 
@@ -40,7 +40,7 @@ export class Session extends EventTarget {
     #stopping = null; // promise of the last stop
     #expiry = null; // timer of the information that goes away next
     #isRenewing = false; // asks a controller that was reset
-    #isPatient = false; // connectAtLoad() tries again if another client has the port
+    #isRetrying = false; // another client has the port, and connectAtLoad() tries again
 
     constructor({ tables, clock = realClock }) {
         super();
@@ -77,18 +77,19 @@ export class Session extends EventTarget {
     /* ---- connection ---- */
 
     /* As connect(), when the page loads. The previous page may still hold the port, so connectAtLoad() retries for
-     * TAKEN_MS. The state stays `connecting` meanwhile. */
+     * PORT_TAKEN_MS. The state stays `connecting` meanwhile. */
     async connectAtLoad(makePort) {
-        const end = this.clock.now() + TAKEN_MS;
+        const end = this.clock.now() + PORT_TAKEN_MS;
 
         while (this.clock.now() < end) {
             await this.connect(makePort(), { isPatient: true });
-            if (!this.isPortTaken) return;
+            if (!this.#isRetrying) return;
             const { wire } = this;
 
-            await pause(this.clock, TAKEN_PAUSE_MS);
+            await pause(this.clock, PORT_RETRY_MS);
             if (this.wire !== wire || this.state === "disconnected") return; // the user has connected, or disconnected
         }
+        this.#isRetrying = false;
         this.#setState("disconnected");
         this.notify({ code: "port-taken" });
     }
@@ -96,9 +97,8 @@ export class Session extends EventTarget {
     /* Opens the port and asks what the controller has. Never throws: a failure becomes a notice. With `isPatient` a
      * port that another client has gives no notice; the caller tries again. */
     async connect(port, { isPatient = false } = {}) {
-        while (this.state !== "disconnected" && !this.#waitsForPort) await this.disconnect(); // again if another connect() came between
-        this.#isPatient = isPatient;
-        this.#clear(port);
+        while (this.state !== "disconnected" && !this.#isRetrying) await this.disconnect(); // again if another connect() came between
+        this.#clear(port, isPatient);
         const { wire } = this;
 
         try {
@@ -110,20 +110,22 @@ export class Session extends EventTarget {
             this.robot.start();
         } catch (error) {
             if (this.wire !== wire) return; // another connection has begun
-            if (this.isPortTaken && !isPatient) this.notify({ code: "port-taken" });
-            if (!this.isPortTaken && error.code !== "closed") this.notify(error);
+            if (error.code !== "closed") this.notify(error);
             if (wire.state === "closed") this.#takeClose();
             else if (this.state === "connecting") await this.disconnect();
             else this.robot.start();
         }
     }
 
-    get #waitsForPort() {
-        return this.#isPatient && this.isPortTaken;
+    #takeClose() {
+        if (!this.#isRetrying) this.#setState("disconnected");
     }
 
-    #takeClose() {
-        if (!this.#waitsForPort) this.#setState("disconnected");
+    /* The simulator tells that another client has it, then hangs up. The page closes the port first. */
+    #takeTaken(wire, isPatient) {
+        this.#isRetrying = isPatient;
+        if (!isPatient) this.notify({ code: "port-taken" });
+        wire.close();
     }
 
     /* Asks what the firmware has, again after a stop that came between. */
@@ -139,18 +141,18 @@ export class Session extends EventTarget {
         }
     }
 
-    #clear(port) {
+    #clear(port, isPatient) {
         this.portName = port.name ?? "";
         this.notices = [];
         this.stopState = "none";
-        this.isPortTaken = false;
+        this.#isRetrying = false;
         this.capture = new CapturePort(port);
         this.wire = new Wire(this.capture, { clock: this.clock });
         this.controller = new Controller(this.wire, this.tables);
         this.controller.onDone = (line) => this.takeDone(line);
         this.robot = new Robot(this.controller);
         this.history = new History(this.clock.now());
-        this.#listen(this.wire, this.robot);
+        this.#listen(this.wire, this.robot, isPatient);
         this.#setState("connecting");
     }
 
@@ -162,18 +164,18 @@ export class Session extends EventTarget {
         if (this.wire === wire) this.#setState("disconnected");
     }
 
-    #listen(wire, robot) {
+    #listen(wire, robot, isPatient) {
         const on = (target, name, call) =>
             target.addEventListener(name, (event) => this.wire === wire && call(event.detail));
 
         on(wire, "traffic", (entry) => this.#record(entry));
         on(wire, "text", (text) => {
-            this.isPortTaken ||= PORT_TAKEN.test(text);
+            if (this.state === "connecting" && PORT_TAKEN.test(text)) this.#takeTaken(wire, isPatient);
             if (this.isConnected && BANNER.test(text)) this.#renew();
         });
         on(wire, "notice", (detail) => {
             if (detail.code === "back") this.withdraw(WITHDRAWN_BY.back);
-            if (!this.isPortTaken) this.notify(detail);
+            this.notify(detail);
         });
         on(wire, "state", (state) => this.#follow(state));
         on(wire, "close", () => {
@@ -263,9 +265,9 @@ export class Session extends EventTarget {
     #followStop() {
         if (this.stopState !== "verified" && this.stopState !== "unchecked") return;
         const { robot } = this;
-        const isTrue = robot.isInhibited && [...robot.servos.values()].every(({ torque }) => torque === false);
+        const isStopped = robot.isInhibited && [...robot.servos.values()].every(({ torque }) => torque === false);
 
-        if (!isTrue || this.state === "silent" || this.state === "disconnected") this.stopState = "none";
+        if (!isStopped || this.state === "silent" || this.state === "disconnected") this.stopState = "none";
     }
 
     /* Allows driving again. */
@@ -306,7 +308,7 @@ export class Session extends EventTarget {
         try {
             return await call();
         } catch (error) {
-            if (!this.#isToldAsLost(error)) this.notify(error);
+            if (!this.#hasNoticeOfLoss(error)) this.notify(error);
             return undefined;
         } finally {
             this.#change();
@@ -316,7 +318,7 @@ export class Session extends EventTarget {
     /* ---- notices and traffic ---- */
 
     /* A lost port fails all that waited, and has a notice of its own. */
-    #isToldAsLost({ code }) {
+    #hasNoticeOfLoss({ code }) {
         return code === "closed" && this.notices.some((shown) => LOST.has(shown.code));
     }
 
@@ -334,14 +336,14 @@ export class Session extends EventTarget {
         const notice = { key, code, ids, operation, time: this.clock.now(), undo: detail.undo, ...noticeText({ ...detail, code, ids }) };
 
         if (code === "unexpected") console.error(what);
-        this.notices = atMost(NOTICES_MAX, [...this.notices.filter((shown) => shown.key !== key), notice]);
+        this.notices = withoutOldest(NOTICES_MAX, [...this.notices.filter((shown) => shown.key !== key), notice]);
         this.#followInfo();
         this.#change();
     }
 
     /* Removes the information whose time is over, and comes back when the next one is due. */
     #followInfo() {
-        const left = (notice) => notice.time + lifeOf(notice) - this.clock.now();
+        const left = (notice) => notice.time + msShown(notice) - this.clock.now();
 
         this.clock.cancel(this.#expiry);
         this.notices = this.notices.filter((notice) => left(notice) > 0);
@@ -391,13 +393,13 @@ function stateOf({ verified, inhibited, off, on, silent }) {
 }
 
 /* ms that a notice stays by itself. */
-function lifeOf({ level, remedy, undo }) {
+function msShown({ level, remedy, undo }) {
     if (level !== "info") return Infinity;
     return remedy || undo ? INFO_TO_DO_MS : INFO_MS;
 }
 
 /* The newest notices, without the oldest of the least level. Those about safety stay. */
-function atMost(count, notices) {
+function withoutOldest(count, notices) {
     const kept = [...notices];
 
     for (const rank of RANKS)

@@ -7,7 +7,7 @@
 
 import { packet, word, wordAt, INSTRUCTION } from "../wire/packet.js";
 import { pause } from "../wire/clock.js";
-import { DEVICE } from "./controller.js";
+import { DEVICE } from "../wire/registers.js";
 
 const SAVE_MS = 5000; // then the EEPROM has failed
 const POLL_MS = 20;

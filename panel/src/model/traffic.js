@@ -4,15 +4,17 @@
  * The loop that reads feedback makes some hundred rows a second. They have a short list of their own,
  * so that they do not push out the other rows; a row is described only when the list or the filter needs its text.
  *
- * A row: {number, time, direction, kind, bytes, line, request, index, ids, group, isPolling, isError,
- * isUnanswered}. `request`: the row that it answers. `group`: the instruction's name, "line", "stop" or
- * "noise"; a reply has the group of its request. */
+ * A row: {number, time, direction, kind, bytes, line, status, source, request, index, ids, group, isPolling, isError,
+ * isUnanswered, isDropped, due, replies, described}.
+ * `request`: the row that it answers. `index`: the number of replies to it before. `group`: the instruction's name,
+ * "line", "stop" or "noise"; a reply has the group of its request. `isDropped`: a stop came before the row left the page.
+ * `due`, `replies`: the replies to a row that went out. `described`: its texts, once they were asked for. */
 
 import { END } from "../wire/jobs.js";
-import { AT_ERROR, AT_ID, AT_INSTRUCTION, AT_PARAMETERS, INSTRUCTION, repliesDue, toHex } from "../wire/packet.js";
+import { AT_ERROR, AT_ID, AT_INSTRUCTION, AT_PARAMETERS, ERROR, INSTRUCTION, repliesDue, toHex } from "../wire/packet.js";
+import { DEVICE } from "../wire/registers.js";
 import { texts } from "../texts/texts.js";
 import { FEEDBACK, LIMITS, STATE } from "./blocks.js";
-import { DEVICE } from "./controller.js";
 import { idsOf, instructionName } from "./decode.js";
 
 export const ROWS_MAX = 2000;
@@ -21,7 +23,6 @@ export const POLLS_MAX = 400;
 const POLLED = [FEEDBACK, LIMITS, STATE];
 const POLLED_OF_DEVICE = [DEVICE.SAVE, DEVICE.MOTION_PLAY];
 const POLLED_LINE = "servos";
-const SOME_SILENT = 0x80; // error of a SYNC READ: some servos did not answer
 
 /* True for a packet that the loop of the robot sends again and again. */
 function isPollingPacket(bytes) {
@@ -72,10 +73,11 @@ export class Traffic {
         return row;
     }
 
-    #rowOf({ direction, kind, time, bytes = null, text = "", status, isExpected, source }) {
+    #rowOf({ direction, kind, time, bytes = null, text = "", status, isExpected, source, dropped = [] }) {
         const row = { number: this.#number++, time, direction, kind, bytes, line: text, status, source, request: null,
             index: 0, ids: [], group: kind, isPolling: false, isError: kind === "noise", isUnanswered: false };
 
+        for (const each of dropped) this.#drop(each);
         if (kind === "key") row.group = "line";
         else if (direction === "out") this.#takeOut(row);
         else if (kind === "packet") this.#takeReply(row, isExpected);
@@ -83,10 +85,18 @@ export class Traffic {
         return row;
     }
 
+    /* A stop has dropped the write `bytes`. */
+    #drop(bytes) {
+        const isSame = (row) => row.bytes === bytes && !row.isDropped;
+        const row = this.#others.list.findLast(isSame) ?? this.#polls.list.findLast(isSame);
+
+        if (row) Object.assign(row, { isDropped: true, isError: false, isUnanswered: false, described: null });
+    }
+
     #takeOut(row) {
         if (this.#request && row.kind !== "stop") {
             this.#request.isUnanswered = true;
-            this.#request.isError = this.#request.source !== "probe"; // a firmware without console answers no marker
+            this.#request.isError = this.#request.source !== "probe"; // a firmware may have no device, or no console
         }
         row.due = 0;
         row.replies = 0;
@@ -104,10 +114,10 @@ export class Traffic {
 
     /* A search asks IDs that no servo has. */
     #takeReply(row, isExpected) {
-        const isSearch = this.#request?.source === "search" && row.bytes[AT_ERROR] === SOME_SILENT;
+        const isAbsentId = this.#request?.source === "search" && row.bytes[AT_ERROR] === ERROR.SOME_FAILED;
 
         row.ids = [row.bytes[AT_ID]];
-        row.isError = row.bytes[AT_ERROR] !== 0 && !isSearch;
+        row.isError = row.bytes[AT_ERROR] !== 0 && !isAbsentId;
         row.group = "status";
         if (isExpected) this.#answer(row);
         else row.isError = true;
@@ -193,6 +203,7 @@ export class Traffic {
     #describe(row) {
         const t = texts.decode;
 
+        if (row.isDropped) return { name: t.dropped, text: row.line };
         if (row.kind === "stop") return { name: t.stop, text: "" };
         if (row.kind === "key") return { name: t.key, text: "" };
         if (row.kind === "noise") return { name: t.noise, text: t.noiseText(row.bytes.length) };

@@ -6,7 +6,7 @@
  * that begins with # is a comment. The search starts behind the last answer and goes on from the
  * start of the capture, so a page that asks at other times than the recorded one is answered, too. */
 
-import { fromHex, toHex } from "../wire/packet.js";
+import { fromHex, toHex } from "./hex.js";
 import { PortError } from "./web_serial.js";
 
 const LINES_MAX = 50000; // the page saves 40400 pieces at most
@@ -58,7 +58,18 @@ export class CapturePort {
 
     write(bytes, isStop) {
         this.#keep("out", bytes);
-        this.port.write(bytes, isStop);
+        const dropped = this.port.write(bytes, isStop);
+
+        for (const each of dropped ?? []) this.#drop(each);
+        return dropped;
+    }
+
+    /* What a stop has dropped never left: it is no part of the capture. */
+    #drop(bytes) {
+        const isSame = (piece) => piece.bytes === bytes && !piece.isDropped;
+        const piece = this.#last.findLast(isSame) ?? this.#first.findLast(isSame);
+
+        if (piece) piece.isDropped = true;
     }
 
     close() {
@@ -76,7 +87,7 @@ export class CapturePort {
     }
 
     get text() {
-        const lines = (pieces) => pieces.map(({ direction, bytes }) => `${direction} ${toHex(bytes)}\n`).join("");
+        const lines = (pieces) => pieces.map(({ direction, bytes, isDropped }) => (isDropped ? "" : `${direction} ${toHex(bytes)}\n`)).join("");
 
         return lines(this.#first) + (this.#isCut ? "# a part is left out here\n" : "") + lines(this.#last);
     }

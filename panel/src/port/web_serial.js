@@ -2,8 +2,11 @@
 /* A serial port of this machine (Web Serial: Chrome and Edge, https or localhost).
  *
  * All ports have one interface: open(), write(bytes, isStop), close(), the fields onBytes(bytes) and
- * onClose(reason), and `name`. write() returns at once and keeps the order; with isStop it drops what waits. onClose() is
- * called once, when the port is lost; close() does not call it. */
+ * onClose(reason), and `name`. write() returns at once and keeps the order. onClose() is called once, when the port is lost;
+ * close() does not call it.
+ *
+ * With isStop, write() drops the earlier writes that wait in the page, and returns them. Only Web Serial can: a WebSocket
+ * sends all that it has taken, so Ctrl-X follows what waits in the browser. */
 
 export class PortError extends Error {
     /* `code` names an entry of texts.port. */
@@ -20,9 +23,9 @@ export class WebSerialPort {
     #port = null;
     #reader = null;
     #writer = null;
-    #reading = null; // ends when the last read has ended
+    #readLoop = null; // ends when the last read has ended
     #isLost = false;
-    #waiting = null; // writes behind the one that the port has not taken yet; null: there is none
+    #queue = null; // writes behind the one that the port has not taken yet; null: there is none
 
     /* `serial`: navigator.serial or a fake of it. */
     constructor({ baudRate = 115200, serial = globalThis.navigator?.serial } = {}) {
@@ -54,27 +57,29 @@ export class WebSerialPort {
         }
         this.#port = port;
         this.#isLost = false;
-        this.#waiting = null;
+        this.#queue = null;
         this.#writer = this.#port.writable.getWriter();
-        this.#reading = this.#read();
+        this.#readLoop = this.#read();
     }
 
     write(bytes, isStop = false) {
         if (!this.#writer) throw new PortError("not-open");
-        if (isStop) this.#waiting?.splice(0);
-        if (this.#waiting) this.#waiting.push(bytes);
+        const dropped = isStop ? this.#queue?.splice(0) : [];
+
+        if (this.#queue) this.#queue.push(bytes);
         else this.#send(this.#writer, bytes);
+        return dropped;
     }
 
     /* One write at a time: what a stream has taken cannot be dropped. */
     async #send(writer, bytes) {
-        const waiting = (this.#waiting = []);
+        const queue = (this.#queue = []);
 
         try {
-            for (let next = bytes; next; next = waiting.shift()) await writer.write(next);
-            if (waiting === this.#waiting) this.#waiting = null;
+            for (let next = bytes; next; next = queue.shift()) await writer.write(next);
+            if (queue === this.#queue) this.#queue = null;
         } catch (error) {
-            if (writer === this.#writer) this.#lose(error.message);
+            if (writer === this.#writer) this.#reportLoss(error.message);
         }
     }
 
@@ -87,13 +92,13 @@ export class WebSerialPort {
             try {
                 await this.#readStream(this.#reader);
             } catch (error) {
-                if (!port.readable) this.#lose(error.message);
+                if (!port.readable) this.#reportLoss(error.message);
             } finally {
                 this.#reader.releaseLock();
                 this.#reader = null;
             }
         }
-        if (this.#port === port) this.#lose("the port ended");
+        if (this.#port === port) this.#reportLoss("the port ended");
     }
 
     async #readStream(reader) {
@@ -105,7 +110,7 @@ export class WebSerialPort {
         }
     }
 
-    #lose(reason) {
+    #reportLoss(reason) {
         if (!this.#port || this.#isLost) return;
         this.#isLost = true;
         this.close();
@@ -122,7 +127,7 @@ export class WebSerialPort {
         this.#writer = null;
         await this.#reader?.cancel().catch(() => {});
         await this.#finishWriting(writer);
-        if (!this.#isLost) await this.#reading;
+        if (!this.#isLost) await this.#readLoop;
         await port.close().catch(() => {});
     }
 

@@ -44,7 +44,7 @@ export const board = {
     clearHint: "Forgets the alarms. An inhibit stays until “Release”.",
     alarmOf: (who, what) => `${who}: ${what}`,
     servoName: (id) => `Servo ${id}`,
-    others: "A servo that is not in the controller’s list (it does not tell which)",
+    others: "Unlisted servo, ID not known",
     someServo: "One of the servos",
     conditions: alarms,
     settings: "Settings",

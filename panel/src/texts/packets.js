@@ -33,6 +33,7 @@ export const decode = {
     checksum: (value) => `checksum ${value} is right`,
     stop: "Ctrl-X",
     key: "key that ends the command",
+    dropped: "not sent: stopped first",
     noise: "noise",
     noiseText: (count) => `${many(count, "byte")} of no whole packet: damage or noise`,
     line: "line",
@@ -171,7 +172,7 @@ export const packets = {
     keys: "Up and Down: earlier lines. Tab completes.",
     choices: (words) => `One of: ${words.join("  ")}`,
     commands: "All commands",
-    useBoard: "The page does not send this: it needs bare replies and the device, and must not save its own mode. Use the settings of the view Board.",
+    ownMode: "Not sent: this changes or saves the mode or the device that the page works with. Use the view Board.",
     ended: "Cancelled: the robot was stopped.",
     notText: "The console takes letters, digits and signs of ASCII only.",
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The settings: what is changed here is sent by “Apply” or “Save”, never by typing. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { Settings, risksOf } from "../model/settings.js";
 import { BAUD_CLOCK } from "../model/units.js";
 import { texts } from "../texts/texts.js";

@@ -2,7 +2,7 @@
 /* Alarms with their remedies, and the status of the controller. Read when the view opens, when the user
  * asks, and when the device tells of other alarms. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { readAlarms, readStatus } from "../model/board.js";
 import { texts } from "../texts/texts.js";
 import { Part } from "./part.js";
@@ -15,7 +15,7 @@ export function factList(facts, name = "") {
 }
 
 class BoardStatePart extends Part {
-    static properties = { alarms: { attribute: false } };
+    static properties = ["alarms"];
 
     #isReading = false;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The controller: firmware, inhibit, alarms, status, settings. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { noticeText, texts } from "../texts/texts.js";
 import { modeOf } from "./part.js";
 import { View } from "./view.js";

@@ -2,7 +2,7 @@
 /* The drawing of a position dial: ring with the range between the limits, hand at the present position,
  * mark at the goal, hollow mark at a goal that the servo has not confirmed yet. */
 
-import { nothing, svg } from "lit";
+import { nothing, svg } from "lit/html.js";
 import { arcOf, pointOf, rotationOf } from "../model/dial.js";
 import { DEGREES_MAX } from "../model/units.js";
 

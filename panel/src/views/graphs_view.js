@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Graphs of the chosen servos and quantities, over the last seconds or a part of the last minutes. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { live } from "lit/directives/live.js";
 import { GraphWindow } from "../model/graph_window.js";
 import { texts } from "../texts/texts.js";

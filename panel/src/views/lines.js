@@ -2,7 +2,7 @@
 /* How the lines of many servos look: eight colours (lines.css), then the same ones with dashes. The first 32
  * differ from each other. */
 
-import { svg, html } from "lit";
+import { svg, html } from "lit/html.js";
 
 const COLOURS = 8;
 const DASHES = [[], [14, 4], [5, 4], [14, 4, 4, 4]]; // lengths of line and gap, pixels

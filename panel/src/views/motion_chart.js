@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Curves of joints over time, as SVG: degrees upwards, seconds to the right. */
 
-import { html, nothing, svg } from "lit";
+import { html, nothing, svg } from "lit/html.js";
 import { DEGREES_MAX, degreesOf } from "../model/units.js";
 import { colourOf, mark, polyline } from "./lines.js";
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Teach, record, edit, play, store: the view of model/motion_desk.js. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { guard } from "lit/directives/guard.js";
 import { live } from "lit/directives/live.js";
 import { MotionDesk } from "../model/motion_desk.js";
@@ -266,15 +266,17 @@ export class MotionView extends View {
         return html`${chart(curves)}${legend(recording.ids, t.angle)}`;
     }
 
-    /* While the page plays, what ends it takes their place: the box Play may be off the screen. */
+    /* End and Pause of a replay are here: the box Play may be off the screen. */
     #recordingButtons() {
         const { desk, session } = this;
         const { recordings } = desk;
         const isOff = !session.isConnected || desk.isPlaying || recordings.isRecording;
 
-        return html`<button class="replay" title=${t.replayHint} ?disabled=${isOff} @click=${() => desk.playRecording()}>${t.replay}</button>
-            <button class="replay-steps" ?disabled=${isOff}
-                @click=${() => desk.playRecording({ isThinned: true })}>${t.replayThinned}</button>
+        return html`${desk.player.isReplaying
+                ? this.#playControls()
+                : html`<button class="replay" title=${t.replayHint} ?disabled=${isOff} @click=${() => desk.playRecording()}>${t.replay}</button>
+                      <button class="replay-steps" ?disabled=${isOff}
+                          @click=${() => desk.playRecording({ isThinned: true })}>${t.replayThinned}</button>`}
             <button class="to-sequence" @click=${() => recordings.toSequence()}>${t.toSequence}</button>
             <button @click=${() => saveFile("recording.csv", recordings.exportCsv(), "text/csv")}>${t.saveRecording}</button>`;
     }
@@ -306,7 +308,7 @@ export class MotionView extends View {
                     steps: thinned.points.length, error: degrees(thinned.error), board: degrees(thinned.boardError),
                 })}</output>
             </p>
-            <p class="row">${desk.player.isPlaying ? this.#running() : this.#recordingButtons()}</p>
+            <p class="row">${this.#recordingButtons()}</p>
             ${replay
                 ? html`<p class="replayed" role="status">
                       ${t.replayed({ largest: degrees(replay.largest), id: replay.id, mean: degrees(replay.mean) })}
@@ -330,8 +332,8 @@ export class MotionView extends View {
         return t.boardPlays({ name, step: motion.step, steps: desk.store.stored.sequences.get(name)?.length, paused: motion.paused });
     }
 
-    /* What ends or pauses that which plays, and its state. */
-    #running() {
+    /* Pause or Resume, End, and the state of the motion. */
+    #playControls() {
         const { desk } = this;
         const { isPlaying, isPaused } = desk;
 
@@ -372,7 +374,7 @@ export class MotionView extends View {
                 <button class="play" ?disabled=${!session.isConnected || isPlaying || !desk.steps.length} @click=${() => desk.play()}>
                     ${t.play} ${desk.sequence}
                 </button>
-                ${this.#running()}
+                ${desk.player.isReplaying ? nothing : this.#playControls()}
             </p>
         </section>`;
     }

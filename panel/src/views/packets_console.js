@@ -2,11 +2,11 @@
 /* A console: a line, its reply, earlier lines by Up and Down, completion by Tab. Tab leaves the field if
  * there is nothing to complete, so the keyboard is never caught in it. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { live } from "lit/directives/live.js";
 import { repeat } from "lit/directives/repeat.js";
 import { sendLine } from "../model/by_hand.js";
-import { LineHistory, complete, isOfBoard } from "../model/console_line.js";
+import { LineHistory, complete, changesOwnMode } from "../model/console_line.js";
 import { noticeText, texts } from "../texts/texts.js";
 import { Part } from "./part.js";
 
@@ -88,7 +88,7 @@ class ConsolePart extends Part {
 
     /* Why the page does not send a line; "": it does. */
     #refusal(line) {
-        if (isOfBoard(line)) return t.useBoard;
+        if (changesOwnMode(line)) return t.ownMode;
         return /[^\x20-\x7e]/.test(line) ? t.notText : "";
     }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Counters with their meaning, and what they say about the bus. Read only when the user asks. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { healthOf, readCounters } from "../model/counters.js";
 import { texts } from "../texts/texts.js";
 import { Part } from "./part.js";

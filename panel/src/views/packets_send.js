@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 /* A form for a packet by hand: its bytes are shown as they are typed, and its reply in words. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { AT_ID, AT_INSTRUCTION, BROADCAST_ID, INSTRUCTION, packet, toHex } from "../wire/packet.js";
-import { isPacketOfBoard, sendPacket } from "../model/by_hand.js";
+import { packetChangesOwnMode, sendPacket } from "../model/by_hand.js";
 import { ComposeError, compose } from "../model/compose.js";
 import { hexByte } from "../model/decode.js";
 import { typedNumber } from "../model/units.js";
@@ -74,7 +74,7 @@ class SendPart extends Part {
         const { bytes } = this.#packet();
 
         if (!bytes || this.isSending || !this.session.isConnected) return;
-        if (isPacketOfBoard(this.session, bytes)) return this.#show({ level: "error", text: t.useBoard });
+        if (packetChangesOwnMode(this.session, bytes)) return this.#show({ level: "error", text: t.ownMode });
         if (bytes[AT_INSTRUCTION] === INSTRUCTION.RESET && !(await this.#mayReset(bytes))) return;
         this.isSending = true;
         this.#show(null);

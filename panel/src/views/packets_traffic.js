@@ -2,7 +2,7 @@
 /* The list of packets and lines with its filter. It is rendered at most ten times a second, and has at
  * most ROWS_SHOWN rows in the document. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { repeat } from "lit/directives/repeat.js";
 import { AT_ID, INSTRUCTION } from "../wire/packet.js";
 import { hexByte } from "../model/decode.js";

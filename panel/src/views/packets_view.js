@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Traffic, packets by hand, counters, console. Each is a part of its own. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { texts } from "../texts/texts.js";
 import { modeOf } from "./part.js";
 import { View } from "./view.js";

@@ -5,7 +5,7 @@
 import { LightElement } from "./light_element.js";
 
 export class Part extends LightElement {
-    static properties = { session: { attribute: false }, mode: { attribute: false } };
+    static properties = ["session", "mode"];
 }
 
 /* A text that changes with the connection, the firmware or the inhibit. */

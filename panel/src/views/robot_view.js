@@ -3,7 +3,7 @@
  * servo whose dial has the focus, while the key is held; Up, Down and Page keys step its goal. Digits
  * choose a servo. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { live } from "lit/directives/live.js";
 import { repeat } from "lit/directives/repeat.js";
 import { takesText } from "../keys.js";
@@ -234,7 +234,7 @@ export class RobotView extends View {
 
     /* ---- parts of the view ---- */
 
-    #toolbar(servos) {
+    #toolbar(servos, notes) {
         const { robot } = this.session;
         const hasAlarms = Boolean(robot.device?.alarms) || servos.some(({ alarms }) => alarms.length);
 
@@ -254,7 +254,7 @@ export class RobotView extends View {
                       ${t.clearAlarms}
                   </button>`
                 : nothing}
-            ${this.#hints(servos)}
+            ${this.#hints(notes)}
         </div>`;
     }
 
@@ -314,37 +314,38 @@ export class RobotView extends View {
         </div>`;
     }
 
-    /* What a user should know of this servo: [{level, text, advice, isOfAll}]. The card has the text, and the place above the
-     * cards the advice. isOfAll: the advice is the same for all servos. */
+    /* What a user should know of this servo: [{level, text, advice, namesNoServo}]. The card shows `text`; the box above the
+     * cards shows `advice`. namesNoServo: true for a stop, whose advice is about the whole robot. */
     #notesOf(servo) {
+        const { goalState } = servo;
         const notes = servo.alarms.map((name) => ({ level: "bad", text: t.alarm(name), advice: t.alarmAdvice(name) }));
 
         if (servo.presence === "offline") notes.push({ level: "bad", text: t.silent, advice: t.silentAdvice });
-        if (servo.inhibit) notes.push({ level: "warn", text: t.inhibited, advice: t[servo.inhibit], isOfAll: servo.inhibit === "stopped" });
-        if (this.#ignored.has(servo.id) && servo.torque !== true) notes.push({ level: "warn ignored", text: t.ignored });
-        else if (t.goalStates[servo.goalState]) notes.push({ level: "warn", text: t.goalStates[servo.goalState] });
+        if (servo.inhibit) notes.push({ level: "warn", text: t.inhibited, advice: t[servo.inhibit], namesNoServo: servo.inhibit === "stopped" });
+        if (this.#ignored.has(servo.id) && servo.torque !== true) notes.push({ level: "warn ignored", text: t.ignored, advice: t.ignoredAdvice });
+        else if (t.goalStates[goalState]) notes.push({ level: "warn", text: t.goalStates[goalState], advice: t.goalAdvice[goalState] });
         return notes;
     }
 
-    /* A stop is told above the cards: a screen reader does not repeat it for each card. */
-    #notes(servo) {
-        const { inhibit } = servo;
-
-        return html`<div class="notes" aria-live=${inhibit === "stopped" ? "off" : "polite"}>
-            ${this.#notesOf(servo).map(({ level, text }) => html`<p class="note ${level}">${text}</p>`)}
-            ${inhibit === "lost"
+    /* A screen reader tells a stop once, above the cards, and not for each card. */
+    #notes(servo, notes) {
+        return html`<div class="notes">
+            <div class="texts" aria-live="polite">
+                ${notes.map(({ level, text, namesNoServo }) => html`<p class="note ${level}" aria-live=${namesNoServo ? "off" : nothing}>${text}</p>`)}
+            </div>
+            ${servo.inhibit === "lost"
                 ? html`<button aria-label=${t.releaseOf(servo.id)} @click=${() => this.#releaseServo(servo)}>${texts.stop.release}</button>`
                 : nothing}
         </div>`;
     }
 
-    /* Each advice once, with its servos. It takes the place of the keys, so the cards stay where they are. */
-    #hints(servos) {
+    /* Each advice once, with its servos. The box has the height of the hint about the keys, so the cards stay where they are. */
+    #hints(notes) {
         const servosOf = new Map();
 
-        for (const servo of servos)
-            for (const { advice, isOfAll } of this.#notesOf(servo))
-                if (advice) servosOf.set(advice, isOfAll ? [] : [...(servosOf.get(advice) ?? []), servo.id]);
+        for (const [id, list] of notes)
+            for (const { advice, namesNoServo } of list)
+                if (advice) servosOf.set(advice, namesNoServo ? [] : [...(servosOf.get(advice) ?? []), id]);
         return html`<div class="hints">
             <p id="robot-keys" class=${servosOf.size ? "covered" : ""}>${t.keys}</p>
             <div class="advice" role="status">
@@ -353,11 +354,11 @@ export class RobotView extends View {
         </div>`;
     }
 
-    #card(servo) {
+    #card(servo, notes) {
         const isOld = servo.presence === "online" && servo.isOld(this.session.clock.now());
         const state = isOld ? "old" : servo.presence;
         const id = `servo-${servo.id}`;
-        const row = (name, value) => html`<dt title=${texts.graphs.units[name]}>${t[name]}</dt><dd>${value}</dd>`;
+        const row = (name, value) => html`<dt title=${texts.graphs.units[name]}>${texts.graphs.names[name]}</dt><dd>${value}</dd>`;
 
         return html`<article class="card ${state}" data-id=${servo.id} aria-labelledby=${id}>
             <div class="head">
@@ -382,7 +383,7 @@ export class RobotView extends View {
                     ${row("voltage", shown(servo.voltage, 1, " V"))} ${row("temperature", shown(servo.temperature, 0, " °C"))}
                 </dl>
             </div>
-            ${this.#notes(servo)}
+            ${this.#notes(servo, notes)}
         </article>`;
     }
 
@@ -391,10 +392,11 @@ export class RobotView extends View {
 
         if (!session.isConnected) return html`<p>${t.notConnected}</p>`;
         const servos = [...session.robot.servos.values()];
+        const notes = new Map(servos.map((servo) => [servo.id, this.#notesOf(servo)]));
 
         return html`
-            ${this.#toolbar(servos)} ${servos.length ? nothing : html`<p>${t.none}</p>`}
-            <div class="cards">${repeat(servos, ({ id }) => id, (servo) => this.#card(servo))}</div>
+            ${this.#toolbar(servos, notes)} ${servos.length ? nothing : html`<p>${t.none}</p>`}
+            <div class="cards">${repeat(servos, ({ id }) => id, (servo) => this.#card(servo, notes.get(servo.id)))}</div>
         `;
     }
 }

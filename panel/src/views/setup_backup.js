@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Backup of a servo or the robot as a file; restore, which shows first what differs. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { SIZE_MAX } from "../model/backup.js";
 import { valueText } from "../model/registers.js";
 import { texts } from "../texts/texts.js";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Why a servo does not answer, in words. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { texts } from "../texts/texts.js";
 import { ID_MAX } from "../wire/packet.js";
 import { SetupPart } from "./setup_part.js";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Search for servos, and the rate of the bus. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { texts } from "../texts/texts.js";
 import { RATES } from "../model/setup.js";
 import { confirmed } from "./confirm.js";

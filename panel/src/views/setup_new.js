@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Guided set-up of a new servo: the controller tells its steps. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { texts } from "../texts/texts.js";
 import { ID_MAX } from "../wire/packet.js";
 import { SetupPart } from "./setup_part.js";

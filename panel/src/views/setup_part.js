@@ -2,7 +2,7 @@
 /* A part of the view Set-up: rendered when the set-up changes (model/setup.js), not with each feedback of the
  * servos. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { texts } from "../texts/texts.js";
 import { LightElement } from "./light_element.js";
 
@@ -14,7 +14,7 @@ export function nameOf({ name }) {
 }
 
 export class SetupPart extends LightElement {
-    static properties = { setup: { attribute: false } };
+    static properties = ["setup"];
 
     #refresh = () => this.requestUpdate();
 

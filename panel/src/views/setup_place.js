@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The choice of a servo; its ID, rate and factory values. Each change is asked for in a dialog. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { RATES } from "../model/setup.js";
 import { texts } from "../texts/texts.js";
 import { ID_MAX } from "../wire/packet.js";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The registers of a servo: all of them with value, unit, range, area and help; one at a time can be edited. */
 
-import { html, nothing } from "lit";
+import { html, nothing } from "lit/html.js";
 import { rangeOf, rawAt, shownValue, typedValue, valueText } from "../model/registers.js";
 import { unitText, withUnit } from "../model/units.js";
 import { texts } from "../texts/texts.js";

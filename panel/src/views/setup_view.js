@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Set-up of servos: search, new servo, diagnosis, registers, backup. */
 
-import { html } from "lit";
+import { html } from "lit/html.js";
 import { Setup } from "../model/setup.js";
 import { texts } from "../texts/texts.js";
 import { View } from "./view.js";

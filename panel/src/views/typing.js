@@ -4,7 +4,7 @@
  *     keepsTyping(this);                                     // once, in the view
  *     html`<input .value=${taken(name)} @change=${...} />`   // shows `name`, but not over text that is being typed */
 
-import { noChange } from "lit";
+import { noChange } from "lit/html.js";
 import { Directive, directive } from "lit/directive.js";
 
 const typed = new WeakSet(); // inputs with text that no event "change" has delivered

@@ -8,7 +8,7 @@
 import { LightElement } from "./light_element.js";
 
 export class View extends LightElement {
-    static properties = { session: { attribute: false } };
+    static properties = ["session"];
 
     #frame = null;
     #refresh = () => {

@@ -16,7 +16,7 @@ import { WireError } from "./wire_error.js";
 class Job {
     constructor(bytes, { timeout, limit = Infinity, notAfter = Infinity, signal, source = "page" }) {
         this.bytes = bytes;
-        this.source = source; // the traffic tells it: "page", "search" and "probe" (a marker) of the page, or "hand" of a user
+        this.source = source; // the traffic tells it: "page", "search", "probe" (of the first contact), or "hand" (of a user)
         this.timeout = timeout; // ms without an answer
         this.limit = limit; // ms until the end of the reply, however much comes
         this.notAfter = notAfter; // ms of the clock; the job is not sent later

@@ -3,8 +3,11 @@
  * A packet is FF FF ID LENGTH INSTRUCTION-or-ERROR PARAMETERS CHECKSUM; LENGTH counts the bytes that
  * follow it. Manual: 2.2 to 2.4; docs/device.md for SYNC READ and BULK READ. */
 
+export { fromHex, toHex } from "../port/hex.js";
+
 export const HEADER = 0xff;
 export const ID_MAX = 253;
+export const DEVICE_ID = 253; // default of the setting device_id
 export const BROADCAST_ID = 254;
 export const LENGTH_MIN = 2;
 export const LENGTH_MAX = 254;
@@ -28,7 +31,7 @@ export const INSTRUCTION = Object.freeze({
 });
 
 /* Bits of the ERROR byte. */
-export const ERROR = Object.freeze({
+export const ERROR = {
     VOLTAGE: 0x01,
     ANGLE: 0x02,
     OVERHEATING: 0x04,
@@ -37,7 +40,7 @@ export const ERROR = Object.freeze({
     OVERLOAD: 0x20,
     INSTRUCTION: 0x40,
     SOME_FAILED: 0x80, // of a SYNC READ: the bytes of a servo that failed are FF
-});
+};
 
 export const ERRORS_OF_PACKET = 0x5a; // the packet was not carried out
 
@@ -159,17 +162,4 @@ export function isPacket(bytes) {
         bytes.length === length + 4 &&
         checksum(bytes, AT_ID, bytes.length - 1) === bytes[bytes.length - 1]
     );
-}
-
-/* "FF FF 01 02 01 FB" */
-export function toHex(bytes) {
-    return Array.from(bytes, (byte) => byte.toString(16).toUpperCase().padStart(2, "0")).join(" ");
-}
-
-/* Reads hexadecimal bytes with or without spaces between them. Throws RangeError. */
-export function fromHex(text) {
-    const digits = text.replace(/[\s,]+/g, "").replace(/0x/gi, "");
-
-    if (digits.length % 2 || /[^0-9a-f]/i.test(digits)) throw new RangeError(`not hexadecimal bytes: ${text}`);
-    return Uint8Array.from(digits.match(/../g) ?? [], (pair) => parseInt(pair, 16));
 }

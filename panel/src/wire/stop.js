@@ -5,9 +5,8 @@
  * 0; without a known servo it is not. While INHIBIT is not 1, Ctrl-X is sent again: docs/safety.md lists how one can be lost. */
 
 import { FAILED, SYNC_READ_MAX, read, syncRead } from "./packet.js";
+import { DEVICE, REGISTER } from "./registers.js";
 
-const INHIBIT = 0x17; // register of the device
-const TORQUE_ENABLE = 0x18; // register of a servo
 const STOP_MS = 3000; // then the outcome stands
 const AGAIN_MS = 150; // between two Ctrl-X
 
@@ -34,7 +33,7 @@ class Stop {
     /* Returns when INHIBIT reads 1; false: it does not in time. */
     async waitForInhibit() {
         while (!this.isOver) {
-            const reply = (await this.wire.fence()) && (await this.wire.ask(read(this.wire.deviceId, INHIBIT, 1)));
+            const reply = (await this.wire.fence()) && (await this.wire.ask(read(this.wire.deviceId, DEVICE.INHIBIT, 1)));
 
             if (reply?.parameters[0] === 1) return true;
             if (this.wire.clock.now() - this.sentAt >= AGAIN_MS) {
@@ -50,7 +49,7 @@ class Stop {
         const torque = new Map(ids.map((id) => [id, FAILED]));
 
         for (const group of groupsOfIds(ids, 1)) {
-            const reply = await this.wire.ask(syncRead(TORQUE_ENABLE, 1, group));
+            const reply = await this.wire.ask(syncRead(REGISTER.TORQUE_ENABLE, 1, group));
 
             group.forEach((id, index) => torque.set(id, reply?.parameters[index] ?? FAILED));
         }

@@ -7,15 +7,16 @@
  * comes before their replies. If nothing answers, the state is `silent`: jobs fail at once, and the wire
  * asks again each second.
  *
- * Events: `state`; `traffic` (detail: {direction, kind, time, bytes, text, status, source}); `text` (a line
- * that belongs to no reply); `notice` (detail: {code, ...}, texts.wire has the text); `close`.
+ * Events: `state`; `traffic` (detail: {direction, kind, time, bytes, text, status, source, dropped}; `dropped`: the
+ * earlier writes that this stop has dropped, port/web_serial.js); `text` (a line that belongs to no reply); `notice`
+ * (detail: {code, ...}, texts.wire has the text); `close`.
  *
  * States: closed, synchronising, ready, stopping, silent. */
 
 import { Demux } from "./demux.js";
 import { FenceJob, LineJob, MarkerJob, PacketJob } from "./jobs.js";
 import { Timeout, realClock } from "./clock.js";
-import { isPacket, read, toHex } from "./packet.js";
+import { DEVICE_ID, isPacket, read, toHex } from "./packet.js";
 import { WireError } from "./wire_error.js";
 import { verifyStop } from "./stop.js";
 
@@ -26,7 +27,6 @@ const KEY = Uint8Array.of(0x0d); // ends a command
 const KEY_AGAIN_MS = 300; // between two keys
 const END_MS = 1000; // from the first key; the wire then gives the command up
 
-const DEVICE_ID = 253;
 const SILENCE_MS = 200; // an unfinished packet is then given up; a busy machine passes bytes on with gaps
 /* Timeout of a fence during a stop. Short, because the controller drops a packet that waits more than 15 ms behind a
  * SYNC READ. */
@@ -156,8 +156,9 @@ export class Wire extends EventTarget {
     }
 
     sendStop() {
-        this.#write(Uint8Array.of(CTRL_X), true);
-        this.#emitTraffic("out", "stop", { bytes: Uint8Array.of(CTRL_X), text: "Ctrl-X" });
+        const bytes = Uint8Array.of(CTRL_X);
+
+        this.#emitTraffic("out", "stop", { dropped: this.#write(bytes, true), bytes, text: "Ctrl-X" });
     }
 
     async close() {
@@ -208,7 +209,8 @@ export class Wire extends EventTarget {
         job.promise.finally(() => signal.removeEventListener("abort", abort)).catch(() => {});
     }
 
-    /* Cancels a job that waits. A line under way gets a key that ends it, and its reply still comes: END_MS at most. */
+    /* Cancels a job that waits. A line under way gets a key that ends it. Its reply still comes, or the
+     * wire gives the command up after 1.2 s: at the first multiple of KEY_AGAIN_MS behind END_MS. */
     #abort(job) {
         const index = this.#queue.indexOf(job);
 
@@ -333,14 +335,19 @@ export class Wire extends EventTarget {
 
     /* ---- resynchronisation ---- */
 
+    /* Until the first contact it is not known what can answer. */
+    get #source() {
+        return this.#isOpening ? "probe" : "page";
+    }
+
     #nextFence({ timeout = REPLY_MS, older } = {}) {
         const size = FENCE_SIZES[this.#fences++ % FENCE_SIZES.length];
 
-        return new FenceJob(read(this.deviceId, 0, size), { timeout, deviceId: this.deviceId, older });
+        return new FenceJob(read(this.deviceId, 0, size), { timeout, deviceId: this.deviceId, older, source: this.#source });
     }
 
     #nextMarker() {
-        return new MarkerJob(MARKERS[this.#markers++ % MARKERS.length], { timeout: MARKER_MS, limit: MARKER_LIMIT_MS, source: "probe" });
+        return new MarkerJob(MARKERS[this.#markers++ % MARKERS.length], { timeout: MARKER_MS, limit: MARKER_LIMIT_MS, source: this.#source });
     }
 
     /* Sends a job of the wire itself. False: no reply. Throws WireError if the epoch has passed. */
@@ -470,9 +477,9 @@ export class Wire extends EventTarget {
 
     #write(bytes, isStop) {
         try {
-            this.#port.write(bytes, isStop);
+            return this.#port.write(bytes, isStop);
         } catch (error) {
-            this.#closed(String(error.message ?? error));
+            return void this.#closed(String(error.message ?? error));
         }
     }
 

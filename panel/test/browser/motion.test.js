@@ -188,9 +188,20 @@ test("record: a movement by hand, replayed, error measured", async (t) => {
 
     assert.ok(await page.$eval(".recording .end", isOnScreen)); // before the click, which would scroll to it
     assert.ok(await page.$eval(".recording .motion-state", isOnScreen));
+    assert.equal((await page.$$(".motion-state")).length, 1, "one status");
+    assert.equal((await page.$$("button.end, button.pause")).length, 2, "one End, one Pause");
+    assert.ok(await page.$(".recording .to-sequence:enabled"));
     await page.click(".recording .end");
     await shows(page, "Nothing plays", ".motion-state");
     await page.waitForSelector(".recording .replay:enabled");
+
+    await page.select("select.by", "page");
+    await page.click("button.play");
+    await shows(page, /page plays/, ".player .motion-state");
+    assert.equal(await page.$(".recording .end"), null);
+    assert.equal((await page.$$(".motion-state")).length, 1);
+    await page.click(".player .end");
+    await shows(page, "Nothing plays", ".motion-state");
 });
 
 test("recording: kept when the connection is lost", async (t) => {

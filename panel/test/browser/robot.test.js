@@ -157,6 +157,9 @@ test("Stop: Esc in mid-motion, torque is off and the servo stands", async (t) =>
 const placesOf = (page) =>
     page.$$eval(".card", (cards) => cards.map((one) => [one.getBoundingClientRect().top, one.offsetHeight]));
 
+/* In the page: what a screen reader tells of each text of a card: "polite" or "off". */
+const liveOf = (page) => page.$$eval(".note", (notes) => notes.map((note) => `${note.closest("[aria-live]").ariaLive} ${note.innerText}`));
+
 test("cards: texts of a stop and of an ignored drag do not move them, and a stop is told once", async (t) => {
     const { page } = await startRobot(t, { count: 3 });
     const places = await placesOf(page);
@@ -164,7 +167,7 @@ test("cards: texts of a stop and of an ignored drag do not move them, and a stop
     await shows(page, "Home and End", "#robot-keys");
     await page.keyboard.press("Escape");
     await page.waitForFunction((css) => document.querySelectorAll(css).length === 3, {}, ".card .note");
-    assert.deepEqual(await page.$$eval(".note", (notes) => notes.map((note) => note.innerText)), ["Inhibited", "Inhibited", "Inhibited"]);
+    assert.deepEqual(await liveOf(page), ["off Inhibited", "off Inhibited", "off Inhibited"]);
     assert.deepEqual(await page.$$eval(".advice p", (lines) => lines.map((line) => line.innerText)),
         ["Driving is inhibited by a stop. Press Release to allow it."]);
     assert.deepEqual(await placesOf(page), places);
@@ -175,12 +178,49 @@ test("cards: texts of a stop and of an ignored drag do not move them, and a stop
     assert.deepEqual(await placesOf(page), places);
 });
 
+test("cards: while inhibited by a stop, a screen reader still tells that a drag is ignored", async (t) => {
+    const { page } = await startRobot(t, { count: 1 });
+
+    await page.keyboard.press("Escape");
+    await shows(page, "Inhibited", ".card .note");
+    await drag(page, 1, 150, 60);
+    await shows(page, "Ignored", ".card .note");
+    assert.deepEqual(await liveOf(page), ["off Inhibited", "polite Ignored: torque is off"]);
+    assert.deepEqual(await page.$$eval(".advice p", (lines) => lines.map((line) => line.innerText)),
+        ["Driving is inhibited by a stop. Press Release to allow it.", "Servo 1: torque is off. Switch torque on first."]);
+});
+
+test("cards: five alarms of four servos do not move them, and each button stays in sight", async (t) => {
+    const { page } = await startRobot(t, { count: 4 });
+    const places = await placesOf(page);
+
+    await page.evaluate(() => {
+        const { session } = document.querySelector("panel-app");
+        const alarms = ["input voltage", "angle limit", "overheating", "range", "overload"];
+
+        for (const servo of session.robot.servos.values())
+            Object.defineProperties(servo, { alarms: { get: () => alarms, set: () => {} }, inhibit: { get: () => "lost", set: () => {} } });
+    });
+    await page.waitForFunction(() => document.querySelectorAll(".note").length === 24 && document.querySelectorAll(".advice p").length === 6);
+    assert.deepEqual(await placesOf(page), places);
+    assert.ok(await page.$$eval(".notes button", (buttons) => buttons.every((button) => {
+        const card = button.closest(".card").getBoundingClientRect();
+        const { top, bottom, right } = button.getBoundingClientRect();
+
+        return top >= card.top && bottom <= card.bottom && right <= card.right;
+    })));
+    const hidden = await page.$eval(".advice", (advice) => [getComputedStyle(advice).overflowY, advice.scrollHeight > advice.clientHeight]);
+
+    assert.deepEqual(hidden, ["auto", true]);
+});
+
 test("cards: a servo that does not answer is named once, with what to do", async (t) => {
     const { page, hand } = await startRobotWithHand(t, { count: 2 });
 
     hand("power 2 off");
     await shows(page, "Does not answer", `${card(2)} .note`);
-    await shows(page, /^Servo 2: no answer. Check power, wiring and ID.$/, ".advice p");
+    await shows(page, "Servo 2", ".advice");
+    assert.deepEqual(await page.$$eval(".advice p", (lines) => lines.map((line) => line.innerText)), ["Servo 2: no answer. Check power, wiring and ID."]);
 });
 
 test("Stop: Space stops at a dial; a switch takes it for itself", async (t) => {

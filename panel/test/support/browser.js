@@ -65,17 +65,29 @@ export async function startPanel(
         await panel.end();
         rmSync(folder, { recursive: true });
     });
-    simulation.stderr.on("data", (data) => (panel.output += data));
+    const take = (data) => {
+        panel.output += data;
+        panel.onOutput();
+    };
+
+    simulation.stderr.on("data", take);
     await new Promise((resolve, reject) => {
         simulation.stdout.on("data", (data) => {
-            panel.output += data;
-            panel.onOutput();
+            take(data);
             panel.url ||= /control panel: (\S+)/.exec(panel.output)?.[1] ?? "";
             if (panel.url) resolve();
         });
         ended.then(() => reject(new Error(`panel.py has ended:\n${panel.output}`)));
     });
     return panel;
+}
+
+/* Waits until the simulator or panel.py has printed `pattern`. */
+export function prints(panel, pattern) {
+    return new Promise((resolve) => {
+        panel.onOutput = () => pattern.test(panel.output) && resolve();
+        panel.onOutput();
+    });
 }
 
 /* Chromium. --no-sandbox only for root, who has no other way. */
@@ -163,7 +175,7 @@ export async function startRobot(t, { count = 3, ...options } = {}) {
 export async function startRobotWithHand(t, options = {}) {
     const folder = mkdtempSync(join(tmpdir(), "poke-"));
     const socket = join(folder, "poke");
-    const robot = await startRobot(t, { ...options, more: ["--poke", socket] });
+    const robot = await startRobot(t, { ...options, more: [...(options.more ?? []), "--poke", socket] });
 
     t.after(() => rmSync(folder, { recursive: true }));
     return { ...robot, hand: (order) => execFileSync(join(ROOT, "build/host/cds55xx-sim"), ["poke", socket, order]) };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* A port to a controller that tests describe: which packets and lines it answers, and how. */
 
-import { AT_INSTRUCTION, AT_ID, AT_LENGTH, INSTRUCTION, isPacket, packet } from "../../src/wire/packet.js";
+import { AT_INSTRUCTION, AT_ID, AT_LENGTH, ERROR, INSTRUCTION, isPacket, packet } from "../../src/wire/packet.js";
 
 const DEVICE = 253;
 const HELP = { id: "id OLD NEW: give a servo another ID", ping: "ping ID|254: check that a servo answers",
@@ -79,11 +79,11 @@ export class FakePort {
         this.answer(new TextEncoder().encode(lines.map((line) => line + "\r\n").join("")));
     }
 
-    /* What was written, as text: "Ctrl-X", a line, or the hexadecimal bytes of a packet. */
     get packets() {
         return this.written.filter(isPacket);
     }
 
+    /* The lines that were written, without Ctrl-C before a marker. */
     get lines() {
         return this.written.filter((bytes) => bytes[bytes.length - 1] === 0x0d && bytes.length > 1)
             .map((bytes) => new TextDecoder().decode(bytes).replace("\x03", "").trim());
@@ -109,10 +109,10 @@ export class FakePort {
     #syncRead(bytes) {
         const [address, count, ...ids] = bytes.slice(5, bytes[AT_LENGTH] + 3);
         const failed = new Array(count).fill(0xff);
-        const values = ids.flatMap((id) => this.offline.has(id) || !this.servos.has(id)
-            ? failed : [...this.servos.get(id).slice(address, address + count)]);
+        const isSilent = (id) => this.offline.has(id) || !this.servos.has(id);
+        const values = ids.flatMap((id) => (isSilent(id) ? failed : [...this.servos.get(id).slice(address, address + count)]));
 
-        this.answer(status(DEVICE, ids.some((id) => this.offline.has(id)) ? 0x80 : 0, values));
+        this.answer(status(DEVICE, ids.some(isSilent) ? ERROR.SOME_FAILED : 0, values));
     }
 
     #takeText(byte) {

@@ -58,7 +58,7 @@ test("parseStatus: labels and texts", () => {
 test("parseAlarms: each condition has a remedy", () => {
     assert.deepEqual(parseAlarms(["alarm 3: overheating", "alarm of others: overload", "other"]), [
         { who: "Servo 3", condition: "overheating" },
-        { who: "A servo that is not in the controller’s list (it does not tell which)", condition: "overload" },
+        { who: "Unlisted servo, ID not known", condition: "overload" },
     ]);
 });
 

@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { LineHistory, complete, isOfBoard, silenceOf } from "../../src/model/console_line.js";
+import { LineHistory, complete, changesOwnMode, silenceOf } from "../../src/model/console_line.js";
 import { tables } from "../support/tables.js";
 
 const all = tables();
@@ -47,9 +47,9 @@ test("history: at most 100 lines", () => {
     assert.equal(line, "line 100");
 });
 
-test("isOfBoard: lines that take mode or device of the page away", () => {
-    for (const line of ["mode person", " echo on", "settings echo 2", "MODE", "defaults", "settings device_id 200", "save", "SAVE "]) assert.ok(isOfBoard(line), line);
-    for (const line of ["settings", "settings echo", "settings device_id", "help defaults", "help save", "settings cycle_us 4000", "move 1 90"]) assert.ok(!isOfBoard(line), line);
+test("changesOwnMode: lines that take mode or device of the page away", () => {
+    for (const line of ["mode person", " echo on", "settings echo 2", "MODE", "defaults", "settings device_id 200", "save", "SAVE "]) assert.ok(changesOwnMode(line), line);
+    for (const line of ["settings", "settings echo", "settings device_id", "help defaults", "help save", "settings cycle_us 4000", "move 1 90"]) assert.ok(!changesOwnMode(line), line);
 });
 
 test("silenceOf: commands that say nothing for long", () => {

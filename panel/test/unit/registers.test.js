@@ -4,6 +4,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { rangeOf, rawAt, registerRows, shownValue, typedValue } from "../../src/model/registers.js";
+import { DEVICE, REGISTER } from "../../src/wire/registers.js";
 import { texts } from "../../src/texts/texts.js";
 import { tables } from "../support/tables.js";
 
@@ -14,6 +15,13 @@ const shown = (name, raw) => {
 
     return `${number} ${unit}`.trim();
 };
+
+test("addresses in the code are those of the tables", () => {
+    const { registers, device } = tables();
+
+    for (const [names, table] of [[REGISTER, registers], [DEVICE, device]])
+        for (const [name, address] of Object.entries(names)) assert.equal(table.find((row) => row.name === name)?.address, address, name);
+});
 
 test("shownValue: values in their units", () => {
     assert.equal(shown("MIN_VOLTAGE", 65), "6.5 V");

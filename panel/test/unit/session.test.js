@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { isPacketOfBoard, sendLine } from "../../src/model/by_hand.js";
+import { packetChangesOwnMode, sendLine } from "../../src/model/by_hand.js";
 import { Session } from "../../src/model/session.js";
 import { read, reset, write } from "../../src/wire/packet.js";
 import { FakeClock } from "../support/fake_clock.js";
@@ -15,13 +15,13 @@ const RESET_CAUSE = 0x12;
 const INHIBIT = 0x17;
 const TORQUE = 0x18;
 
-async function rig({ hasConsole = true, onText = null, ids = [1] } = {}) {
+async function rig({ hasConsole = true, onText = null, onPacket = null, ids = [1] } = {}) {
     const clock = new FakeClock();
     const port = new FakePort();
     const session = new Session({ tables: tables(), clock });
 
     port.hasConsole = hasConsole;
-    port.onText = onText;
+    Object.assign(port, { onText, onPacket });
     for (const id of ids) port.addServo(id, 1);
     const connect = session.connect(port);
 
@@ -123,6 +123,29 @@ test("search without a console: its IDs without servo are no errors of the traff
     assert.deepEqual(session.traffic.select({ errorsOnly: true, withPolling: true }, 9).map((row) => session.traffic.describe(row).text), []);
 });
 
+const errorsOf = (session) => session.traffic.select({ errorsOnly: true, withPolling: true }, Infinity);
+
+test("traffic: what the first contact asks in vain is no error", async () => {
+    for (const [onPacket, hasConsole] of [[(bytes) => bytes[2] === 253, true], [null, false]]) {
+        const { session } = await rig({ onPacket, hasConsole });
+
+        assert.ok(session.traffic.select({ withPolling: true }, Infinity).some(({ isUnanswered }) => isUnanswered));
+        assert.deepEqual(errorsOf(session).map(({ line, bytes }) => line || bytes), []);
+        assert.deepEqual([session.wire.hasDevice, session.wire.hasConsole], [!onPacket, hasConsole]);
+    }
+});
+
+test("traffic: a marker that gets no reply later is an error", async () => {
+    const { session, port, clock } = await rig();
+
+    port.onText = () => true;
+    session.controller.run("version").catch(() => {});
+    await clock.advance(20000);
+    const lines = errorsOf(session).map(({ line }) => line).filter((line) => line.startsWith("help "));
+
+    assert.ok(lines.length >= 6, lines.join());
+});
+
 test("packets by hand: those that change or save the page's own mode belong to the view Board", async () => {
     const packets = {
         save: write(253, 0x10, [1]), within: write(253, 0x0c, [0, 0, 0, 0, 1]), mode: write(253, 0x08, [2]), id: write(253, 3, [254]), reset: reset(253),
@@ -131,7 +154,7 @@ test("packets by hand: those that change or save the page's own mode belong to t
     const ofBoard = async (options) => {
         const { session } = await rig(options);
 
-        return Object.keys(packets).filter((name) => isPacketOfBoard(session, packets[name]));
+        return Object.keys(packets).filter((name) => packetChangesOwnMode(session, packets[name]));
     };
 
     assert.deepEqual(await ofBoard({}), ["save", "within", "mode", "id", "reset"]);

@@ -3,12 +3,15 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { CapturePort } from "../../src/port/replay.js";
+import { Decoder } from "../../src/model/decode.js";
+import { Traffic } from "../../src/model/traffic.js";
+import { CapturePort, parseCapture } from "../../src/port/replay.js";
 import { WebSerialPort } from "../../src/port/web_serial.js";
 import { CTRL_X, Wire } from "../../src/wire/wire.js";
-import { ping } from "../../src/wire/packet.js";
+import { ping, toHex } from "../../src/wire/packet.js";
 import { FakeClock } from "../support/fake_clock.js";
 import { status } from "../support/fake_port.js";
+import { tables } from "../support/tables.js";
 
 const named = (name, message = name) => Object.assign(new Error(message), { name });
 
@@ -170,10 +173,13 @@ test("web serial: opens again after a loss", async () => {
 async function wireRig() {
     const { port, fake } = rig();
     const clock = new FakeClock();
-    const wire = new Wire(new CapturePort(port), { clock });
+    const capture = new CapturePort(port);
+    const wire = new Wire(capture, { clock });
+    const traffic = new Traffic(new Decoder(tables()));
 
     const memory = [0x55, 0xcd, ...new Array(0x15).fill(0), 1]; // of the device; 1: INHIBIT
 
+    wire.addEventListener("traffic", ({ detail }) => traffic.take(detail));
     fake.packets = [];
     fake.taken = Promise.resolve();
     fake.take = (bytes) => {
@@ -189,7 +195,7 @@ async function wireRig() {
     }
     await opened;
     fake.packets = [];
-    return { wire, fake, clock };
+    return { wire, capture, traffic, fake, clock };
 }
 
 test("web serial: Ctrl-X follows the one packet that the port has, not those that wait", async () => {
@@ -209,6 +215,29 @@ test("web serial: Ctrl-X follows the one packet that the port has, not those tha
     take();
     await tick();
     assert.deepEqual(fake.packets.slice(0, 2), [[...ping(1)], [CTRL_X]]);
+    await wire.close();
+});
+
+test("web serial: what a stop drops is not in the capture, and not sent in the traffic", async () => {
+    const { wire, capture, clock, fake, traffic } = await wireRig();
+
+    fake.taken = new Promise(() => {}); // takes no more
+    wire.request(ping(1)).catch(() => {});
+    wire.request(ping(2)).catch(() => {});
+    await clock.advance(500);
+    assert.match(capture.text, /^out FF FF FD 04 02 00 .*\n$/m); // a fence
+    const before = capture.text.split("\n").filter((line) => line.startsWith("out "));
+
+    wire.stop({ servos: [1] }).catch(() => {});
+    const after = capture.text.split("\n").filter((line) => line.startsWith("out "));
+
+    assert.ok(parseCapture(capture.text));
+    assert.deepEqual(after.slice(-3), [`out ${toHex(ping(1))}`, "out 18", "out FF FF FD 04 02 00 04 F8"]); // a fence of the stop
+    assert.equal(after.length, before.length + 1); // the fence of before is left out
+    const [fence] = traffic.select({ withPolling: true, text: "FD 04 02 00 03" }, Infinity);
+
+    assert.ok(fence.isDropped && !fence.isError && !fence.isUnanswered);
+    assert.match(traffic.describe(fence).name, /not sent/);
     await wire.close();
 });
 
