@@ -37,6 +37,7 @@ export const robot = {
     ignored: "Ignored: torque is off",
     inhibited: "Inhibited",
     stopped: "Driving is inhibited by a stop. Press Release to allow it.",
+    host: "Driving is inhibited: the controller lost the link to this machine. Press Release to allow it.",
     lost: "inhibited, since its torque went off by itself. Check its power, then release it.",
     releaseOf: (id) => `Release servo ${id}`,
     goalStates: {

@@ -320,17 +320,17 @@ export class RobotView extends View {
         const notes = servo.alarms.map((name) => ({ level: "bad", text: t.alarm(name), advice: t.alarmAdvice(name) }));
 
         if (servo.presence === "offline") notes.push({ level: "bad", text: t.silent, advice: t.silentAdvice });
-        if (servo.inhibit) notes.push({ level: "warn", text: t.inhibited, advice: t[servo.inhibit], isOfAll: servo.inhibit === "stopped" });
+        if (servo.inhibit) notes.push({ level: "warn", text: t.inhibited, advice: t[servo.inhibit], isOfAll: servo.inhibit !== "lost" });
         if (this.#ignored.has(servo.id) && servo.torque !== true) notes.push({ level: "warn ignored", text: t.ignored });
         else if (t.goalStates[servo.goalState]) notes.push({ level: "warn", text: t.goalStates[servo.goalState] });
         return notes;
     }
 
-    /* A stop is told above the cards: a screen reader does not repeat it for each card. */
+    /* What inhibits all is told above the cards: a screen reader does not repeat it for each card. */
     #notes(servo) {
         const { inhibit } = servo;
 
-        return html`<div class="notes" aria-live=${inhibit === "stopped" ? "off" : "polite"}>
+        return html`<div class="notes" aria-live=${inhibit && inhibit !== "lost" ? "off" : "polite"}>
             ${this.#notesOf(servo).map(({ level, text }) => html`<p class="note ${level}">${text}</p>`)}
             ${inhibit === "lost"
                 ? html`<button aria-label=${t.releaseOf(servo.id)} @click=${() => this.#releaseServo(servo)}>${texts.stop.release}</button>`

@@ -52,6 +52,20 @@ test("robot: an endless turn ends when the view is left", () => {
     assert.equal(slider.value, 0);
 });
 
+test("robot: an inhibit by a lost host link names the link, once for all servos", () => {
+    const view = new RobotView();
+
+    view.session = turning();
+    view.session.robot.setServos([1, 2]);
+    for (const servo of view.session.robot.servos.values()) servo.takeLine("servo: online, torque on, inhibited: host link lost, alarms: range");
+    const shown = valuesOf(view.render()).map(([, value]) => value);
+    const advices = shown.filter((value) => typeof value === "string" && /inhibited/.test(value));
+
+    assert.deepEqual(advices, [texts.robot.host]);
+    assert.match(texts.robot.host, /lost the link/);
+    assert.equal(shown.filter((value) => value === texts.robot.inhibited).length, 2);
+});
+
 /* A view in the document whose dial of servo 1 is dragged, and its pointer. */
 function dragging(t) {
     const view = new RobotView();
