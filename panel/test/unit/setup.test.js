@@ -5,6 +5,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { Session } from "../../src/model/session.js";
 import { Setup } from "../../src/model/setup.js";
+import { texts } from "../../src/texts/texts.js";
 import { INSTRUCTION } from "../../src/wire/packet.js";
 import { FakeClock } from "../support/fake_clock.js";
 import { FakePort } from "../support/fake_port.js";
@@ -171,6 +172,7 @@ test("new servo: its steps, then it is the chosen one", async () => {
     assert.equal(setup.id, 4);
     assert.deepEqual(codes(setup.session), []);
     assert.ok(port.lines.includes("new 4"));
+    assert.match(texts.setup.newDone(4), new RegExp(`others again, then press “${texts.setup.search}”`));
 });
 
 test("new servo: an ID of the list is refused, and set up once the list is forgotten", async () => {
