@@ -14,6 +14,7 @@ import { texts } from "../../src/texts/texts.js";
 import { Decoder } from "../../src/model/decode.js";
 import "../../src/views/board_settings.js";
 import "../../src/views/packets_send.js";
+import "../../src/views/setup_diagnose.js";
 import { settle } from "../support/fake_clock.js";
 import { tables } from "../support/tables.js";
 import { attributeOf, valuesOf } from "../support/rendered.js";
@@ -199,6 +200,18 @@ test("settings: what is typed while an Apply is under way stays", async () => {
     assert.equal(shown("link_loss_ms"), "1234");
     type("link_loss_ms", initial);
     assert.equal(shown("link_loss_ms"), initial);
+});
+
+test("diagnosis: a remedy names the button Search, not the command", () => {
+    const part = new (customElements.get("panel-setup-diagnose"))();
+
+    part.setup = Object.assign(new EventTarget(), {
+        ids: [], has: () => true, isRunning: false, operation: null, session: {},
+        findings: [{ id: 1, ...tables().findings[11], place: "", isGood: false }],
+    });
+    const shown = valuesOf(part.render()).map(([, value]) => value).filter((value) => typeof value === "string");
+
+    assert.ok(shown.includes("check plug and power of this servo; then its ID: press “Search”"), shown.join());
 });
 
 test("send: an empty field is no error and cannot be sent", () => {
