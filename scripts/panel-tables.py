@@ -30,6 +30,12 @@ UNITS = {
     "BPS": {"name": "bps", "digits": 0},  # 2 000 000 / (raw + 1)
 }
 
+# Remedies of the console name its commands; the page has buttons, in “”.
+REMEDIES = {
+    "40": "the controller knows 18 servos at most: unplug one, then press “Forget the list” in the view Set-up",
+    "84": "press “Hold” in the view Motion",
+}
+
 
 def table_of_registers():
     for name, address, width, access, area, _, lowest, highest, unit in registers.rows():
@@ -65,12 +71,13 @@ def table_of_commands():
 
 
 def table_of_errors():
-    return {number: {"text": text, "remedy": remedy}
+    return {number: {"text": text, "remedy": REMEDIES.get(number, remedy)}
             for source in errors.SOURCES for _, number, text, remedy in errors.rows(source)}
 
 
 def table_of_findings():
-    return {number: {"text": text, "remedy": remedy} for _, number, text, remedy in errors.rows(errors.FINDINGS)}
+    return {number: {"text": text, "remedy": remedy.replace("scan the bus", "press “Search”")}
+            for _, number, text, remedy in errors.rows(errors.FINDINGS)}
 
 
 def main():

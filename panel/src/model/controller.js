@@ -23,7 +23,9 @@ export class CommandError extends Error {
         this.line = line;
         this.number = number;
         this.lines = lines;
-        this.remedy = remedy.join("; ") || remedies[number]?.remedy || "";
+        const own = remedies[number]?.remedy ?? "";
+
+        this.remedy = own.includes("“") ? own : remedy.join("; ") || own; // “”: it names buttons
     }
 }
 

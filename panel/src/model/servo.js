@@ -13,7 +13,7 @@ export class Servo {
         this.presence = "unknown"; // unknown, online, offline
         this.torque = null;
         this.led = null;
-        this.inhibit = ""; // "", stopped, lost
+        this.inhibit = ""; // "", stopped, host (its link was lost), lost (its own state)
         this.alarms = []; // names of conditions
         this.raw = {}; // position, speed, load, voltage, temperature, goal, goalSpeed, low, high
         this.goalState = "none"; // none, waiting, confirmed, unconfirmed, dropped, refused
@@ -96,7 +96,7 @@ export class Servo {
 
     /* Takes a line of the command `servos`: "servo 1: online, torque on, inhibited: stopped, alarms: range". */
     takeLine(text) {
-        this.inhibit = text.includes("inhibited: lost") ? "lost" : text.includes("inhibited: stopped") ? "stopped" : "";
+        this.inhibit = /inhibited: (\w+)/.exec(text)?.[1] ?? "";
         this.alarms = /alarms: (.*)$/.exec(text)?.[1].split(" + ") ?? [];
     }
 }

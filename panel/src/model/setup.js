@@ -172,7 +172,7 @@ export class Setup extends EventTarget {
     /* Empties the controller's list, then finds the servos that are plugged in. */
     forgetList() {
         return this.#run("forget", async () => {
-            this.outcome = null;
+            this.outcome = this.found = null;
             await this.session.controller.order("servos forget");
             await this.#findServos();
         });
@@ -237,7 +237,7 @@ export class Setup extends EventTarget {
             }
             this.outcome = { kind: "new", lines: [], id };
             this.chosen = id;
-            this.registers = null;
+            this.registers = this.found = null;
             await this.#findServos();
         });
     }
@@ -304,6 +304,7 @@ export class Setup extends EventTarget {
             try {
                 this.outcome = { kind, lines: await this.session.controller.order(command, { timeout: CHANGE_MS }) };
                 this.chosen = id;
+                this.#dropFound(command.split(" ")[1]);
             } catch (error) {
                 if (error instanceof CommandError) this.outcome = this.#outcomeOfFailure(kind, id, error);
                 throw error;
@@ -311,6 +312,13 @@ export class Setup extends EventTarget {
                 if (this.session.isConnected) await this.#findServos().catch(() => {}); // the first failure is told
             }
         });
+    }
+
+    /* `who` has another ID or rate. Servos that were found at rates of their own stay: a rescue takes 9 minutes. */
+    #dropFound(who) {
+        const kept = this.found?.filter(({ id, rate }) => rate && who !== "all" && String(id) !== who) ?? [];
+
+        this.found = kept.length ? kept : null;
     }
 
     /* The outcome of a failed change, or null. The controller tells "unchanged: ..." for a servo that it has not changed. */

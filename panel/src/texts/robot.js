@@ -34,6 +34,7 @@ export const robot = {
     ignoredAdvice: "torque is off. Switch torque on first.",
     inhibited: "Inhibited",
     stopped: "Driving is inhibited by a stop. Press Release to allow it.",
+    host: "Driving is inhibited: the controller lost the link to this machine. Press Release to allow it.",
     lost: "torque went off by itself, so the controller inhibits driving. Check the power, then press Release.",
     releaseOf: (id) => `Release servo ${id}`,
     goalStates: {

@@ -44,7 +44,7 @@ export const setup = {
     newIdTaken: (id) => `Servo ${id} of the robot has this ID. Choose another, or set up the new servo in its place: the page asks first.`,
     newFull: (count) => `The controller knows ${count} servos, unplugged ones too, and refuses another ID. Unplug servos that do not need one, then press “Forget the list”: the page finds those that are still plugged in.`,
     forgetList: "Forget the list",
-    newDone: (id) => `Servo ${id} is set up. Now plug in the others again.`,
+    newDone: (id) => `Servo ${id} is set up. Plug in the others again, then press “Search”.`,
     newKnown: "Nothing was written: the controller has this ID in its list of servos, which keeps servos that are unplugged. If a servo of the robot is still connected, unplug it and set up again. If only the new servo is connected, let the controller forget the list.",
     newForget: (id) => `Forget the list, set up servo ${id}`,
     newEnded: "You ended the set-up. Search for the servo before you try again.",

@@ -321,7 +321,7 @@ export class RobotView extends View {
         const notes = servo.alarms.map((name) => ({ level: "bad", text: t.alarm(name), advice: t.alarmAdvice(name) }));
 
         if (servo.presence === "offline") notes.push({ level: "bad", text: t.silent, advice: t.silentAdvice });
-        if (servo.inhibit) notes.push({ level: "warn", text: t.inhibited, advice: t[servo.inhibit], namesNoServo: servo.inhibit === "stopped" });
+        if (servo.inhibit) notes.push({ level: "warn", text: t.inhibited, advice: t[servo.inhibit], namesNoServo: servo.inhibit !== "lost" });
         if (this.#ignored.has(servo.id) && servo.torque !== true) notes.push({ level: "warn ignored", text: t.ignored, advice: t.ignoredAdvice });
         else if (t.goalStates[goalState]) notes.push({ level: "warn", text: t.goalStates[goalState], advice: t.goalAdvice[goalState] });
         return notes;

@@ -153,6 +153,36 @@ test("Stop: Esc in mid-motion, torque is off and the servo stands", async (t) =>
     await torqueOn(page, 1);
 });
 
+const placeOf = (page, css) =>
+    page.$eval(css, (element) => {
+        const { left, top, right, bottom } = element.getBoundingClientRect();
+
+        return { left, top, right, bottom };
+    });
+
+const pageWidth = (page) => page.evaluate(() => document.documentElement.scrollWidth);
+
+test("Stop: keeps its place, and Release comes beside it, at each width", async (t) => {
+    const { page } = await startRobot(t, { count: 2 });
+
+    for (const width of [1280, 1000, 640, 375, 240]) {
+        await page.setViewport({ width, height: 700 });
+        const [before, stop] = [await pageWidth(page), await placeOf(page, "button.stop")];
+
+        await page.mouse.click((stop.left + stop.right) / 2, (stop.top + stop.bottom) / 2, { count: 2 });
+        await page.waitForSelector("button.release");
+        const release = await placeOf(page, "button.release");
+        const isApart = release.right <= stop.left || release.top >= stop.bottom;
+
+        assert.deepEqual(await placeOf(page, "button.stop"), stop, `${width} px: Stop moves`);
+        assert.ok(isApart, `${width} px: Release ${JSON.stringify(release)} over Stop ${JSON.stringify(stop)}`);
+        assert.ok(release.left >= 0 && release.right <= width, `${width} px: Release from ${release.left} to ${release.right}`);
+        assert.equal(await pageWidth(page), before, `${width} px: scrolls sideways`);
+        await page.click("button.release");
+        await page.waitForFunction(() => !document.querySelector("button.release"));
+    }
+});
+
 /* Top and height of each card. */
 const placesOf = (page) =>
     page.$$eval(".card", (cards) => cards.map((one) => [one.getBoundingClientRect().top, one.offsetHeight]));

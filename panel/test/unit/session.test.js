@@ -4,6 +4,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { packetChangesOwnMode, sendLine } from "../../src/model/by_hand.js";
+import { CommandError } from "../../src/model/controller.js";
 import { Session } from "../../src/model/session.js";
 import { read, reset, write } from "../../src/wire/packet.js";
 import { FakeClock } from "../support/fake_clock.js";
@@ -409,6 +410,14 @@ test("notices: a command that failed is not told any more once the same operatio
     assert.deepEqual(failed(), ["id 2 9", "play wave"]);
     await Promise.all([sendLine(session, "play  wave"), clock.advance(100)]);
     assert.deepEqual(failed(), ["id 2 9"]);
+});
+
+test("notices: the remedy of a command names buttons of the page, not commands", () => {
+    const remedyOf = (number) => new CommandError("x", { number, text: "y; 'z'" }, [], tables().errors).remedy;
+
+    assert.match(remedyOf(40), /press “Forget the list”/);
+    assert.match(remedyOf(84), /press “Hold”/);
+    assert.equal(remedyOf(41), "'z'");
 });
 
 test("servos forget: typed in the console, the page knows no servo either, and does not scan", async () => {

@@ -5,6 +5,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { Session } from "../../src/model/session.js";
 import { Setup } from "../../src/model/setup.js";
+import { texts } from "../../src/texts/texts.js";
 import { INSTRUCTION } from "../../src/wire/packet.js";
 import { FakeClock } from "../support/fake_clock.js";
 import { FakePort } from "../support/fake_port.js";
@@ -171,6 +172,7 @@ test("new servo: its steps, then it is the chosen one", async () => {
     assert.equal(setup.id, 4);
     assert.deepEqual(codes(setup.session), []);
     assert.ok(port.lines.includes("new 4"));
+    assert.match(texts.setup.newDone(4), new RegExp(`others again, then press “${texts.setup.search}”`));
 });
 
 test("new servo: an ID of the list is refused, and set up once the list is forgotten", async () => {
@@ -207,11 +209,26 @@ test("change of an ID: refused by a full list, until the list is forgotten", asy
         },
     });
 
+    setup.found = ids.map((id) => ({ id, model: 1, rate: null }));
     await finish(clock, setup.changeId(18, 50));
+    assert.equal(setup.found.length, 18);
     assert.deepEqual([setup.outcome, setup.isFull], [{ kind: "full", lines: [] }, true]);
     await finish(clock, setup.forgetList());
-    assert.deepEqual([setup.outcome, setup.isFull, setup.ids], [null, false, [1]]);
+    assert.deepEqual([setup.outcome, setup.isFull, setup.ids, setup.found], [null, false, [1], null]);
     assert.deepEqual(port.lines.filter((line) => /forget|scan/.test(line)), ["servos forget", "scan"]);
+});
+
+test("found: a change takes its servo out, those at rates of their own stay", async () => {
+    const { setup, clock } = await rig({ onText: (line, at) => /^(?:id|bus|baud) /.test(line) && (at.say("ok"), true) });
+    const idsAfter = async (change) => {
+        setup.found = [{ id: 1, rate: null }, { id: 2, rate: 57143 }, { id: 3, rate: 19200 }];
+        await finish(clock, change());
+        return setup.found?.map(({ id }) => id) ?? null;
+    };
+
+    assert.deepEqual(await idsAfter(() => setup.changeId(2, 7)), [3]);
+    assert.deepEqual(await idsAfter(() => setup.changeRateOfBus(57600)), [2, 3]);
+    assert.equal(await idsAfter(() => setup.changeRateOfAll(57600)), null);
 });
 
 test("change of an ID: a servo that stays as it was is not told as partly done", async () => {

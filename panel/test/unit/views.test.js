@@ -14,6 +14,7 @@ import { texts } from "../../src/texts/texts.js";
 import { Decoder } from "../../src/model/decode.js";
 import "../../src/views/board_settings.js";
 import "../../src/views/packets_send.js";
+import "../../src/views/setup_diagnose.js";
 import { settle } from "../support/fake_clock.js";
 import { tables } from "../support/tables.js";
 import { attributeOf, valuesOf } from "../support/rendered.js";
@@ -50,6 +51,20 @@ test("robot: an endless turn ends when the view is left", () => {
     view.disconnectedCallback();
     assert.deepEqual(held, [1]);
     assert.equal(slider.value, 0);
+});
+
+test("robot: an inhibit by a lost host link names the link, once for all servos", () => {
+    const view = new RobotView();
+
+    view.session = turning();
+    view.session.robot.setServos([1, 2]);
+    for (const servo of view.session.robot.servos.values()) servo.takeLine("servo: online, torque on, inhibited: host link lost, alarms: range");
+    const shown = valuesOf(view.render()).map(([, value]) => value);
+    const advices = shown.filter((value) => typeof value === "string" && /inhibited/.test(value));
+
+    assert.deepEqual(advices, [texts.robot.host]);
+    assert.match(texts.robot.host, /lost the link/);
+    assert.equal(shown.filter((value) => value === texts.robot.inhibited).length, 2);
 });
 
 /* A view in the document whose dial of servo 1 is dragged, and its pointer. */
@@ -185,6 +200,18 @@ test("settings: what is typed while an Apply is under way stays", async () => {
     assert.equal(shown("link_loss_ms"), "1234");
     type("link_loss_ms", initial);
     assert.equal(shown("link_loss_ms"), initial);
+});
+
+test("diagnosis: a remedy names the button Search, not the command", () => {
+    const part = new (customElements.get("panel-setup-diagnose"))();
+
+    part.setup = Object.assign(new EventTarget(), {
+        ids: [], has: () => true, isRunning: false, operation: null, session: {},
+        findings: [{ id: 1, ...tables().findings[11], place: "", isGood: false }],
+    });
+    const shown = valuesOf(part.render()).map(([, value]) => value).filter((value) => typeof value === "string");
+
+    assert.ok(shown.includes("check plug and power of this servo; then its ID: press “Search”"), shown.join());
 });
 
 test("send: an empty field is no error and cannot be sent", () => {
