@@ -16,7 +16,8 @@ const BEGINS = 1; // register MOTION_STATE
 const UNDER_WAY = 2;
 
 export class MotionDesk extends MotionEditor {
-    #loadedFrom = null; // the controller whose poses and sequences were read
+    #loadedFrom = null; // the controller whose poses and sequences were read; null: none, or they may have changed since
+    #isOld = false; // a line by hand came during the load
     #shownOf = null; // the controller that was asked for them when the view was shown
     #motionState = 0;
     #isStopped = false; // the user has stopped the motion that is or was under way
@@ -35,6 +36,10 @@ export class MotionDesk extends MotionEditor {
         this.by = "board"; // or page
         this.task = ""; // storing, loading
         session.addEventListener("change", () => this.#follow());
+        session.addEventListener("hand", () => {
+            this.#loadedFrom = null;
+            this.#isOld = true;
+        });
     }
 
     /* True if poses or sequences have changed since they were loaded, stored or saved, or a recording is unsaved. */
@@ -180,12 +185,15 @@ export class MotionDesk extends MotionEditor {
         }
     }
 
-    /* Reads once for each connection what the board has. */
+    /* Reads what the board has: once for each connection, and again after a line by hand, which may write poses. */
     async #loadStored() {
         const { controller } = this.session;
 
         if (this.#loadedFrom === controller) return;
-        await this.store.load();
+        do {
+            this.#isOld = false;
+            await this.store.load();
+        } while (this.#isOld);
         this.#loadedFrom = controller;
     }
 

@@ -3,6 +3,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
+import { sendLine } from "../../src/model/by_hand.js";
 import { MotionDesk } from "../../src/model/motion_desk.js";
 import { Player } from "../../src/model/player.js";
 import { Session } from "../../src/model/session.js";
@@ -187,6 +188,26 @@ test("play: the board is asked again after a load that has failed", async () => 
     await desk.play();
     await desk.play();
     assert.equal(loads, 2);
+});
+
+test("play: the board is read again after a line by hand, also during the load", async () => {
+    const { session, desk } = deskWith("up");
+    const loads = [];
+    const lineDuringLoad = 2;
+
+    Object.assign(session, { state: "connected", robot: { motion: { state: 0 }, servos: new Map(), ids: [] } });
+    Object.assign(session, { controller: { hasCommand: () => true, hasMotion: true }, wire: { command: async () => ({ lines: [], error: null }) } });
+    await desk.addStep();
+    desk.store.load = async () => loads.push("load") === lineDuringLoad && sendLine(session, "pose delete up");
+    for (const expected of [1, 1]) {
+        await desk.play();
+        assert.equal(loads.length, expected);
+    }
+    await sendLine(session, "pose set up 250deg");
+    await desk.play();
+    assert.equal(loads.length, 3);
+    await desk.play();
+    assert.equal(loads.length, 3);
 });
 
 test("play: a pose that is renamed meanwhile does not end a loop", async () => {
