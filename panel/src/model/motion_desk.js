@@ -245,15 +245,18 @@ export class MotionDesk extends MotionEditor {
 
                 if (motions.isEmpty) throw new MotionError("motion-empty");
                 motions.check();
+                const text = textOfMotions(motions);
+                const sent = readMotions(text).motions; // the user may go on editing
+
                 await store.load();
-                const { poses, sequences } = store.replaced(motions);
+                const { poses, sequences } = store.replaced(sent);
                 const names = [...poses, ...sequences];
 
                 if (names.length && !(await this.#mayReplace(textOfQuestion(names)))) return;
-                await store.store(this.#newOf(motions));
-                motions.isChanged = false;
+                await store.store(this.#newOf(sent));
+                motions.isChanged = textOfMotions(motions) !== text;
                 this.session.takeMotion();
-                this.#notifyCounts("motion-stored");
+                this.#notifyCounts("motion-stored", sent);
             }),
         );
     }
@@ -269,8 +272,8 @@ export class MotionDesk extends MotionEditor {
         return part;
     }
 
-    #notifyCounts(code) {
-        this.session.notify({ code, poses: this.motions.poses.size, sequences: this.motions.sequences.size });
+    #notifyCounts(code, { poses, sequences } = this.motions) {
+        this.session.notify({ code, poses: poses.size, sequences: sequences.size });
     }
 
     /* The text of a file. What it has is saved. */

@@ -268,3 +268,38 @@ test("play: pressed several times begins once", async () => {
     assert.deepEqual([lines, session.notices], [[desk.sequence], []]);
     assert.equal(desk.isPlaying, true); // until the state of the motion is read
 });
+
+/* A desk with pose "up" of an idle board. `gate.open()` ends the store or load that is under way. */
+function deskAtGate() {
+    const { session, desk } = deskWith("up");
+    const gate = {};
+    const closed = new Promise((resolve) => (gate.open = resolve));
+
+    desk.store.load = async () => {};
+    return { session, desk, gate, closed };
+}
+
+const turn = () => new Promise((resolve) => setImmediate(resolve));
+const down = (desk) => desk.motions.setPose("down", new Map([[1, 600]]));
+
+for (const [step, replaced] of [["load", "load"], ["store", "store"]])
+    test(`storeAll: a pose captured during the ${step} is not stored, not counted, and unsaved`, async () => {
+        const { session, desk, gate, closed } = deskAtGate();
+        let sent = null;
+
+        desk.store.store = async (motions) => (sent = [...motions.poses.keys()]);
+        const call = desk.store[replaced];
+
+        desk.store[replaced] = async (motions) => (await call(motions), await closed);
+        const stored = desk.storeAll();
+
+        await turn();
+        down(desk);
+        gate.open();
+        await stored;
+        assert.deepEqual(sent, ["up"]);
+        assert.match(session.notices[0].text, /confirmed 1 pose and/);
+        assert.ok(desk.hasUnsaved);
+        await desk.storeAll();
+        assert.ok(!desk.hasUnsaved);
+    });
