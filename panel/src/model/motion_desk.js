@@ -226,10 +226,11 @@ export class MotionDesk extends MotionEditor {
     }
 
     async load(askFirst) {
-        if (this.motions.isChanged && !(await this.ask(askFirst))) return;
         await this.#during("loading", () =>
             this.attempt(async () => {
                 await this.store.load();
+                // Asks now: the user may have changed something during the load.
+                if (this.motions.isChanged && !(await this.#mayReplace(askFirst))) return;
                 this.#takeMotions(this.store.stored);
                 if (this.store.gone.length) this.session.notify({ code: "motion-gone", names: this.store.gone });
                 this.#notifyCounts("motion-loaded");

@@ -303,3 +303,21 @@ for (const [step, replaced] of [["load", "load"], ["store", "store"]])
         await desk.storeAll();
         assert.ok(!desk.hasUnsaved);
     });
+
+for (const isReplaced of [true, false])
+    test(`load: a pose captured during the load is asked about: ${isReplaced ? "replaced" : "kept"}`, async () => {
+        const { desk, gate, closed } = deskAtGate();
+        const asked = [];
+
+        desk.motions.isChanged = false;
+        desk.ask = async (text) => (asked.push(text), isReplaced);
+        desk.store.load = () => closed;
+        const loaded = desk.load("replace?");
+
+        await turn();
+        down(desk);
+        gate.open();
+        await loaded;
+        assert.deepEqual(asked, ["replace?"]);
+        assert.equal(desk.motions.poses.has("down"), !isReplaced);
+    });
