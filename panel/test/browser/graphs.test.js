@@ -105,6 +105,23 @@ test("graphs: a curve has the colour of its legend after a servo has joined the 
     assert.deepEqual(await pixelsOfMarks(page), [false, true]);
 });
 
+test("graphs: the right and the middle button of the mouse do not zoom", async (t) => {
+    const { page } = await startRobot(t, { count: 1 });
+
+    await page.click("#tab-graphs");
+    await page.waitForSelector('[data-quantity="position"] canvas');
+    const box = await (await page.$('[data-quantity="position"] .u-over')).boundingBox();
+
+    for (const button of ["right", "middle"]) {
+        await page.mouse.move(box.x + box.width * 0.5, box.y + 20);
+        await page.mouse.down({ button });
+        await page.mouse.move(box.x + box.width * 0.8, box.y + 30, { steps: 5 });
+        await page.mouse.up({ button });
+        assert.equal(await page.$eval(".span", (select) => select.value), "10", button);
+        await shows(page, "Drag in a graph", ".toolbar .hint");
+    }
+});
+
 test("graphs: all servos can be chosen at once, or none", async (t) => {
     const { page } = await startRobot(t, { count: 4 });
 
