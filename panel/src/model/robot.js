@@ -171,6 +171,11 @@ export class Robot extends EventTarget {
         this.#change();
     }
 
+    /* The controller has ended the inhibit. */
+    takeRelease() {
+        if (this.device) this.device.inhibit = 0;
+    }
+
     /* ---- what a user does ---- */
 
     /* Sends the servo to `degrees` soon. False: ignored, since torque is off, not known, or driving is

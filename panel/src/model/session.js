@@ -272,6 +272,7 @@ export class Session extends EventTarget {
     async release() {
         await this.attempt(async () => {
             await this.controller.release();
+            this.robot.takeRelease();
             this.withdraw(WITHDRAWN_BY.release);
             this.stopState = "none";
         });
