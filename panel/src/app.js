@@ -31,6 +31,7 @@ class App extends View {
         this.tab = this.#tabOfAddress();
         this.rate = RATES[0];
         this.address = this.#parameters.get("ws") ?? WebSocketPort.urlBeside(location) ?? "ws://127.0.0.1:8055/websockify";
+        for (const name of ["error", "unhandledrejection"]) globalThis.addEventListener(name, this.#tellError);
         if (this.isFramed) return;
         this.session.addEventListener("disconnect", answerNo);
         globalThis.addEventListener("hashchange", () => this.#show(this.#tabOfAddress()));
@@ -38,6 +39,11 @@ class App extends View {
         globalThis.addEventListener("pagehide", () => this.session.disconnect()); // a page that the browser keeps would keep the port
         if (this.#parameters.has("connect")) this.session.connectAtLoad(() => new WebSocketPort(this.address));
     }
+
+    /* An exception that nothing caught, as one in a render. Told once: the notice renders the views, which may fail again. */
+    #tellError = ({ reason, error = reason }) => {
+        if (error && !this.session.notices.some(({ code }) => code === "unexpected")) this.session.notify(error);
+    };
 
     /* ---- keys ---- */
 

@@ -96,11 +96,13 @@ function checkEntry(entry, rows) {
     checkOrder(id, registers, rows);
 }
 
-/* Throws Failure if a lower limit is above the upper one. */
-function checkOrder(id, values, rows) {
+/* Throws Failure if a limit of `values` would make a lower limit greater than the upper one. `bytes`: the registers of
+ * the servo, with the limits that `values` lacks. */
+function checkOrder(id, values, rows, bytes) {
     const pairs = [[CW, CCW], ["MIN_VOLTAGE", "MAX_VOLTAGE"]];
-    const told = (name) => `${name} (${valueText(rows.find((row) => row.name === name), values[name])})`;
-    const crossed = pairs.find(([low, high]) => values[low] > values[high]);
+    const valueOf = (name) => values[name] ?? valueNamed(rows, bytes, name);
+    const told = (name) => `${name} (${valueText(rows.find((row) => row.name === name), valueOf(name))})`;
+    const crossed = pairs.find(([low, high]) => (low in values || high in values) && valueOf(low) > valueOf(high));
 
     if (crossed) throw new Failure("backup-crossed", { id, low: told(crossed[0]), high: told(crossed[1]) });
 }
@@ -116,9 +118,10 @@ export function entriesFor(entries, id) {
     return own;
 }
 
-/* Throws Failure if the servo has torque, and angle limits of `values` would move it: limits that exclude its goal,
- * or limits that begin or end endless turn. `bytes`: the registers of the servo. */
+/* Throws Failure if limits of `values` would be crossed, or if the servo has torque, and angle limits of `values` would
+ * move it: limits that exclude its goal, or limits that begin or end endless turn. `bytes`: the registers of the servo. */
 export function checkLimits(id, bytes, rows, values) {
+    checkOrder(id, values, rows, bytes);
     const before = { [CW]: valueNamed(rows, bytes, CW), [CCW]: valueNamed(rows, bytes, CCW) };
     const [low, high] = [values[CW] ?? before[CW], values[CCW] ?? before[CCW]];
     const goal = valueNamed(rows, bytes, GOAL);

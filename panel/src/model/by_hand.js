@@ -33,6 +33,8 @@ export async function sendPacket(session, bytes) {
  * After `servos forget` the page asks for the list again, without a scan: a scan would fill the list that `new` needs empty. */
 export async function sendLine(session, line, { onLine, signal } = {}) {
     const { robot } = session;
+
+    session.dispatchEvent(new Event("hand"));
     const reply = await session.wire.command(line, { source: "hand", notAfter: session.clock.now() + ORDER_MS, timeout: silenceOf(line), onLine, signal });
 
     if (reply.error) return reply;

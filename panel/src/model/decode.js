@@ -39,7 +39,7 @@ function blocksOf(packet) {
 
     switch (packet[AT_INSTRUCTION]) {
         case INSTRUCTION.READ:
-            return [{ id, address: first, count: second }];
+            return second === undefined ? [] : [{ id, address: first, count: second }];
         case INSTRUCTION.WRITE:
         case INSTRUCTION.REG_WRITE:
             return [{ id, address: first, count: parameters.length - 1, bytes: parameters.slice(1) }];

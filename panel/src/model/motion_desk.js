@@ -16,7 +16,8 @@ const BEGINS = 1; // register MOTION_STATE
 const UNDER_WAY = 2;
 
 export class MotionDesk extends MotionEditor {
-    #loadedFrom = null; // the controller whose poses and sequences were read
+    #loadedFrom = null; // the controller whose poses and sequences were read; null: none, or they may have changed since
+    #isOld = false; // a line by hand came during the load
     #shownOf = null; // the controller that was asked for them when the view was shown
     #motionState = 0;
     #isStopped = false; // the user has stopped the motion that is or was under way
@@ -35,6 +36,10 @@ export class MotionDesk extends MotionEditor {
         this.by = "board"; // or page
         this.task = ""; // storing, loading
         session.addEventListener("change", () => this.#follow());
+        session.addEventListener("hand", () => {
+            this.#loadedFrom = null;
+            this.#isOld = true;
+        });
     }
 
     /* True if poses or sequences have changed since they were loaded, stored or saved, or a recording is unsaved. */
@@ -180,12 +185,15 @@ export class MotionDesk extends MotionEditor {
         }
     }
 
-    /* Reads once for each connection what the board has. */
+    /* Reads what the board has: once for each connection, and again after a line by hand, which may write poses. */
     async #loadStored() {
         const { controller } = this.session;
 
         if (this.#loadedFrom === controller) return;
-        await this.store.load();
+        do {
+            this.#isOld = false;
+            await this.store.load();
+        } while (this.#isOld);
         this.#loadedFrom = controller;
     }
 
@@ -218,10 +226,11 @@ export class MotionDesk extends MotionEditor {
     }
 
     async load(askFirst) {
-        if (this.motions.isChanged && !(await this.ask(askFirst))) return;
         await this.#during("loading", () =>
             this.attempt(async () => {
                 await this.store.load();
+                // Asks now: the user may have changed something during the load.
+                if (this.motions.isChanged && !(await this.#mayReplace(askFirst))) return;
                 this.#takeMotions(this.store.stored);
                 if (this.store.gone.length) this.session.notify({ code: "motion-gone", names: this.store.gone });
                 this.#notifyCounts("motion-loaded");
@@ -237,15 +246,18 @@ export class MotionDesk extends MotionEditor {
 
                 if (motions.isEmpty) throw new MotionError("motion-empty");
                 motions.check();
+                const text = textOfMotions(motions);
+                const sent = readMotions(text).motions; // the user may go on editing
+
                 await store.load();
-                const { poses, sequences } = store.replaced(motions);
+                const { poses, sequences } = store.replaced(sent);
                 const names = [...poses, ...sequences];
 
                 if (names.length && !(await this.#mayReplace(textOfQuestion(names)))) return;
-                await store.store(this.#newOf(motions));
-                motions.isChanged = false;
+                await store.store(this.#newOf(sent));
+                motions.isChanged = textOfMotions(motions) !== text;
                 this.session.takeMotion();
-                this.#notifyCounts("motion-stored");
+                this.#notifyCounts("motion-stored", sent);
             }),
         );
     }
@@ -261,8 +273,8 @@ export class MotionDesk extends MotionEditor {
         return part;
     }
 
-    #notifyCounts(code) {
-        this.session.notify({ code, poses: this.motions.poses.size, sequences: this.motions.sequences.size });
+    #notifyCounts(code, { poses, sequences } = this.motions) {
+        this.session.notify({ code, poses: poses.size, sequences: sequences.size });
     }
 
     /* The text of a file. What it has is saved. */

@@ -67,6 +67,7 @@ function readTime(word) {
 
 /* "1 2 5-7" */
 function readIds(words) {
+    if (words.length > 254) return undefined; // each word may stand for 254 IDs
     const ids = words.flatMap((word) => {
         const [, first, last = first] = /^(\d+)(?:-(\d+))?$/.exec(word) ?? [];
         const count = Number(last) - Number(first) + 1;

@@ -25,7 +25,7 @@ export const GOAL_PERIOD_MS = 50; // between two goals of a servo
 export const GOAL_AGE_MS = 150; // an older goal is dropped
 
 const HOLD_MS = 500; // so long a newer goal waits for the end of a hold; then its age counts
-const POSITION_MS = 200; // from the last look at the position to torque on
+const POSITION_MS = 200; // from the last look at the position to torque on, or to the goal of a hold
 const TORQUE_TRIES = 3;
 const MOVED_RAW = 17; // 5 degrees
 const ROUND_MS = 10; // a faster round would only cost CPU time
@@ -172,6 +172,11 @@ export class Robot extends EventTarget {
         this.#change();
     }
 
+    /* The controller has ended the inhibit. */
+    takeRelease() {
+        if (this.device) this.device.inhibit = 0;
+    }
+
     /* ---- what a user does ---- */
 
     /* Sends the servo to `degrees` soon. False: ignored, since torque is off, not known, or driving is
@@ -260,12 +265,20 @@ export class Robot extends EventTarget {
         return (this.#goalSentAt.get(id) ?? -Infinity) + GOAL_PERIOD_MS - this.#clock.now();
     }
 
+    /* If the write would leave late, the position is old: it is read again. */
     async #holdWithin(servo) {
         const position = wordAt(await readRegisters(this.#wire, servo.id, FEEDBACK.address, 2), 0);
         const raw = Math.min(Math.max(position, servo.raw.low ?? 0), servo.raw.high ?? RAW_MAX);
 
-        await writeRegisters(this.#wire, servo.id, REGISTER.GOAL_POSITION, [...word(raw), ...word(servo.raw.goalSpeed || rawOfRpm(GOAL_RPM))]);
-        servo.raw.goal = raw;
+        const bytes = [...word(raw), ...word(servo.raw.goalSpeed || rawOfRpm(GOAL_RPM))];
+
+        try {
+            await writeRegisters(this.#wire, servo.id, REGISTER.GOAL_POSITION, bytes, { notAfter: this.#clock.now() + POSITION_MS });
+            servo.raw.goal = raw;
+        } catch (error) {
+            if (error.code !== "late") throw error;
+            await this.#holdWithin(servo);
+        }
     }
 
     /* Switches torque. On: the goal becomes the present position first, and is read back, so nothing

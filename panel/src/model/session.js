@@ -3,7 +3,7 @@
  * a session and call it; they touch neither port nor wire.
  *
  * Events: `change` (state, notices, servos: show the page again), `disconnect` (a question about this connection is
- * void), `feedback` (new values of the servos),
+ * void), `feedback` (new values of the servos), `hand` (a line by hand is sent: it may change what the board stores),
  * `traffic` (detail: a row of the traffic). */
 
 import { Wire } from "../wire/wire.js";
@@ -274,6 +274,7 @@ export class Session extends EventTarget {
     async release() {
         await this.attempt(async () => {
             await this.controller.release();
+            this.robot.takeRelease();
             this.withdraw(WITHDRAWN_BY.release);
             this.stopState = "none";
         });

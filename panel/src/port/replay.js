@@ -19,7 +19,7 @@ export function parseCapture(text) {
     if (lines.length > LINES_MAX) throw new PortError("bad-capture", `it has more than ${LINES_MAX} lines`);
     lines.forEach((line, index) => {
         if (!line.trim() || line.startsWith("#")) return;
-        const match = /^(out|in) ([0-9A-F ]+)$/i.exec(line.trim());
+        const match = /^(out|in) ((?:[0-9A-F]{2} *)+)$/i.exec(line.trim());
 
         if (!match) throw new PortError("bad-capture", `line ${index + 1}`);
         const bytes = fromHex(match[2]);

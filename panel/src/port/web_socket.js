@@ -60,7 +60,7 @@ export class WebSocketPort {
     #listen(socket) {
         this.#socket = socket;
         socket.onerror = null;
-        socket.onmessage = ({ data }) => this.onBytes(new Uint8Array(data));
+        socket.onmessage = ({ data }) => typeof data !== "string" && this.onBytes(new Uint8Array(data)); // a frame of text has no bytes
         socket.onclose = ({ code, reason }) => {
             this.#socket = null;
             this.onClose(reason || `closed by the other end (${code})`);

@@ -105,7 +105,7 @@ export const notice = {
     }),
     "backup-crossed": ({ id, low, high }) => ({
         text: `Servo ${id}: ${low} would be above ${high}. Nothing was written.`,
-        remedy: "Correct the file, or choose another one.",
+        remedy: "Correct the value or the file.",
     }),
     "limits-move": ({ id }) => ({
         text: `Servo ${id} has torque and would move: the new angle limits exclude its goal, or begin or end endless turn. Nothing was written to it.`,

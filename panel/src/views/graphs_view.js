@@ -123,7 +123,7 @@ export class GraphsView extends View {
         if (!this.session.history || !isLoaded()) return;
         const { history, range } = this.#window;
         const size = this.#size();
-        const made = [this.#idsOf(history).chosen, ...this.#graphs, this.#scheme.matches].join(" ");
+        const made = [...Object.values(this.#idsOf(history)), ...this.#graphs, this.#scheme.matches].join(" ");
 
         if (made !== this.#made) this.#makePlots(size);
         this.#made = made;

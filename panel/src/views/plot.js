@@ -71,9 +71,10 @@ export class Plot {
         this.#plot = new uPlot(options, [[], ...lines.map(() => [])], element);
     }
 
-    /* What is drawn stands still during a drag. */
+    /* What is drawn stands still during a drag, which is one of the main button. */
     #follow(isDragged) {
         return (plot, target, handler) => (event) => {
+            if (event.button) return null;
             this.isDragged = isDragged;
             return handler(event);
         };

@@ -36,18 +36,18 @@ async function save(page, folder) {
     return lines.map((line) => Object.fromEntries(head.map((name, index) => [name, line[index] === "" ? null : Number(line[index])])));
 }
 
-/* Pixels of a graph that are drawn in the colour of servo 1. */
-const countPixels = (page, quantity) =>
-    page.evaluate((name) => {
+/* Pixels of a graph that are drawn in the colour `mark`: c0 is that of the first servo. */
+const countPixels = (page, quantity, mark = "c0") =>
+    page.evaluate((name, css) => {
         const canvas = document.querySelector(`[data-quantity="${name}"] canvas`);
-        const color = getComputedStyle(document.querySelector(".mark .c0")).color.match(/\d+/g).map(Number);
+        const color = getComputedStyle(document.querySelector(`.mark .${css}`)).color.match(/\d+/g).map(Number);
         const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
         let count = 0;
 
         for (let at = 0; at < data.length; at += 4)
             if (data[at + 3] > 200 && color.every((value, index) => Math.abs(data[at + index] - value) < 12)) count++;
         return count;
-    }, quantity);
+    }, quantity, mark);
 
 test("graphs: values of a move are drawn, and saved as CSV", async (t) => {
     const { panel, page } = await startRobot(t, { count: 2 });
@@ -84,6 +84,42 @@ test("graphs: servos and quantities can be chosen", async (t) => {
     const [row] = await save(page, panel.folder);
 
     assert.deepEqual(Object.keys(row), ["time_s", "servo_2_position_deg", "servo_2_goal_deg", "servo_2_voltage_V"]);
+});
+
+/* Pixels of the graph of the position in the colour of each mark. */
+const pixelsOfMarks = async (page) => [await countPixels(page, "position", "c0"), await countPixels(page, "position", "c1")].map((count) => count > 100);
+
+test("graphs: a curve has the colour of its legend after a servo has joined the list", async (t) => {
+    const { page } = await startRobot(t, { count: 2 });
+
+    await page.setViewport({ ...page.viewport(), deviceScaleFactor: 2 });
+    await page.click("#tab-graphs");
+    await page.waitForSelector('[data-quantity="position"] canvas');
+    await page.click('.servos input[value="2"]');
+    await shows(page, "1: 150", '[data-quantity="position"] figcaption');
+    await new Promise((resolve) => setTimeout(resolve, 1000)); // some samples
+    assert.deepEqual(await pixelsOfMarks(page), [true, false]);
+    await page.$eval("panel-app", ({ session }) => session.robot.setServos([0, 1, 2]));
+    await page.waitForSelector('[data-quantity="position"] figcaption .c1');
+    await new Promise((resolve) => setTimeout(resolve, 1000));
+    assert.deepEqual(await pixelsOfMarks(page), [false, true]);
+});
+
+test("graphs: the right and the middle button of the mouse do not zoom", async (t) => {
+    const { page } = await startRobot(t, { count: 1 });
+
+    await page.click("#tab-graphs");
+    await page.waitForSelector('[data-quantity="position"] canvas');
+    const box = await (await page.$('[data-quantity="position"] .u-over')).boundingBox();
+
+    for (const button of ["right", "middle"]) {
+        await page.mouse.move(box.x + box.width * 0.5, box.y + 20);
+        await page.mouse.down({ button });
+        await page.mouse.move(box.x + box.width * 0.8, box.y + 30, { steps: 5 });
+        await page.mouse.up({ button });
+        assert.equal(await page.$eval(".span", (select) => select.value), "10", button);
+        await shows(page, "Drag in a graph", ".toolbar .hint");
+    }
 });
 
 test("graphs: all servos can be chosen at once, or none", async (t) => {

@@ -48,6 +48,25 @@ test("packets: sent by hand, shown decoded, and answered", async (t) => {
     await shows(page, "GOAL_POSITION 100.0°", ".outcome");
 });
 
+test("page: an exception in a render, or in a listener, is one notice with a remedy", async (t) => {
+    const { page } = await startRobot(t, { expected: /is not a function/ });
+    const codes = () => page.$eval("panel-app", ({ session }) => session.notices.map(({ code }) => code));
+
+    // The page itself must throw: the browser reports no error of a function of the test.
+    await page.$eval("panel-app", ({ session }) => (session.traffic.describe = null));
+    await openTab(page, "packets");
+    await shows(page, /The page failed: .*describe is not a function\.[^]*Reload it\./, ".notice");
+    assert.deepEqual(await codes(), ["unexpected"]);
+    await page.click('[data-code="unexpected"] button');
+    await openTab(page, "robot");
+    await page.$eval("panel-app", ({ session }) => {
+        session.withdraw(["unexpected"]);
+        session.stop = null;
+    });
+    await page.click("button.stop");
+    await shows(page, /The page failed: .*stop is not a function/, ".notice");
+});
+
 test("packets: raw bytes get a checksum, malformed are refused", async (t) => {
     const { page } = await startRobot(t);
 

@@ -128,8 +128,8 @@ async function saveFailure(t, page) {
     process.stderr.write(`${path}: the page showed:\n${text}\nThe last packets and lines, times of the page in ms:\n${traffic}\n`);
 }
 
-/* A page at `url`. Errors of the page fail the test at its end. */
-export async function openPage(t, browser, url, { viewport = DESKTOP, scheme = "light", slow = SLOW } = {}) {
+/* A page at `url`. Errors of the page fail the test at its end, except those that `expected` (a RegExp) matches. */
+export async function openPage(t, browser, url, { viewport = DESKTOP, scheme = "light", slow = SLOW, expected = null } = {}) {
     const page = await browser.newPage();
     const errors = [];
 
@@ -142,6 +142,7 @@ export async function openPage(t, browser, url, { viewport = DESKTOP, scheme = "
         if (message.type() === "error" && !message.text().includes("WebSocket")) errors.push(message.text());
     });
     atEnd(t, async () => {
+        if (expected) errors.splice(0, errors.length, ...errors.filter((text) => !expected.test(text)));
         if (t.passed === false) await saveFailure(t, page);
         if (errors.length) throw new Error(`errors of the page:\n${errors.join("\n")}`);
     });

@@ -3,6 +3,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
+import { sendLine } from "../../src/model/by_hand.js";
 import { MotionDesk } from "../../src/model/motion_desk.js";
 import { Player } from "../../src/model/player.js";
 import { Session } from "../../src/model/session.js";
@@ -189,6 +190,26 @@ test("play: the board is asked again after a load that has failed", async () => 
     assert.equal(loads, 2);
 });
 
+test("play: the board is read again after a line by hand, also during the load", async () => {
+    const { session, desk } = deskWith("up");
+    const loads = [];
+    const lineDuringLoad = 2;
+
+    Object.assign(session, { state: "connected", robot: { motion: { state: 0 }, servos: new Map(), ids: [] } });
+    Object.assign(session, { controller: { hasCommand: () => true, hasMotion: true }, wire: { command: async () => ({ lines: [], error: null }) } });
+    await desk.addStep();
+    desk.store.load = async () => loads.push("load") === lineDuringLoad && sendLine(session, "pose delete up");
+    for (const expected of [1, 1]) {
+        await desk.play();
+        assert.equal(loads.length, expected);
+    }
+    await sendLine(session, "pose set up 250deg");
+    await desk.play();
+    assert.equal(loads.length, 3);
+    await desk.play();
+    assert.equal(loads.length, 3);
+});
+
 test("play: a pose that is renamed meanwhile does not end a loop", async () => {
     const { session, desk } = deskWith("up", "down");
     let passes = 0;
@@ -247,3 +268,56 @@ test("play: pressed several times begins once", async () => {
     assert.deepEqual([lines, session.notices], [[desk.sequence], []]);
     assert.equal(desk.isPlaying, true); // until the state of the motion is read
 });
+
+/* A desk with pose "up" of an idle board. `gate.open()` ends the store or load that is under way. */
+function deskAtGate() {
+    const { session, desk } = deskWith("up");
+    const gate = {};
+    const closed = new Promise((resolve) => (gate.open = resolve));
+
+    desk.store.load = async () => {};
+    return { session, desk, gate, closed };
+}
+
+const turn = () => new Promise((resolve) => setImmediate(resolve));
+const down = (desk) => desk.motions.setPose("down", new Map([[1, 600]]));
+
+for (const [step, replaced] of [["load", "load"], ["store", "store"]])
+    test(`storeAll: a pose captured during the ${step} is not stored, not counted, and unsaved`, async () => {
+        const { session, desk, gate, closed } = deskAtGate();
+        let sent = null;
+
+        desk.store.store = async (motions) => (sent = [...motions.poses.keys()]);
+        const call = desk.store[replaced];
+
+        desk.store[replaced] = async (motions) => (await call(motions), await closed);
+        const stored = desk.storeAll();
+
+        await turn();
+        down(desk);
+        gate.open();
+        await stored;
+        assert.deepEqual(sent, ["up"]);
+        assert.match(session.notices[0].text, /confirmed 1 pose and/);
+        assert.ok(desk.hasUnsaved);
+        await desk.storeAll();
+        assert.ok(!desk.hasUnsaved);
+    });
+
+for (const isReplaced of [true, false])
+    test(`load: a pose captured during the load is asked about: ${isReplaced ? "replaced" : "kept"}`, async () => {
+        const { desk, gate, closed } = deskAtGate();
+        const asked = [];
+
+        desk.motions.isChanged = false;
+        desk.ask = async (text) => (asked.push(text), isReplaced);
+        desk.store.load = () => closed;
+        const loaded = desk.load("replace?");
+
+        await turn();
+        down(desk);
+        gate.open();
+        await loaded;
+        assert.deepEqual(asked, ["replace?"]);
+        assert.equal(desk.motions.poses.has("down"), !isReplaced);
+    });

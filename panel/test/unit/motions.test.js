@@ -187,3 +187,10 @@ test("file: a notice cuts a name that is very long", () => {
         assert.throws(() => readMotions(text), (error) => noticeText({ ...error }).text.length < 400);
     assert.ok(noticeText({ code: "motion-gone", names: [name] }).text.length < 400);
 });
+
+test("readMotions: a line of many ranges is refused at once", () => {
+    const begun = process.cpuUsage();
+
+    assert.throws(() => readMotions(`group${" 0-253".repeat(33000)}`), { code: "motion-file", line: 1 });
+    assert.ok(process.cpuUsage(begun).user < 500000, `${process.cpuUsage(begun).user} us`);
+});

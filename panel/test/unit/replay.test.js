@@ -48,6 +48,12 @@ test("capture: one with too many lines is refused", () => {
     assert.throws(() => parseCapture("out FF\n".repeat(50001)), { code: "bad-capture" });
 });
 
+test("capture: half a byte is refused with its line", () => {
+    for (const half of ["out 1", "in FF F FF", "out FFF"])
+        assert.throws(() => parseCapture(`out FF\n${half}`), { code: "bad-capture", detail: "line 2" });
+    assert.deepEqual([...parseCapture("out FF 01\nout ff01")].map(({ bytes }) => [...bytes]), [[255, 1], [255, 1]]);
+});
+
 test("replay: a long capture is not searched in full for each write", async () => {
     const pieces = Array.from({ length: 20000 }, (_, index) => `out ${(index % 256).toString(16).padStart(2, "0")} 01\nin 55\n`).join("");
     const port = new ReplayPort(pieces, { later: (call) => call() });

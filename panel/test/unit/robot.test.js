@@ -288,6 +288,27 @@ test("hold: waits for a busy wire, it is never dropped", async () => {
     assert.deepEqual(goals(port), [[1, 512, 330]]);
 });
 
+test("hold: a line behind the read of the position leads to no old goal", async () => {
+    const { robot, port, wire, clock } = await rig();
+    let command = null;
+
+    port.onText = (line) => line === "save";
+    port.onPacket = (bytes) => {
+        if (bytes[2] === 1 && bytes[4] === INSTRUCTION.READ) command ??= wire.command("save", { timeout: 60000 });
+        return false;
+    };
+    const hold = robot.hold(1);
+
+    await clock.advance(10000);
+    assert.ok(command);
+    assert.deepEqual(goals(port), []);
+    port.servos.get(1).set([0x2c, 0x01], 0x24);
+    port.say("ok");
+    await command;
+    await Promise.all([hold, clock.advance(500)]);
+    assert.deepEqual(goals(port), [[1, 300, 330]]);
+});
+
 test("hold: stays within the angle limits", async () => {
     const { robot, port, clock } = await rig();
 

@@ -435,6 +435,21 @@ test("servos forget: typed in the console, the page knows no servo either, and d
     assert.ok(!session.notices.some(({ code }) => code === "reset"));
 });
 
+test("release: torque is switched at once, before INHIBIT is read again", async () => {
+    const { clock, port, session } = await stopped();
+
+    port.onText = (line) => {
+        if (line !== "release") return false;
+        port.device[INHIBIT] = 0;
+        port.say("ok");
+        return true;
+    };
+    await session.release();
+    assert.equal(session.isInhibited, false);
+    await Promise.all([session.robot.setTorque(1, true), clock.advance(500)]);
+    assert.equal(port.servos.get(1)[TORQUE], 1);
+});
+
 test("release: the button stays until INHIBIT reads 0", async () => {
     const { clock, port, session } = await stopped();
 

@@ -25,7 +25,7 @@ async function rig({ ids = [1, 2, 3], hasConsole = true, onText = () => false } 
     const help = tables().commands.map(({ usage, what }) => `  ${usage}: ${what}`);
 
     port.hasConsole = hasConsole;
-    ids.forEach((id) => port.addServo(id));
+    ids.forEach((id) => (port.addServo(id)[MAX_VOLTAGE] = 160));
     port.onText = (line) => {
         if (onText(line, port)) return true;
         if (line === "version") port.say("cds55xx 0.1.0 test", "ok");
@@ -369,6 +369,7 @@ test("write: no endless turn, and no limit beyond the goal, while torque is on",
     assert.deepEqual([setLines(port), codes(session)], [[], ["limits-move"]]);
     assert.equal(await write("CW_ANGLE_LIMIT", 100), true);
     port.servos.get(1)[TORQUE] = 0;
+    assert.equal(await write("CW_ANGLE_LIMIT", 0), true);
     assert.equal(await write("CCW_ANGLE_LIMIT", 0), true);
 });
 
@@ -403,7 +404,7 @@ test("restore: writes what differs, nothing else", async () => {
     assert.deepEqual(setup.plan.servos.map(({ changes }) => changes.length), [1, 0, 1]);
     assert.deepEqual(setLines(port), []);
     await finish(clock, setup.restore());
-    assert.deepEqual(setLines(port), ["set 1 MIN_VOLTAGE 0raw", "set 3 MAX_VOLTAGE 0raw"]);
+    assert.deepEqual(setLines(port), ["set 1 MIN_VOLTAGE 0raw", "set 3 MAX_VOLTAGE 160raw"]);
     assert.deepEqual(setup.restored.map(({ id, why }) => [id, why]), [[1, ""], [3, ""]]);
     assert.equal(setup.plan, null);
 });
@@ -576,4 +577,17 @@ test("restore: one that was carried out in full is not shown after another conne
     await clock.advance(1000);
     await connected;
     assert.equal(setup.restored, null);
+});
+
+test("write: a limit that another program has changed meanwhile is not crossed", async () => {
+    const { clock, port, session, setup, row } = await rig();
+
+    for (const [low, high, at] of [["CW_ANGLE_LIMIT", "CCW_ANGLE_LIMIT", 0x08], ["MIN_VOLTAGE", "MAX_VOLTAGE", MAX_VOLTAGE]]) {
+        await finish(clock, setup.readAll(1));
+        port.servos.get(1).set([60, 0].slice(0, row(high).bytes), at);
+        assert.equal(await finish(clock, setup.write(1, row(low), 70)), undefined);
+        assert.match(session.notices.at(-1).text, new RegExp(`${low} .* would be above ${high}`));
+        await finish(clock, setup.write(1, row("MAX_TORQUE"), 500));
+    }
+    assert.deepEqual(setLines(port), ["set 1 MAX_TORQUE 500raw", "set 1 MAX_TORQUE 500raw"]);
 });

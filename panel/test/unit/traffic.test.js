@@ -67,6 +67,23 @@ test("decoder: a BULK READ reply has its servo's registers", () => {
     assert.equal(decoder.status(status(2, 0, [0, 2]), request, 1).text, "GOAL_POSITION 150.1°");
 });
 
+test("decoder: a packet that lacks parameters, and its reply, are described", () => {
+    const names = new Set();
+
+    for (const instruction of [...Object.values(INSTRUCTION), 0x55])
+        for (const value of [0, 1, 0x1e, 0xff])
+            for (let count = 0; count < 9; count++) {
+                const request = packet(1, instruction, new Array(count).fill(value));
+
+                names.add(decoder.instruction(request).name);
+                assert.ok(idsOf(request).length);
+                for (const parameters of [[], [value], [value, 1, 2]]) assert.ok(decoder.status(status(1, 0, parameters), request, count).name);
+            }
+    assert.equal(names.size, Object.keys(INSTRUCTION).length + 1);
+    assert.deepEqual(decoder.instruction(packet(1, INSTRUCTION.READ)), { name: "READ", text: "" });
+    assert.deepEqual(decoder.instruction(packet(1, INSTRUCTION.READ, [0x1e])), { name: "READ", text: "1E" });
+});
+
 test("decoder: an unexpected status packet shows its bytes", () => {
     assert.match(decoder.status(status(1, 0, [1, 2]), null).text, /No request.*01 02/);
 });

@@ -34,6 +34,15 @@ async function opened() {
 
 const codeOf = (promise) => promise.then(() => "ok", (error) => error.code);
 
+test("web socket: a text frame has no bytes", async () => {
+    const { port, socket } = await opened();
+    const heard = [];
+
+    port.onBytes = (bytes) => heard.push(bytes);
+    for (const data of ["99999999999999", "5"]) socket.onmessage({ data });
+    assert.deepEqual(heard, []);
+});
+
 test("web socket: binary, both directions", async () => {
     const { port, socket } = await opened();
     let bytes;
