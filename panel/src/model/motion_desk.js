@@ -293,6 +293,7 @@ export class MotionDesk extends MotionEditor {
         });
 
         if (!motions) return;
+        this.session.withdraw(["motion-file", "motion-file-empty"]);
         this.#takeMotions(motions);
         this.motions.isChanged = true; // the board does not have it
         this.#notifyCounts("motion-loaded");

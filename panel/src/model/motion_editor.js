@@ -89,6 +89,7 @@ export class MotionEditor {
         return this.attempt(async () => {
             this.#checkChosen();
             await this.session.robot.setTorqueAll(isOn, (error) => this.session.notify(error), { ids: this.chosen, keepsGoals: true });
+            if (isOn) this.session.withdraw([84]);
         });
     }
 

@@ -121,6 +121,7 @@ export class Player {
         const ids = [...positions.keys()];
 
         this.#check(ids);
+        this.#session.takeMotion();
         const ways = ids.map((id) => degreesOf(Math.abs(positions.get(id) - robot.servos.get(id).raw.position)));
         const ms = (Math.max(...ways) / RPM) * RPM_PER_SPEED;
         const begun = this.#clock.now();

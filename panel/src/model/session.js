@@ -10,7 +10,7 @@ import { Wire } from "../wire/wire.js";
 import { pause, realClock } from "../wire/clock.js";
 import { noticeText } from "../texts/texts.js";
 import { CapturePort } from "../port/replay.js";
-import { operationOf } from "./console_line.js";
+import { isForgetting, operationOf } from "./console_line.js";
 import { Controller } from "./controller.js";
 import { Decoder } from "./decode.js";
 import { History } from "./history.js";
@@ -22,10 +22,10 @@ const INFO_MS = 8000; // information then goes away by itself
 const INFO_TO_DO_MS = 20000; // one with a remedy or a button
 const LISTS_SERVOS = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "joint-moves", "refused", "servo-silent", "turn-not-ended"]); // one notice lists all servos
 const WITHDRAWN_BY = { // notices that an event withdraws
-    release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-no-inhibit", "stop-unverified", "stopped"],
+    release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-no-inhibit", "stop-unverified", "stopped", 12], // a number: of an error of the controller
     stop: ["lost-stopping", "stop-failed", "stop-no-inhibit", "stop-not-sent", "stop-unverified"],
     back: ["silent"],
-    motion: ["motion-differs", "motion-not-stored"],
+    motion: ["motion-differs", "motion-ended", "motion-not-stored"],
 };
 /* Notices that no other notice pushes out: the robot may move, or its torque is not known. */
 const ABOUT_SAFETY = new Set([...WITHDRAWN_BY.stop, "lost", "reset", "silent", "turn-not-ended"]);
@@ -49,7 +49,7 @@ export class Session extends EventTarget {
         this.state = "disconnected"; // disconnected, connecting, connected, silent
         this.stopState = "none"; // none, stopping, verified, unchecked (no servo was asked), unverified, failed
         this.stopOutcome = null;
-        this.notices = []; // {key, code, ids, operation, text, remedy, level, time, undo}; undo(): the button Undo
+        this.notices = []; // {key, code, ids, operation, number, text, remedy, level, time, undo}; undo(): the button Undo
         this.traffic = new Traffic(new Decoder(tables, () => this.wire?.deviceId));
         this.capture = null; // the port of the last connection; `text` is the capture
         this.portName = "";
@@ -260,9 +260,10 @@ export class Session extends EventTarget {
         this.#change();
     }
 
-    /* A confirmed stop is shown only while the controller answers, INHIBIT reads 1, and the torque of each servo
+    /* That torque is off is told until it is on. A confirmed stop is shown only while the controller answers, INHIBIT reads 1, and the torque of each servo
      * reads 0. */
     #followStop() {
+        this.notices = this.notices.filter(({ code, ids }) => code !== "motion-torque" || this.isInhibited || !ids.every((id) => this.robot.servos.get(id)?.torque));
         if (this.stopState !== "verified" && this.stopState !== "unchecked") return;
         const { robot } = this;
         const isStopped = robot.isInhibited && [...robot.servos.values()].every(({ torque }) => torque === false);
@@ -285,11 +286,12 @@ export class Session extends EventTarget {
         const { servos } = this.robot;
 
         if (servos.has(id)) servos.get(id).inhibit = "";
-        if (!this.isInhibited && [...servos.values()].every(({ inhibit }) => !inhibit)) this.withdraw(["inhibited"]);
+        if (!this.isInhibited && [...servos.values()].every(({ inhibit }) => !inhibit)) this.withdraw(["inhibited", 12]);
     }
 
     /* A command has succeeded: withdraws the notice that the same operation has failed. */
     takeDone(line) {
+        if (isForgetting(line)) this.withdraw([40, 95]);
         const done = operationOf(line);
         const isOver = ({ code, operation }) => code === "command" && operation === done;
 
@@ -334,7 +336,7 @@ export class Session extends EventTarget {
         const before = this.notices.find((shown) => shown.key === key)?.ids ?? [];
         const ids = isOfMany ? [...new Set([...before, detail.id])].sort((one, other) => one - other) : detail.ids;
         const operation = operationOf(detail.line === undefined ? "" : String(detail.line));
-        const notice = { key, code, ids, operation, time: this.clock.now(), undo: detail.undo, ...noticeText({ ...detail, code, ids }) };
+        const notice = { key, code, ids, operation, number: detail.number, time: this.clock.now(), undo: detail.undo, ...noticeText({ ...detail, code, ids }) };
 
         if (code === "unexpected") console.error(what);
         this.notices = withoutOldest(NOTICES_MAX, [...this.notices.filter((shown) => shown.key !== key), notice]);
@@ -353,9 +355,9 @@ export class Session extends EventTarget {
         if (next < Infinity) this.#expiry = this.clock.after(next, () => (this.#followInfo(), this.#change()));
     }
 
-    /* Removes the notices of these codes. */
+    /* Removes the notices of these codes, and of these errors of the controller. */
     withdraw(codes) {
-        this.notices = this.notices.filter(({ code }) => !codes.includes(code));
+        this.notices = this.notices.filter(({ code, number }) => !codes.includes(code) && !codes.includes(number));
         this.#followInfo();
     }
 

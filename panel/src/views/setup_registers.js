@@ -98,7 +98,10 @@ class RegistersPart extends SetupPart {
     };
 
     #key(event, row) {
-        if (event.key === "Enter") this.#write(row);
+        if (event.key === "Enter" && event.target.matches("input")) {
+            event.preventDefault(); // it would press Cancel of the question, which gets the focus
+            this.#write(row);
+        }
         if (event.key === "Escape") this.#cancel(row.name);
     }
 

@@ -173,6 +173,17 @@ test("motion: its end by a stop of the user is no notice", () => {
     assert.deepEqual(ended((session) => (session.stopState = "stopping")), []);
 });
 
+test("open: a good file withdraws the notice of a damaged one", async () => {
+    const { session, desk } = deskWith("p");
+    const codes = () => session.notices.map(({ code }) => code);
+    const file = desk.exportText();
+
+    await desk.open("pose", "");
+    assert.deepEqual(codes(), ["motion-file"]);
+    await desk.open(file, "");
+    assert.deepEqual(codes(), ["motion-loaded"]);
+});
+
 test("play: the board is asked again after a load that has failed", async () => {
     const session = new Session({ tables: tables() });
     const desk = new MotionDesk(session);
@@ -241,7 +252,7 @@ test("play: a goal that the wire does not take names the controller, not torque"
     const servo = { torque: true, isEndless: false, raw: { position: 512 } };
     const session = Object.assign(new EventTarget(), {
         isConnected: true, stopState: "none", clock: { now: () => 0 }, wire: { state: "synchronising" },
-        robot: { isInhibited: false, servos: new Map([[1, servo]]), setGoal: () => false },
+        takeMotion: () => {}, robot: { isInhibited: false, servos: new Map([[1, servo]]), setGoal: () => false },
     });
 
     await assert.rejects(new Player(session).goTo(new Map([[1, 600]])), { code: "motion-unanswered" });

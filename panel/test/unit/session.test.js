@@ -412,6 +412,28 @@ test("notices: a command that failed is not told any more once the same operatio
     assert.deepEqual(failed(), ["id 2 9"]);
 });
 
+test("notices: an error goes once its cause is gone", async () => {
+    const { clock, port, session } = await rig();
+    const codes = () => session.notices.map(({ code, number }) => number ?? code);
+    const servo = session.robot.servos.get(1);
+    const tell = (number) => session.notify({ code: "command", line: `x ${number}`, number, message: "", remedy: "" });
+
+    session.notices = [];
+    port.onText = (line) => /^(?:servos forget|release)$/.test(line) && (port.say("ok"), true);
+    for (const number of [40, 12, 85]) tell(number);
+    session.notify({ code: "motion-ended", number: 12, message: "", remedy: "" });
+    await Promise.all([session.controller.run("servos forget"), clock.advance(100)]);
+    assert.deepEqual(codes(), [12, 85, 12]);
+    await Promise.all([session.release(), clock.advance(100)]);
+    assert.deepEqual(codes(), [85]);
+    servo.torque = false;
+    session.notify({ code: "motion-torque", ids: [1] });
+    assert.deepEqual(codes(), [85, "motion-torque"]);
+    servo.torque = true;
+    session.robot.dispatchEvent(new Event("change"));
+    assert.deepEqual(codes(), [85]);
+});
+
 test("notices: the remedy of a command names buttons of the page, not commands", () => {
     const remedyOf = (number) => new CommandError("x", { number, text: "y; 'z'" }, [], tables().errors).remedy;
 

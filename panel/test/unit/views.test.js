@@ -15,6 +15,7 @@ import { Decoder } from "../../src/model/decode.js";
 import "../../src/views/board_settings.js";
 import "../../src/views/packets_send.js";
 import "../../src/views/setup_diagnose.js";
+import "../../src/views/setup_registers.js";
 import { settle } from "../support/fake_clock.js";
 import { tables } from "../support/tables.js";
 import { attributeOf, valuesOf } from "../support/rendered.js";
@@ -212,6 +213,24 @@ test("diagnosis: a remedy names the button Search, not the command", () => {
     const shown = valuesOf(part.render()).map(([, value]) => value).filter((value) => typeof value === "string");
 
     assert.ok(shown.includes("check plug and power of this servo; then its ID: press “Search”"), shown.join());
+});
+
+test("registers: Enter writes, and presses no button of the question behind it", () => {
+    const part = new (customElements.get("panel-setup-registers"))();
+    const row = tables().registers.find(({ name }) => name === "LED");
+    const written = [];
+
+    part.setup = Object.assign(new EventTarget(), {
+        id: 1, rows: [{ ...row, scale: tables().units[row.unit] ?? { name: "", per: 1, of: 1, digits: 0 } }], registers: { id: 1, bytes: new Uint8Array(64), at: 0 },
+        isRunning: false, operation: null, write: (...call) => written.push(call),
+        session: { clock: { now: () => 0 }, robot: { servos: new Map() }, wire: {} },
+    });
+    part.querySelector = () => null;
+    valuesOf(part.render()).filter(([before]) => before.endsWith("@click=")).at(-1)[1]();
+    let isPrevented = false;
+
+    attributeOf(part.render(), "@keydown")({ key: "Enter", target: { matches: () => true }, preventDefault: () => (isPrevented = true) });
+    assert.deepEqual([isPrevented, written.length], [true, 1]);
 });
 
 test("send: an empty field is no error and cannot be sent", () => {
