@@ -77,8 +77,7 @@
 /* X(name, number, text, remedy): errors of the profile `full`. */
 #define FULL_ERRORS(X)                                                                             \
     X(ERROR_MOTION, 58, "a motion is under way",                                                   \
-      "'motion off' ends it; 'motion wait' waits for its end (a loop has none); torque off "       \
-      "always works")                                                                              \
+      "'motion off' ends it; 'motion wait' waits, but not for a loop; torque off always works")    \
     X(ERROR_GOAL, 70, "the servo does not take its goal",                                          \
       "torque stays off; hold it still, look for noise")                                           \
     X(ERROR_NAME, 71, "not a name", "a letter, then letters and digits, up to 8 characters")       \
