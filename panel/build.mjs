@@ -33,6 +33,6 @@ const parts = Object.entries(sizes).map(([name, size]) => `${name} ${size}`);
 
 console.log(`panel: ${sum} bytes gzipped, at most ${LIMIT} (${parts.join(", ")})`);
 if (sum > LIMIT) {
-    console.error("panel: too large; docs/internals/panel.md tells what each file has");
+    console.error("panel: too large: shorten texts or code");
     process.exitCode = 1;
 }

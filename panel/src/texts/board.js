@@ -22,7 +22,7 @@ export const board = {
     offers: {
         full: "All views.",
         console: "All views. Diagnosis, the guided set-up and the store of the board need the profile full; Motion records and plays from the page.",
-        bridge: "Robot, Graphs, Packets without console, and Board with settings by packets. Set-up searches, and has registers and backup. Motion records and plays from the page. For the rest flash the profile full.",
+        bridge: "Robot, Graphs, Board, and Packets without console. Set-up: search, registers, backup. Motion records and plays from the page. For the rest flash the profile full.",
     },
     driving: "Driving",
     allowed: "Driving is allowed.",
@@ -70,7 +70,7 @@ export const board = {
     saveHint: "Applies the changes and keeps all settings over power-off",
     undo: "Undo changes",
     defaults: "Defaults …",
-    confirmDefaults: "Set all settings to the values of a new controller? They are in force at once; only “Save” keeps them over power-off.",
+    confirmDefaults: "Set all settings to those of a new controller? They are in force at once.",
     confirmYes: "Set defaults",
     /* What is lost by a setting. */
     risks: {
