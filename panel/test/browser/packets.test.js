@@ -131,7 +131,7 @@ test("packets: a SAVE by hand is not sent, and names the view Board", async (t) 
     await page.select(".send-instruction", "hex");
     await page.type(".send-hex", "FD 04 03 10 01");
     await page.click(".send-button");
-    await shows(page, "Use the settings of the view Board", ".outcome");
+    await shows(page, "Use the view Board", ".outcome");
     await page.type(".filter-text", "SAVE 1");
     await shows(page, "Nothing to show", ".traffic");
 });
@@ -207,7 +207,7 @@ test("console: a line and its reply, Up, and Tab", async (t) => {
     await page.keyboard.press("Tab");
     await page.waitForFunction(() => document.activeElement?.className !== "console-line");
     await command(page, "mode person");
-    await shows(page, "Use the settings of the view Board", ".console-output");
+    await shows(page, "Use the view Board", ".console-output");
 });
 
 test("console: the line that is typed, and the newest echo, stay when the view or the connection changes", async (t) => {
