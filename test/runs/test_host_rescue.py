@@ -23,7 +23,8 @@ def hear(expected, within_ms=1000):
 
 def host_baud(register):
     """(lines that ask for the setting, the reply of the console)"""
-    answer = f"host_baud = {register} register\r\nok\r\n".encode()
+    rate = f", {2000000 // (register + 1)}bps" if register < 255 else ""  # 255: the board's own
+    answer = f"host_baud = {register} register{rate}\r\nok\r\n".encode()
     return "text settings host_baud\n" + hear(answer), answer
 
 
