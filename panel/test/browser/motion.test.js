@@ -259,7 +259,7 @@ test("files: damaged changes nothing; undo restores a step", async (t) => {
     }, text);
 
     await shows(page, "Press “Capture pose”", ".poses"); // what to do first
-    await shows(page, "first capture poses", ".sequence");
+    await shows(page, "First capture poses", ".sequence");
     await open("group 1\npose set up 90\npose set down 9x\n");
     await shows(page, "Line 3 of the file is damaged", ".notice");
     assert.equal((await page.$$(".pose")).length, 0);
