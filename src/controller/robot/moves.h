@@ -78,8 +78,8 @@ enum cds_result moves_begin(struct robot *robot, const struct cds_move *move, bo
 enum cds_result moves_play(struct robot *robot, const struct motion_store *store, uint8_t place,
                            uint16_t repeats, uint8_t percent, bool ends_cycle);
 
-/* Returns true once after a motion has ended, unless a new one has begun: nobody has reported yet
- * how. */
+/* Returns true once after a motion has ended, unless a new motion has begun: no command has printed
+ * its outcome yet. */
 bool moves_take_end(struct robot *robot);
 
 /* Sets the override, 10 to 200 percent, of the motion under way and of the next sequence. */

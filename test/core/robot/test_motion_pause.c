@@ -16,15 +16,21 @@ void tearDown(void)
     rig_check();
 }
 
+/* Submits a move of joint 0 from 200 to 600, and pauses it before it is checked. */
+static void pause_unchecked(const struct cds_move *move)
+{
+    rig_begin_motion(0);
+    feedback[0].position = 200;
+    pose[0] = 600;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, move));
+    cds_motion_pause(&motion, 8000);
+}
+
 void test_pause_holds_a_move_that_is_checked(void)
 {
     struct cds_move it = {.pose = pose, .time_ms = 1000};
 
-    rig_begin_motion(0);
-    feedback[0].position = 200;
-    pose[0] = 600;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
-    cds_motion_pause(&motion, 8000);
+    pause_unchecked(&it);
     rig_poll_motion();
     TEST_ASSERT_EQUAL(CDS_OK, motion.move_result);
     TEST_ASSERT_TRUE(motion.result == CDS_PENDING && motion.is_paused);
@@ -304,11 +310,7 @@ void test_move_paused_before_its_first_goal_can_be_ended(void)
 {
     struct cds_move it = {.pose = pose, .time_ms = 1000};
 
-    rig_begin_motion(0);
-    feedback[0].position = 200;
-    pose[0] = 600;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_move(&motion, &it));
-    cds_motion_pause(&motion, 8000);
+    pause_unchecked(&it);
     for (uint8_t i = 0; i < 20; i++)
         rig_pass_period();
     cds_motion_abort(&motion, 8000);
