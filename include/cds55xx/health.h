@@ -33,7 +33,7 @@ extern "C" {
 /* From one PING of an OFFLINE servo to the next one. */
 #define CDS_HEALTH_SEEK_US 100000ul
 
-/* From a READ without a reply to the next READ of this servo, at most, until it is OFFLINE. */
+/* From a READ without a good reply to the next READ of this servo, at most, until it is OFFLINE. */
 #define CDS_HEALTH_AGAIN_US 20000ul
 
 /* All of it stays in place. */
@@ -68,7 +68,7 @@ struct cds_health {
  * after CDS_SERVOS_MISSES failures, it answers no READ, and is taken for a servo that lost its
  * state.
  *
- * A servo that does not answer is asked again within CDS_HEALTH_AGAIN_US, until it is OFFLINE.
+ * A servo that gives no good answer is asked again within CDS_HEALTH_AGAIN_US, until it is OFFLINE.
  *
  * A lost state shows within a period, and 20 ms more beside a cycle, but not if torque was off: set
  * the speed again whenever torque is switched on. For 50 servos and a period of 1 s there are at

@@ -122,7 +122,7 @@ enum cds_robot_event_kind {
                                   // or did not take its goal or torque (one event): `why`,
                                   // `result`, `alarms`
     CDS_ROBOT_EVENT_ALARM,        // `joint` reports CDS_ERROR_* bits of a condition: `alarms`
-    CDS_ROBOT_EVENT_OFFLINE,      // `joint` does not answer any more
+    CDS_ROBOT_EVENT_OFFLINE,      // `joint` gives no good answer any more
     CDS_ROBOT_EVENT_STATE_LOST,   // `joint` had torque on and has it off: power failed, or an alarm
     CDS_ROBOT_EVENT_STOPPED,      // the stop is over: `result` of cds_torque_off_poll()
     CDS_ROBOT_EVENT_LINE_BUSY, // the line was low or disturbed for CDS_ROBOT_LINE_US, and nothing

@@ -26,7 +26,8 @@
 extern "C" {
 #endif
 
-/* Transactions in a row without a reply until a servo counts as OFFLINE. */
+/* Transactions in a row without a reply until a servo counts as OFFLINE. A damaged reply counts as
+ * none only after a READ of TORQUE_ENABLE, which the state check sends (health.h). */
 #define CDS_SERVOS_MISSES 3
 
 /* In `return_delay` and `baud_reg`: not known. */

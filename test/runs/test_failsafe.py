@@ -140,10 +140,10 @@ class Settings(unittest.TestCase):
         for record, values, origin in [
                 (f"01 0C 01 {ten}", FIRST, "as saved"),
                 (f"01 0A 01 {ten[:-6]}", FIRST[:9] + DEFAULTS[9:],
-                 "as saved by an older firmware; new ones are defaults"),
+                 "saved by an older firmware; new ones: defaults"),
                 (f"01 0E 01 {ten} 55 AA", FIRST, "as saved by a newer firmware"),
                 (f"02 0C 01 {ten}", DEFAULTS,
-                 "defaults: what was saved is of another version")]:
+                 "defaults: saved by another version")]:
             data = bytes.fromhex(record)
             output = self.start_with(data + crc(data), "settings\nsave\n@reset power\nsettings\n")
             first, again = output.split(" reset\n")

@@ -547,6 +547,22 @@ class Play(Motion):
                     "@expect text servo 2 is the cause\n@expect text error 84:\nteach off\nplay sweep at 200%\n"
                     "motion wait\n")
 
+    def test_pose_with_a_servo_that_does_not_answer_names_it(self):
+        run = self.run_on("@power 2 off\n@wait 2500\n! pose 100 100 100\n"
+                          "@expect text error 12: servo 2: not driven, as it gives no good answer\n"
+                          "group 1 3\npose 100 100\n")
+        goals = [data for _, way, data in run.packets if way == "->in" and " 83 1E 04" in data]
+        self.assertEqual(len(goals), 1, goals)
+
+    def test_pose_with_a_servo_that_lost_its_power_names_it(self):
+        self.run_on("@power 2 off\n@wait 2500\n@power 2 on\n@wait 1500\n! pose 100 100 100\n"
+                    "@expect text error 12: servo 2: the servo may not be driven\n"
+                    "release\ntorque 2 on\npose 100 100 100\n")
+
+    def test_servo_whose_replies_are_damaged_is_not_driven(self):
+        self.run_on("@fault flip out every 5 3\n@wait 4000\nservos\n@expect text servo 2: offline\n"
+                    "! pose 100 100 100\n@expect text error 12: servo 1: not driven, as it gives no good answer\n")
+
     def test_time_of_too_many_digits_has_no_range(self):
         run = self.run_on(SWEEP + "! pose low in 99999999999s\n@expect text error 33: TIME '99999999999s': number out of range\n")
         self.assertNotIn("0 to 0", run.output)

@@ -59,7 +59,7 @@
     X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \
     X(ERROR_SETTING_RANGE, 61, "value out of range of the setting",                                \
       "docs/settings.md has the ranges")                                                           \
-    X(ERROR_NOT_SAVED, 62, "the EEPROM does not keep what is written",                             \
+    X(ERROR_NOT_SAVED, 62, "the EEPROM keeps nothing new",                                         \
       "the older data stay valid; try again, or replace the chip")                                 \
     X(ERROR_SAVING, 63, "the EEPROM is being written", "try again in 0.2 s")                       \
     X(ERROR_STOPPING, 64, "torque off is under way", "try again when 'status' says how it went")   \

@@ -286,6 +286,17 @@ static bool is_of_servo(const struct console *console)
     return error < ERROR_UNKNOWN_COMMAND && error != CDS_NO_ROOM;
 }
 
+uint8_t explain_servo(const struct console *console)
+{
+    struct cds_servos *servos = &console->robot->servos;
+
+    if (is_of_servo(console))
+        return console->line.id;
+    return console->error == CDS_INHIBITED && !cds_servos_may_drive(servos, servos->refused_id)
+               ? servos->refused_id
+               : CDS_NO_ID;
+}
+
 /* ---- printing ---- */
 
 /* "ANGLE 400deg", or "REG 'GOAL'" */
@@ -382,8 +393,8 @@ bool explain_error(struct console *console)
         printer_text(printer, message_error);
         return true;
     case PART_SERVO:
-        printer->values[0].number = console->line.id;
-        if (is_of_servo(console))
+        printer->values[0].number = explain_servo(console);
+        if (printer->values[0].number <= CDS_ID_MAX)
             printer_text(printer, message_of_servo);
         return true;
     case PART_SUBJECT:

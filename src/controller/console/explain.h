@@ -24,6 +24,9 @@ bool explain_is_settings(const struct command_line *line);
  * console->explained counts the parts. The printer must be ready. False: that was the last part. */
 bool explain_error(struct console *console);
 
+/* Returns the ID of the servo that console->error is about, or a number above CDS_ID_MAX. */
+uint8_t explain_servo(const struct console *console);
+
 /* Returns ERROR_OUT_OF_RANGE if a number of the line is out of the range of its argument; else 0.
  * The command checks raw values. Call it after parse_end(). */
 uint8_t explain_numbers(struct console *console);

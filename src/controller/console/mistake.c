@@ -24,6 +24,8 @@ static const CDS_FLASH char message_usage_due[] = "wrong number of arguments; us
 static const CDS_FLASH char message_limits[] =
     "its limits are %a to %a and %r; stay within them, or change them by 'limits'; "
     "'info ID' reads goal and speed, which 'torque on' needs";
+static const CDS_FLASH char message_offline[] =
+    "not driven, as it gives no good answer; check its power, plug and rate";
 
 /* Reads digits from *at on, which it moves behind them. Returns the number, or UINT16_MAX if there
  * is none from 0 to 253. */
@@ -80,6 +82,15 @@ static bool is_id_argument(uint8_t argument)
            argument == ARGUMENT_NEW_ID;
 }
 
+/* True if the servo that the error is about is OFFLINE. */
+static bool is_offline(const struct console *console)
+{
+    const struct cds_servo_state *servo =
+        cds_servos_find(&console->robot->servos, explain_servo(console));
+
+    return servo && servo->presence == CDS_PRESENCE_OFFLINE;
+}
+
 enum mistake mistake_of(const struct console *console, bool is_of_word)
 {
     const struct command_line *line = &console->line;
@@ -92,6 +103,8 @@ enum mistake mistake_of(const struct console *console, bool is_of_word)
         return MISTAKE_KNOWN_ID;
     if (console->error == CDS_LIMIT && servo && servo->has_limits && !line->is_repeated)
         return MISTAKE_LIMITS;
+    if (console->error == CDS_INHIBITED && is_offline(console))
+        return MISTAKE_OFFLINE;
     if (console->error == ERROR_COUNT && line->command)
         return MISTAKE_COUNT;
     if (console->error == ERROR_UNIT && line->command && explain_is_settings(line))
@@ -134,6 +147,7 @@ void mistake_print(struct console *console, enum mistake mistake)
         [MISTAKE_LIST] = message_one_servo,  [MISTAKE_REVERSED] = message_reversed,
         [MISTAKE_UNIT] = message_no_unit,    [MISTAKE_KNOWN_ID] = message_known_id,
         [MISTAKE_COUNT] = message_usage_due, [MISTAKE_LIMITS] = message_limits,
+        [MISTAKE_OFFLINE] = message_offline,
     };
     union printer_value *values = console->printer.values;
 

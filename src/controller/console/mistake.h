@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Mistakes in a line that are easy to see. Their text stands in place of that of the error:
+/* Mistakes in a line and causes of an error that are easy to see. Their text stands in place of
+ * that of the error:
  *
  *     error 39: servo 1: ANGLE '90,5': write a point, not a comma: 90.5 */
 #ifndef CONTROLLER_MISTAKE_H
@@ -18,6 +19,7 @@ enum mistake {
     MISTAKE_KNOWN_ID, // `id` or `new` to the ID of a known servo
     MISTAKE_COUNT,    // too many words, or too few, for the one usage of the command
     MISTAKE_LIMITS,   // beyond the soft limits of the servo
+    MISTAKE_OFFLINE,  // the servo does not answer, so it may not be driven
 } __attribute__((packed));
 
 /* Returns the mistake that has caused console->error. `is_of_word`: a word of the line, which the

@@ -155,59 +155,55 @@ uint8_t motion_start_move(struct robot *robot, const struct cds_move *move)
 
 /* ---- phases: each returns CDS_PENDING, or the result of the start ---- */
 
-/* Valid after READ_STATES: the list of servos has the torque that was read, and learns each later
- * change from the packets that pass. */
-static bool is_torque_off(const struct cds_servo_state *servo)
-{
-    return !servo->torque;
-}
-
-static bool is_inhibited(const struct cds_servo_state *servo)
-{
-    return servo->inhibits;
-}
-
 static bool is_endless(const struct cds_servo_state *servo)
 {
     return (servo->held & (CDS_HELD_CW_0 | CDS_HELD_CCW_0)) == (CDS_HELD_CW_0 | CDS_HELD_CCW_0);
 }
 
-/* The ID of a servo of the pose that `is` so; CDS_NO_ID: none is. Pose NULL: all of the group. */
-static uint8_t servo_of_pose(const struct robot *robot, const uint16_t *pose,
-                             bool (*is)(const struct cds_servo_state *servo))
+/* Why the servo cannot take a goal, or CDS_OK. */
+static uint8_t reason_against(const struct cds_servo_state *servo, bool needs_torque)
+{
+    if (servo->inhibits || servo->presence == CDS_PRESENCE_OFFLINE)
+        return CDS_INHIBITED;
+    if (is_endless(servo))
+        return MOTION_ENDLESS;
+    return needs_torque && !servo->torque ? (uint8_t)MOTION_TORQUE_OFF : (uint8_t)CDS_OK;
+}
+
+/* Returns why a servo of the pose cannot take a goal, and its ID in *id; or CDS_OK. Pose NULL: all
+ * servos of the group, whose torque does not matter. */
+static uint8_t check_servos(const struct robot *robot, const uint16_t *pose, uint8_t *id)
 {
     const struct cds_servo_state *servo = robot->servos.states;
 
     for (uint8_t left = robot->servos.count; left; left--, servo++) {
-        const uint8_t *id;
+        uint8_t reason = reason_against(servo, pose != NULL);
+        const uint8_t *joint;
 
-        if (!is(servo))
+        if (!reason)
             continue;
-        id = memchr(robot->group, servo->id, robot->group_count);
-        if (id && (!pose || pose[id - robot->group] != CDS_POSE_NONE))
-            return servo->id;
+        joint = memchr(robot->group, servo->id, robot->group_count);
+        if (!joint || (pose && pose[joint - robot->group] == CDS_POSE_NONE))
+            continue;
+        *id = servo->id;
+        return reason;
     }
-    return CDS_NO_ID;
+    return CDS_OK;
 }
 
-bool motion_group_is_endless(const struct robot *robot)
+uint8_t motion_check_group(struct robot *robot)
 {
-    return servo_of_pose(robot, NULL, is_endless) != CDS_NO_ID;
+    return check_servos(robot, NULL, &robot->servos.refused_id);
 }
 
-/* CDS_PENDING: each servo of the pose has torque, and none is inhibited or in endless turn. */
-static uint8_t check_servos(const struct robot *robot, const uint16_t *pose)
+/* CDS_PENDING: each servo of the pose has torque, and none is inhibited or in endless turn. After
+ * READ_STATES: the list of servos has the torque that was read, and learns each later change from
+ * the packets that pass. */
+static uint8_t check_pose(const struct robot *robot, const uint16_t *pose)
 {
-    uint8_t *id = &start_of(robot)->outcome.id;
+    uint8_t reason = check_servos(robot, pose, &start_of(robot)->outcome.id);
 
-    *id = servo_of_pose(robot, pose, is_inhibited);
-    if (*id != CDS_NO_ID)
-        return CDS_INHIBITED;
-    *id = servo_of_pose(robot, pose, is_endless);
-    if (*id != CDS_NO_ID)
-        return MOTION_ENDLESS;
-    *id = servo_of_pose(robot, pose, is_torque_off);
-    return *id == CDS_NO_ID ? (uint8_t)CDS_PENDING : (uint8_t)MOTION_TORQUE_OFF;
+    return reason ? reason : (uint8_t)CDS_PENDING;
 }
 
 /* Checks that the store has the pose of the step, and the group has its servos. */
@@ -288,7 +284,7 @@ static uint8_t end_states(const struct robot *robot)
 
     start->phase = start->is_sequence ? CHECK_SERVOS : BEGIN;
     start->step = 0;
-    return start->is_sequence ? (uint8_t)CDS_PENDING : check_servos(robot, start->move.pose);
+    return start->is_sequence ? (uint8_t)CDS_PENDING : check_pose(robot, start->move.pose);
 }
 
 /* Checks the servos of a step. */
@@ -302,7 +298,7 @@ static uint8_t check_step_servos(const struct robot *robot)
         start->phase = BEGIN;
         return CDS_PENDING;
     }
-    return check_servos(robot, pose);
+    return check_pose(robot, pose);
 }
 
 /* The READ has ended. */

@@ -70,8 +70,9 @@ struct motion_start {
  * group_cycle (group_cycle.h). */
 extern const CDS_FLASH struct robot_operation motion_cycle;
 
-/* Returns true if a servo of the group is known to be in endless turn. */
-bool motion_group_is_endless(const struct robot *robot);
+/* Returns why the group cannot take goals: MOTION_ENDLESS or CDS_INHIBITED, with the ID of the
+ * servo that is the reason in robot->servos.refused_id; or CDS_OK. Torque does not matter. */
+uint8_t motion_check_group(struct robot *robot);
 
 /* Returns 0 if a stored sequence may be started now: motion_start_sequence() would return 0, unless
  * robot_choose_group() or robot_start() refuses. Else MOTION_OMITTED, MOTION_PAUSED, MOTION_BUSY

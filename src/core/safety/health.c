@@ -121,14 +121,14 @@ static NOINLINE void take_returned(struct cds_health *health)
     cds_servos_inhibit(servos, servo, CDS_INHIBIT_STATE_LOST);
 }
 
-/* True if the READ without a reply was counted as a miss of its servo. A servo whose rate is not
- * the rate of the bus has none. */
+/* True if the READ without a good reply was counted as a miss of its servo. A servo whose rate is
+ * not the rate of the bus has none. */
 static bool has_missed(const struct cds_health *health)
 {
     const struct cds_servos *servos = health->servos;
     uint8_t index = health->request.servo_index;
 
-    return health->request.result == CDS_TIMEOUT && index < servos->count &&
+    return health->request.result != CDS_OK && index < servos->count &&
            servos->states[index].misses;
 }
 

@@ -319,19 +319,32 @@ static void take_answer(struct cds_servos *servos, struct cds_servo_state *servo
         servo->has_answered = true;
 }
 
-/* A miss counts only at the rate of the servo, and only if the servo answers this packet at every
- * status return level that it may have. */
-static void take_miss(struct cds_servos *servos, struct cds_servo_state *servo, uint8_t instruction)
+/* The transaction has ended without a good reply. This counts as a miss only at the rate of the
+ * servo, and only if the servo answers this packet at every status return level that it may have. A
+ * damaged reply is a miss only after a READ of TORQUE_ENABLE, as in a state check: a cycle that
+ * reads all the time would meet three in a row too often. */
+static void take_failure(struct cds_servos *servos, struct cds_servo_state *servo,
+                         const uint8_t *bytes, uint8_t result)
 {
-    servo->counters.timeouts++;
+    uint8_t instruction = bytes[CDS_AT_INSTRUCTION], misses;
+
+    if (result == CDS_TIMEOUT)
+        servo->counters.timeouts++;
+    else
+        servo->counters.corrupt++;
+    if (result != CDS_TIMEOUT &&
+        (instruction != CDS_READ || bytes[CDS_AT_PARAMETERS] != CDS_REG_TORQUE_ENABLE))
+        return;
     if (servo->baud_reg != servos->bus->baud_reg)
         return;
     if (servo->status_return_level == CDS_LEVEL_UNKNOWN && instruction != CDS_PING &&
         (instruction != CDS_READ || servo->presence == CDS_PRESENCE_RETURNED))
         return;
-    if (servo->misses < CDS_SERVOS_MISSES)
-        servo->misses = (servo->misses + 1u) & 3u;
-    if (servo->misses == CDS_SERVOS_MISSES && servo->presence != CDS_PRESENCE_OFFLINE)
+    misses = servo->misses;
+    if (misses < CDS_SERVOS_MISSES)
+        misses++;
+    servo->misses = misses & 3u;
+    if (misses == CDS_SERVOS_MISSES && servo->presence != CDS_PRESENCE_OFFLINE)
         set_presence(servos, servo, CDS_PRESENCE_OFFLINE);
 }
 
@@ -377,6 +390,7 @@ NOINLINE void cds_servos_learn_end(struct cds_servos *servos, struct cds_request
 {
     uint8_t id = request->packet.bytes[CDS_AT_ID];
     uint8_t instruction = request->packet.bytes[CDS_AT_INSTRUCTION], error = 0;
+    bool is_paused = servos->is_paused;
     uint8_t is_reply_due = 0, source = CDS_SOURCE_LOST;
     struct cds_servo_state *servo = NULL;
 
@@ -392,27 +406,25 @@ NOINLINE void cds_servos_learn_end(struct cds_servos *servos, struct cds_request
         if (is_reply_due) {
             source = CDS_SOURCE_ANSWERED;
             error = request->error;
-            if (!servo && !servos->is_paused)
+            if (!servo && !is_paused)
                 servo = cds_servos_meet(servos, request->id, error);
         }
     }
     count_echo_errors(servos, servo);
-    if (error && !servos->is_paused)
+    if (error && !is_paused)
         note_error(servos, servo, error);
     if (!servo)
         return;
-    if (is_reply_due && !servos->is_paused) {
+    if (is_reply_due && !is_paused) {
         if (result == CDS_OK)
             take_answer(servos, servo, instruction);
-        else if (result == CDS_TIMEOUT)
-            take_miss(servos, servo, instruction);
         else
-            servo->counters.corrupt++;
+            take_failure(servos, servo, request->packet.bytes, result);
     }
     if (!(error & CDS_ERRORS_OF_PACKET)) {
         if (instruction != CDS_READ)
             learn_packet(servos, servo, request, source);
-        else if (result == CDS_OK && !servos->is_paused)
+        else if (result == CDS_OK && !is_paused)
             learn_read(servos, servo, request);
     }
     settle_id(servos, servo);

@@ -198,6 +198,19 @@ void test_unplugged_servo_is_offline_within_its_turn(void)
     TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[0].presence);
 }
 
+void test_servo_whose_replies_are_all_damaged_is_offline(void)
+{
+    run_for(PERIOD_US);
+    wire.servo[1].garbled = true;
+    run_for(PERIOD_US + 3 * CDS_HEALTH_AGAIN_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, states[1].presence);
+    TEST_ASSERT_EQUAL_UINT16(0, states[1].counters.timeouts);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[0].presence);
+    wire.servo[1].garbled = false;
+    run_for(2 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
+}
+
 /* A miss of a servo at another rate is not counted: such a servo is never OFFLINE. */
 void test_servo_at_another_rate_leaves_the_others_their_turns(void)
 {

@@ -528,6 +528,31 @@ void test_counters_are_each_servo_s_own(void)
     TEST_ASSERT_EQUAL_UINT16(1, states[2].counters.unexpected_packets);
 }
 
+/* A damaged reply to a READ of `address`. */
+static void read_damaged(uint8_t address)
+{
+    uint8_t noise[] = {0xFF, 0xFF, 1, 3, 0, 0, 0};
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, 1, address, 1));
+    rig_transmit();
+    port_fake_hear(&bus.link, noise, sizeof noise);
+    port_fake.now_us += 5000;
+    look();
+    TEST_ASSERT_EQUAL(CDS_CORRUPT, request.result);
+}
+
+void test_damaged_reply_is_a_miss_only_of_a_state_check(void)
+{
+    answer(cds_servo_ping(&bus, &request, 1), 1, 0);
+    for (uint8_t i = 0; i < CDS_SERVOS_MISSES; i++)
+        read_damaged(CDS_REG_PRESENT_POSITION);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, one->presence);
+    for (uint8_t i = 0; i < CDS_SERVOS_MISSES; i++)
+        read_damaged(CDS_REG_TORQUE_ENABLE);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, one->presence);
+    TEST_ASSERT_EQUAL_UINT16(2 * CDS_SERVOS_MISSES, one->counters.corrupt);
+}
+
 void test_what_should_never_be_is_counted_to_255(void)
 {
     answer(cds_servo_ping(&bus, &request, 1), 1, 0);

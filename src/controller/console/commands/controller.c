@@ -39,11 +39,11 @@ static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes never used"
 static const CDS_FLASH char *const CDS_FLASH origins[] = {
     [SETTINGS_NONE] = FLASH_TEXT("defaults: nothing was ever saved"),
     [SETTINGS_DAMAGED] = FLASH_TEXT("defaults: what was saved is damaged"),
-    [SETTINGS_OTHER_VERSION] = FLASH_TEXT("defaults: what was saved is of another version"),
-    [SETTINGS_OLDER] = FLASH_TEXT("as saved by an older firmware; new ones are defaults"),
+    [SETTINGS_OTHER_VERSION] = FLASH_TEXT("defaults: saved by another version"),
+    [SETTINGS_OLDER] = FLASH_TEXT("saved by an older firmware; new ones: defaults"),
     [SETTINGS_NEWER] = FLASH_TEXT("as saved by a newer firmware"),
     [SETTINGS_STORED] = FLASH_TEXT("as saved"),
-    [SETTINGS_CORRECTED] = FLASH_TEXT("as saved, but one was out of range: its default"),
+    [SETTINGS_CORRECTED] = FLASH_TEXT("as saved; one was out of range: default"),
 };
 
 static void print_origin(struct console *console)

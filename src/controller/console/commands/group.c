@@ -8,7 +8,7 @@
 #include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
 #include "console/messages.h"
-#include "robot/motion_start.h" // motion_group_is_endless()
+#include "robot/motion_start.h" // motion_check_group()
 #include "robot/stored_group.h"
 
 static const CDS_FLASH char message_by_action[] = " action";
@@ -153,8 +153,10 @@ static uint8_t pose_begin(struct console *console)
     if (line->values != robot->group_count)
         return ERROR_GROUP_SIZE;
     // A timed move by a motion checks this itself, and names the servo.
-    if ((line->choice != POSE_IN || !command_set.moves) && motion_group_is_endless(robot))
-        return ERROR_ENDLESS;
+    if (line->choice != POSE_IN || !command_set.moves)
+        error = motion_check_group(robot);
+    if (error)
+        return error;
     if (line->choice == POSE_IN)
         return command_set.pose_in->begin(console);
     if (command_set.moves && motion_cycle_is_ending(robot)) {

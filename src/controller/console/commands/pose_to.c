@@ -7,7 +7,7 @@
 #include "console/commands/stored.h"
 #include "console/console.h"
 #include "console/errors.h"
-#include "robot/motion_start.h" // motion_group_is_endless()
+#include "robot/motion_start.h" // motion_check_group()
 #include "robot/stored_group.h"
 #include "robot/stored_pose.h"
 
@@ -59,8 +59,8 @@ static bool in_poll(struct console *console)
         return command_set.pose_in->poll(console);
     take_pose(console);
     console->part = 0;
-    if (console->error == 0 && !command_set.moves && motion_group_is_endless(console->robot))
-        console->error = ERROR_ENDLESS; // no motion checks it
+    if (console->error == 0 && !command_set.moves)
+        console->error = motion_check_group(console->robot); // no motion checks it
     if (console->error == 0)
         console->error = command_set.pose_in->begin(console);
     return console->error == 0;
