@@ -85,7 +85,7 @@ POKE = make poke$(if $(BOARD_DIR), BOARD_DIR=$(BOARD_DIR),$(if $(filter-out atme
 .PHONY: run
 run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
 	$(clear)
-	@build/host/cds55xx-sim firmware $< --board $(or $(BOARD_DIR),$(BOARD)) --servos $(SERVOS) --host pty \
+	@build/host/cds55xx-sim firmware $< --board $(or $(BOARD_DIR),$(BOARD)) --servos $(SERVOS) --allow-duplicates --host pty \
 	  --rules warn --host-baud $(HOST_BAUD) --eeprom build/$(BOARD)/run.eeprom --poke build/$(BOARD)/poke \
 	  --poke-hint '$(POKE) DO="load 1 300"' $(if $(filter 1,$(FOLLOW)),--follow)
 

@@ -200,12 +200,14 @@ test-long: $$(call run_needs,$$(LONG_TESTS))
 	$(clear)
 	@TEST_LONG=1 $(run_tests) --times build/test-long-times.tsv $(LONG_TESTS)
 
-BUILD_TESTS := $(wildcard test/build/test_*.py)
-## test-build: what make itself promises: boards, flash, fuses, dependencies, checks
+ALL_BUILD_TESTS := $(wildcard test/build/test_*.py)
+BUILD_TESTS := $(if $(T),$(sort $(foreach w,$(T),$(foreach f,$(ALL_BUILD_TESTS),$(if $(findstring $(w),$(notdir $(f))),$(f))))),$(ALL_BUILD_TESTS))
+## test-build: what make itself promises: boards, flash, fuses, dependencies, checks; T=word as in test
 .PHONY: test-build
 test-build: $$(call run_needs,$$(BUILD_TESTS))
 	@scripts/deps.sh test-build
 	$(clear)
+	$(if $(BUILD_TESTS),,@echo "no suite of test-build has '$(T)' in its name: $(notdir $(ALL_BUILD_TESTS))"; false)
 	@$(run_tests) $(BUILD_TESTS)
 
 # The programs on this machine that run src/core. Coverage and mutation build them with other flags.

@@ -203,6 +203,20 @@ class Make(unittest.TestCase):
         self.assertEqual(status, 0, output)
         self.assertIn(" --rules warn ", output)
 
+    def test_run_takes_servos_that_share_an_id(self):
+        status, output = self.make("run", "-n", "SERVOS=1,1,1", "-o", "build/atmega128/controller.elf", "-o",
+                                   "build/host/cds55xx-sim")
+        self.assertEqual(status, 0, output)
+        self.assertIn(" --servos 1,1,1 --allow-duplicates ", output)
+
+    def test_test_build_with_a_word_runs_suites_of_that_name(self):
+        names = "test/build/test_packing.py test/build/test_make.py"
+        output = self.make("test-build", "-n", "T=zzz")[1]
+        self.assertIn("no suite of test-build has 'zzz' in its name", output)
+        suites = self.make("test-build", "-n", "T=packing", f"ALL_BUILD_TESTS={names}")[1].splitlines()[-1]
+        self.assertIn("test/build/test_packing.py", suites)
+        self.assertNotIn("test/build/test_make.py", suites)
+
     def test_run_follow_shows_the_live_table(self):
         for words, follows in [([], False), (["FOLLOW=0"], False), (["FOLLOW=1"], True)]:
             status, output = self.make("run", "-n", "-o", "build/atmega128/controller.elf", "-o",
