@@ -101,6 +101,19 @@ static const char *parse_hang(struct scenario_line *line, char *rest)
     return hang_order_parse(&line->reset, rest);
 }
 
+/* Parses the place of a servo: "1st", "2nd", "3rd", "4th". Returns 0 if the text is none. */
+static unsigned parse_place(const char *text)
+{
+    static const char *const suffixes[] = {"st", "nd", "rd", "th"};
+    size_t digits = strspn(text, "0123456789");
+    bool has_suffix = false;
+    for (unsigned i = 0; i < 4; i++) {
+        has_suffix |= strcmp(text + digits, suffixes[i]) == 0;
+    }
+    unsigned long place = strtoul(text, 0, 10);
+    return digits && has_suffix && place < IDS_MAX ? (unsigned)place : 0;
+}
+
 /* Parses [IDS] VALUE [over MS]. */
 static const char *parse_environment(struct scenario_line *line, char *rest)
 {
@@ -120,7 +133,8 @@ static const char *parse_environment(struct scenario_line *line, char *rest)
         return "wanted: [IDS] VALUE [over MS]";
     }
     line->all = count == 1;
-    const char *wrong = line->all ? 0 : parse_ids(line->ids, word[0]);
+    line->place = line->all ? 0 : parse_place(word[0]);
+    const char *wrong = line->all || line->place ? 0 : parse_ids(line->ids, word[0]);
     return wrong ? wrong : environment_parse(line->property, word[count - 1], &line->value);
 }
 

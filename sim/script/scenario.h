@@ -39,6 +39,7 @@ struct scenario_line {
     bool flag;          // ECHO: on; COMMAND: an error is expected
     uint32_t ms;        // WAIT, AT; ENVIRONMENT: duration of the change
     bool all;           // ENVIRONMENT: every servo
+    unsigned place;     // ENVIRONMENT: this servo of those there, from 1; 0: those in `ids`
     bool ids[IDS_MAX];  // ENVIRONMENT: these servos; SERVOS: the new servos
     enum environment_property property;
     int32_t value; // ENVIRONMENT, BAUD

@@ -151,15 +151,21 @@ static bool do_environment(struct script *script, uint64_t now, const struct sce
     const struct script_ops *ops = script->ops;
     uint64_t over = cycles(script, line->ms * 1000ull);
     struct servos *servos;
+    unsigned place = 0;
     for (unsigned bus = 0; (servos = ops->bus(ops->context, bus)) != 0; bus++) {
         for (unsigned i = 0; i < servos->count; i++) {
             struct servo_node *node = &servos->node[i];
-            if (line->all || line->ids[node->id]) {
+            if (++place == line->place || line->all || line->ids[node->id]) {
                 environment_set(&script->environment, now, node, line->property, line->value, over);
             }
         }
     }
-    return true;
+    if (line->place > place) {
+        char what[200];
+        snprintf(what, sizeof(what), "%.80s: there are %u servos", line->source, place);
+        fail_expectation(script, now, what);
+    }
+    return line->place <= place;
 }
 
 static bool do_expect(struct script *script, uint64_t now, const struct scenario_line *line)

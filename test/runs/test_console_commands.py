@@ -419,6 +419,13 @@ class Scripts(unittest.TestCase):
         run = controller("echo off\n" + said_by("full", script), "atmega128", "1", "--rules", "warn")
         self.assertEqual(run.status, 0, run.output[-3000:])
 
+    def test_new_servos_of_one_id_are_set_up_one_after_the_other(self):
+        script = "@power 1 off\n" + "".join(f"@power {place} on\n@wait 1000\nnew {new}\n@power {place} off\n"
+                                            for place, new in (("1st", 2), ("2nd", 3), ("3rd", 1)))
+        script += "@power 1 on\n@wait 1500\nscan\n" + text("3 found")
+        run = controller("echo off\n" + said_by("full", script), "atmega128", "1,1,1", "--allow-duplicates")
+        self.assertEqual(run.status, 0, run.output[-3000:])
+
     def test_new_servo_that_fails_does_not_join(self):
         refused = "! new 5\n" + text(f"error 21: servo 1: {ERRORS[21].removeprefix('servo: ')}")
         script = "lock 1\nservos forget\n" + refused + "servos\n" + text("no servo known") + refused

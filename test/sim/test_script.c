@@ -360,6 +360,23 @@ void test_environment_is_set_for_all_or_for_some_servos(void)
     }
 }
 
+void test_servo_is_named_by_its_place(void)
+{
+    run("@power 2nd off\n@supply 3rd 7.4\n@load 1st 300\n");
+    for (unsigned i = 0; i < 3; i++) {
+        TEST_ASSERT_EQUAL(i != 1, servos.node[i].servo.powered);
+        TEST_ASSERT_EQUAL(i == 2 ? 74 : 120, environment_of(i + 1)->supply_dV);
+        TEST_ASSERT_EQUAL(i == 0 ? 300 : 0, environment_of(i + 1)->load);
+    }
+}
+
+void test_place_without_a_servo_fails_the_run(void)
+{
+    run("@power 4th off\n@power 1 off\n");
+    TEST_ASSERT_NOT_NULL(strstr(log_text, "@power 4th off: there are 3 servos"));
+    TEST_ASSERT_TRUE(servos.node[0].servo.powered);
+}
+
 void test_power_and_block_return(void)
 {
     run("@power off\n@block on\n@wait 10\n@power 1 on\n@block 2-3 off\n");
@@ -602,6 +619,9 @@ void test_bad_lines_are_refused_before_the_run(void)
         "@at soon\n",
         "@at -1\n",
         "@power 1\n",
+        "@power 0th on\n",
+        "@power 2nds on\n",
+        "@power nd on\n",
         "@power 1 on off\n",
         "@power 254 on\n",
         "@power on over 5\n",
