@@ -141,14 +141,14 @@ class Settings(unittest.TestCase):
                 (f"01 0C 01 {ten}", FIRST, "as saved"),
                 (f"01 0A 01 {ten[:-6]}", FIRST[:9] + DEFAULTS[9:],
                  "saved by an older firmware; new ones: defaults"),
-                (f"01 0E 01 {ten} 55 AA", FIRST, "as saved by a newer firmware"),
+                (f"01 0E 01 {ten} 55 AA", FIRST, "saved by a newer firmware"),
                 (f"02 0C 01 {ten}", DEFAULTS,
                  "defaults: saved by another version")]:
             data = bytes.fromhex(record)
             output = self.start_with(data + crc(data), "settings\nsave\n@reset power\nsettings\n")
             first, again = output.split(" reset\n")
             self.assertEqual(listed(first), (values, origin))
-            saved = "as saved by a newer firmware" if "newer" in origin else "as saved"
+            saved = "saved by a newer firmware" if "newer" in origin else "as saved"
             self.assertEqual(listed(again), (values, saved))
 
     def test_a_save_does_not_block_the_bus(self):

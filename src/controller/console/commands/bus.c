@@ -252,7 +252,7 @@ static bool counters_poll(struct console *console)
 
 static const CDS_FLASH char *const CDS_FLASH bus_lines[] = {
     [CDS_BUS_LINE_QUIET] = FLASH_TEXT("bus ok at %b"),
-    [1] = FLASH_TEXT("bus busy: others use it at %b"),
+    [1] = FLASH_TEXT("bus busy: noise or others, at %b"),
     [2] = FLASH_TEXT("bus held low at %b"),
 };
 

@@ -41,7 +41,7 @@ static const CDS_FLASH char *const CDS_FLASH origins[] = {
     [SETTINGS_DAMAGED] = FLASH_TEXT("defaults: what was saved is damaged"),
     [SETTINGS_OTHER_VERSION] = FLASH_TEXT("defaults: saved by another version"),
     [SETTINGS_OLDER] = FLASH_TEXT("saved by an older firmware; new ones: defaults"),
-    [SETTINGS_NEWER] = FLASH_TEXT("as saved by a newer firmware"),
+    [SETTINGS_NEWER] = FLASH_TEXT("saved by a newer firmware"),
     [SETTINGS_STORED] = FLASH_TEXT("as saved"),
     [SETTINGS_CORRECTED] = FLASH_TEXT("as saved; one was out of range: default"),
 };
