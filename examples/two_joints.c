@@ -4,6 +4,7 @@
 #include <cds55xx/avr.h>
 
 CDS_JOINTS(joints) = {
+    /*        id direction     offset   lowest highest mRPM   profile            name */
     CDS_JOINT(1, CDS_FORWARD, 150000, -90000, 90000, 31000, CDS_JOINT_CDS55XX, "left"),
     CDS_JOINT(2, CDS_REVERSED, 150000, -90000, 90000, 31000, CDS_JOINT_CDS55XX, "right"),
 };

@@ -135,15 +135,22 @@ def main(arguments):
         sys.exit(f"arduino_core.py: there is no file {options.sketch}")
     if not CORE.is_dir():
         sys.exit("arduino_core.py: the Arduino core is missing: apt-get install arduino-core-avr")
+    try:
+        text = options.sketch.read_text()
+    except (OSError, UnicodeDecodeError) as error:
+        sys.exit(f"arduino_core.py: {options.sketch} cannot be read: {error}; name a sketch in UTF-8")
     folder = ROOT / "build/arduino" / options.board
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
     archive = folder / "library.zip"
     try:
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
         run(sys.executable, ROOT / "scripts/arduino.py", archive)
-        elf = Builder(folder, archive, options.board).sketch(options.sketch.stem, options.sketch.read_text())
+        elf = Builder(folder, archive, options.board).sketch(options.sketch.stem, text)
     except Failed as failed:
         sys.exit(f"arduino_core.py: {options.sketch} was not built:\n{failed}")
+    except OSError as error:
+        sys.exit(f"arduino_core.py: {error.filename or folder}: {error.strerror}; the sketch is built in {folder}: make "
+                 "room or set the permissions there")
     print(os.path.relpath(elf))
 
 

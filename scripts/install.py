@@ -76,6 +76,7 @@ def contents(options, kept):
     words = {"VERSION": version(), "CFLAGS_LIST": ";".join(options.cflags.split()),
              "LDFLAGS_LIST": ";".join(options.ldflags.split()), "MCUS": " ".join(mcus)}
     yield "bin/cds55xx-sim", ROOT / "build/host/cds55xx-sim"
+    yield "bin/cds55xx-send-lines", ROOT / "scripts/send-lines.py"
     yield "share/man/man1/cds55xx-sim.1", ROOT / "packaging/cds55xx-sim.1"
     yield from headers()
     for mcu in options.mcus:

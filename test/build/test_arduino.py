@@ -4,6 +4,7 @@
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -272,6 +273,23 @@ class CommandLine(unittest.TestCase):
     def test_a_sketch_that_is_missing_or_wrong_is_named(self):
         status, output = call(sys.executable, ROOT / "scripts/arduino_core.py", "nosuch.ino")
         self.assertEqual((status, output), (1, "arduino_core.py: there is no file nosuch.ino\n"))
+        with tempfile.NamedTemporaryFile(suffix=".ino") as sketch:
+            sketch.write(b"\xff")
+            sketch.flush()
+            status, output = call(sys.executable, ROOT / "scripts/arduino_core.py", sketch.name)
+        self.assertEqual(status, 1)
+        self.assertRegex(output, rf"^arduino_core.py: {sketch.name} cannot be read: .*; name a sketch in UTF-8\n$")
+
+    def test_target_that_cannot_be_written_is_one_line(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            (root / "scripts").mkdir()
+            shutil.copy(ROOT / "scripts/arduino_core.py", root / "scripts")
+            (root / "build").write_text("a file, where the folder has to be")
+            (root / "a.ino").write_text("")
+            status, output = call(sys.executable, root / "scripts/arduino_core.py", root / "a.ino")
+        self.assertEqual(status, 1)
+        self.assertRegex(output, rf"^arduino_core.py: {folder}/build/\S+: Not a directory; the sketch is built in {folder}/build/.*\n$")
 
 
 class Archive(unittest.TestCase):

@@ -344,6 +344,40 @@ class Readme(unittest.TestCase):
         self.assertEqual(status, 0, output)
         self.assertIn("3 packets in, 0 out, 0 damaged", output)
 
+    def test_motion_calls_of_library_md_play_once_with_a_pause(self):
+        """The functions of "Play once, pause, change the speed", in keyframes.c."""
+        text = (ROOT / "docs/library.md").read_text()
+        block = re.search(r"### Play once, pause.*?```c\n(.*?)```", text, re.S)[1]
+        program = (ROOT / "examples/keyframes.c").read_text()
+        program = program.replace("static void on_event(", f"{block}\nstatic void on_event(")
+        program = re.sub(r"cds_sequence_begin\(&sequence,\s+&\(struct[^}]*\.checks_all = true\}\);.*\n(?=    self)",
+                         "begun_us = cds_port_now_us();\nplay_at(150);\nplay_once();\n", program)
+        program = program.replace("static struct cds_motion motion;", "static struct cds_motion motion;\nstatic uint32_t begun_us;")
+        program = program.replace("        cds_robot_poll(&robot);\n", """
+            cds_robot_poll(&robot);
+            uint32_t time_us = cds_port_now_us() - begun_us;
+            if (robot.state != CDS_ROBOT_RUNNING || !begun_us)
+                ;
+            else if (has_ended())
+                cds_robot_stop(&robot);
+            else if (time_us > 30000000)
+                end_motion();
+            else if (time_us > 3000000)
+                go_on();
+            else if (time_us > 2000000)
+                pause_motion();
+            """)
+        self.assertEqual(program.count("play_once();"), 1)
+        with tempfile.TemporaryDirectory() as folder:
+            pathlib.Path(folder, "once.c").write_text(program)
+            self.assertEqual(run("avr-gcc", "-mmcu=atmega128", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", "-flto", "-Wall", "-Wextra",
+                                 "-Werror", "-Wl,--relax", "-Wl,--gc-sections", "-Iinclude", "-Iexamples", "-Iboards/atmega128",
+                                 f"{folder}/once.c", "build/lib/libcds55xx-atmega128.a", "-o", f"{folder}/once.elf", cwd=ROOT), (0, ""))
+            status, output = run(SIM, "firmware", f"{folder}/once.elf", "--board", "atmega128", "--servos", "1-3", "--host",
+                                 "stdout", "--seconds", "8")
+        self.assertEqual(status, 0, output)
+        self.assertIn("stopped by the program", output)  # once all steps are over
+
     def test_program_and_library_for_two_chips_do_not_link(self):
         for chip, board, flags in [("atmega2560", "arduino-mega", ["-flto"]),
                                    ("atmega1284p", "arbotix", ["-fno-lto"])]:  # avr51, as atmega128

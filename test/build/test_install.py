@@ -73,6 +73,11 @@ class Files(unittest.TestCase):
             version = re.search(r'"(.*)"', (ROOT / "include/cds55xx/version.h").read_text())[1]
             self.assertEqual(shell(f"pkg-config --modversion cds55xx-{mcu}"), (0, version + "\n"))
 
+    def test_docs_list_each_chip_that_has_a_library(self):
+        text = (ROOT / "docs/linking.md").read_text()
+        table = text.split("### Chips\n")[1].split("| chips |")[1].split("\n\n")[0]
+        self.assertEqual(sorted(re.findall(r"\bat\w+", table)), libraries())
+
     def assert_uninstalls(self, prefix, words):
         """It says where, and how many files it has removed."""
         count = (prefix / "share/cds55xx/manifest").read_text().count("file ")
@@ -181,6 +186,15 @@ class Examples(unittest.TestCase):
         status, output = shell("make test", cwd=self.copy(name))
         self.assertEqual(status, 0, output)
         self.assertEqual(output.count("rules:   none broken"), runs, output)
+
+    def test_clean_removes_what_was_built_and_nothing_else(self):
+        for makefile in sorted((ROOT / "examples").glob("*/Makefile")):
+            folder = self.copy(makefile.parent.name)
+            before = files_of(folder)
+            self.assertEqual(shell("make -s", cwd=folder), (0, ""))
+            self.assertNotEqual(files_of(folder), before)
+            self.assertEqual(shell("make -s clean", cwd=folder), (0, ""))
+            self.assertEqual(files_of(folder), before)
 
     def test_blink(self):
         self.make_test("blink")
@@ -360,6 +374,13 @@ class Simulator(unittest.TestCase):
         self.assertEqual(status, 0, output)
         self.assertIn("</svg>", picture.read_text())
         self.assertNotIn(str(ROOT).encode() + b"/scripts", (PREFIX / "bin/cds55xx-sim").read_bytes())
+
+
+class SendLines(unittest.TestCase):
+    def test_installed_program_tells_its_usage(self):
+        status, output = call(PREFIX / "bin/cds55xx-send-lines", cwd="/")
+        self.assertEqual(status, 1)
+        self.assertIn("Sends the lines of a file to the console", output)
 
 
 class Dist(unittest.TestCase):

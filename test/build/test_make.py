@@ -248,6 +248,63 @@ class Make(unittest.TestCase):
             self.assertIn("error: there is no servo 7\n", output)
 
 
+class BoardCheck(unittest.TestCase):
+    """board_check.h alone, as a program with a Makefile of its own compiles it."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def compile(self, board, pattern, text, mcu, program=""):
+        header, count = re.subn(pattern, text, (ROOT / f"boards/{board}/board.h").read_text())
+        self.assertNotEqual(count, 0)
+        (self.folder / "board.h").write_text(header)
+        (self.folder / "program.c").write_text(program or "#include <cds55xx/avr/board_check.h>\nextern int not_empty;\n")
+        return call("avr-gcc", "-std=gnu99", f"-mmcu={mcu}", "-DF_CPU=16000000UL", "-Os", "-Wall", "-Wextra", "-Wpedantic",
+                    "-fsyntax-only", "-I", self.folder, "-I", ROOT / "include", self.folder / "program.c")
+
+    def assert_one_error(self, message, *arguments):
+        status, output = self.compile(*arguments)
+        self.assertNotEqual(status, 0)
+        self.assertEqual(re.findall(r" error: (.*)", output)[:1], [message])
+        self.assertLessEqual(output.count(" error: "), 2, output)  # the other one says that the compiler stops
+
+    def test_register_as_port_or_bit_is_one_error(self):
+        for end, value, right in [("PORT", "PORTC", "the letter of the port alone"), ("BIT", "PORTC", "a bit from 0 to 7"),
+                                  ("PORT", "(C)", "the letter of the port alone"), ("BIT", "(3)", "a bit from 0 to 7")]:
+            self.assert_one_error(f"board.h: BOARD_BUS0_RX_ENABLE_{end} is a register, or between parentheses; write {right}",
+                                  "atmega128", rf"(RX_ENABLE_{end} +)\w", rf"\g<1>{value}", "atmega128")
+
+    def test_pin_that_the_port_lacks_is_named(self):
+        for board, mcu, port, bit in [("arduino-mega", "atmega2560", "G", 7), ("arduino-mega", "atmega2560", "G", 6),
+                                      ("atmega128", "atmega128", "G", 5), ("arduino-uno", "atmega328p", "C", 7)]:
+            pattern = r"(BUS0_(?:RX_)?ENABLE_PORT +)\w(\n.*_BIT +)\d"
+            self.assert_one_error(f"board.h: BOARD_BUS0_{'' if board == 'arduino-uno' else 'RX_'}ENABLE is on port {port} bit {bit}, "
+                                  f"but that port of {mcu} has no pin of this number; use another pin",
+                                  board, pattern, rf"\g<1>{port}\g<2>{bit}", mcu)
+            if port == "C":  # ports G have addresses that sbi does not reach, so no enable may be there
+                self.assertEqual(self.compile(board, pattern, rf"\g<1>{port}\g<2>{bit - 2}", mcu), (0, ""))
+
+    def test_host_link_without_a_rate_is_one_error(self):
+        self.assert_one_error('#error "board.h: BOARD_HOST_BAUD is missing; write the rate of the host link, as in 115200"',
+                              "atmega128", r".*HOST_BAUD.*\n", "", "atmega128")
+
+    def test_bus_that_the_board_lacks_is_one_error(self):
+        program = """
+            #include <cds55xx/robot.h>
+            #include <cds55xx/avr.h>
+            CDS_JOINTS(joints) = {CDS_JOINT(1, CDS_FORWARD, 150000, -90000, 90000, 31000, CDS_JOINT_CDS55XX, "a")};
+            CDS_ROBOT(robot, joints);
+            CDS_AVR_ROBOT(robot, %d)
+            """
+        for board, mcu, count in [("atmega128", "atmega128", 1), ("arduino-mega", "atmega2560", 3)]:
+            for bus in range(count):
+                self.assertEqual(self.compile(board, r"\Z", "", mcu, program % bus), (0, ""))
+            self.assert_one_error(f"board.h has no bus {count} for (robot).bus: it has {count} of them, and the first one is bus 0",
+                                  board, r"\Z", "", mcu, program % count)
+
+
 class Build(unittest.TestCase):
     def make(self, *arguments, **environment):
         return call("make", "-C", ROOT, "--no-print-directory", *arguments,
@@ -414,6 +471,54 @@ class Build(unittest.TestCase):
             self.assertIn("cds55xx/avr/board_check.h", self.make("-n", *example, f"BOARD_DIR={board}")[1])
             header.write_text((ROOT / "boards/atmega128/board.h").read_text())  # corrected
             self.assertEqual(self.make("build/mine/board-checked", f"BOARD_DIR={board}"), (0, ""))
+
+    def test_board_dir_with_a_name_of_avr_io_h_names_letter_or_digit(self):
+        for pattern, value, remedy in [(r"(RX_ENABLE_PORT) D", "PORTC", "write C"), (r"(RX_ENABLE_PORT) D", "PC3", "write C"),
+                                       (r"(RX_ENABLE_BIT)  7", "PC3", "write 3"), (r"(RX_ENABLE_BIT)  7", "DDC3", "write 3"),
+                                       (r"(RX_ENABLE_BIT)  7", "PORTC", "write a number"),
+                                       (r"(BUS0_USART)  ", "UDR1", "write 1"), (r"(CLOCK_TIMER) 1", "TIMER3", "write 3")]:
+            board = self.make_board()
+            text = (board / "board.h").read_text()
+            (board / "board.h").write_text(re.sub(pattern, rf"\1 {value} //", text))
+            name = re.search(r"\w+", pattern.replace("(", "").replace("BUS0_", ""))[0]
+            self.assert_one_line(f"{name} is {value}; {remedy} (CONTRIBUTING.md", f"BOARD_DIR={board}")
+
+    def test_board_dir_with_a_typing_error_names_what_is_meant(self):
+        for line, meant in [("BOARD_BUS0_WIRNG TIED", "did you mean BOARD_BUS0_WIRING?"),
+                            ("BOARD_BUS0_RXENABLE_PORT D", "did you mean BOARD_BUS0_RX_ENABLE_PORT?"),
+                            ("BOARD_HOST_BUAD 57600", "did you mean BOARD_HOST_BAUD?"),
+                            ("board_bus_count 1", None), ("BOARD_BUS3_USART 1", "remove this line, which has no effect")]:
+            board = self.make_board()
+            with open(board / "board.h", "a", encoding="utf-8") as header:
+                header.write(f"#define {line}\n")
+            if meant:
+                self.assert_one_line(f"{board}/board.h: {line.split()[0]} is unknown; {meant}", f"BOARD_DIR={board}")
+            else:
+                self.assert_profile("console", f"BOARD_DIR={board}")
+        board = self.make_board("HOST_BAUD")  # what is meant is not missing, too
+        with open(board / "board.h", "a", encoding="utf-8") as header:
+            header.write("#define BOARD_HOST_BUAD 57600\n")
+        self.assert_one_line("did you mean BOARD_HOST_BAUD? (CONTRIBUTING.md", f"BOARD_DIR={board}")
+
+    def test_board_mk_with_a_typing_error_names_what_is_meant(self):
+        for line, message in [("PROGRAMER := avrisp", "PROGRAMER is unknown; did you mean PROGRAMMER?"),
+                              ("flash_max = 1000", "flash_max is unknown; did you mean FLASH_MAX?"),
+                              ("COLOUR ?= red", "COLOUR is unknown; remove this line, which has no effect"),
+                              ("SPEED := 10\nFLASH_FLAGS := -B $(SPEED)", None)]:  # a variable of the user's own
+            board = self.make_board(chip=f"MCU := atmega644p\n{line}")
+            if message:
+                self.assert_one_line(f"{board}/board.mk: {message}", f"BOARD_DIR={board}")
+            else:
+                self.assert_profile("console", f"BOARD_DIR={board}")
+        board = self.make_board(chip="MUC := atmega644p")
+        self.assert_one_line(f"{board}/board.mk: MUC is unknown; did you mean MCU? (CONTRIBUTING.md", f"BOARD_DIR={board}")
+
+    def test_board_dir_with_half_a_host_link_lacks_the_other_half(self):
+        for left_out in ["HOST_BAUD", "HOST_USART"]:
+            board = self.make_board(left_out)
+            status, output = self.make("-n", "run-example", f"EXAMPLE={ROOT}/examples/two_joints.c", f"BOARD_DIR={board}")
+            self.assertNotEqual(status, 0)
+            self.assertIn(f"{board} lacks board.h: BOARD_{left_out} (CONTRIBUTING.md", output)
 
     def test_board_dir_that_cannot_be_is_refused(self):
         board = self.make_board()

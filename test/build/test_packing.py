@@ -104,7 +104,8 @@ class Installed(Case):
         self.root = self.folder / "sources"
         for name in ["include", "packaging", "boards"]:
             shutil.copytree(ROOT / name, self.root / name)
-        for name in ["scripts/install.py", "scripts/version.py", "scripts/plot.gp", "mk/constants.ld", "LICENSE", "README.md"]:
+        for name in ["scripts/install.py", "scripts/version.py", "scripts/plot.gp", "scripts/send-lines.py", "mk/constants.ld",
+                     "LICENSE", "README.md"]:
             (self.root / name).parent.mkdir(exist_ok=True)
             shutil.copy(ROOT / name, self.root / name)
         for name in ["host/cds55xx-sim", "lib/libcds55xx-atmega328p.a", "lib/libcds55xx-atmega64.a"]:

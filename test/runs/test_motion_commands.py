@@ -2,6 +2,7 @@
 """The commands of the group "Motion:" over the firmware in the simulator: servos are taught by hand
 (loads turn their outputs while torque is off), poses and sequences are stored and played."""
 # needs: $(CONSOLE_ELFS)
+import os
 import pathlib
 import re
 import subprocess
@@ -628,6 +629,22 @@ class SendLines(unittest.TestCase):
             self.assertIn("pose set x 1: error 46", done.stdout)
             self.assertIn("'pose set x 1' was refused; the lines after it were not sent", done.stderr)
             self.assertNotIn("pose list", done.stdout)
+
+    def test_port_that_cannot_be_opened_names_the_remedy(self):
+        script = ["/usr/bin/python3", ROOT / "scripts/send-lines.py"]  # a user may run it
+        as_user = {"user": 65534, "group": 65534, "extra_groups": []} if os.geteuid() == 0 else {}
+        with tempfile.NamedTemporaryFile() as closed, tempfile.NamedTemporaryFile("w") as lines:
+            os.chmod(closed.name, 0)
+            os.chmod(lines.name, 0o644)
+            for path, file, rate, message, options in [
+                    (closed.name, lines.name, "115200", r"may not be opened by .*; sudo usermod -aG \w+ .*, and log in again", as_user),
+                    ("/dev/ttyNONE", lines.name, "115200", "/dev/ttyNONE does not exist; plug the board in", {}),
+                    ("/dev/null", lines.name, "115200", "/dev/null: .*; name the serial port of the controller", {}),
+                    ("/dev/null", lines.name, "1234", "1234 is no usual rate; name one such as", {}),
+                    ("/dev/null", "/nowhere/poses", "57600", "/nowhere/poses: .*; name a text file", {})]:
+                done = subprocess.run([*script, path, file, rate], capture_output=True, text=True, **options)
+                self.assertEqual(done.returncode, 1)
+                self.assertRegex(done.stderr, rf"^.*{message}.*\n$")
 
 
 if __name__ == "__main__":

@@ -149,6 +149,10 @@
 #define CDS_AVR_CHECK_BIT(bus, key)  CDS_AVR_CHECK_KNOWN(BIT, CDS_AVR_CHECK_VALUE(bus, key, _BIT))
 #define CDS_AVR_CHECK_PIN(bus, key)  (CDS_AVR_CHECK_PORT(bus, key) + CDS_AVR_CHECK_BIT(bus, key))
 
+/* HAS_PIN(C, 3): avr/io.h defines PORTC3 or PC3, by the chip. */
+#define CDS_AVR_CHECK_HAS_PIN_(port, bit) (defined PORT##port##bit || defined P##port##bit)
+#define CDS_AVR_CHECK_HAS_PIN(port, bit)  CDS_AVR_CHECK_HAS_PIN_(port, bit)
+
 /* USART_PIN: the pin that the data sheet gives to RXD or TXD. */
 #define CDS_AVR_CHECK_DATASHEET(usart, key, end) CDS_AVR_CHECK_PASTE4(CDS_AVR, key, usart, end)
 #define CDS_AVR_CHECK_USART_PIN(usart, key)                                                        \
@@ -211,6 +215,11 @@ CDS_AVR_CHECK_ERROR(board.h: the host link has USART BOARD_HOST_USART, but __AVR
 #endif
 #endif
 
+#if defined BOARD_HOST_USART && !defined BOARD_HOST_BAUD
+#error "board.h: BOARD_HOST_BAUD is missing; write the rate of the host link, as in 115200"
+#include CDS_AVR_CHECK_STOP
+#endif
+
 /* At 16 MHz and with U2X the rate of a USART is 2000000 / divisor. */
 #define CDS_AVR_CHECK_DIVISOR ((2000000 + BOARD_HOST_BAUD / 2) / BOARD_HOST_BAUD)
 #if defined BOARD_HOST_USART && defined BOARD_HOST_BAUD
@@ -263,6 +272,21 @@ CDS_AVR_CHECK_ERROR(board.h: the clock has timer BOARD_CLOCK_TIMER, but __AVR_DE
 CDS_AVR_CHECK_ERROR(board.h: the clock has timer BOARD_CLOCK_TIMER; on __AVR_DEVICE_NAME__ use 1)
 #include CDS_AVR_CHECK_STOP
 #endif
+
+/* CDS_AVR_BUS(bus, number) pastes the wiring of bus `number` to CDS_AVR_HANDLERS_: one error if the
+ * board does not have this bus. */
+#if BOARD_BUS_COUNT < 2
+#undef BOARD_BUS1_WIRING
+#define BOARD_BUS1_WIRING NO_SUCH_BUS
+#endif
+#if BOARD_BUS_COUNT < 3
+#undef BOARD_BUS2_WIRING
+#define BOARD_BUS2_WIRING NO_SUCH_BUS
+#endif
+#define BOARD_BUS3_WIRING NO_SUCH_BUS
+#define CDS_AVR_HANDLERS_NO_SUCH_BUS(object, number)                                               \
+    CDS_AVR_CHECK_ERROR(board.h has no bus number for object: it has BOARD_BUS_COUNT of them,     \
+                        and the first one is bus 0)
 // clang-format on
 
 #endif
