@@ -5,6 +5,7 @@ settings, version. They come from the same tables as docs/*.md, and hold only wh
 them. Prints the JSON."""
 import json
 import re
+import sys
 
 import console
 import device
@@ -35,6 +36,9 @@ REMEDIES = {
     "40": "the controller knows 18 servos at most: unplug one, then press “Forget the list” in the view Set-up",
     "84": "press “Hold” in the view Motion",
 }
+
+
+SEARCH = "scan the bus"  # words of the console in remedies of findings; the page has a button
 
 
 def table_of_registers():
@@ -76,8 +80,11 @@ def table_of_errors():
 
 
 def table_of_findings():
-    return {number: {"text": text, "remedy": remedy.replace("scan the bus", "press “Search”")}
-            for _, number, text, remedy in errors.rows(errors.FINDINGS)}
+    rows = list(errors.rows(errors.FINDINGS))
+    if not any(SEARCH in remedy for *_, remedy in rows):
+        sys.exit(f"panel-tables.py: no remedy of a finding says “{SEARCH}” any more: change SEARCH")
+    return {number: {"text": text, "remedy": remedy.replace(SEARCH, "press “Search”")}
+            for _, number, text, remedy in rows}
 
 
 def main():
