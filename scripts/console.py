@@ -198,7 +198,7 @@ A saved `host_baud` that the terminal cannot do is undone from the keyboard:
 1. Set the terminal to the rate of the board: 115200 bit/s, on `cm510` 57600.
 2. Reset the board by its reset button, or switch its power off and on.
 3. Press Enter three times or more in the 2 s after the reset. On a board with a boot loader these 2 s begin
-   when the boot loader ends: go on pressing Enter. The console says `host link at own rate of the board: save
+   when the boot loader ends: go on pressing Enter. The console says `host link at the board's rate: save
    keeps it`.
 4. Type `save`. Without it the next reset brings the saved rate back.
 
