@@ -33,6 +33,7 @@ UNITS = {
 
 # Remedies of the console name its commands; the page has buttons, in “”.
 REMEDIES = {
+    "12": "check plug and power, then press “Release” beside Stop",
     "40": "the controller knows 18 servos at most: unplug one, then press “Forget the list” in the view Set-up",
     "84": "press “Hold” in the view Motion",
 }

@@ -74,6 +74,11 @@ export class Session extends EventTarget {
         return Boolean(this.wire?.isBusyWithText);
     }
 
+    /* What the page shows of the stop: "verified" is old while a command of the console runs, as no servo is asked. */
+    get shownStop() {
+        return this.isBusy && this.stopState === "verified" ? "old" : this.stopState;
+    }
+
     /* ---- connection ---- */
 
     /* As connect(), when the page loads. The previous page may still hold the port, so connectAtLoad() retries for

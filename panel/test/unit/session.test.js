@@ -6,6 +6,7 @@ import test from "node:test";
 import { packetChangesOwnMode, sendLine } from "../../src/model/by_hand.js";
 import { CommandError } from "../../src/model/controller.js";
 import { Session } from "../../src/model/session.js";
+import { noticeText } from "../../src/texts/texts.js";
 import { read, reset, write } from "../../src/wire/packet.js";
 import { FakeClock } from "../support/fake_clock.js";
 import { FakePort } from "../support/fake_port.js";
@@ -180,6 +181,16 @@ test("stop: without a known servo torque is not told to be off", async () => {
     assert.ok(!session.notices.some(({ code }) => code === "stop-unverified"));
 });
 
+test("stop: servos with torque and servos without a reply are named apart, with their remedies", () => {
+    const tell = (on, silent) => noticeText({ code: "stop-unverified", on, silent });
+
+    assert.match(tell([2], [3, 4]).text, /Torque is still on: servo 2\. Torque is not known: servos 3, 4\.$/);
+    assert.match(tell([2], [3]).remedy, /Press Stop again/);
+    assert.doesNotMatch(tell([], [3]).text, /still on/);
+    assert.match(tell([], [3]).remedy, /Check plug and power/);
+    assert.doesNotMatch(tell([2], []).text, /not known/);
+});
+
 test("notices: one lists all servos; a release withdraws it", async () => {
     const { clock, port, session } = await rig();
     const shown = () => session.notices.map(({ code }) => code).filter((code) => !["console", "other-version"].includes(code));
@@ -270,6 +281,20 @@ async function stopped(options) {
     assert.equal(it.session.stopState, "verified");
     return it;
 }
+
+test("stop: torque off is not told while a command runs, as no servo is asked", async () => {
+    const { clock, port, session } = await stopped();
+    let end;
+
+    port.onText = (line) => line === "scan rescue" && ((end = () => port.say("ok")), true);
+    const line = session.controller.run("scan rescue", { timeout: 600000 });
+
+    await clock.advance(5000);
+    assert.equal(session.shownStop, "old");
+    end();
+    await Promise.all([line, clock.advance(1000)]);
+    assert.equal(session.shownStop, "verified");
+});
 
 test("clear: alarms are forgotten, the inhibit stays", async () => {
     const { clock, port, session } = await stopped();

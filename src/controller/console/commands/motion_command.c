@@ -25,6 +25,7 @@ void motion_take_outcome(struct console *console, const struct motion_outcome *o
     if (outcome->result == CDS_OK || outcome->id == CDS_NO_ID)
         return;
     values[0].number = outcome->id;
+    console->robot->servos.refused_id = outcome->id; // error 12 names this servo
     if (outcome->result == MOTION_TOO_FAST) {
         values[1].number = (uint16_t)outcome->shortest_ms;
         values[2].number = (uint16_t)(outcome->shortest_ms >> 16);
