@@ -437,6 +437,7 @@ test("notices: an error goes once its cause is gone", async () => {
 test("notices: the remedy of a command names buttons of the page, not commands", () => {
     const remedyOf = (number) => new CommandError("x", { number, text: "y; 'z'" }, [], tables().errors).remedy;
 
+    assert.match(remedyOf(12), /press “Release” on its card in the view Robot/);
     assert.match(remedyOf(40), /press “Forget the list”/);
     assert.match(remedyOf(84), /press “Hold”/);
     assert.equal(remedyOf(41), "'z'");
