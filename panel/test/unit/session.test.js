@@ -271,6 +271,23 @@ async function stopped(options) {
     return it;
 }
 
+test("stop: torque off is not told any more once no feedback has confirmed it for 2 s, as during a long command", async () => {
+    const { clock, port, session } = await stopped();
+
+    await clock.advance(20000);
+    assert.equal(session.stopState, "verified");
+    let shown;
+
+    session.addEventListener("change", () => (shown = session.stopState));
+    port.onText = (line) => line === "motion wait" && (port.isMute = true); // it dies as soon as it has the line
+    session.wire.command("motion wait", { timeout: 600000 }).catch(() => {});
+    await clock.advance(1500);
+    assert.equal(shown, "verified");
+    await clock.advance(1000);
+    assert.equal(shown, "none");
+    assert.equal(session.state, "connected"); // nothing else tells it
+});
+
 test("clear: alarms are forgotten, the inhibit stays", async () => {
     const { clock, port, session } = await stopped();
 
