@@ -8,7 +8,7 @@ const ANY = new Proxy(["X"], { get: (list, key) => (key in list || typeof key ==
 
 /* What a notice may tell, as it stands in the table; X for all else. */
 const KNOWN = {
-    id: "N", ids: ["N"], why: "CAUSE", detail: "CAUSE", on: ["N"], silent: [], version: "A", shown: "B",
+    id: "N", ids: ["N"], why: "CAUSE", detail: "CAUSE", on: ["N"], silent: ["N"], version: "A", shown: "B",
     line: "LINE", message: "TEXT", number: "N", remedy: "as the console says", setting: "NAME", name: "NAME",
 };
 const sampleOf = (code) =>

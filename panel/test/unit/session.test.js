@@ -180,6 +180,25 @@ test("stop: without a known servo torque is not told to be off", async () => {
     assert.ok(!session.notices.some(({ code }) => code === "stop-unverified"));
 });
 
+test("stop: servos that do not answer, and those with torque, are told apart", async () => {
+    const { clock, port, session } = await rig({ ids: [1, 2, 3] });
+    const stop = async () => {
+        await Promise.all([session.stop(), clock.advance(5000)]);
+        return session.notices.find(({ code }) => code === "stop-unverified");
+    };
+
+    port.offline.add(2);
+    const silent = await stop();
+
+    assert.equal(silent.text, "Driving is inhibited. No answer, so torque is not known: servo 2.");
+    assert.match(silent.remedy, /^Check power and plug of servo 2, .*“Find servos”/);
+    port.servos.get(3).slice = (from, to) => [...Uint8Array.prototype.slice.call(port.servos.get(3), from, to)].map((byte, at) => (from + at === TORQUE ? 1 : byte));
+    const both = await stop();
+
+    assert.equal(both.text, "Driving is inhibited. Torque is still on: servo 3. No answer, so torque is not known: servo 2.");
+    assert.match(both.remedy, /^Press Stop again.*Check power and plug of servo 2/);
+});
+
 test("notices: one lists all servos; a release withdraws it", async () => {
     const { clock, port, session } = await rig();
     const shown = () => session.notices.map(({ code }) => code).filter((code) => !["console", "other-version"].includes(code));
