@@ -31,9 +31,14 @@ UNITS = {
     "BPS": {"name": "bps", "digits": 0},  # 2 000 000 / (raw + 1)
 }
 
+# Errors with which a motion ends: enum cds_result, enum robot_refusal (robot.h), enum motion_refusal (motion_start.h).
+# The page reads their number from MOTION_ERROR. It needs the text of no other error: the console sends it.
+MOTION_ERRORS = {*map(str, range(20)), "40", "43", "45", "47", "54", "55", "57", "58", "63", "75", "78", "79", "81", "83",
+                 "84", "92"}
+
 # Remedies of the console name its commands; the page has buttons, in “”.
 REMEDIES = {
-    "12": "check plug and power, then press “Release” beside Stop",
+    "12": "check its power and plug, then press “Release” on its card in the view Robot, or beside Stop",
     "40": "the controller knows 18 servos at most: unplug one, then press “Forget the list” in the view Set-up",
     "84": "press “Hold” in the view Motion",
 }
@@ -76,8 +81,16 @@ def table_of_commands():
 
 
 def table_of_errors():
-    return {number: {"text": text, "remedy": REMEDIES.get(number, remedy)}
-            for source in errors.SOURCES for _, number, text, remedy in errors.rows(source)}
+    """The profile `full` sends its remedies, `console` does not: a remedy that only `full` has is left out."""
+    of_full = open(errors.SOURCES[1]).read().split("#define FULL_ERRORS")[1]
+    found = {}
+    for source in errors.SOURCES:
+        for name, number, text, remedy in errors.rows(source):
+            if number in MOTION_ERRORS:
+                found[number] = {"text": text, "remedy": REMEDIES.get(number, remedy)}
+            elif f"X({name}," not in of_full:
+                found[number] = {"remedy": REMEDIES.get(number, remedy)}
+    return found
 
 
 def table_of_findings():

@@ -155,13 +155,12 @@ class App extends View {
 
     #stop() {
         const { session } = this;
-        const state = session.shownStop;
-        const text = texts.stop[state] || (session.isInhibited ? texts.status.inhibited : "");
+        const text = texts.stop[session.stopState] || (session.isInhibited ? texts.status.inhibited : "");
 
         return html`<div class="stop-box">
             <button class="stop" title=${texts.stop.hint} @click=${() => session.stop()}>${texts.stop.button}</button>
-            <p class="stop-state ${state}" role="status" aria-live="assertive">${text}</p>
-            ${session.isInhibited && state !== "stopping"
+            <p class="stop-state ${session.stopState}" role="status" aria-live="assertive">${text}</p>
+            ${session.isInhibited && session.stopState !== "stopping"
                 ? html`<button class="release" title=${texts.stop.releaseHint} @click=${() => session.release()}>
                       ${texts.stop.release}
                   </button>`

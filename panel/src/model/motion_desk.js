@@ -14,6 +14,7 @@ import { Recordings } from "./recordings.js";
 const ERROR_NO_MOTION = 79; // the motion was ended
 const BEGINS = 1; // register MOTION_STATE
 const UNDER_WAY = 2;
+const WAIT_MS = 1000; // the motion has ended already
 
 export class MotionDesk extends MotionEditor {
     #loadedFrom = null; // the controller whose poses and sequences were read; null: none, or they may have changed since
@@ -167,9 +168,17 @@ export class MotionDesk extends MotionEditor {
         if (this.session.stopState === "stopping") this.#isStopped = true;
         if (this.#isStopped) return;
         if (before !== UNDER_WAY || this.#motionState || !motion?.error || motion.error === ERROR_NO_MOTION) return;
-        const { text: message, remedy } = this.session.tables.errors[motion.error] ?? { text: "", remedy: "" };
+        this.#tellEnd(motion.error);
+    }
 
-        this.session.notify({ code: "motion-ended", number: motion.error, message, remedy });
+    /* The register has the number of the error. The console names the servo, too. */
+    async #tellEnd(number) {
+        const { session } = this;
+        const { text: message = "", remedy = "" } = session.tables.errors[number] ?? {};
+        const { lines = [] } = (await session.controller.order("motion wait", { timeout: WAIT_MS }).catch((error) => error)) ?? {};
+        const id = /^servo (\d+) /.exec(lines[0])?.[1];
+
+        session.notify({ code: "motion-ended", id, number, message, remedy });
     }
 
     /* ---- the board, files ---- */

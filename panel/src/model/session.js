@@ -31,6 +31,7 @@ const WITHDRAWN_BY = { // notices that an event withdraws
 const ABOUT_SAFETY = new Set([...WITHDRAWN_BY.stop, "lost", "reset", "silent", "turn-not-ended"]);
 const LOST = new Set(["lost", "lost-stopping"]);
 const RANKS = ["info", "warning", "error"]; // which notices go first if there are too many
+const STALE_MS = 2000; // so long a confirmed stop is shown without new feedback
 const PORT_TAKEN_MS = 5000; // a page that has been left gives its port free in this time
 const PORT_RETRY_MS = 250;
 const BANNER = /^cds55xx \d/; // a controller in the mode for people tells it after a reset
@@ -38,6 +39,7 @@ const PORT_TAKEN = /another client is connected/; // the simulator says so, then
 
 export class Session extends EventTarget {
     #stopping = null; // promise of the last stop
+    #staleAt = 0; // when the confirmed stop is no longer shown, unless feedback comes
     #expiry = null; // timer of the information that goes away next
     #isRenewing = false; // asks a controller that was reset
     #isRetrying = false; // another client has the port, and connectAtLoad() tries again
@@ -72,11 +74,6 @@ export class Session extends EventTarget {
     /* True while a command of the console runs: values of the servos are old. */
     get isBusy() {
         return Boolean(this.wire?.isBusyWithText);
-    }
-
-    /* What the page shows of the stop: "verified" is old while a command of the console runs, as no servo is asked. */
-    get shownStop() {
-        return this.isBusy && this.stopState === "verified" ? "old" : this.stopState;
     }
 
     /* ---- connection ---- */
@@ -189,6 +186,7 @@ export class Session extends EventTarget {
         });
         on(robot, "feedback", () => {
             this.history.take(robot.servos.values(), this.clock.now());
+            this.#staleAt = this.clock.now() + STALE_MS;
             this.#followStop();
             this.dispatchEvent(new Event("feedback"));
         });
@@ -252,6 +250,8 @@ export class Session extends EventTarget {
             this.stopOutcome = await stop;
             this.stopState = stateOf(this.stopOutcome);
             this.robot.takeStop(this.stopOutcome);
+            this.#staleAt = this.clock.now() + STALE_MS;
+            this.#expireStop();
             if (this.stopState === "verified") this.withdraw(WITHDRAWN_BY.stop);
             if (this.stopState === "unverified") {
                 const code = this.stopOutcome.inhibited ? "stop-unverified" : "stop-no-inhibit";
@@ -265,11 +265,28 @@ export class Session extends EventTarget {
         this.#change();
     }
 
-    /* That torque is off is told until it is on. A confirmed stop is shown only while the controller answers, INHIBIT reads 1, and the torque of each servo
-     * reads 0. */
+    get #isStopShown() {
+        return this.stopState === "verified" || this.stopState === "unchecked";
+    }
+
+    /* Nothing tells that a controller is dead while a long command has the wire: the confirmed stop expires. */
+    #expireStop() {
+        const left = this.#staleAt - this.clock.now();
+
+        if (!this.#isStopShown) return;
+        if (left > 0) {
+            this.clock.after(left, () => this.#expireStop());
+        } else {
+            this.stopState = "none";
+            this.#change();
+        }
+    }
+
+    /* That torque is off is told until it is on. A confirmed stop is shown only while feedback comes, INHIBIT reads 1, and the
+     * torque of each servo reads 0. */
     #followStop() {
         this.notices = this.notices.filter(({ code, ids }) => code !== "motion-torque" || this.isInhibited || !ids.every((id) => this.robot.servos.get(id)?.torque));
-        if (this.stopState !== "verified" && this.stopState !== "unchecked") return;
+        if (!this.#isStopShown) return;
         const { robot } = this;
         const isStopped = robot.isInhibited && [...robot.servos.values()].every(({ torque }) => torque === false);
 

@@ -218,8 +218,8 @@ export const motionNotices = {
         text: "The controller has refused this: no motion is under way, or the EEPROM is being written.",
         remedy: "See the state of the motion, then try again.",
     }),
-    "motion-ended": ({ number, message, remedy }) => ({
-        text: `The motion has ended with error ${number}: ${message}.`,
+    "motion-ended": ({ id, number, message, remedy }) => ({
+        text: `${id ? `Servo ${id}: the` : "The"} motion has ended with error ${number}: ${message}.`,
         remedy,
     }),
     "motion-board-plays": () => ({ text: "The board plays a motion.", remedy: "End it, or wait for its end." }),

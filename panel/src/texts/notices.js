@@ -190,8 +190,8 @@ export const notice = {
         remedy: "See whether the servo is locked, and whether its limits fit.",
     }),
     "stop-unverified": ({ on, silent }) => ({
-        text: `Driving is inhibited.${on.length ? ` Torque is still on: ${list(on)}.` : ""}${silent.length ? ` Torque is not known: ${list(silent)}.` : ""}`,
-        remedy: on.length ? STOP_AGAIN : "Check plug and power.",
+        text: `Driving is inhibited.${on.length ? ` Torque is still on: ${list(on)}.` : ""}${silent.length ? ` No answer, so torque is not known: ${list(silent)}.` : ""}`,
+        remedy: `${on.length ? STOP_AGAIN : ""}${silent.length ? ` Check power and plug of ${list(silent)}, then press Stop again. If unplugged on purpose, press “Find servos”.` : ""}`.trim(),
     }),
     "stop-no-inhibit": () => ({ text: "The controller does not confirm the stop.", remedy: STOP_AGAIN }),
     "stop-not-sent": () => ({

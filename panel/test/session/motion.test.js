@@ -2,7 +2,12 @@
 /* Poses and sequences on the real firmware in the simulator: store, load, play; a replay by the page. */
 
 import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import test from "node:test";
+import { MotionDesk } from "../../src/model/motion_desk.js";
 import { MotionStore } from "../../src/model/motion_store.js";
 import { Motions, keywordsOf } from "../../src/model/motions.js";
 import { readMotions, textOfMotions } from "../../src/model/motion_text.js";
@@ -10,7 +15,7 @@ import { pathOfPoints, pathOfSequence } from "../../src/model/path.js";
 import { Player } from "../../src/model/player.js";
 import { Recorder, compare } from "../../src/model/recording.js";
 import { Session } from "../../src/model/session.js";
-import { PtyPort, Simulator } from "../support/simulator.js";
+import { PtyPort, ROOT, Simulator } from "../support/simulator.js";
 import { tables } from "../support/tables.js";
 
 const WAVE = `group 1 2 3
@@ -189,6 +194,25 @@ test("play: ends where the sequence ends", async (t) => {
     await until(session, () => session.robot.motion.state === 0);
     assert.equal(session.robot.motion.error, 0);
     assert.ok(Math.abs(session.robot.servos.get(1).raw.position - 448) <= 3);
+});
+
+test("play: its end names the servo that has lost its power", async (t) => {
+    const folder = mkdtempSync(join(tmpdir(), "poke-"));
+    const socket = join(folder, "poke");
+    const { session, store } = await connect(t, { options: ["--poke", socket] });
+
+    t.after(() => rmSync(folder, { recursive: true }));
+    new MotionDesk(session);
+    await store.load();
+    await store.store(read(WAVE));
+    await torqueOn(session);
+    await store.play("wave", { times: 0 });
+    await until(session, () => session.robot.motion?.state === 2);
+    execFileSync(join(ROOT, "build/host/cds55xx-sim"), ["poke", socket, "power 2 off"]);
+    const told = () => session.notices.find(({ code }) => code === "motion-ended");
+
+    await until(session, told);
+    assert.match(told().text, /^Servo 2: the motion has ended with error \d+: /);
 });
 
 test("replay: follows a recording and measures the error", async (t) => {

@@ -9,8 +9,9 @@ import { Player } from "../../src/model/player.js";
 import { Session } from "../../src/model/session.js";
 import { tables } from "../support/tables.js";
 
-/* The notices of a motion of the board that ends with error 54; `meanwhile` is called before. */
-function ended(meanwhile) {
+/* The notices of a motion of the board that ends with error `number`; `meanwhile` is called before. `lines`: what the console
+ * prints of it. */
+async function ended(meanwhile, { number = 54, lines = [] } = {}) {
     const session = new Session({ tables: tables() });
     const tell = (state, error) => {
         session.robot.motion = { state, error };
@@ -18,12 +19,14 @@ function ended(meanwhile) {
     };
 
     session.robot = {};
+    session.controller = { order: async (line) => Promise.reject(Object.assign(new Error(line), { number, lines })) };
     new MotionDesk(session);
     tell(2, 0);
     meanwhile(session);
     tell(2, 0);
     session.stopState = "none";
-    tell(0, 54);
+    tell(0, number);
+    await new Promise(setImmediate);
     return session.notices;
 }
 
@@ -165,12 +168,17 @@ for (const [what, ms, end, code, isTaken] of [
         assert.equal(desk.hasUnsaved, isTaken);
     });
 
-test("motion: the notice of its end tells the error in words", () => {
-    assert.equal(ended(() => {})[0].text, "The motion has ended with error 54: stopped: driving is inhibited.");
+test("motion: the notice of its end tells the error in words, and the servo", async () => {
+    const [stopped] = await ended(() => {});
+    const [inhibited] = await ended(() => {}, { number: 12, lines: ["servo 3 is the cause"] });
+
+    assert.equal(stopped.text, "The motion has ended with error 54: stopped: driving is inhibited.");
+    assert.equal(inhibited.text, "Servo 3: the motion has ended with error 12: the servo may not be driven.");
+    assert.match(inhibited.remedy, /“Release” on its card in the view Robot/);
 });
 
-test("motion: its end by a stop of the user is no notice", () => {
-    assert.deepEqual(ended((session) => (session.stopState = "stopping")), []);
+test("motion: its end by a stop of the user is no notice", async () => {
+    assert.deepEqual(await ended((session) => (session.stopState = "stopping")), []);
 });
 
 test("open: a good file withdraws the notice of a damaged one", async () => {

@@ -6,7 +6,6 @@ import test from "node:test";
 import { packetChangesOwnMode, sendLine } from "../../src/model/by_hand.js";
 import { CommandError } from "../../src/model/controller.js";
 import { Session } from "../../src/model/session.js";
-import { noticeText } from "../../src/texts/texts.js";
 import { read, reset, write } from "../../src/wire/packet.js";
 import { FakeClock } from "../support/fake_clock.js";
 import { FakePort } from "../support/fake_port.js";
@@ -181,14 +180,23 @@ test("stop: without a known servo torque is not told to be off", async () => {
     assert.ok(!session.notices.some(({ code }) => code === "stop-unverified"));
 });
 
-test("stop: servos with torque and servos without a reply are named apart, with their remedies", () => {
-    const tell = (on, silent) => noticeText({ code: "stop-unverified", on, silent });
+test("stop: servos that do not answer, and those with torque, are told apart", async () => {
+    const { clock, port, session } = await rig({ ids: [1, 2, 3] });
+    const stop = async () => {
+        await Promise.all([session.stop(), clock.advance(5000)]);
+        return session.notices.find(({ code }) => code === "stop-unverified");
+    };
 
-    assert.match(tell([2], [3, 4]).text, /Torque is still on: servo 2\. Torque is not known: servos 3, 4\.$/);
-    assert.match(tell([2], [3]).remedy, /Press Stop again/);
-    assert.doesNotMatch(tell([], [3]).text, /still on/);
-    assert.match(tell([], [3]).remedy, /Check plug and power/);
-    assert.doesNotMatch(tell([2], []).text, /not known/);
+    port.offline.add(2);
+    const silent = await stop();
+
+    assert.equal(silent.text, "Driving is inhibited. No answer, so torque is not known: servo 2.");
+    assert.match(silent.remedy, /^Check power and plug of servo 2, .*“Find servos”/);
+    port.servos.get(3).slice = (from, to) => [...Uint8Array.prototype.slice.call(port.servos.get(3), from, to)].map((byte, at) => (from + at === TORQUE ? 1 : byte));
+    const both = await stop();
+
+    assert.equal(both.text, "Driving is inhibited. Torque is still on: servo 3. No answer, so torque is not known: servo 2.");
+    assert.match(both.remedy, /^Press Stop again.*Check power and plug of servo 2/);
 });
 
 test("notices: one lists all servos; a release withdraws it", async () => {
@@ -282,18 +290,21 @@ async function stopped(options) {
     return it;
 }
 
-test("stop: torque off is not told while a command runs, as no servo is asked", async () => {
+test("stop: torque off is not told any more once no feedback has confirmed it for 2 s, as during a long command", async () => {
     const { clock, port, session } = await stopped();
-    let end;
 
-    port.onText = (line) => line === "scan rescue" && ((end = () => port.say("ok")), true);
-    const line = session.controller.run("scan rescue", { timeout: 600000 });
+    await clock.advance(20000);
+    assert.equal(session.stopState, "verified");
+    let shown;
 
-    await clock.advance(5000);
-    assert.equal(session.shownStop, "old");
-    end();
-    await Promise.all([line, clock.advance(1000)]);
-    assert.equal(session.shownStop, "verified");
+    session.addEventListener("change", () => (shown = session.stopState));
+    port.onText = (line) => line === "motion wait" && (port.isMute = true); // it dies as soon as it has the line
+    session.wire.command("motion wait", { timeout: 600000 }).catch(() => {});
+    await clock.advance(1500);
+    assert.equal(shown, "verified");
+    await clock.advance(1000);
+    assert.equal(shown, "none");
+    assert.equal(session.state, "connected"); // nothing else tells it
 });
 
 test("clear: alarms are forgotten, the inhibit stays", async () => {
@@ -462,6 +473,7 @@ test("notices: an error goes once its cause is gone", async () => {
 test("notices: the remedy of a command names buttons of the page, not commands", () => {
     const remedyOf = (number) => new CommandError("x", { number, text: "y; 'z'" }, [], tables().errors).remedy;
 
+    assert.match(remedyOf(12), /press “Release” on its card in the view Robot/);
     assert.match(remedyOf(40), /press “Forget the list”/);
     assert.match(remedyOf(84), /press “Hold”/);
     assert.equal(remedyOf(41), "'z'");
