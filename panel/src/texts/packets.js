@@ -68,18 +68,7 @@ export const packets = {
 
     send: "Send by hand",
     instruction: "Instruction",
-    instructions: {
-        PING: "PING",
-        READ: "READ",
-        WRITE: "WRITE",
-        REG_WRITE: "REG WRITE",
-        ACTION: "ACTION",
-        RESET: "RESET",
-        SYNC_WRITE: "SYNC WRITE",
-        SYNC_READ: "SYNC READ",
-        BULK_READ: "BULK READ",
-        hex: "Bytes (hexadecimal)",
-    },
+    inHex: "Bytes (hexadecimal)",
     explain: {
         PING: "Asks whether a servo answers.",
         READ: "Reads registers of one servo.",

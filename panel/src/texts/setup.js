@@ -76,7 +76,6 @@ export const setup = {
     columnRaw: "Raw",
     columnRange: "Range",
     columnArea: "Area",
-    areas: { EEPROM: "EEPROM", RAM: "RAM" },
     areaHint: "EEPROM keeps its value without power. RAM begins again at power-up.",
     onOff: { 0: "off", 1: "on" },
     noBits: "none",

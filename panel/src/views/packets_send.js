@@ -191,8 +191,8 @@ class SendPart extends Part {
                     <label>
                         ${t.instruction}
                         <select class="send-instruction" @change=${({ target }) => this.#chooseInstruction(target.value)}>
-                            ${Object.entries(t.instructions).map(
-                                ([name, text]) => html`<option value=${name} ?selected=${name === instruction}>${text}</option>`,
+                            ${Object.keys(t.explain).map(
+                                (name) => html`<option value=${name} ?selected=${name === instruction}>${name === "hex" ? t.inHex : name.replace("_", " ")}</option>`,
                             )}
                         </select>
                     </label>

@@ -151,7 +151,7 @@ class RegistersPart extends SetupPart {
                 : html`<td class="value">${valueText(row, raw)}</td>
                       <td class="raw"><span class="unit">${t.rawValue}</span> ${raw}</td>
                       <td class="range">${row.writable ? rangeText(row) : nothing}</td>
-                      <td class="area">${t.areas[row.area]}</td>
+                      <td class="area">${row.area}</td>
                       <td class="action">${this.#action(row)}</td>`}
         </tr>`;
     }
