@@ -7,6 +7,8 @@ import re
 from simulator import ROOT
 
 PROFILES = ["bridge", "console", "full"]
+# Chips with up to 64 KB of flash: their boards have no profile `full` by default, as make gives.
+SMALL = re.search(r"^avr5_MCUS *:= *(.*)$", (ROOT / "mk/library.mk").read_text(), re.M)[1].split()
 
 # profile: of the controller; None: the board has no host link, its firmware is a program of its own.
 # profiles: those that its flash has room for. host_bps: rate of the host link, None without one.
@@ -17,9 +19,10 @@ def read_board(folder):
     fields = dict(re.findall(r"^(\w+) *:= *(.*?) *$", (folder / "board.mk").read_text(), re.M))
     macros = dict(re.findall(r"^#define BOARD_(\w+) +(\S+)", (folder / "board.h").read_text(), re.M))
     hosted = not fields.get("FIRMWARE")
+    profiles = fields.get("PROFILES", "").split() or [p for p in PROFILES if p != "full" or fields["MCU"] not in SMALL]
     return Board(name=folder.name, mcu=fields["MCU"],
-                 profile=(fields.get("PROFILE") or "full") if hosted else None,
-                 profiles=(fields.get("PROFILES") or " ".join(PROFILES)).split() if hosted else [],
+                 profile=(fields.get("PROFILE") or profiles[-1]) if hosted else None,
+                 profiles=profiles if hosted else [],
                  wiring=macros.get("BUS0_WIRING", "TWO_ENABLES"),
                  host_bps=int(macros["HOST_BAUD"]) if "HOST_BAUD" in macros else None)
 

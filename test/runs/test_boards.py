@@ -21,6 +21,15 @@ CONSOLES = [name for name in boards.CONSOLES if name not in ("atmega128", "ardui
 
 
 class Boards(unittest.TestCase):
+    def test_board_of_a_small_chip_has_the_profiles_of_make(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder)
+            path.joinpath("board.h").touch()
+            for mcu, profiles in (("atmega644p", ["bridge", "console"]), ("atmega1284p", ["bridge", "console", "full"])):
+                path.joinpath("board.mk").write_text(f"MCU := {mcu}\n")
+                board = boards.read_board(path)
+                self.assertEqual((board.profile, board.profiles), (profiles[-1], profiles))
+
     def test_all_packets_of_the_manual(self):
         for board in CONSOLES:
             run = controller((ROOT / "examples/manual.script").read_text(), board)
@@ -102,8 +111,8 @@ class NewBoard(unittest.TestCase):
         for std in ["gnu99", "gnu++11"]:
             for pattern, value, message in [
                     ("BUS0_RXD_PORT", "'E'", "BOARD_BUS0_RXD is on port 'E' bit 0; use a port of atmega2561"),
-                    ("BUS0_RXD_PORT", "(E)", "BOARD_BUS0_RXD is on port (E) bit 0; use a port of atmega2561"),
-                    ("BUS0_RX_ENABLE_BIT", "(3)", "BOARD_BUS0_RX_ENABLE is on port E bit (3); use a port of atmega2561"),
+                    ("BUS0_RXD_PORT", "(E)", "BOARD_BUS0_RXD_PORT is a register, or between parentheses; write the letter"),
+                    ("BUS0_RX_ENABLE_BIT", "(3)", "BOARD_BUS0_RX_ENABLE_BIT is a register, or between parentheses; write a bit from 0 to 7"),
                     ("BUS0_USART", "(0)", "bus 0 has USART (0), but "), ("HOST_USART", "(1)", "the host link has USART (1), but "),
                     ("BUS0_WIRING", "(TIED)", "the wiring of bus 0 is (TIED); use TWO_ENABLES"),
                     ("BUS_COUNT", "(1)", "BOARD_BUS_COUNT is missing or not 1 to 3"),

@@ -22,8 +22,8 @@ static const CDS_FLASH char message_known_id[] =
     "forget'";
 static const CDS_FLASH char message_usage_due[] = "wrong number of arguments; usage: %s";
 static const CDS_FLASH char message_limits[] =
-    "its limits are %a to %a and %r; stay within them, or change them by 'limits'; "
-    "'info ID' reads goal and speed, which 'torque on' needs";
+    "its limits are %a to %a and %r: stay within them; 'move' needs a SPEED, and 'torque on' needs "
+    "'info ID' first";
 static const CDS_FLASH char message_offline[] =
     "not driven, as it gives no good answer; check its power, plug and rate";
 
@@ -101,7 +101,7 @@ enum mistake mistake_of(const struct console *console, bool is_of_word)
     if (console->error == CDS_LIMIT && line->id != line->new_id &&
         cds_servos_find(&console->robot->servos, line->new_id))
         return MISTAKE_KNOWN_ID;
-    if (console->error == CDS_LIMIT && servo && servo->has_limits && !line->is_repeated)
+    if (console->error == CDS_LIMIT && servo && servo->has_limits)
         return MISTAKE_LIMITS;
     if (console->error == CDS_INHIBITED && is_offline(console))
         return MISTAKE_OFFLINE;

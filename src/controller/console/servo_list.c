@@ -10,6 +10,7 @@
 #include "console/errors.h"
 #include "console/explain.h"
 #include "console/messages.h"
+#include "console/mistake.h"
 
 static const CDS_FLASH char message_ok[] = "ok";
 static const CDS_FLASH char message_not_a_list[] =
@@ -300,6 +301,19 @@ static bool begin_servo(struct console *console)
     return console->error == 0 && run_servo(console);
 }
 
+/* Prints the outcome behind "servo 3: ". */
+static void end_line(struct console *console, uint8_t error)
+{
+    enum mistake mistake;
+
+    console->error = error;
+    mistake = mistake_of(console, false);
+    if (mistake)
+        mistake_print(console, mistake);
+    else
+        printer_line(&console->printer, error ? error_text_of_servo(error) : message_ok);
+}
+
 /* Ends the line of the servo, or prints its error on a line of its own. */
 static void end_servo(struct console *console)
 {
@@ -312,7 +326,7 @@ static void end_servo(struct console *console)
     list->failed = list->failed || error;
     list->phase = NEXT_SERVO;
     if (console->printer.within)
-        printer_line(&console->printer, error ? error_text_of_servo(error) : message_ok);
+        end_line(console, error);
     else if (error)
         servo_failed(console, error);
 }

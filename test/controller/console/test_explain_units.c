@@ -54,6 +54,15 @@ void test_wrong_number_of_arguments_shows_usage(void)
                  "move 1");
 }
 
+void test_refusal_of_limits_in_a_list_names_them(void)
+{
+    robot_add(&robot, 4);
+    robot_add(&robot, 5);
+    reply_to("limits 4 60 200 30rpm");
+    reply_to("torque 4 5 on");
+    TEST_ASSERT_NOT_NULL(strstr(said, "servo 4: its limits are 60.117deg to 200deg and 3"));
+}
+
 void test_refusal_of_limits_names_them(void)
 {
     robot_add(&robot, 4);
@@ -61,8 +70,8 @@ void test_refusal_of_limits_names_them(void)
     assert_reply("error 11: servo 4: its limits are 60.117deg to 200deg and 3",
                  "write 4 GOAL_POSITION 1000");
     TEST_ASSERT_NOT_NULL(
-        strstr(said, "rpm; stay within them, or change them by 'limits'; 'info ID' reads "
-                     "goal and speed, which 'torque on' needs\r\n"));
+        strstr(said, "rpm: stay within them; 'move' needs a SPEED, and 'torque on' needs "
+                     "'info ID' first\r\n"));
     reply_to("servos");
     TEST_ASSERT_NOT_NULL(strstr(said, ", limits 60.117deg to 200deg and 3"));
 }

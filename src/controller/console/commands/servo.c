@@ -160,8 +160,10 @@ static const CDS_FLASH struct command servo_rows[] = {
     {
         .usage = FLASH_TEXT("move ID|254 ANGLE [SPEED]"),
         .what = FLASH_TEXT("go to an angle"),
-        .details = COMMAND_DETAILS("ANGLE: 0 to 300deg, or 0raw to 1023raw. SPEED: 0 to 62rpm, 0 "
-                                   "as fast as it can; without it the speed stays. ID 254: all"),
+        .details =
+            COMMAND_DETAILS("ANGLE: 0 to 300deg, or 0raw to 1023raw. SPEED: 0 to 62rpm, 0 "
+                            "as fast as it can; without it the speed stays; needed if 'limits' "
+                            "has a speed. ID 254: all"),
         .example = COMMAND_DETAILS("move 1 90deg 30rpm"),
         .begin = move_begin,
         .poll = move_poll,
