@@ -33,6 +33,7 @@ class App extends View {
         this.address = this.#parameters.get("ws") ?? WebSocketPort.urlBeside(location) ?? "ws://127.0.0.1:8055/websockify";
         for (const name of ["error", "unhandledrejection"]) globalThis.addEventListener(name, this.#tellError);
         if (this.isFramed) return;
+        this.#keepFocus();
         this.session.addEventListener("disconnect", answerNo);
         globalThis.addEventListener("hashchange", () => this.#show(this.#tabOfAddress()));
         globalThis.addEventListener("keydown", (event) => this.#key(event), { capture: true });
@@ -55,6 +56,22 @@ class App extends View {
         if (isSpace) event.preventDefault(); // the page would scroll
         else answerNo();
         this.session.stop();
+    }
+
+    /* The focus of the keyboard goes back to its button, if that was disabled meanwhile, or to the tab if it is gone. After a
+     * click of a mouse nothing gets it: Space stops. */
+    #focused = null;
+
+    #keepFocus() {
+        for (const name of ["focusin", "pointerdown"])
+            document.addEventListener(name, ({ target }) => (this.#focused = name === "focusin" && target.matches(":focus-visible") ? target : null));
+    }
+
+    updated() {
+        const { activeElement, body } = document;
+
+        if (this.#focused && activeElement === body)
+            (this.#focused.isConnected ? this.#focused : this.querySelector("[aria-selected=true]")).focus({ preventScroll: true });
     }
 
     /* ---- connection ---- */
@@ -206,9 +223,9 @@ class App extends View {
             <header class=${this.session.state}>
                 <h1>${texts.name}</h1>
                 <div class="connection">${this.#connection()}</div>
-                ${this.#stop()} ${this.#stateLine()}
+                ${this.#stop()} ${this.#stateLine()} ${this.#tabs()}
             </header>
-            ${this.#tabs()} ${this.#notices()}
+            ${this.#notices()}
             <main id="view" role="tabpanel" aria-labelledby="tab-${this.tab.id}">${this.#elementOf(this.tab)}</main>
         `;
     }

@@ -4,7 +4,7 @@
 
 import { texts } from "../texts/texts.js";
 import { MotionError, Motions, keywordsOf } from "./motions.js";
-import { lastPositions, pathOfSequence, tooFast } from "./path.js";
+import { lastPositions, pathOfSequence, stepsTooFast } from "./path.js";
 import { DEGREES_MAX, rawOfDegrees } from "./units.js";
 
 export class MotionEditor {
@@ -235,8 +235,8 @@ export class MotionEditor {
         return pathOfSequence(this.steps, this.motions.poses, this.#startOfLoop());
     }
 
-    get tooFast() {
-        return tooFast(this.steps, this.motions.poses, this.#startOfLoop());
+    get stepsTooFast() {
+        return stepsTooFast(this.steps, this.motions.poses, this.#startOfLoop());
     }
 
     #startOfLoop() {

@@ -85,7 +85,7 @@ function waysOf(steps, goals, ids) {
 
 /* The steps that are too fast for a servo: [{index, id, needed}]. `needed` is a time in ms with which the step is not too
  * fast: an upper bound. */
-export function tooFast(steps, poses, start = new Map()) {
+export function stepsTooFast(steps, poses, start = new Map()) {
     const { ids } = pathOfSequence(steps, poses, start);
     const ways = waysOf(steps, stepGoals(ids, steps, poses, start), ids);
 

@@ -23,6 +23,7 @@ const FATAL_CODES = new Set(["stopped", "closed", "silent", "cancelled"]); // er
 
 export class Setup extends EventTarget {
     #wire = null; // of the connection that the results belong to
+    #servos = null; // servos of the robot after the last operation
 
     constructor(session) {
         super();
@@ -58,7 +59,16 @@ export class Setup extends EventTarget {
             this.isRestoreEarlier = Boolean(restored?.some(({ why }) => why));
             if (this.isRestoreEarlier) this.restored = restored;
         }
+        if (!this.operation) this.#followServos();
         this.#change();
+    }
+
+    /* The servos of the robot are others, as by a search in the view Robot: what was found here before is old. */
+    #followServos() {
+        const { servos } = this.session.robot ?? {};
+
+        if (servos !== this.#servos) this.#dropFound();
+        this.#servos = servos;
     }
 
     #change() {
@@ -134,6 +144,7 @@ export class Setup extends EventTarget {
         const value = await this.session.attempt(() => call(operation));
 
         if (this.operation === operation) this.operation = null;
+        this.#servos = this.session.robot?.servos;
         this.#change();
         return value;
     }
@@ -314,7 +325,7 @@ export class Setup extends EventTarget {
         });
     }
 
-    /* `who` has another ID or rate. Servos that were found at rates of their own stay: a rescue takes 9 minutes. */
+    /* `who` (an ID, "all", or none) has another ID or rate. Servos that were found at rates of their own stay: a rescue takes 9 minutes. */
     #dropFound(who) {
         const kept = this.found?.filter(({ id, rate }) => rate && who !== "all" && String(id) !== who) ?? [];
 

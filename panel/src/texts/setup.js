@@ -3,6 +3,8 @@
 
 import { many } from "./words.js";
 
+const ENDLESS = "With both limits 0 the servo turns without end: it has a speed, and no goal. Write the limit?";
+
 export const setup = {
     notConnected: "Connect to a controller, or to the simulator, to set up servos.",
     end: "End",
@@ -95,8 +97,8 @@ export const setup = {
     written: (id, name) => `Servo ${id}: ${name} is written and was read back.`,
     confirmations: {
         TORQUE_ENABLE: "With torque on, the servo goes to its goal at once. The switch in the view Robot makes the present position the goal first. Write it all the same?",
-        CW_ANGLE_LIMIT: "Torque may be on: with both limits 0 the servo turns without end. Write the limit?",
-        CCW_ANGLE_LIMIT: "Torque may be on: with both limits 0 the servo turns without end. Write the limit?",
+        CW_ANGLE_LIMIT: ENDLESS,
+        CCW_ANGLE_LIMIT: ENDLESS,
         GOAL_POSITION: "If its torque is on, the servo goes there at its speed. Write the goal?",
         MOVING_SPEED: "If its torque is on, the servo may move. Write the speed?",
         LOCK: "At 1 the servo refuses a change of its EEPROM until power-off. Write it?",

@@ -25,6 +25,8 @@ const milliseconds = ({ target }) => Math.round(typedNumber(target.value) * 1000
 
 export class MotionView extends View {
     #width = CHART_WIDTH;
+    #proposedName = "";
+    #shownRecording = null;
     #resize = new ResizeObserver(([entry]) => {
         this.#width = Math.floor(entry.contentRect.width);
         this.requestUpdate();
@@ -47,6 +49,8 @@ export class MotionView extends View {
     }
 
     updated() {
+        this.#proposeName();
+        this.#showRecording();
         if (this.session.isConnected) this.desk.show();
     }
 
@@ -68,15 +72,26 @@ export class MotionView extends View {
         event.preventDefault();
         const input = this.querySelector(".pose-name");
 
-        if (await this.desk.capture(input.value.trim())) input.value = this.desk.motions.freeName("pose");
+        if (await this.desk.capture(input.value.trim())) input.value = this.#proposedName;
     };
 
-    /* The box of the recording stands below the sequence: brings it into sight. */
-    #endRecording = async () => {
-        await this.desk.recordings.end();
-        await this.updateComplete;
-        this.querySelector(".recording")?.scrollIntoView({ block: "nearest" });
-    };
+    /* A name that is free, unless the user has typed another. The board may have poses that are not loaded yet. */
+    #proposeName() {
+        const input = this.querySelector(".pose-name");
+
+        if (input.value === this.#proposedName) input.value = this.#proposedName = this.desk.motions.freeName("pose");
+    }
+
+    /* The box of a new recording stands below the sequence: brings it into sight. The focus was on the button that has
+     * ended it, which is gone: a screen reader reads the heading. */
+    #showRecording() {
+        const { latest } = this.desk.recordings;
+
+        if (latest === this.#shownRecording) return;
+        this.#shownRecording = latest;
+        this.querySelector(".recording").scrollIntoView({ block: "nearest" });
+        if (document.activeElement === document.body) this.querySelector(".recording h2").focus({ preventScroll: true });
+    }
 
     #teach() {
         const { desk, session } = this;
@@ -100,12 +115,12 @@ export class MotionView extends View {
             </p>
             <form class="row" @submit=${this.#capture}>
                 <label>${t.name}
-                    <input class="pose-name" size="9" aria-label=${t.poseName} title=${t.nameHint} autocomplete="off" spellcheck="false" value="pose1" /></label>
+                    <input class="pose-name" size="9" aria-label=${t.poseName} title=${t.nameHint} autocomplete="off" spellcheck="false" /></label>
                 <button class="capture" title=${t.captureHint} ?disabled=${isOff}>${t.capture}</button>
             </form>
             <p class="row">
                 ${desk.recordings.isRecording
-                    ? html`<button class="record" @click=${this.#endRecording}>${t.endRecording}</button>
+                    ? html`<button class="record" @click=${() => desk.recordings.end()}>${t.endRecording}</button>
                           <span class="recording-length" role="timer">${seconds(desk.recordings.recorder.recording.length)} s</span>`
                     : html`<button class="record" title=${t.recordHint} ?disabled=${isOff || desk.isPlaying}
                               @click=${() => desk.recordings.begin()}>${t.record}</button>
@@ -220,7 +235,7 @@ export class MotionView extends View {
         const warning = ({ index, id, needed }) => t.tooFast({ step: index + 1, id, needed: (Math.ceil(needed / 10) / 100).toFixed(2) });
 
         return html`${chart({ path, width: this.#width, label, sequence })} ${legend(path.ids, t.angle)}
-            ${desk.tooFast.map((each) => html`<p class="warn">${warning(each)}</p>`)}`;
+            ${desk.stepsTooFast.map((each) => html`<p class="warn">${warning(each)}</p>`)}`;
     }
 
     #sequence() {
@@ -291,7 +306,7 @@ export class MotionView extends View {
         const facts = { seconds: seconds(length, 2), samples: samples.length, rate: rate.toFixed(0), servos: ids.length };
 
         return html`<section class="panel recording" aria-labelledby="motion-recording">
-            <h2 id="motion-recording">${t.recording}</h2>
+            <h2 id="motion-recording" tabindex="-1">${t.recording}</h2>
             <p class="recorded">
                 ${t.recordingIs(facts)}
                 ${recording.missing ? html`<span class="warn">${t.missing(recording.missing)}</span>` : nothing}

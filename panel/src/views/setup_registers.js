@@ -70,16 +70,19 @@ class RegistersPart extends SetupPart {
     /* True if the limit would be beyond the other limit, as it was read. */
     #isCrossed(name, raw) {
         if (!LIMITS.includes(name)) return false;
-        const [low, high] = LIMITS.map((limit) => (limit === name ? raw : rawAt(this.setup.registers.bytes, this.#rowOf(limit))));
+        const [low, high] = this.#limitsWith(name, raw);
 
         return low > high;
     }
 
-    /* What must be confirmed before the write; undefined: nothing. */
-    #questionFor({ name }) {
-        const isLimp = this.session.robot.servos.get(this.setup.id)?.torque === false;
+    /* Both limits, as they were read, with `raw` as the limit `name`. */
+    #limitsWith(name, raw) {
+        return LIMITS.map((limit) => (limit === name ? raw : rawAt(this.setup.registers.bytes, this.#rowOf(limit))));
+    }
 
-        return LIMITS.includes(name) && isLimp ? undefined : t.confirmations[name];
+    /* What must be confirmed before the write; undefined: nothing. */
+    #questionFor({ name }, raw) {
+        return LIMITS.includes(name) && this.#limitsWith(name, raw).some(Boolean) ? undefined : t.confirmations[name];
     }
 
     /* What is typed while the write is under way stays, and the form with it. */
@@ -88,7 +91,7 @@ class RegistersPart extends SetupPart {
         const { id } = this.setup;
         const edited = this.#edited;
         const sent = { ...edited };
-        const question = this.#questionFor(row);
+        const question = this.#questionFor(row, raw);
 
         if (raw === undefined || this.setup.isRunning) return;
         if (question && !(await confirmed({ text: question, yes: t.write, no: t.cancel }))) return;

@@ -234,6 +234,35 @@ test("the browser asks before it leaves poses that are not stored", async (t) =>
     assert.deepEqual(asked, ["beforeunload"]);
 });
 
+test("the proposed name of a pose is free after the poses of the board were loaded, and what is typed stays", async (t) => {
+    const { page } = await startRobot(t, { count: 1 });
+
+    for (const line of ["group 1", "pose save pose1"])
+        await page.evaluate((text) => document.querySelector("panel-app").session.controller.run(text), line);
+    await page.click("#tab-motion");
+    await page.waitForFunction(() => document.querySelector(".pose-name")?.value === "pose2");
+    await page.click("button.capture");
+    await page.waitForFunction(() => document.querySelector(".pose-name").value === "pose3");
+    await type(page, ".pose-name", "wave", "pose3");
+    await shows(page, "wave", ".pose");
+});
+
+test("a recording comes into sight when it ends, and its heading has the focus", async (t) => {
+    const { page } = await start(t, { count: 1, viewport: PHONE });
+
+    await page.focus("button.record");
+    await page.keyboard.press("Enter");
+    await page.waitForFunction(() => parseFloat(document.querySelector(".recording-length")?.innerText) > 0.3);
+    await page.focus("button.record");
+    await page.keyboard.press("Enter");
+    await page.waitForSelector("#motion-recording:focus");
+    await page.waitForFunction(() => {
+        const { top } = document.querySelector(".recording").getBoundingClientRect();
+
+        return top >= document.querySelector("header").offsetHeight - 1 && top < innerHeight / 2;
+    });
+});
+
 test("Stop is at hand while a question is open", async (t) => {
     const { page } = await start(t, { count: 1 });
 

@@ -153,6 +153,22 @@ test("Stop: Esc in mid-motion, torque is off and the servo stands", async (t) =>
     await torqueOn(page, 1);
 });
 
+test("keyboard: Release gives the focus to the tab, a disabled button gets it back, and the tabs stay in sight", async (t) => {
+    const { page } = await startRobot(t, { count: 1, viewport: { width: 640, height: 384 } });
+
+    await page.keyboard.press("Escape");
+    await page.waitForSelector("button.release");
+    await page.focus("button.release");
+    await page.keyboard.press("Enter");
+    await page.waitForSelector("#tab-robot:focus");
+    await page.focus("button.find");
+    await page.keyboard.press("Enter");
+    await shows(page, "1 servo found", ".toolbar");
+    await page.waitForSelector("button.find:enabled:focus");
+    await page.evaluate(() => scrollTo(0, 1e6));
+    assert.ok(await page.$eval("#tab-robot", (tab) => scrollY > 0 && tab.getBoundingClientRect().top >= 0));
+});
+
 const placeOf = (page, css) =>
     page.$eval(css, (element) => {
         const { left, top, right, bottom } = element.getBoundingClientRect();

@@ -166,6 +166,31 @@ test("restore: a damaged file, a file of another servo", async (t) => {
     assert.equal(await page.$(".plan"), null);
 });
 
+test("registers: a limit asks only if both become 0, once", async (t) => {
+    const { page } = await startSetup(t, { count: 1 });
+
+    await page.click("#tab-robot");
+    await press(page, ".torque input");
+    await page.waitForFunction(() => document.querySelector(".torque input").checked);
+    await page.click("#tab-setup");
+    await press(page, ".read-all");
+    await page.waitForSelector(".registers");
+    await edit(page, "CW_ANGLE_LIMIT", "60");
+    await shows(page, "CW_ANGLE_LIMIT is written and was read back", "panel-setup-registers");
+    assert.equal(await page.$("dialog"), null);
+    await edit(page, "CW_ANGLE_LIMIT", "0");
+    await shows(page, "0.0°", '[data-register="CW_ANGLE_LIMIT"] .value');
+    await page.click("#tab-robot");
+    await press(page, ".torque-off");
+    await page.waitForFunction(() => !document.querySelector(".torque input").checked);
+    await page.click("#tab-setup");
+    await edit(page, "CCW_ANGLE_LIMIT", "0");
+    await shows(page, "turns without end", "dialog");
+    await page.click("dialog .yes");
+    await shows(page, "CCW_ANGLE_LIMIT is written and was read back", "panel-setup-registers");
+    assert.equal(await page.$("dialog"), null);
+});
+
 test("registers: a value out of range cannot be written", async (t) => {
     const { page } = await startSetup(t, { count: 1 });
 

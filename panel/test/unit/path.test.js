@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { compare, Recorder } from "../../src/model/recording.js";
-import { pathOfPoints, pathOfSequence, positionsAt, tooFast } from "../../src/model/path.js";
+import { pathOfPoints, pathOfSequence, positionsAt, stepsTooFast } from "../../src/model/path.js";
 import { errorOf, thin, thinTo } from "../../src/model/thin.js";
 
 const POSES = new Map([
@@ -59,7 +59,7 @@ test("sequence: a joint that turns back stops at the pose", () => {
 });
 
 test("sequence: names the servo that is too fast and its time", () => {
-    const [one, ...more] = tooFast([step("b", 1000), step("c", 200)], POSES, new Map([[1, 100], [2, 500]]));
+    const [one, ...more] = stepsTooFast([step("b", 1000), step("c", 200)], POSES, new Map([[1, 100], [2, 500]]));
 
     assert.deepEqual([one.index, one.id, more.length], [1, 1, 0]);
     assert.ok(one.needed > 200 && one.needed < 320, `${one.needed}`);
@@ -69,8 +69,8 @@ test("sequence: a servo that passes poses needs less than from rest to rest, as 
     const poses = new Map([0, 40, 48, 88, 98].map((raw) => [`p${raw}`, new Map([[1, raw]])]));
     const way = (time) => [step("p0", 2000), step("p40", 200, { passes: true }), step("p48", time, { passes: true }), step("p88", 200), step("p98", 10)];
 
-    assert.deepEqual(tooFast(way(10), poses).map(({ index }) => index), [4]); // 8 units in 10 ms; from rest they take 12 ms
-    const [passing] = tooFast(way(5), poses);
+    assert.deepEqual(stepsTooFast(way(10), poses).map(({ index }) => index), [4]); // 8 units in 10 ms; from rest they take 12 ms
+    const [passing] = stepsTooFast(way(5), poses);
 
     assert.equal(passing.index, 2); // 8 units in 5 ms are faster than 62 rpm
     assert.ok(passing.needed > 5 && passing.needed <= 10, `${passing.needed}`);

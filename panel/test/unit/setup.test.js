@@ -218,6 +218,17 @@ test("change of an ID: refused by a full list, until the list is forgotten", asy
     assert.deepEqual(port.lines.filter((line) => /forget|scan/.test(line)), ["servos forget", "scan"]);
 });
 
+test("found: a search in the view Robot takes what was found before out, but not at other rates", async () => {
+    const { clock, session, setup } = await rig();
+
+    await finish(clock, setup.search(""));
+    setup.found = [{ id: 1, rate: null }, { id: 3, rate: 19200 }];
+    await clock.advance(6000);
+    assert.equal(setup.found.length, 2);
+    session.robot.setServos([1, 2]);
+    assert.deepEqual(setup.found, [{ id: 3, rate: 19200 }]);
+});
+
 test("found: a change takes its servo out, those at rates of their own stay", async () => {
     const { setup, clock } = await rig({ onText: (line, at) => /^(?:id|bus|baud) /.test(line) && (at.say("ok"), true) });
     const idsAfter = async (change) => {
