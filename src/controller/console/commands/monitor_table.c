@@ -104,7 +104,7 @@ static const CDS_FLASH struct command monitor_table_rows[] = {
         .usage = FLASH_TEXT("monitor ID... [every MS [as plot]]"),
         .what = FLASH_TEXT("print feedback of servos until a key"),
         .details = COMMAND_DETAILS(
-            "Up to 8 servos; MS: 10 to 60000ms, 100 if left out. With echo on a table that stays "
+            "Up to 8 servos; MS: 10 to 60000ms, default 100. With echo a table that stays "
             "in place, else, and as plot, one line each period"),
         .example = COMMAND_DETAILS("monitor 1 2 every 50ms"),
         .begin = begin,
@@ -113,8 +113,7 @@ static const CDS_FLASH struct command monitor_table_rows[] = {
     {
         .usage = FLASH_TEXT("monitor ID... as plot"),
         .what = FLASH_TEXT("print one line of feedback each 100ms until a key"),
-        .details = COMMAND_DETAILS("For serial plotters: 1deg:150.147,1rpm:0,... An absent servo "
-                                   "is 3:absent"),
+        .details = COMMAND_DETAILS("For serial plotters: 1deg:150.147,1rpm:0,... Absent: 3:absent"),
         .example = COMMAND_DETAILS("monitor 1 2 as plot"),
         .begin = begin,
         .poll = monitor_poll,
