@@ -80,6 +80,15 @@ void test_speed_of_pose_has_its_range(void)
     assert_reply("error 33: SPEED|TIME 63rpm is out of range: 0 to 62rpm\r\n", "pose 90 at 63rpm");
 }
 
+void test_values_behind_last_register_are_too_many(void)
+{
+    assert_reply("error 31: wrong number of arguments; usage: write ID|254 REG VALUE...\r\n",
+                 "write 3 0x31 1 1");
+    assert_reply("error 31: ", "write 3 PUNCH 1 1");
+    assert_reply("error 33: servo 3: VALUE... 300 is out of range: 0 to 255\r\n",
+                 "write 3 0x31 300");
+}
+
 void test_range_of_one_value_is_printed(void)
 {
     assert_reply("error 33: servo 1: LENGTH 2 is out of range: 1 to 1\r\n", "read 1 0x31 2");
