@@ -160,8 +160,9 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
   sends, and rarely ([bridge.md](bridge.md#tests)). `set ID RETURN_DELAY 4us` prevents that.
 - An error names servo, argument, value and allowed range: `error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg`. Error 56, a
   time, has no range. With a list of servos a number out of range is refused for all, before anything is sent.
-- After `scan` a line tells which servo answers sooner than this board listens, with the command that mends it. A servo
-  whose long replies are damaged is diagnosed at once: two servos may have its ID ([diagnose.md](diagnose.md)).
+- After `scan`, also `scan all`, a line tells which servo answers sooner than this board listens, with the command that mends it.
+  A servo whose long replies are damaged is diagnosed at once: two servos may have its ID ([diagnose.md](diagnose.md)). Only
+  servos at the rate of the bus are checked so: for others, `bus RATE`, then `scan`.
 - In the firmware profile `console`, the default on the ArbotiX, keys delete only at the end of the line, Up fetches only
   the last line, and there is no Tab and no `did you mean`. It has no `diagnose` (error 55), no `new`, no `backup` and
   `restore`, and none of the commands of [Motion](#motion) (error 30). There an ID is one servo, an error has its text only, `monitor`

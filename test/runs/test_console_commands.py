@@ -255,7 +255,7 @@ FULL_ONLY = {
            + text("step 3 of 4: ID 1 becomes 9") + text("step 4 of 4: rate 29851bps becomes 1000000bps")
            + text("servo 9 is set up and joins the robot, at 1000000bps") + servo("1 ID 9")
            + servo("1 BAUD_RATE 1") + servo("1 RETURN_DELAY 1")
-           + "! new 9\n" + text("error 11: ID 9 is in the list of the robot's servos; choose another ID, or ") + "@expect silence 10\nservos\n"
+           + "! new 9\n" + text("error 11: ID 9 is in the robot's list; choose another ID, or ") + "@expect silence 10\nservos\n"
            + error(95, "new 8") + text(f"servo 9: {ERRORS[95]}") + servo("1 ID 9") + "servos forget\nnew 9\nservos forget\n@power off\n"
            + error(88, "new 9") + "@servos 1-18\n@wait 10\nservos forget\nscan\n" + error(40, "new 30")
            + "@expect silence 10\n",

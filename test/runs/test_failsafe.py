@@ -79,7 +79,7 @@ class Settings(unittest.TestCase):
 
     def test_power_lost_in_any_write_of_the_first_save(self):
         saved = (SECOND, "as saved")
-        nothing = [(DEFAULTS, "defaults: nothing was ever saved"),
+        nothing = [(DEFAULTS, "defaults: nothing saved before"),
                    (DEFAULTS, "defaults: what was saved is damaged")]
         writes, found = self.cut_everywhere([], [saved, *nothing])
         self.assertGreaterEqual(writes, 15) # all but those that are FF
@@ -167,7 +167,7 @@ class Settings(unittest.TestCase):
     def test_settings_act_at_once_and_only_saved_ones_outlive_power(self):
         output = self.run_script("settings bus_baud 3\n! ping 1\nwrite 254 BAUD_RATE 3\n@reset power\n"
                                  "settings\n", "atmega128")
-        self.assertEqual(listed(output), (DEFAULTS, "defaults: nothing was ever saved"))
+        self.assertEqual(listed(output), (DEFAULTS, "defaults: nothing saved before"))
         output = self.run_script("write 254 BAUD_RATE 3\nsettings bus_baud 3\nping 1\nsave\n"
                                  "@reset power\nping 1\n@reset external\ndefaults\n! ping 1\n")
         self.assertEqual(output.count("<-out: FF FF 01 02 00 FC"), 2)

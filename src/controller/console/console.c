@@ -8,6 +8,7 @@
 
 #include "cds55xx/motion.h" // CDS_MOTION_TIME_MAX_MS
 #include "console/account.h"
+#include "console/commands/monitor.h" // monitor_poll()
 #include "console/errors.h"
 #include "host/host_demux.h" // HOST_MARK_DROPPED
 #include "ring_input.h"      // ring_peek(), ring_drop()
@@ -352,6 +353,8 @@ static void interrupt(struct console *console)
         return;
     if (!printer_ready(&console->printer))
         return;
+    if (command_set.monitor && console->line.command->poll == monitor_poll)
+        command_set.monitor(console, MONITOR_LEAVE);
     if (console->printer.within)
         printer_end_of_line(&console->printer);
     if (command_set.store)

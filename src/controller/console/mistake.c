@@ -8,9 +8,10 @@
 #include "console/errors.h"
 #include "console/explain.h"
 #include "console/messages.h"
+#include "console/servo_list.h" // servo_list_is_all()
 
-static const CDS_FLASH char message_one_servo[] =
-    "this command takes one servo, no list; send it once for each";
+static const CDS_FLASH char message_one_servo[] = "one servo here, no list; send a line for each";
+static const CDS_FLASH char message_blank[] = "no blank behind a comma: 1,2,3";
 static const CDS_FLASH char message_reversed[] =
     "the range begins with the larger ID; write the smaller one first";
 static const CDS_FLASH char message_comma[] = "write a point, not a comma: ";
@@ -18,8 +19,7 @@ static const CDS_FLASH char message_or_spaces[] = ", or spaces between angles";
 static const CDS_FLASH char message_no_unit[] =
     "not a unit of this setting; 'settings' shows its unit";
 static const CDS_FLASH char message_known_id[] =
-    "ID %u is in the list of the robot's servos; choose another ID, or empty the list by 'servos "
-    "forget'";
+    "ID %u is in the robot's list; choose another ID, or empty it by 'servos forget'";
 static const CDS_FLASH char message_usage_due[] = "wrong number of arguments; usage: %s";
 static const CDS_FLASH char message_limits[] =
     "its limits are %a to %a and %r: stay within them; 'move' needs a SPEED, and 'torque on' needs "
@@ -45,6 +45,8 @@ static enum mistake mistake_in_list(const struct token *token)
 {
     enum mistake mistake = MISTAKE_NONE;
 
+    if (servo_list_is_all(token))
+        return MISTAKE_LIST;
     for (uint8_t at = 0; at < token->length; at++) { // the loop leaves ',' out
         uint16_t first = take_id(token, &at), last = first;
         bool is_range = at < token->length && token->text[at] == '-';
@@ -113,6 +115,8 @@ enum mistake mistake_of(const struct console *console, bool is_of_word)
         return MISTAKE_NONE;
     if (is_id_argument(line->argument)) {
         mistake = mistake_in_list(token);
+        if (mistake == MISTAKE_LIST && (line->is_repeated || line->argument == ARGUMENT_IDS))
+            return token->text[token->length - 1] == ',' ? MISTAKE_BLANK : MISTAKE_NONE;
         return console->error == (mistake == MISTAKE_LIST ? ERROR_NOT_A_NUMBER : ERROR_OUT_OF_RANGE)
                    ? mistake
                    : MISTAKE_NONE;
@@ -144,10 +148,10 @@ static void set_limits(union printer_value *values, const struct cds_servo_state
 void mistake_print(struct console *console, enum mistake mistake)
 {
     static const CDS_FLASH char *const CDS_FLASH texts[] = {
-        [MISTAKE_LIST] = message_one_servo,  [MISTAKE_REVERSED] = message_reversed,
-        [MISTAKE_UNIT] = message_no_unit,    [MISTAKE_KNOWN_ID] = message_known_id,
-        [MISTAKE_COUNT] = message_usage_due, [MISTAKE_LIMITS] = message_limits,
-        [MISTAKE_OFFLINE] = message_offline,
+        [MISTAKE_LIST] = message_one_servo,    [MISTAKE_BLANK] = message_blank,
+        [MISTAKE_REVERSED] = message_reversed, [MISTAKE_UNIT] = message_no_unit,
+        [MISTAKE_KNOWN_ID] = message_known_id, [MISTAKE_COUNT] = message_usage_due,
+        [MISTAKE_LIMITS] = message_limits,     [MISTAKE_OFFLINE] = message_offline,
     };
     union printer_value *values = console->printer.values;
 

@@ -13,6 +13,7 @@ struct console;
 enum mistake {
     MISTAKE_NONE,
     MISTAKE_LIST,     // a list of servos where one is due
+    MISTAKE_BLANK,    // "1, 2"
     MISTAKE_REVERSED, // "3-1"
     MISTAKE_COMMA,    // "90,5"
     MISTAKE_UNIT,     // of a setting

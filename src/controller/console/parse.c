@@ -272,7 +272,7 @@ static uint8_t take_value(struct command_line *line, const struct token *token)
     uint8_t error;
 
     if (!cds_register_at(line->next, &at))
-        return ERROR_OUT_OF_RANGE;
+        return ERROR_COUNT;
     if (!line->named) {
         at.width = 1;
         at.highest = 255;

@@ -66,7 +66,7 @@ static uint8_t add_range(struct command_line *line, const char *text, uint8_t le
     return error;
 }
 
-static bool is_all(const struct token *token)
+bool servo_list_is_all(const struct token *token)
 {
     return token->length == 3 && (token->text[0] | 0x20) == 'a' && (token->text[1] | 0x20) == 'l' &&
            (token->text[2] | 0x20) == 'l';
@@ -77,7 +77,7 @@ static uint8_t take_word(struct command_line *line, const struct token *token)
     const char *text = token->text, *end = text + token->length;
     uint8_t error = 0;
 
-    if (is_all(token) && line->values == 0) {
+    if (servo_list_is_all(token) && line->values == 0) {
         line->takes_all = true;
         line->values = 1; // the list is complete; begin() fills it
         ids_of(line)[0] = CDS_BROADCAST_ID;

@@ -15,6 +15,9 @@
 
 #include "console/command.h" // struct command_lists
 
+/* True if the word is `all`, in any case. */
+bool servo_list_is_all(const struct token *token);
+
 /* `lists` of struct command_set. */
 extern const CDS_FLASH struct command_lists servo_lists;
 

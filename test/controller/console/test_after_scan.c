@@ -2,9 +2,12 @@
 /* The end of a scan: the diagnosis of a servo whose reply was damaged. */
 #include "console_rig.h"
 
+static uint8_t rate_of_servo = CDS_BAUD_1M;
+
 void setUp(void)
 {
     begin_console();
+    rate_of_servo = CDS_BAUD_1M;
 }
 
 void tearDown(void)
@@ -12,14 +15,14 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
 }
 
-/* The next packet leaves. If it is for servo `id`, a damaged reply comes, else none. */
+/* The next packet leaves. If it is for servo `id` at its rate, a damaged reply comes, else none. */
 static void go_on(uint8_t id)
 {
     static const uint8_t damaged[] = {0xFF, 0xFF, 2, 2, 0, 0};
 
     if (bus.link.state == CDS_LINK_TALKING) {
         port_fake_transmit(&bus.link, 0);
-        if (port_fake.sent[2] == id)
+        if (port_fake.sent[2] == id && bus.baud_reg == rate_of_servo)
             port_fake_hear(&bus.link, damaged, sizeof damaged);
     }
     port_fake.now_us += 50000;
@@ -40,4 +43,26 @@ void test_key_during_diagnosis_after_scan_ends_it(void)
         go_on(2);
     TEST_ASSERT_NULL(strstr(said, "finding"));
     TEST_ASSERT_NOT_NULL(strstr(said, "1 found, 254 asked\r\nerror 49: "));
+}
+
+/* Types the line, and goes on until its `ok`. */
+static void scan_with_servo_2_at(uint8_t rate, const char *line)
+{
+    rate_of_servo = rate;
+    reply_to(line);
+    for (uint16_t i = 0; i < 30000 && strstr(said, "\r\nok\r\n") == NULL; i++)
+        go_on(2);
+    TEST_ASSERT_NOT_NULL(strstr(said, "1 found, 1524 asked\r\n"));
+}
+
+void test_scan_all_diagnoses_servo_at_bus_rate(void)
+{
+    scan_with_servo_2_at(CDS_BAUD_1M, "scan all");
+    TEST_ASSERT_NOT_NULL(strstr(said, "asked\r\nservo 2: finding "));
+}
+
+void test_scan_all_leaves_out_servo_at_other_rate(void)
+{
+    scan_with_servo_2_at(3, "scan all");
+    TEST_ASSERT_NOT_NULL(strstr(said, "asked\r\nok\r\n"));
 }

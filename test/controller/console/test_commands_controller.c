@@ -128,7 +128,7 @@ void test_settings_prints_values_units_and_origin(void)
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\nbus_baud = 1 register, 1000000bps\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\nrepeats = 0\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\ncycle_us = 4000 us\r\nsettings at start: defaults: "
-                                      "nothing was ever saved\r\nok\r\n"));
+                                      "nothing saved before\r\nok\r\n"));
 }
 
 void test_a_setting_is_shown_changed_and_brought_back(void)
@@ -218,7 +218,7 @@ void test_status_tells_all_there_is(void)
     cds_servos_add(&robot.servos, 7);
     says(7, 0);
     TEST_ASSERT_EQUAL_STRING("reset by power brown-out\r\n"
-                             "settings at start: defaults: nothing was ever saved\r\n"
+                             "settings at start: defaults: nothing saved before\r\n"
                              "host link: not watched\r\ndriving: allowed\r\n"
                              "last stop: none\r\nCtrl-X in damaged packets: 0\r\n"
                              "bus: busy\r\nservos: 1, inhibited 0, offline 0\r\n"

@@ -14,13 +14,24 @@ void tearDown(void)
 
 void test_list_in_place_of_one_servo_is_named(void)
 {
-    assert_reply("error 32: ID|254 '1-3': this command takes one servo, no list; ", "ping 1-3");
-    assert_reply("error 32: ID '1,2': this command takes one servo, no list; ", "read 1,2 30 2");
-    assert_reply("error 32: OLD '1-3': this command takes one servo, no list; ", "id 1-3 5");
-    assert_reply("error 32: servo 1: NEW '2-3': this command takes one servo, no list; ",
-                 "id 1 2-3");
+    assert_reply("error 32: ID|254 '1-3': one servo here, no list; ", "ping 1-3");
+    assert_reply("error 32: ID '1,2': one servo here, no list; ", "read 1,2 30 2");
+    assert_reply("error 32: OLD '1-3': one servo here, no list; ", "id 1-3 5");
+    assert_reply("error 32: servo 1: NEW '2-3': one servo here, no list; ", "id 1 2-3");
+    assert_reply("error 32: ID|254 'all': one servo here, no list; ", "ping all");
+    assert_reply("error 32: servo 1: NEW 'ALL': one servo here, no list; ", "id 1 ALL");
     assert_reply("error 32: ID|254 'x': not a number; ", "ping x");
     assert_reply("error 33: ID|254 -1 is out of range: 0 to 254\r\n", "torque -1 on");
+}
+
+void test_blank_behind_comma_of_list_is_named(void)
+{
+    assert_reply("error 32: ID|254 '1,': no blank behind a comma: 1,2,3\r\n", "move 1, 2, 3 90");
+    assert_reply("error 32: ID|254 '1-2,': no blank behind a comma: ", "torque 1-2, 3 on");
+    assert_reply("error 32: ID... '1,': no blank behind a comma: ", "group 1, 2");
+    assert_reply("error 32: ID|254 '1,x': not a number; ", "torque 1,x on");
+    assert_reply("error 32: ID... '1': not a number; ", "group all 1");
+    assert_reply("error 32: ID|254 '1,': one servo here, no list; ", "ping 1, 2");
 }
 
 void test_range_from_larger_id_on_is_named(void)
@@ -69,6 +80,15 @@ void test_speed_of_pose_has_its_range(void)
     assert_reply("error 33: SPEED|TIME 63rpm is out of range: 0 to 62rpm\r\n", "pose 90 at 63rpm");
 }
 
+void test_values_behind_last_register_are_too_many(void)
+{
+    assert_reply("error 31: wrong number of arguments; usage: write ID|254 REG VALUE...\r\n",
+                 "write 3 0x31 1 1");
+    assert_reply("error 31: ", "write 3 PUNCH 1 1");
+    assert_reply("error 33: servo 3: VALUE... 300 is out of range: 0 to 255\r\n",
+                 "write 3 0x31 300");
+}
+
 void test_range_of_one_value_is_printed(void)
 {
     assert_reply("error 33: servo 1: LENGTH 2 is out of range: 1 to 1\r\n", "read 1 0x31 2");
@@ -88,7 +108,7 @@ void test_id_of_known_servo_is_named(void)
         type("");
     }
     TEST_ASSERT_EQUAL_STRING("unchanged: ID 12 at 1000000bps\r\n"
-                             "error 11: servo 12: ID 1 is in the list of the robot's servos; "
-                             "choose another ID, or empty the list by 'servos forget'\r\n",
+                             "error 11: servo 12: ID 1 is in the robot's list; "
+                             "choose another ID, or empty it by 'servos forget'\r\n",
                              said);
 }

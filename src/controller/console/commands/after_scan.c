@@ -26,7 +26,8 @@ void after_scan_note(struct console *console)
     if (stats.noise_bytes == job->noise)
         return;
     job->noise = stats.noise_bytes;
-    if (job->suspects < AFTER_SCAN_SUSPECTS && !memchr(job->suspect_ids, id, job->suspects))
+    if (console->bus->baud_reg == console->robot->baud_reg && job->suspects < AFTER_SCAN_SUSPECTS &&
+        !memchr(job->suspect_ids, id, job->suspects))
         job->suspect_ids[job->suspects++] = id;
 }
 
@@ -38,7 +39,8 @@ static void add(struct after_scan *job, uint8_t id, uint8_t kind)
     job->kinds[job->count++] = kind;
 }
 
-/* The found servos, then the suspects: the diagnosis needs the storage of the scan. */
+/* The servos found at the rate of the bus, then the suspects: the diagnosis needs the storage of
+ * the scan. */
 static void copy_found(struct console *console, struct after_scan *job)
 {
     const struct robot *robot = console->robot;
@@ -47,7 +49,8 @@ static void copy_found(struct console *console, struct after_scan *job)
     for (uint8_t i = 0; i < count && i < ROBOT_SERVOS; i++) {
         const struct cds_scan_found *found = &robot->work.scan.found[i];
 
-        add(job, found->id, found->result == CDS_OK ? AFTER_SCAN_GOOD : AFTER_SCAN_DAMAGED);
+        if (found->baud_reg == robot->baud_reg)
+            add(job, found->id, found->result == CDS_OK ? AFTER_SCAN_GOOD : AFTER_SCAN_DAMAGED);
     }
     for (uint8_t i = 0; i < job->suspects; i++)
         add(job, job->suspect_ids[i], AFTER_SCAN_SUSPECT);
@@ -149,7 +152,7 @@ bool after_scan(struct console *console)
         scan_sum_up(console);
         copy_found(console, job);
         job->phase = AFTER_SCAN_ASK;
-        return console->error == 0 && scan_is_at_bus_rate(console);
+        return console->error == 0;
     }
     if (job->phase == AFTER_SCAN_ASK && job->index == job->count)
         return false;

@@ -111,11 +111,6 @@ static bool is_whole(const struct robot *robot, uint8_t index)
     return found->details != CDS_PENDING || found->result != CDS_OK || robot->operation == NULL;
 }
 
-bool scan_is_at_bus_rate(const struct console *console)
-{
-    return console->line.choice == SCAN_HERE;
-}
-
 void scan_sum_up(struct console *console)
 {
     struct robot *robot = console->robot;
@@ -283,8 +278,9 @@ static const CDS_FLASH struct command bus_rows[] = {
         .what = FLASH_TEXT("find servos on the bus"),
         .details = COMMAND_DETAILS(
             "At the rate of the bus; servos found join the robot. all: at the six listed rates, "
-            "3.5 s. rescue: at all 255 rates, nine minutes. A key ends it. Tells which servo "
-            "answers too soon for this board, and which ID two servos seem to have"),
+            "3.5 s. rescue: at all 255 rates, nine minutes. A key ends it. Tells which servo at "
+            "the "
+            "rate of the bus answers too soon, and which ID two seem to have"),
         .example = COMMAND_DETAILS("scan"),
         .begin = scan_begin,
         .poll = scan_poll,

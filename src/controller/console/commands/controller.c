@@ -37,7 +37,7 @@ static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes never used"
 /* ---- settings, save, defaults ---- */
 
 static const CDS_FLASH char *const CDS_FLASH origins[] = {
-    [SETTINGS_NONE] = FLASH_TEXT("defaults: nothing was ever saved"),
+    [SETTINGS_NONE] = FLASH_TEXT("defaults: nothing saved before"),
     [SETTINGS_DAMAGED] = FLASH_TEXT("defaults: what was saved is damaged"),
     [SETTINGS_OTHER_VERSION] = FLASH_TEXT("defaults: saved by another version"),
     [SETTINGS_OLDER] = FLASH_TEXT("saved by an older firmware; new ones: defaults"),

@@ -123,7 +123,7 @@ static const CDS_FLASH struct command help_rows[] = {
     {
         .usage = FLASH_TEXT("help [COMMAND]"),
         .what = FLASH_TEXT("this list, or one command"),
-        .details = COMMAND_DETAILS("COMMAND: a name out of the list"),
+        .details = COMMAND_DETAILS("COMMAND: one of the list"),
         .example = COMMAND_DETAILS("help move"),
         .poll = help_poll,
     },
@@ -145,7 +145,7 @@ static const CDS_FLASH struct command help_rows[] = {
     {
         .usage = FLASH_TEXT("echo off|on"),
         .what = FLASH_TEXT("show what is typed"),
-        .details = COMMAND_DETAILS("For scripts that know echo and not mode"),
+        .details = COMMAND_DETAILS("For scripts that do not know mode"),
         .example = COMMAND_DETAILS("echo off"),
         .begin = mode_begin,
     },

@@ -18,7 +18,8 @@
 
 /* Values of a servo. */
 #define MONITOR_VALUES 5
-#define MONITOR_ABSENT MONITOR_VALUES // instead of a value: the servo does not answer
+#define MONITOR_ABSENT MONITOR_VALUES       // instead of a value: the servo does not answer
+#define MONITOR_LEAVE  (MONITOR_VALUES + 1) // instead of a value: go below the table
 
 /* The job of the command. */
 struct monitor {
@@ -31,6 +32,7 @@ struct monitor {
     uint8_t count;
     uint8_t index;    // servo being read
     uint8_t value;    // of that servo, being printed
+    uint8_t below;    // rows of the table before that the cursor is above
     bool begun;       // the line has a value already
     bool is_table;    // prints a table that stays in place, else lines
     bool is_answered; // a servo has answered
@@ -52,7 +54,8 @@ bool monitor_poll(struct console *console);
 uint16_t monitor_value(struct console *console, uint8_t value, uint8_t *unit);
 
 /* In monitor_table.c, `monitor` of struct command_set: prints `value` of a servo in the table, or
- * that the servo is absent, in the table or in the line. */
+ * that the servo is absent, in the table or in the line. MONITOR_LEAVE, when the command ends
+ * within a table: moves the cursor below it. */
 void monitor_table(struct console *console, uint8_t value);
 
 #endif

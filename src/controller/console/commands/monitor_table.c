@@ -6,28 +6,46 @@
 #include "console/number_format.h"
 
 /* Sequences of ANSI X3.64 that every terminal obeys. */
-static const CDS_FLASH char lines_up[] = "\x1B[";
-static const CDS_FLASH char lines_up_end[] = "A";
+static const CDS_FLASH char csi[] = "\x1B[";
 static const CDS_FLASH char clear_rest_of_line[] = "\x1B[K";
 
 static const CDS_FLASH char servo[] = "servo ";
 static const CDS_FLASH char absent[] = "absent";
 
+/* Moves the cursor by the rows of the old table that are below it, at least 1. */
+static void move(struct printer *printer, const struct monitor *monitor, char direction)
+{
+    printer_flash(printer, csi);
+    printer_decimal(printer, monitor->below);
+    printer_char(printer, direction);
+}
+
+/* Prints the next lines below the table. */
+static void leave(struct printer *printer, const struct monitor *monitor)
+{
+    if (monitor->below == 0)
+        return;
+    move(printer, monitor, 'B');
+    printer_char(printer, '\r');
+    printer->within = false;
+}
+
 /* Goes back to the first row before a table is printed over the last one, then prints "servo 1:" */
-static void begin_row(struct printer *printer, const struct monitor *monitor)
+static void begin_row(struct printer *printer, struct monitor *monitor)
 {
     if (monitor->index == 0 && monitor->lines) {
-        printer_flash(printer, lines_up);
-        printer_decimal(printer, monitor->count);
-        printer_flash(printer, lines_up_end);
+        monitor->below = monitor->count;
+        move(printer, monitor, 'A');
     }
     printer_flash(printer, servo);
     printer_decimal(printer, monitor->ids[monitor->index]);
     printer_char(printer, ':');
 }
 
-static void end_row(struct printer *printer)
+static void end_row(struct printer *printer, struct monitor *monitor)
 {
+    if (monitor->below)
+        monitor->below--;
     printer_flash(printer, clear_rest_of_line);
     printer_end_of_line(printer);
 }
@@ -50,6 +68,10 @@ void monitor_table(struct console *console, uint8_t value)
     struct monitor *monitor = monitor_job(console);
     uint8_t unit;
 
+    if (value == MONITOR_LEAVE) {
+        leave(printer, monitor);
+        return;
+    }
     if (!monitor->is_table) {
         print_absent_in_line(printer, monitor);
         return;
@@ -65,7 +87,7 @@ void monitor_table(struct console *console, uint8_t value)
         number_print(printer, (enum cds_unit)unit, raw);
     }
     if (value >= MONITOR_VALUES - 1)
-        end_row(printer);
+        end_row(printer, monitor);
 }
 
 /* A program that reads replies has the echo off, and gets lines. */
@@ -82,8 +104,8 @@ static const CDS_FLASH struct command monitor_table_rows[] = {
         .usage = FLASH_TEXT("monitor ID... [every MS [as plot]]"),
         .what = FLASH_TEXT("print feedback of servos until a key"),
         .details = COMMAND_DETAILS(
-            "Up to 8 servos; MS: 10 to 60000ms, 100 if left out. With echo on a table that stays "
-            "in place, else, and as plot, one line each period, for serial plotters"),
+            "Up to 8 servos; MS: 10 to 60000ms, default 100. With echo a table that stays "
+            "in place, else, and as plot, one line each period"),
         .example = COMMAND_DETAILS("monitor 1 2 every 50ms"),
         .begin = begin,
         .poll = monitor_poll,
@@ -91,8 +113,7 @@ static const CDS_FLASH struct command monitor_table_rows[] = {
     {
         .usage = FLASH_TEXT("monitor ID... as plot"),
         .what = FLASH_TEXT("print one line of feedback each 100ms until a key"),
-        .details = COMMAND_DETAILS("For serial plotters: 1deg:150.147,1rpm:0,... An absent servo "
-                                   "is 3:absent"),
+        .details = COMMAND_DETAILS("For serial plotters: 1deg:150.147,1rpm:0,... Absent: 3:absent"),
         .example = COMMAND_DETAILS("monitor 1 2 as plot"),
         .begin = begin,
         .poll = monitor_poll,

@@ -160,8 +160,8 @@ static inline struct after_scan *after_scan_job(struct console *console)
     return console_job(console);
 }
 
-/* In after_scan.c: notes the ID that is asked now if bytes without a packet have come. Call it
- * while the scan goes on. */
+/* In after_scan.c: notes the ID that is asked now at the rate of the bus if bytes without a packet
+ * have come. Call it while the scan goes on. */
 void after_scan_note(struct console *console);
 
 /* In after_scan.c: after_scan of struct command_set. */
@@ -170,9 +170,6 @@ bool after_scan(struct console *console);
 /* In bus.c: prints "3 found, 254 asked". After a whole scan at the rate of the bus it stores
  * robot->unlisted: the servos found that are not in the list of the robot. */
 void scan_sum_up(struct console *console);
-
-/* In bus.c: true if the scan was at the rate of the bus only. */
-bool scan_is_at_bus_rate(const struct console *console);
 
 /* In diagnose.c: begins the diagnosis of line.id. Returns an error or 0. Then prints its finding,
  * "servo 5: finding 8: ...". */
