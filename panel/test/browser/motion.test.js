@@ -166,6 +166,7 @@ test("record: a movement by hand, replayed, error measured", async (t) => {
     assert.ok(rate >= 20, `${rate} samples a second`);
     await page.click("button.replay");
     await shows(page, "Torque is not on", ".notice");
+    await page.$eval("button.hold", (button) => button.scrollIntoView({ block: "center" })); // else it is below the header
     await page.click("button.hold");
     await torque(page, "held", 3);
     await page.click("button.replay");
