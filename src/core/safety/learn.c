@@ -324,17 +324,17 @@ static void take_answer(struct cds_servos *servos, struct cds_servo_state *servo
  * damaged reply is a miss only after a READ of TORQUE_ENABLE, as in a state check: a cycle that
  * reads all the time would meet three in a row too often. */
 static void take_failure(struct cds_servos *servos, struct cds_servo_state *servo,
-                         const uint8_t *bytes, uint8_t result)
+                         const uint8_t *bytes, uint8_t instruction, uint8_t result)
 {
-    uint8_t instruction = bytes[CDS_AT_INSTRUCTION], misses;
+    uint8_t misses;
 
-    if (result == CDS_TIMEOUT)
+    if (result == CDS_TIMEOUT) {
         servo->counters.timeouts++;
-    else
+    } else {
         servo->counters.corrupt++;
-    if (result != CDS_TIMEOUT &&
-        (instruction != CDS_READ || bytes[CDS_AT_PARAMETERS] != CDS_REG_TORQUE_ENABLE))
-        return;
+        if (instruction != CDS_READ || bytes[CDS_AT_PARAMETERS] != CDS_REG_TORQUE_ENABLE)
+            return;
+    }
     if (servo->baud_reg != servos->bus->baud_reg)
         return;
     if (servo->status_return_level == CDS_LEVEL_UNKNOWN && instruction != CDS_PING &&
@@ -390,7 +390,6 @@ NOINLINE void cds_servos_learn_end(struct cds_servos *servos, struct cds_request
 {
     uint8_t id = request->packet.bytes[CDS_AT_ID];
     uint8_t instruction = request->packet.bytes[CDS_AT_INSTRUCTION], error = 0;
-    bool is_paused = servos->is_paused;
     uint8_t is_reply_due = 0, source = CDS_SOURCE_LOST;
     struct cds_servo_state *servo = NULL;
 
@@ -406,25 +405,25 @@ NOINLINE void cds_servos_learn_end(struct cds_servos *servos, struct cds_request
         if (is_reply_due) {
             source = CDS_SOURCE_ANSWERED;
             error = request->error;
-            if (!servo && !is_paused)
+            if (!servo && !servos->is_paused)
                 servo = cds_servos_meet(servos, request->id, error);
         }
     }
     count_echo_errors(servos, servo);
-    if (error && !is_paused)
+    if (error && !servos->is_paused)
         note_error(servos, servo, error);
     if (!servo)
         return;
-    if (is_reply_due && !is_paused) {
+    if (is_reply_due && !servos->is_paused) {
         if (result == CDS_OK)
             take_answer(servos, servo, instruction);
         else
-            take_failure(servos, servo, request->packet.bytes, result);
+            take_failure(servos, servo, request->packet.bytes, instruction, result);
     }
     if (!(error & CDS_ERRORS_OF_PACKET)) {
         if (instruction != CDS_READ)
             learn_packet(servos, servo, request, source);
-        else if (result == CDS_OK && !is_paused)
+        else if (result == CDS_OK && !servos->is_paused)
             learn_read(servos, servo, request);
     }
     settle_id(servos, servo);
