@@ -155,7 +155,8 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
   is the value of the register ([registers.md](registers.md)). A number between two register values becomes the nearest
   one.
 - The servos of the robot are those that `scan` finds or `group` names. The controller checks each of them once a second.
-  Before the first check `servos` says `not asked yet`. A servo that lost its state is not driven until `release`.
+  Before the first check `servos` says `not asked yet`. A servo whose torque went off by itself
+  has lost its state: it is not driven until `release`.
 - A servo with the factory value of the return delay, 2 us, may answer before the controller listens, but only while the PC
   sends, and rarely ([bridge.md](bridge.md#tests)). `set ID RETURN_DELAY 4us` prevents that.
 - An error names servo, argument, value and allowed range: `error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg`. Error 56, a

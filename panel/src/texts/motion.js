@@ -26,7 +26,7 @@ export const motion = {
     capture: "Capture pose",
     captureHint: "Keeps where the chosen servos are now",
     record: "Record",
-    recordHint: "Records how the chosen servos are led by hand",
+    recordHint: "Switch torque off, then lead the chosen servos by hand",
     endRecording: "End recording",
 
     poses: "Poses",

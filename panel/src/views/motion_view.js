@@ -109,7 +109,7 @@ export class MotionView extends View {
                 ${desk.ids.map((id) => this.#chip(id))}
             </fieldset>
             <p class="row">
-                <button class="torque-off" title=${t.torqueOffHint} ?disabled=${isOff}
+                <button class="torque-off" title=${t.torqueOffHint} ?disabled=${!session.isConnected}
                     @click=${() => desk.setTorque(false)}>${t.torqueOff}</button>
                 <button class="hold" title=${t.holdHint} ?disabled=${isOff} @click=${() => desk.setTorque(true)}>${t.hold}</button>
             </p>

@@ -154,6 +154,7 @@ test("record: a movement by hand, replayed, error measured", async (t) => {
     await torque(page, "limp", 3);
     await page.click("button.record");
     await shows(page, /\d\.\d s/, ".recording-length");
+    assert.ok(await page.$("button.torque-off:enabled"));
     hand("load 1 200");
     await reaches(page, 1, 0, 110);
     hand("load 1 -200");

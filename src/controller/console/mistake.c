@@ -24,7 +24,7 @@ static const CDS_FLASH char message_usage_due[] = "wrong number of arguments; us
 static const CDS_FLASH char message_limits[] =
     "its limits are %a to %a and %r: stay within them; 'move' needs a SPEED, and 'torque on' needs "
     "'info ID' first";
-static const CDS_FLASH char message_offline[] =
+static const CDS_FLASH char message_not_driven[] =
     "not driven, as it gives no good answer; check its power, plug and rate";
 
 /* Reads digits from *at on, which it moves behind them. Returns the number, or UINT16_MAX if there
@@ -85,7 +85,7 @@ static bool is_id_argument(uint8_t argument)
 }
 
 /* True if the servo that the error is about is OFFLINE. */
-static bool is_offline(const struct console *console)
+static bool concerns_offline_servo(const struct console *console)
 {
     const struct cds_servo_state *servo =
         cds_servos_find(&console->robot->servos, explain_servo(console));
@@ -105,7 +105,7 @@ enum mistake mistake_of(const struct console *console, bool is_of_word)
         return MISTAKE_KNOWN_ID;
     if (console->error == CDS_LIMIT && servo && servo->has_limits)
         return MISTAKE_LIMITS;
-    if (console->error == CDS_INHIBITED && is_offline(console))
+    if (console->error == CDS_INHIBITED && concerns_offline_servo(console))
         return MISTAKE_OFFLINE;
     if (console->error == ERROR_COUNT && line->command)
         return MISTAKE_COUNT;
@@ -145,14 +145,15 @@ static void set_limits(union printer_value *values, const struct cds_servo_state
     values[2].number = servo->fastest;
 }
 
+static const CDS_FLASH char *const CDS_FLASH mistake_texts[] = {
+    [MISTAKE_LIST] = message_one_servo,    [MISTAKE_BLANK] = message_blank,
+    [MISTAKE_REVERSED] = message_reversed, [MISTAKE_UNIT] = message_no_unit,
+    [MISTAKE_KNOWN_ID] = message_known_id, [MISTAKE_COUNT] = message_usage_due,
+    [MISTAKE_LIMITS] = message_limits,     [MISTAKE_OFFLINE] = message_not_driven,
+};
+
 void mistake_print(struct console *console, enum mistake mistake)
 {
-    static const CDS_FLASH char *const CDS_FLASH texts[] = {
-        [MISTAKE_LIST] = message_one_servo,    [MISTAKE_BLANK] = message_blank,
-        [MISTAKE_REVERSED] = message_reversed, [MISTAKE_UNIT] = message_no_unit,
-        [MISTAKE_KNOWN_ID] = message_known_id, [MISTAKE_COUNT] = message_usage_due,
-        [MISTAKE_LIMITS] = message_limits,     [MISTAKE_OFFLINE] = message_offline,
-    };
     union printer_value *values = console->printer.values;
 
     if (mistake == MISTAKE_COUNT)
@@ -164,5 +165,5 @@ void mistake_print(struct console *console, enum mistake mistake)
     if (mistake == MISTAKE_COMMA)
         printer_text(&console->printer, message_comma);
     else
-        printer_line(&console->printer, texts[mistake]);
+        printer_line(&console->printer, mistake_texts[mistake]);
 }

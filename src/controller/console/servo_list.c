@@ -302,7 +302,7 @@ static bool begin_servo(struct console *console)
 }
 
 /* Prints the outcome behind "servo 3: ". */
-static void end_line(struct console *console, uint8_t error)
+static void end_servo_line(struct console *console, uint8_t error)
 {
     enum mistake mistake;
 
@@ -326,7 +326,7 @@ static void end_servo(struct console *console)
     list->failed = list->failed || error;
     list->phase = NEXT_SERVO;
     if (console->printer.within)
-        end_line(console, error);
+        end_servo_line(console, error);
     else if (error)
         servo_failed(console, error);
 }
