@@ -386,7 +386,7 @@ class Scripts(unittest.TestCase):
 
     def test_torque_on_within_limits_needs_goal_and_speed_read(self):
         self.run_on("atmega128", "scan\nlimits 2 60 240\n" + error(11, "torque 2 on")
-                    + text("'info ID' reads goal and speed") + "info 2\ntorque 2 on\n" + servo("2 torque on"))
+                    + text("'torque on' needs 'info ID' first") + "info 2\ntorque 2 on\n" + servo("2 torque on"))
 
     def test_commands_of_profile_full(self):
         for script in ["".join(FULL_ONLY.values()), BAUD_LIST.replace("baud 1,9,3", "! baud 1,9,3"), TWINS]:
