@@ -31,10 +31,16 @@ UNITS = {
     "BPS": {"name": "bps", "digits": 0},  # 2 000 000 / (raw + 1)
 }
 
-# Errors with which a motion ends: enum cds_result, enum robot_refusal (robot.h), enum motion_refusal (motion_start.h).
-# The page reads their number from MOTION_ERROR. It needs the text of no other error: the console sends it.
-MOTION_ERRORS = {*map(str, range(20)), "40", "43", "45", "47", "54", "55", "57", "58", "63", "75", "78", "79", "81", "83",
-                 "84", "92"}
+
+def enum_numbers(header, name):
+    """Numbers of the enum `name`, as text."""
+    return re.findall(r"= (\d+)", re.search(rf"enum {name} {{(.*?)}}", open(header).read(), re.S)[1])
+
+
+# Errors with which a motion ends: those of the library, which are below 20, and two enums of the controller. The page
+# reads their number from MOTION_ERROR. It needs the text of no other error: the console sends it.
+MOTION_ERRORS = {*map(str, range(20)), *enum_numbers("src/controller/robot/robot.h", "robot_refusal"),
+                 *enum_numbers("src/controller/robot/motion_start.h", "motion_refusal")}
 
 # Remedies of the console name its commands; the page has buttons, in “”.
 REMEDIES = {

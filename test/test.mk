@@ -166,11 +166,13 @@ run_needs = $(if $(1),build/host/cds55xx-sim $(eval NEEDED := $(shell sed -n 's/
 # T=word: only the suites whose name contains the word; with several words, any of them.
 T ?=
 ALL_TESTS := $(UNIT_TESTS) $(SIM_TESTS) $(RUN_TESTS) $(if $(filter yes,$(PANEL)),$(PANEL_SUITES))
-# $(1): word. Returns the suites whose name contains the word.
-tests_with = $(foreach t,$(ALL_TESTS),$(if $(findstring $(1),$(basename $(notdir $(t)))),$(t)))
-TESTS := $(if $(T),$(sort $(foreach w,$(T),$(call tests_with,$(w)))),$(ALL_TESTS))
+# $(1): word; $(2): suites. Returns the suites whose name contains the word.
+tests_with = $(foreach t,$(2),$(if $(findstring $(1),$(basename $(notdir $(t)))),$(t)))
+# $(1): suites. Returns those that T chooses.
+chosen = $(if $(T),$(sort $(foreach w,$(T),$(call tests_with,$(w),$(1)))),$(1))
+TESTS := $(call chosen,$(ALL_TESTS))
 # The words that no suite has in its name.
-UNKNOWN_WORDS := $(strip $(foreach w,$(T),$(if $(strip $(call tests_with,$(w))),,$(w))))
+UNKNOWN_WORDS := $(strip $(foreach w,$(T),$(if $(strip $(call tests_with,$(w),$(ALL_TESTS))),,$(w))))
 test_programs = $(filter-out %.py %.js,$(TESTS)) $(if $(filter %.js,$(TESTS)),$(PANEL_NEEDS)) $(if $(filter $(SIM_TESTS),$(TESTS)),$(SIM_TEST_ELFS) build/host/cds55xx-sim) \
 	$(if $(filter %/test_rules,$(TESTS)),$(patsubst %,build/%/controller.elf,arduino-mega cm510)) \
 	$(if $(filter $(AVR_TEST)/%,$(TESTS)),build/host/cds55xx-sim) $(call run_needs,$(filter %.py,$(TESTS)))
@@ -201,7 +203,7 @@ test-long: $$(call run_needs,$$(LONG_TESTS))
 	@TEST_LONG=1 $(run_tests) --times build/test-long-times.tsv $(LONG_TESTS)
 
 ALL_BUILD_TESTS := $(wildcard test/build/test_*.py)
-BUILD_TESTS := $(if $(T),$(sort $(foreach w,$(T),$(foreach f,$(ALL_BUILD_TESTS),$(if $(findstring $(w),$(notdir $(f))),$(f))))),$(ALL_BUILD_TESTS))
+BUILD_TESTS := $(call chosen,$(ALL_BUILD_TESTS))
 ## test-build: what make itself promises: boards, flash, fuses, dependencies, checks; T=word as in test
 .PHONY: test-build
 test-build: $$(call run_needs,$$(BUILD_TESTS))

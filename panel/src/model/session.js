@@ -40,6 +40,7 @@ const PORT_TAKEN = /another client is connected/; // the simulator says so, then
 export class Session extends EventTarget {
     #stopping = null; // promise of the last stop
     #staleAt = 0; // when the confirmed stop is no longer shown, unless feedback comes
+    #staleTimer = null; // of the confirmed stop
     #expiry = null; // timer of the information that goes away next
     #isRenewing = false; // asks a controller that was reset
     #isRetrying = false; // another client has the port, and connectAtLoad() tries again
@@ -273,9 +274,10 @@ export class Session extends EventTarget {
     #expireStop() {
         const left = this.#staleAt - this.clock.now();
 
+        this.clock.cancel(this.#staleTimer); // of an earlier stop
         if (!this.#isStopShown) return;
         if (left > 0) {
-            this.clock.after(left, () => this.#expireStop());
+            this.#staleTimer = this.clock.after(left, () => this.#expireStop());
         } else {
             this.stopState = "none";
             this.#change();

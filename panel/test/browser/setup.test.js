@@ -114,13 +114,18 @@ test("question: one at a time, none of a view that was left, and Esc closes it",
     await page.waitForFunction(() => !document.querySelector("dialog"));
 });
 
-test("rate of the bus: asked for while torque may be on", async (t) => {
-    const { page } = await startSetup(t, { count: 1 });
-
+/* Switches torque of the first servo on, in the view Robot. */
+async function torqueOn(page) {
     await page.click("#tab-robot");
     await press(page, ".torque input");
     await page.waitForFunction(() => document.querySelector(".torque input").checked);
     await page.click("#tab-setup");
+}
+
+test("rate of the bus: asked for while torque may be on", async (t) => {
+    const { page } = await startSetup(t, { count: 1 });
+
+    await torqueOn(page);
     await press(page, ".set-bus-rate");
     await shows(page, "no stop reaches them", "dialog");
     await page.click("dialog .no");
@@ -169,10 +174,7 @@ test("restore: a damaged file, a file of another servo", async (t) => {
 test("registers: a limit asks only if both become 0, once", async (t) => {
     const { page } = await startSetup(t, { count: 1 });
 
-    await page.click("#tab-robot");
-    await press(page, ".torque input");
-    await page.waitForFunction(() => document.querySelector(".torque input").checked);
-    await page.click("#tab-setup");
+    await torqueOn(page);
     await press(page, ".read-all");
     await page.waitForSelector(".registers");
     await edit(page, "CW_ANGLE_LIMIT", "60");

@@ -196,9 +196,9 @@ uint8_t motion_check_group(struct robot *robot)
     return check_servos(robot, NULL, &robot->servos.refused_id);
 }
 
-/* CDS_PENDING: each servo of the pose has torque, and none is inhibited or in endless turn. After
- * READ_STATES: the list of servos has the torque that was read, and learns each later change from
- * the packets that pass. */
+/* CDS_PENDING: each servo of the pose has torque, and none is OFFLINE, inhibited or in endless
+ * turn. After READ_STATES: the list of servos has the torque that was read, and learns each later
+ * change from the packets that pass. */
 static uint8_t check_pose(const struct robot *robot, const uint16_t *pose)
 {
     uint8_t reason = check_servos(robot, pose, &start_of(robot)->outcome.id);

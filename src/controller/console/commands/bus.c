@@ -279,8 +279,7 @@ static const CDS_FLASH struct command bus_rows[] = {
         .details = COMMAND_DETAILS(
             "At the rate of the bus; servos found join the robot. all: at the six listed rates, "
             "3.5 s. rescue: at all 255 rates, nine minutes. A key ends it. Tells which servo at "
-            "the "
-            "rate of the bus answers too soon, and which ID two seem to have"),
+            "the rate of the bus answers too soon, and which ID two seem to have"),
         .example = COMMAND_DETAILS("scan"),
         .begin = scan_begin,
         .poll = scan_poll,
