@@ -1,68 +1,13 @@
 // SPDX-License-Identifier: MIT
-/* The view Motion: teach and play; record and replay; firmware that has no motions. Loads of the simulator
- * turn the outputs as a hand would. */
+/* The view Motion: poses, steps, files; teach and play. Loads of the simulator turn the outputs as a hand would. */
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { PHONE, shows, startRobot, startRobotWithHand } from "../support/browser.js";
-
-/* A robot, its page at the view Motion, and a hand. */
-async function start(t, options = {}) {
-    const robot = await startRobotWithHand(t, options);
-
-    await robot.page.click("#tab-motion");
-    await shows(robot.page, /Free on the board: \d+ poses/, ".board");
-    return robot;
-}
-
-/* Waits until servo `id` is shown between `low` and `high` degrees. */
-function reaches(page, id, low, high) {
-    return page.waitForFunction(
-        (index, from, to) => {
-            const degrees = parseFloat(document.querySelectorAll(".chip .at")[index]?.innerText);
-
-            return degrees >= from && degrees <= to;
-        },
-        {},
-        id - 1,
-        low,
-        high,
-    );
-}
-
-const torque = (page, state, count) => page.waitForFunction((css, due) => document.querySelectorAll(css).length === due, {}, `.chip.${state}`, count);
-
-async function fill(page, selector, text) {
-    await page.waitForSelector(selector);
-    await page.$eval(selector, (input, value) => {
-        input.value = value;
-        input.dispatchEvent(new Event("change"));
-    }, text);
-}
-
-/* The questions of the browser, which are answered with yes. */
-function questions(page) {
-    const asked = [];
-
-    page.on("dialog", (dialog) => {
-        asked.push(dialog.type());
-        return dialog.accept();
-    });
-    return asked;
-}
-
-/* Types as a hand does: feedback comes between two keys. The page shows `shown` when the field has taken it. */
-async function type(page, selector, text, shown = text) {
-    await page.waitForSelector(selector);
-    await page.$eval(selector, (input) => input.select());
-    if (!text) await page.keyboard.press("Delete");
-    await page.keyboard.type(text, { delay: 120 });
-    await page.keyboard.press("Enter");
-    await page.waitForFunction((css, value) => document.querySelector(css)?.value === value, {}, selector, shown);
-}
+import { PHONE, shows, startRobot } from "../support/browser.js";
+import { fill, questions, reaches, startMotion, torque, type } from "../support/motion.js";
 
 test("fields keep what is typed slowly, while feedback comes", async (t) => {
-    const { page } = await start(t);
+    const { page } = await startMotion(t);
 
     await page.click("button.capture"); // opens the pose
     await type(page, '.editor input[data-id="1"]', "100.3");
@@ -79,7 +24,7 @@ test("fields keep what is typed slowly, while feedback comes", async (t) => {
 });
 
 test("fields take a decimal comma, and refuse what is no number", async (t) => {
-    const { page } = await start(t, { count: 1 });
+    const { page } = await startMotion(t, { count: 1 });
 
     await page.click("button.capture"); // opens the pose
     await type(page, '.editor input[data-id="1"]', "12,5", "12.6"); // the next raw value
@@ -97,7 +42,7 @@ test("fields take a decimal comma, and refuse what is no number", async (t) => {
 });
 
 test("teach: two poses by hand, stored, played by the board", async (t) => {
-    const { page, hand } = await start(t);
+    const { page, hand } = await startMotion(t);
 
     await page.click("button.torque-off");
     await torque(page, "limp", 3);
@@ -147,84 +92,8 @@ test("teach: two poses by hand, stored, played by the board", async (t) => {
     await shows(page, "Nothing plays", ".motion-state");
 });
 
-test("record: a movement by hand, replayed, error measured", async (t) => {
-    const { page, hand } = await start(t);
-
-    await page.click("button.torque-off");
-    await torque(page, "limp", 3);
-    await page.click("button.record");
-    await shows(page, /\d\.\d s/, ".recording-length");
-    assert.ok(await page.$("button.torque-off:enabled"));
-    hand("load 1 200");
-    await reaches(page, 1, 0, 110);
-    hand("load 1 -200");
-    await reaches(page, 1, 170, 300);
-    hand("load 1 0");
-    await page.click("button.record");
-    await shows(page, /samples/, ".recorded");
-    const rate = Number(/(\d+) a second/.exec(await page.$eval(".recorded", (it) => it.innerText))[1]);
-
-    assert.ok(rate >= 20, `${rate} samples a second`);
-    await page.click("button.replay");
-    await shows(page, "Torque is not on", ".notice");
-    await page.$eval("button.hold", (button) => button.scrollIntoView({ block: "center" })); // else it is below the header
-    await page.click("button.hold");
-    await torque(page, "held", 3);
-    await page.click("button.replay");
-    await shows(page, /largest error/, ".replayed");
-    const text = await page.$eval(".replayed", (it) => it.innerText);
-    const [, largest, mean] = /error ([\d.]+)°.*mean ([\d.]+)°/.exec(text).map(Number);
-
-    t.diagnostic(`${rate} samples a second; ${text}`);
-    assert.ok(largest > 0 && largest < 20 && mean < 5, text);
-
-    await page.click("button.fit");
-    await page.click("button.to-sequence");
-    await shows(page, "rec1", ".sequence");
-    const steps = (await page.$$(".step")).length;
-
-    assert.ok(steps >= 3 && steps <= 16, `${steps} steps`);
-    await page.click("button.replay-steps");
-    await shows(page, /page plays/, ".recording .motion-state");
-    const isOnScreen = (element) => element.getBoundingClientRect().top >= 0 && element.getBoundingClientRect().bottom <= innerHeight;
-
-    assert.ok(await page.$eval(".recording .end", isOnScreen)); // before the click, which would scroll to it
-    assert.ok(await page.$eval(".recording .motion-state", isOnScreen));
-    assert.equal((await page.$$(".motion-state")).length, 1, "one status");
-    assert.equal((await page.$$("button.end, button.pause")).length, 2, "one End, one Pause");
-    assert.ok(await page.$(".recording .to-sequence:enabled"));
-    await page.click(".recording .end");
-    await shows(page, "Nothing plays", ".motion-state");
-    await page.waitForSelector(".recording .replay:enabled");
-
-    await page.select("select.by", "page");
-    await page.click("button.play");
-    await shows(page, /page plays/, ".player .motion-state");
-    assert.equal(await page.$(".recording .end"), null);
-    assert.equal((await page.$$(".motion-state")).length, 1);
-    await page.click(".player .end");
-    await shows(page, "Nothing plays", ".motion-state");
-});
-
-test("recording: kept when the connection is lost", async (t) => {
-    const { page } = await start(t);
-
-    await page.click("button.torque-off");
-    await torque(page, "limp", 3);
-    await page.click("button.record");
-    await shows(page, /0\.[2-9] s|[1-9]\.\d s/, ".recording-length");
-    await page.click("button.disconnect");
-    await shows(page, /recording has ended, since the connection is lost/, ".notice");
-    await shows(page, /samples/, ".recorded");
-    assert.equal(await page.$(".recording-length"), null);
-    const asked = questions(page);
-
-    await page.reload();
-    assert.deepEqual(asked, ["beforeunload"]);
-});
-
 test("the browser asks before it leaves poses that are not stored", async (t) => {
-    const { page } = await start(t, { count: 1 });
+    const { page } = await startMotion(t, { count: 1 });
     const asked = questions(page);
 
     await page.reload();
@@ -249,24 +118,8 @@ test("the proposed name of a pose is free after the poses of the board were load
     await shows(page, "wave", ".pose");
 });
 
-test("a recording comes into sight when it ends, and its heading has the focus", async (t) => {
-    const { page } = await start(t, { count: 1, viewport: PHONE });
-
-    await page.focus("button.record");
-    await page.keyboard.press("Enter");
-    await page.waitForFunction(() => parseFloat(document.querySelector(".recording-length")?.innerText) > 0.3);
-    await page.focus("button.record");
-    await page.keyboard.press("Enter");
-    await page.waitForSelector("#motion-recording:focus");
-    await page.waitForFunction(() => {
-        const { top } = document.querySelector(".recording").getBoundingClientRect();
-
-        return top >= document.querySelector("header").offsetHeight - 1 && top < innerHeight / 2;
-    });
-});
-
 test("Stop is at hand while a question is open", async (t) => {
-    const { page } = await start(t, { count: 1 });
+    const { page } = await startMotion(t, { count: 1 });
 
     await page.click("button.capture");
     await shows(page, "pose1", ".pose");
@@ -280,7 +133,7 @@ test("Stop is at hand while a question is open", async (t) => {
 });
 
 test("files: damaged changes nothing; undo restores a step", async (t) => {
-    const { page } = await start(t, { count: 1, viewport: PHONE });
+    const { page } = await startMotion(t, { count: 1, viewport: PHONE });
     const open = (text) => page.$eval("input.import", (input, content) => {
         const files = new DataTransfer();
 
@@ -306,24 +159,3 @@ test("files: damaged changes nothing; undo restores a step", async (t) => {
     await page.waitForSelector(".step");
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "scrolls sideways");
 });
-
-for (const [name, options] of [
-    ["console", { board: "arbotix" }],
-    ["bridge", { board: "atmega128", elf: "build/atmega128/bridge.elf" }],
-])
-    test(`profile ${name}: says what is missing, the page plays`, async (t) => {
-        const { page } = await startRobot(t, { count: 1, ...options });
-
-        await page.click("#tab-motion");
-        await shows(page, "stores no poses and sequences", ".missing");
-        assert.ok(await page.$eval("button.store", (it) => it.disabled));
-        await page.click("button.hold");
-        await torque(page, "held", 1);
-        await page.click("button.capture");
-        await shows(page, "pose1", ".pose");
-        await page.click("button.add-step");
-        await fill(page, ".editor input[data-id]", "100");
-        await page.click("button.play");
-        await reaches(page, 1, 99, 101);
-        await shows(page, "Nothing plays", ".motion-state");
-    });

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+/* The view Motion: record and replay. Loads of the simulator turn the outputs as a hand would. */
+
+import assert from "node:assert/strict";
+import test from "node:test";
+import { PHONE, shows } from "../support/browser.js";
+import { questions, reaches, startMotion, torque } from "../support/motion.js";
+
+test("record: a movement by hand, replayed, error measured", async (t) => {
+    const { page, hand } = await startMotion(t);
+
+    await page.click("button.torque-off");
+    await torque(page, "limp", 3);
+    await page.click("button.record");
+    await shows(page, /\d\.\d s/, ".recording-length");
+    assert.ok(await page.$("button.torque-off:enabled"));
+    hand("load 1 200");
+    await reaches(page, 1, 0, 110);
+    hand("load 1 -200");
+    await reaches(page, 1, 170, 300);
+    hand("load 1 0");
+    await page.click("button.record");
+    await shows(page, /samples/, ".recorded");
+    const rate = Number(/(\d+) a second/.exec(await page.$eval(".recorded", (it) => it.innerText))[1]);
+
+    assert.ok(rate >= 20, `${rate} samples a second`);
+    await page.click("button.replay");
+    await shows(page, "Torque is not on", ".notice");
+    await page.$eval("button.hold", (button) => button.scrollIntoView({ block: "center" })); // else it is below the header
+    await page.click("button.hold");
+    await torque(page, "held", 3);
+    await page.click("button.replay");
+    await shows(page, /largest error/, ".replayed");
+    const text = await page.$eval(".replayed", (it) => it.innerText);
+    const [, largest, mean] = /error ([\d.]+)°.*mean ([\d.]+)°/.exec(text).map(Number);
+
+    t.diagnostic(`${rate} samples a second; ${text}`);
+    assert.ok(largest > 0 && largest < 20 && mean < 5, text);
+
+    await page.click("button.fit");
+    await page.click("button.to-sequence");
+    await shows(page, "rec1", ".sequence");
+    const steps = (await page.$$(".step")).length;
+
+    assert.ok(steps >= 3 && steps <= 16, `${steps} steps`);
+    await page.click("button.replay-steps");
+    await shows(page, /page plays/, ".recording .motion-state");
+    const isOnScreen = (element) => element.getBoundingClientRect().top >= 0 && element.getBoundingClientRect().bottom <= innerHeight;
+
+    assert.ok(await page.$eval(".recording .end", isOnScreen)); // before the click, which would scroll to it
+    assert.ok(await page.$eval(".recording .motion-state", isOnScreen));
+    assert.equal((await page.$$(".motion-state")).length, 1, "one status");
+    assert.equal((await page.$$("button.end, button.pause")).length, 2, "one End, one Pause");
+    assert.ok(await page.$(".recording .to-sequence:enabled"));
+    await page.click(".recording .end");
+    await shows(page, "Nothing plays", ".motion-state");
+    await page.waitForSelector(".recording .replay:enabled");
+
+    await page.select("select.by", "page");
+    await page.click("button.play");
+    await shows(page, /page plays/, ".player .motion-state");
+    assert.equal(await page.$(".recording .end"), null);
+    assert.equal((await page.$$(".motion-state")).length, 1);
+    await page.click(".player .end");
+    await shows(page, "Nothing plays", ".motion-state");
+});
+
+test("recording: kept when the connection is lost", async (t) => {
+    const { page } = await startMotion(t);
+
+    await page.click("button.torque-off");
+    await torque(page, "limp", 3);
+    await page.click("button.record");
+    await shows(page, /0\.[2-9] s|[1-9]\.\d s/, ".recording-length");
+    await page.click("button.disconnect");
+    await shows(page, /recording has ended, since the connection is lost/, ".notice");
+    await shows(page, /samples/, ".recorded");
+    assert.equal(await page.$(".recording-length"), null);
+    const asked = questions(page);
+
+    await page.reload();
+    assert.deepEqual(asked, ["beforeunload"]);
+});
+
+test("a recording comes into sight when it ends, and its heading has the focus", async (t) => {
+    const { page } = await startMotion(t, { count: 1, viewport: PHONE });
+
+    await page.focus("button.record");
+    await page.keyboard.press("Enter");
+    await page.waitForFunction(() => parseFloat(document.querySelector(".recording-length")?.innerText) > 0.3);
+    await page.focus("button.record");
+    await page.keyboard.press("Enter");
+    await page.waitForSelector("#motion-recording:focus");
+    await page.waitForFunction(() => {
+        const { top } = document.querySelector(".recording").getBoundingClientRect();
+
+        return top >= document.querySelector("header").offsetHeight - 1 && top < innerHeight / 2;
+    });
+});
