@@ -342,8 +342,6 @@ def script_of(board):
         return "".join(SCRIPT.values())
     script = "".join(LEFT_OUT.get(name, lines.replace(error(43, "diagnose"), OMITTED))
                      for name, lines in SCRIPT.items())
-    for number in ERRORS:
-        script = script.replace(f"error {number}: {ERRORS[number]}", f"error {number}: {CAUSES[number]}")
     return script
 
 
@@ -457,8 +455,8 @@ PACKETS = {"ping", "read", "write", "regwrite", "action", "reset", "sync"}  # th
 
 
 class Terminal:
-    """The firmware's console at a pty, in real time; `packets` are those on the wire when it is
-    closed. Without mode="program" the console is in the mode of a new controller."""
+    """The firmware's console at a pty, in real time. When it is closed, `packets` are those that were
+    on the wire, and `sent_at` has the CPU cycle at which each instruction packet began. Without mode="program" the console is in the mode of a new controller."""
 
     def __init__(self, board, servos="1-3", *options, mode="program"):
         self.profile = boards.BOARDS[board].profile
@@ -489,7 +487,9 @@ class Terminal:
         self.process.stdout.close()
         self.process.wait(PATIENCE_S)
         with open(self.transcript) as file:
-            self.packets = re.findall(r"(?:->in|<-out): ([0-9A-F ]+) \(LEN", file.read())
+            text = file.read()
+        self.packets = re.findall(r"(?:->in|<-out): ([0-9A-F ]+) \(LEN", text)
+        self.sent_at = [int(cycle) for cycle in re.findall(r"^ *(\d+) ->in", text, re.M)]
         self.folder.cleanup()
 
     def type(self, keys):
@@ -659,6 +659,10 @@ class Typed(unittest.TestCase):
         # nothing but its READs
         self.assertEqual(set(terminal.packets[0::2]),
                          {packet(1, READ, [0x24, 11]).hex(" ").upper()})
+        gaps_ms = [(later - sooner) / 16000 for sooner, later in zip(terminal.sent_at, terminal.sent_at[1:])]
+        self.assertGreaterEqual(len(gaps_ms), 11)
+        for gap_ms in gaps_ms:
+            self.assertAlmostEqual(gap_ms, 100, delta=1)
 
     def test_a_key_ends_scan_and_diagnose(self):
         def check(terminal):

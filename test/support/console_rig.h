@@ -74,8 +74,8 @@ static inline void turn(void)
     hear_console();
 }
 
-/* It goes on without an answer of the bus, and without more input. */
-static inline bool moves(void)
+/* True if the console can go on without a reply of the bus and without more input. */
+static inline bool has_work(void)
 {
     return console.state == CONSOLE_ENDING ||
            (console.state == CONSOLE_RUNNING && console.request.result != CDS_PENDING) ||
@@ -95,11 +95,11 @@ static inline void type_part(const char *text)
 static inline void type(const char *text)
 {
     type_part(text);
-    for (uint16_t i = 0; i < 100 || (i < 5000 && moves()); i++) // 50 goals are checked in parts
+    for (uint16_t i = 0; i < 100 || (i < 5000 && has_work()); i++) // 50 goals are checked in parts
         turn();
 }
 
-/* Types a line that is answered without a transaction, or sends no reply-worthy packet. */
+/* Types a line that needs no status packet: it sends nothing, or a packet that no servo answers. */
 static inline const char *reply_to(const char *line)
 {
     said_length = 0;

@@ -55,7 +55,7 @@ void test_decimal_comma_is_answered_with_a_point(void)
     assert_reply("error 39: servo 1: ANGLE '90,x': wrong unit; ", "move 1 90,x");
 }
 
-void test_setting_with_unit_says_that_it_takes_none(void)
+void test_setting_with_wrong_unit_says_so(void)
 {
     assert_reply("error 39: VALUE 4ms: not a unit of this setting; ", "settings repeats 4ms");
 }

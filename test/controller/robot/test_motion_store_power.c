@@ -178,19 +178,31 @@ static bool abort_after(const struct change *change, uint16_t polls, uint8_t slo
     return !was_over;
 }
 
+/* Aborts `change` after 0, ABORT_STRIDE, ... polls, until it is over before the abort. Returns how
+ * many aborts came before its end. `slow` is that of the EEPROM. */
+static uint16_t abort_all(const struct change *change, uint8_t slow)
+{
+    uint16_t aborts = 0;
+
+    while (abort_after(change, (uint16_t)(aborts * ABORT_STRIDE), slow))
+        aborts++;
+    return aborts;
+}
+
 void test_abort_at_any_poll_leaves_old_or_new_record(void)
 {
+    uint16_t aborts = 0;
+
     for (uint8_t i = 0; i < CHANGES; i++)
-        for (uint16_t polls = 0; abort_after(&changes[i], polls, 0);
-             polls = (uint16_t)(polls + ABORT_STRIDE)) {
-        }
+        aborts = (uint16_t)(aborts + abort_all(&changes[i], 0));
+    TEST_ASSERT_TRUE(aborts * ABORT_STRIDE >= 800);
 }
 
 void test_abort_while_eeprom_writes_leaves_old_or_new(void)
 {
-    for (uint16_t polls = 0; abort_after(&changes[1], polls, 2);
-         polls = (uint16_t)(polls + ABORT_STRIDE)) {
-    }
+    uint16_t aborts = abort_all(&changes[1], 2);
+
+    TEST_ASSERT_TRUE(aborts * ABORT_STRIDE >= 150);
 }
 
 /* The cell at `offset` of the place that the next save takes is dead. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What a servos learns from what passes, and what it does not let pass. */
+/* What struct cds_servos learns from the packets of the bus, and which packets it refuses. */
 #include "cds55xx/servos.h"
 
 #include <string.h>
@@ -169,7 +169,7 @@ static void holds(uint8_t id, uint16_t position, uint16_t value)
     read_gives(id, CDS_REG_GOAL_POSITION, data, 4);
 }
 
-/* Takes back what the test does not want to see through. */
+/* The request was permitted: answers it, so that the bus is free again. */
 static void assert_admitted(enum cds_result submitted)
 {
     answer(submitted, request.packet.bytes[CDS_AT_ID], 0);
@@ -183,7 +183,7 @@ static enum cds_result sync_goals(uint16_t first, uint16_t second)
     return cds_sync_write_send(&bus, &request);
 }
 
-/* ---- the servos itself ---- */
+/* ---- struct cds_servos ---- */
 
 void test_ids_that_stand_twice_or_do_not_exist_are_refused(void)
 {
