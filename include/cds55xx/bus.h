@@ -194,7 +194,8 @@ struct cds_bus_hooks {
      * or why not. */
     enum cds_result (*submit)(void *context, struct cds_request *request);
 
-    /* Takes back a request that was taken over; NULL: all of them. False: it is not here. */
+    /* Takes back a request that was taken over. NULL: cds_bus_open() begins; takes all requests
+     * back. False: the hook does not have the request. */
     bool (*cancel)(void *context, struct cds_request *request);
 
     /* Called from polls while a packet that expects no reply is on the wire. True while it has

@@ -4,10 +4,12 @@
  * nothing (manual 2.4.2, 2.4.5; registers: 3.1).
  *
  * The findings, in the order in which they are looked for, and their thresholds:
- * docs/diagnose.md. Some servo answers well in 0.1 s and 20 transactions at 1 Mbps, silence takes
- * 0.2 s and 31; a search for other servos at most 300 transactions in 0.4 s, 2.2 s at 19200 bit/s,
- * and twice as many if any servo is looked for. Two servos that agree in every bit and in time pass
- * for one.
+ * docs/diagnose.md. A diagnosis at 1 Mbps takes
+ *   0.1 s and 20 transactions if the servo answers well,
+ *   0.2 s and 31 if no servo answers,
+ *   0.4 s and at most 300 with a search for other servos (2.2 s at 19200 bit/s); twice as many for
+ *   CDS_BROADCAST_ID.
+ * Two servos that agree in every bit and in time pass for one.
  *
  * The operation holds the bus from begin to end (cds_bus_lock()). What the permit knows of servos
  * is not used. Main context.
@@ -112,8 +114,8 @@ struct cds_diagnose {
     uint16_t overruns;                 // bytes that this controller lost
     struct cds_diagnose_tally total;   // all with the servo examined; of these:
     struct cds_diagnose_tally probe;   // PING
-    struct cds_diagnose_tally same;    // READ of what two servos of one ID have in common
-    struct cds_diagnose_tally varying; // READ of what they have not
+    struct cds_diagnose_tally same;    // READ of the ID: equal in two servos with one ID
+    struct cds_diagnose_tally varying; // READ of registers in which they differ
 
     // internal:
     struct cds_diagnose_tally series;

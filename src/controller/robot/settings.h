@@ -87,7 +87,7 @@ extern const CDS_FLASH struct setting settings_table[SETTINGS_COUNT];
 /* Where the settings of settings_load() come from: from the newest whole record, or, up to
  * SETTINGS_OTHER_VERSION, from the defaults. */
 enum settings_origin {
-    SETTINGS_NONE,          // nothing was ever saved
+    SETTINGS_NONE,          // nothing was saved before
     SETTINGS_DAMAGED,       // neither record is whole
     SETTINGS_OTHER_VERSION, // there is a whole record, but of another SETTINGS_VERSION
     SETTINGS_OLDER,         // the record has fewer settings; the others are defaults

@@ -458,7 +458,7 @@ void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, u
 
 /* ---- packets to many servos: each call learns from some ---- */
 
-/* All servos were reset on purpose. */
+/* A broadcast RESET was sent: nothing is known of `servo` any more. */
 static void expire(struct cds_servo_state *servo)
 {
     forget(servo);

@@ -44,8 +44,8 @@ static inline bool drives(const struct cds_written *written)
             cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0));
 }
 
-/* Checks that hold for every ID, whether the servo is known or not: row 7, and row 3 but for the
- * gains, which check_write() has. */
+/* Checks that hold for every ID, whether the servo is known or not: row 7, and row 3 except the
+ * gains (see check_write()). */
 static NOINLINE uint8_t check_any(const struct check *check)
 {
     const struct cds_written *written = &check->walk.written;

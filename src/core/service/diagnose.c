@@ -10,14 +10,15 @@
 #include "compiler.h"           // NOINLINE
 #include "flash.h"              // CDS_FLASH
 
-#define LISTEN_US  50000u
-#define SETTLE_US  2000u // before that, with 64 byte times: replies to earlier packets pass
-#define PAUSE_US   1000u // after a transaction, with 8 byte times: a second or a stale reply comes
-#define NOISE      4     // unrequested bytes; good buses have fewer when they lose a reply
-#define FEW        2     // of anything that may happen once on a good bus
-#define SUPPLY_MV  100u  // unit of the registers
-#define VARYING    8     // bytes from PRESENT_POSITION to PRESENT_TEMPERATURE
-#define HEARD_MAX  16    // more bytes than the longest reply and than a packet with a header behind
+#define LISTEN_US   50000u
+#define SETTLE_US   2000u // before that, with 64 byte times: replies to earlier packets pass
+#define PAUSE_US    1000u // after a transaction, with 8 byte times: a second or a stale reply comes
+#define NOISE       4     // unrequested bytes; a good bus that loses a reply has fewer
+#define FEW         2     // of anything that may happen once on a good bus
+#define SUPPLY_MV   100u  // unit of the registers
+#define VARYING_LEN 8     // bytes from PRESENT_POSITION to PRESENT_TEMPERATURE
+#define HEARD_MAX                                                                                  \
+    16 // longer than the longest reply, and than a packet and the two header bytes after it
 #define LIMITS_AT  CDS_REG_RETURN_DELAY
 #define LIMITS_LEN (CDS_REG_MAX_VOLTAGE - LIMITS_AT + 1)
 
@@ -26,8 +27,8 @@ enum diagnose_phase {
     SETTLE,       // stale replies pass
     LISTEN,       // to the line, without a packet of ours
     PROBE,        // PING of the target
-    READ_SAME,    // what two servos of one ID have in common: the ID
-    READ_VARYING, // what they have not
+    READ_SAME,    // a register that is equal in two servos with one ID: the ID
+    READ_VARYING, // registers in which they differ: position to temperature
     READ_LIMITS,  // return delay, limits of temperature and voltage
     CHECK_DELAY,  // PING with the bus's own return delay
     PROBE_ANY,    // broadcast PING
@@ -38,7 +39,7 @@ enum diagnose_phase {
     TRY_RATE_ANY, // broadcast PING at another rate
 } __attribute__((packed));
 
-/* What a candidate is looked for. TO_COMPARE: if the replies of another servo are clean, damage of
+/* Why a candidate is looked for. TO_COMPARE: if the replies of another servo are clean, damage of
  * the target comes from a second servo with its ID, not from noise. */
 enum diagnose_purpose { TO_EXAMINE, TO_TELL_OTHER_ID, TO_COMPARE } __attribute__((packed));
 
@@ -49,7 +50,7 @@ static const CDS_FLASH struct {
 } series_of[] = {
     [PROBE] = {.count = 4},
     [READ_SAME] = {6, CDS_REG_ID, 1},
-    [READ_VARYING] = {6, CDS_REG_PRESENT_POSITION, VARYING},
+    [READ_VARYING] = {6, CDS_REG_PRESENT_POSITION, VARYING_LEN},
     [READ_LIMITS] = {3, LIMITS_AT, LIMITS_LEN},
     [CHECK_DELAY] = {.count = 3},
     [PROBE_ANY] = {.count = 3},
@@ -100,7 +101,7 @@ static void enter(struct cds_diagnose *diagnose, enum diagnose_phase phase)
     cds_bus_stats(diagnose->steps.bus, &diagnose->base);
 }
 
-static void find(struct cds_diagnose *diagnose, enum cds_finding finding)
+static void conclude(struct cds_diagnose *diagnose, enum cds_finding finding)
 {
     diagnose->finding = (uint8_t)finding;
     if (finding == CDS_FINDING_DUPLICATE_ID && diagnose->found_id == CDS_NO_ID)
@@ -153,8 +154,8 @@ static uint8_t heard_count(const struct cds_diagnose *diagnose)
     return cds_ring_distance(diagnose->position, cds_ring_end(&diagnose->steps.bus->link.rx));
 }
 
-/* Copies the first of them, HEARD_MAX or `count`. They stand in the ring, even if the bus has
- * released them, until 64 more bytes come. */
+/* Copies the first bytes heard, HEARD_MAX or `count`. The bytes stay in the ring until 64 more
+ * bytes come, even if the bus has released them. */
 static void copy_heard(const struct cds_diagnose *diagnose, uint8_t *to, uint8_t count)
 {
     for (uint8_t i = 0; i < count && i < HEARD_MAX; i++)
@@ -162,7 +163,7 @@ static void copy_heard(const struct cds_diagnose *diagnose, uint8_t *to, uint8_t
 }
 
 /* True if the `count` bytes heard begin with an echo: the last bytes of the packet, with a reply or
- * nothing behind them. A whole PING is no echo: it is also the reply of a servo with a voltage
+ * nothing after them. A whole PING is no echo: it is also the reply of a servo with a voltage
  * error. Nor is the end of a PING, if it is that reply without its first bytes. */
 static bool is_echo(const struct cds_diagnose *diagnose, const uint8_t *heard, uint8_t count)
 {
@@ -241,7 +242,7 @@ static struct cds_diagnose_tally tally_of(const struct cds_diagnose *diagnose,
     return tally;
 }
 
-static void ended(void *operation, enum cds_result result)
+static void transaction_ended(void *operation, enum cds_result result)
 {
     struct cds_diagnose *diagnose = (struct cds_diagnose *)operation;
     struct cds_diagnose_tally tally;
@@ -262,7 +263,7 @@ static void ended(void *operation, enum cds_result result)
         pause_for(diagnose, PAUSE_US, 8);
 }
 
-/* ---- what a series tells ---- */
+/* ---- what follows from a series ---- */
 
 static NOINLINE void add(uint16_t *sum, uint16_t now, uint16_t base)
 {
@@ -289,19 +290,19 @@ static void add_stats(struct cds_diagnose *diagnose)
 
 /* A cause that makes further transactions useless, or NONE. Whole echoes of PING pass for replies,
  * so READ has to show DUPLICATE_ID. */
-static NOINLINE enum cds_finding trouble(const struct cds_diagnose *diagnose)
+static NOINLINE enum cds_finding early_finding(const struct cds_diagnose *diagnose)
 {
     const struct cds_diagnose_tally *series = &diagnose->series;
     uint8_t phase = diagnose->phase;
     bool is_low = cds_bus_line(diagnose->steps.bus) == CDS_BUS_LINE_FAULT;
-    bool is_twice = diagnose->duplicate_replies >= FEW;
+    bool has_duplicates = diagnose->duplicate_replies >= FEW;
     bool has_others = diagnose->unexpected_packets >= FEW;
 
     if (series->busy >= FEW)
-        return is_low       ? CDS_FINDING_LINE_LOW
-               : is_twice   ? CDS_FINDING_DUPLICATE_ID
-               : has_others ? CDS_FINDING_COLLISION
-                            : CDS_FINDING_BABBLE;
+        return is_low           ? CDS_FINDING_LINE_LOW
+               : has_duplicates ? CDS_FINDING_DUPLICATE_ID
+               : has_others     ? CDS_FINDING_COLLISION
+                                : CDS_FINDING_BABBLE;
     if ((phase == PROBE || phase == READ_SAME || phase == PROBE_ANY) &&
         series->echoed == series->asked)
         return CDS_FINDING_ECHO;
@@ -312,8 +313,8 @@ static NOINLINE enum cds_finding trouble(const struct cds_diagnose *diagnose)
         return CDS_FINDING_NOISE;
     if (diagnose->overruns)
         return CDS_FINDING_BYTES_LOST;
-    return is_twice && phase != PROBE && phase != RESYNC ? CDS_FINDING_DUPLICATE_ID
-                                                         : CDS_FINDING_NONE;
+    return has_duplicates && phase != PROBE && phase != RESYNC ? CDS_FINDING_DUPLICATE_ID
+                                                               : CDS_FINDING_NONE;
 }
 
 /* Examines the target a second time. Returns false if that was done. One damaged LENGTH makes a
@@ -331,14 +332,14 @@ static bool look_again(struct cds_diagnose *diagnose)
     return true;
 }
 
-static void find_silence(struct cds_diagnose *diagnose)
+static void conclude_silence(struct cds_diagnose *diagnose)
 {
     if (diagnose->target != CDS_BROADCAST_ID && look_again(diagnose))
         return;
     if (diagnose->found_id != CDS_NO_ID)
-        find(diagnose, CDS_FINDING_OTHER_ID);
+        conclude(diagnose, CDS_FINDING_OTHER_ID);
     else
-        find(diagnose, diagnose->hears_crowd ? CDS_FINDING_NOISE : CDS_FINDING_SILENCE);
+        conclude(diagnose, diagnose->hears_crowd ? CDS_FINDING_NOISE : CDS_FINDING_SILENCE);
 }
 
 /* The next listed rate that is not the bus's own; false: none is left. Slowest first: a servo hears
@@ -366,7 +367,7 @@ static void try_next_rate(struct cds_diagnose *diagnose)
     if (diagnose->found_id == CDS_NO_ID && next_rate(diagnose))
         enter(diagnose, TRY_RATE_ANY);
     else
-        find_silence(diagnose);
+        conclude_silence(diagnose);
 }
 
 static void seek(struct cds_diagnose *diagnose, uint8_t from_id)
@@ -379,13 +380,14 @@ static void seek(struct cds_diagnose *diagnose, uint8_t from_id)
     if (diagnose->seek_id <= CDS_ID_MAX)
         enter(diagnose, SEEK);
     else if (diagnose->purpose == TO_COMPARE) // there is no other servo
-        find(diagnose, total->damaged >= total->asked - total->asked / 4 ? CDS_FINDING_DUPLICATE_ID
-                                                                         : CDS_FINDING_NOISE);
+        conclude(diagnose, total->damaged >= total->asked - total->asked / 4
+                               ? CDS_FINDING_DUPLICATE_ID
+                               : CDS_FINDING_NOISE);
     else
         try_next_rate(diagnose);
 }
 
-static void probed(struct cds_diagnose *diagnose)
+static void probe_ended(struct cds_diagnose *diagnose)
 {
     const struct cds_diagnose_tally *series = &diagnose->series;
 
@@ -395,9 +397,9 @@ static void probed(struct cds_diagnose *diagnose)
         enter(diagnose, READ_SAME);
     } else if (diagnose->stale_replies) { // all that was damaged became whole after the deadline
         diagnose->found_id = diagnose->target;
-        find(diagnose, CDS_FINDING_SLOW);
+        conclude(diagnose, CDS_FINDING_SLOW);
     } else if (diagnose->has_looked_again) {
-        find_silence(diagnose);
+        conclude_silence(diagnose);
     } else {
         diagnose->purpose = TO_TELL_OTHER_ID;
         enter(diagnose, PROBE_ANY);
@@ -420,9 +422,9 @@ static void read_same_ended(struct cds_diagnose *diagnose)
     if (series->silent < series->asked || diagnose->probe.silent >= FEW)
         enter(diagnose, READ_VARYING);
     else if (is_too_early(&diagnose->probe))
-        find(diagnose, CDS_FINDING_REPLIES_TOO_EARLY);
+        conclude(diagnose, CDS_FINDING_REPLIES_TOO_EARLY);
     else if (!look_again(diagnose))
-        find(diagnose, CDS_FINDING_NO_REPLY_BY_LEVEL);
+        conclude(diagnose, CDS_FINDING_NO_REPLY_BY_LEVEL);
 }
 
 static void read_varying_ended(struct cds_diagnose *diagnose)
@@ -436,14 +438,14 @@ static void read_varying_ended(struct cds_diagnose *diagnose)
     if (bad < FEW) {
         enter(diagnose, READ_LIMITS);
     } else if (is_too_early(total)) {
-        find(diagnose, CDS_FINDING_REPLIES_TOO_EARLY);
+        conclude(diagnose, CDS_FINDING_REPLIES_TOO_EARLY);
     } else if (bad_before <= FEW && (uint8_t)(damaged + 1) >= series->asked) {
-        find(diagnose, CDS_FINDING_DUPLICATE_ID);
+        conclude(diagnose, CDS_FINDING_DUPLICATE_ID);
     } else if (total->damaged >= total->asked / 2) {
         diagnose->purpose = TO_COMPARE;
         seek(diagnose, 0);
     } else if (!look_again(diagnose)) {
-        find(diagnose, CDS_FINDING_NOISE);
+        conclude(diagnose, CDS_FINDING_NOISE);
     }
 }
 
@@ -456,17 +458,17 @@ static void judge_values(struct cds_diagnose *diagnose)
 
     diagnose->value = (uint16_t)(voltage * SUPPLY_MV);
     if (known && voltage > limits[CDS_REG_MAX_VOLTAGE - LIMITS_AT]) {
-        find(diagnose, CDS_FINDING_HIGH_SUPPLY);
+        conclude(diagnose, CDS_FINDING_HIGH_SUPPLY);
     } else if ((known && voltage < limits[CDS_REG_MIN_VOLTAGE - LIMITS_AT]) ||
                error & CDS_ERROR_VOLTAGE) {
-        find(diagnose, CDS_FINDING_LOW_SUPPLY);
+        conclude(diagnose, CDS_FINDING_LOW_SUPPLY);
     } else if ((known && diagnose->temperature > limits[CDS_REG_MAX_TEMPERATURE - LIMITS_AT]) ||
                error & CDS_ERROR_OVERHEATING) {
         diagnose->value = diagnose->temperature;
-        find(diagnose, CDS_FINDING_OVERHEATED);
+        conclude(diagnose, CDS_FINDING_OVERHEATED);
     } else {
         diagnose->value = 0;
-        find(diagnose, error & CDS_ERROR_OVERLOAD ? CDS_FINDING_OVERLOADED : CDS_FINDING_OK);
+        conclude(diagnose, error & CDS_ERROR_OVERLOAD ? CDS_FINDING_OVERLOADED : CDS_FINDING_OK);
     }
 }
 
@@ -479,17 +481,17 @@ static void read_limits_ended(struct cds_diagnose *diagnose)
         judge_values(diagnose);
 }
 
-static void delay_checked(struct cds_diagnose *diagnose)
+static void check_delay_ended(struct cds_diagnose *diagnose)
 {
     if (diagnose->series.silent < diagnose->series.asked) {
         judge_values(diagnose);
         return;
     }
-    diagnose->value = (uint16_t)(2u * diagnose->limits[0]);
-    find(diagnose, CDS_FINDING_SLOW);
+    diagnose->value = (uint16_t)(2u * diagnose->limits[CDS_REG_RETURN_DELAY - LIMITS_AT]);
+    conclude(diagnose, CDS_FINDING_SLOW);
 }
 
-static void probed_any(struct cds_diagnose *diagnose)
+static void probe_any_ended(struct cds_diagnose *diagnose)
 {
     diagnose->hears_crowd = diagnose->series.damaged >= FEW;
     if (diagnose->series.answered)
@@ -500,7 +502,7 @@ static void probed_any(struct cds_diagnose *diagnose)
         try_next_rate(diagnose);
 }
 
-static void sought(struct cds_diagnose *diagnose)
+static void seek_ended(struct cds_diagnose *diagnose)
 {
     diagnose->candidate = diagnose->seek_id;
     if (diagnose->series.answered || diagnose->series.damaged)
@@ -509,8 +511,8 @@ static void sought(struct cds_diagnose *diagnose)
         seek(diagnose, (uint8_t)(diagnose->seek_id + 1));
 }
 
-/* Is the candidate there? The mixed replies of several servos may have made it up. */
-static void named(struct cds_diagnose *diagnose)
+/* Checks that the candidate exists: mixed replies of several servos can look like a reply of it. */
+static void name_ended(struct cds_diagnose *diagnose)
 {
     const struct cds_diagnose_tally *series = &diagnose->series;
     uint8_t candidate = diagnose->candidate;
@@ -518,8 +520,8 @@ static void named(struct cds_diagnose *diagnose)
     if ((uint8_t)(series->answered + series->damaged) < FEW) {
         seek(diagnose, candidate == diagnose->seek_id ? (uint8_t)(candidate + 1) : 0);
     } else if (diagnose->purpose == TO_COMPARE) {
-        find(diagnose,
-             series->answered == series->asked ? CDS_FINDING_DUPLICATE_ID : CDS_FINDING_NOISE);
+        conclude(diagnose,
+                 series->answered == series->asked ? CDS_FINDING_DUPLICATE_ID : CDS_FINDING_NOISE);
     } else if (diagnose->purpose == TO_EXAMINE) {
         diagnose->target = diagnose->found_id = candidate;
         enter(diagnose, PROBE);
@@ -531,7 +533,7 @@ static void named(struct cds_diagnose *diagnose)
     }
 }
 
-static void rate_tried(struct cds_diagnose *diagnose)
+static void try_rate_ended(struct cds_diagnose *diagnose)
 {
     const struct cds_diagnose_tally *series = &diagnose->series;
     bool any = asks_any(diagnose);
@@ -544,7 +546,7 @@ static void rate_tried(struct cds_diagnose *diagnose)
     diagnose->found_id = !any               ? diagnose->target
                          : series->answered ? diagnose->candidate
                                             : CDS_NO_ID;
-    find(diagnose, CDS_FINDING_OTHER_RATE);
+    conclude(diagnose, CDS_FINDING_OTHER_RATE);
 }
 
 static void series_ended(struct cds_diagnose *diagnose)
@@ -552,22 +554,22 @@ static void series_ended(struct cds_diagnose *diagnose)
     enum cds_finding found;
 
     add_stats(diagnose);
-    found = trouble(diagnose);
+    found = early_finding(diagnose);
     if (found != CDS_FINDING_NONE) {
-        find(diagnose, found);
+        conclude(diagnose, found);
         return;
     }
     switch (diagnose->phase) {
-    case PROBE: probed(diagnose); break;
+    case PROBE: probe_ended(diagnose); break;
     case READ_SAME: read_same_ended(diagnose); break;
     case READ_VARYING: read_varying_ended(diagnose); break;
     case READ_LIMITS: read_limits_ended(diagnose); break;
-    case CHECK_DELAY: delay_checked(diagnose); break;
-    case PROBE_ANY: probed_any(diagnose); break;
-    case SEEK: sought(diagnose); break;
-    case NAME: named(diagnose); break;
+    case CHECK_DELAY: check_delay_ended(diagnose); break;
+    case PROBE_ANY: probe_any_ended(diagnose); break;
+    case SEEK: seek_ended(diagnose); break;
+    case NAME: name_ended(diagnose); break;
     case RESYNC: enter(diagnose, PROBE); break;
-    default: rate_tried(diagnose);
+    default: try_rate_ended(diagnose);
     }
 }
 
@@ -582,15 +584,15 @@ static bool is_series_over(const struct cds_diagnose *diagnose)
 
 /* ---- before the first series ---- */
 
-static void start(struct cds_diagnose *diagnose)
+static void enter_settle(struct cds_diagnose *diagnose)
 {
     if (diagnose->steps.bus->request)
-        return; // requests that were submitted before
+        return; // waits for requests that were submitted before the diagnosis
     enter(diagnose, SETTLE);
     pause_for(diagnose, SETTLE_US, CDS_RING_SIZE);
 }
 
-static void listen(struct cds_diagnose *diagnose)
+static void enter_listen(struct cds_diagnose *diagnose)
 {
     enter(diagnose, LISTEN);
     pause_for(diagnose, LISTEN_US, 0);
@@ -605,15 +607,15 @@ static void count_unrequested(struct cds_diagnose *diagnose)
     diagnose->position = cds_ring_after(diagnose->position, heard);
 }
 
-static void listened(struct cds_diagnose *diagnose)
+static void listen_ended(struct cds_diagnose *diagnose)
 {
     add_stats(diagnose);
     if (cds_bus_line(diagnose->steps.bus) == CDS_BUS_LINE_FAULT)
-        find(diagnose, CDS_FINDING_LINE_LOW);
+        conclude(diagnose, CDS_FINDING_LINE_LOW);
     else if (diagnose->duplicate_replies >= FEW)
-        find(diagnose, CDS_FINDING_DUPLICATE_ID);
+        conclude(diagnose, CDS_FINDING_DUPLICATE_ID);
     else if (diagnose->unexpected_packets)
-        find(diagnose, CDS_FINDING_COLLISION);
+        conclude(diagnose, CDS_FINDING_COLLISION);
     else
         enter(diagnose, diagnose->target == CDS_BROADCAST_ID ? PROBE_ANY : PROBE);
 }
@@ -627,11 +629,11 @@ static enum cds_result send(void *operation)
     if (cds_port_now_us() - diagnose->since_us < diagnose->pause_us)
         return CDS_BUSY;
     if (diagnose->phase == START)
-        start(diagnose);
+        enter_settle(diagnose);
     else if (diagnose->phase == SETTLE)
-        listen(diagnose);
+        enter_listen(diagnose);
     else if (diagnose->phase == LISTEN)
-        listened(diagnose);
+        listen_ended(diagnose);
     else if (is_series_over(diagnose))
         series_ended(diagnose);
     else
@@ -641,5 +643,5 @@ static enum cds_result send(void *operation)
 
 enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
 {
-    return cds_steps_poll(&diagnose->steps, diagnose, send, ended);
+    return cds_steps_poll(&diagnose->steps, diagnose, send, transaction_ended);
 }

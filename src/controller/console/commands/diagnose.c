@@ -49,11 +49,12 @@ static const CDS_FLASH char *const CDS_FLASH findings[] = {
 #undef ROW
 };
 
-/* The message of the finding's value. No switch: its table would stand in RAM. */
-static const CDS_FLASH char *value_text(uint8_t finding)
+/* The message of the finding's value; none if the value is not known. No switch: its table would
+ * stand in RAM. */
+static const CDS_FLASH char *value_text(uint8_t finding, uint16_t value)
 {
     if (finding == CDS_FINDING_SLOW)
-        return message_waits;
+        return value ? message_waits : message_nothing;
     if (finding == CDS_FINDING_LOW_SUPPLY || finding == CDS_FINDING_HIGH_SUPPLY)
         return message_supply;
     return finding == CDS_FINDING_OVERHEATED ? message_hot : message_nothing;
@@ -64,7 +65,7 @@ static void print_who(struct printer *printer, const struct cds_diagnose *diagno
 {
     printer->values[0].number = diagnose->found_id;
     printer->values[1].number = diagnose->found_baud_reg;
-    printer->values[2].text = value_text(diagnose->finding);
+    printer->values[2].text = value_text(diagnose->finding, diagnose->value);
     printer->values[3].number = diagnose->value;
     printer_line(printer, message_finding_place);
 }
