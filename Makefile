@@ -73,6 +73,7 @@ endif
 
 PARTS := mk/library.mk mk/avr.mk sim/sim.mk mk/install.mk mk/arduino.mk mk/benchmark.mk mk/panel.mk test/test.mk mk/check.mk mk/site.mk mk/release.mk
 
+VERSION := $(shell sed -n 's/.*CDS_VERSION "\(.*\)"/\1/p' include/cds55xx/version.h 2> /dev/null)
 WARNINGS := -Wall -Wextra -Wconversion -Wvla -Werror
 DEPFILES := -MMD -MP
 INCLUDES := -Iinclude -Isrc/core

@@ -2,7 +2,6 @@
 # make install, uninstall and dist.
 
 PREFIX ?= /usr/local
-VERSION = $(shell sed -n 's/.*CDS_VERSION "\(.*\)"/\1/p' include/cds55xx/version.h 2> /dev/null)
 
 # Options that a program needs beside -mmcu. The handlers must be inlined, so the library refuses a program
 # without -Os. -flto: the compiler sees library and program at once.

@@ -119,4 +119,4 @@ def complaint(folder, program):
 if __name__ == "__main__":
     found = complaint(pathlib.Path(sys.argv[1]), sys.argv[2:])
     if found:
-        print(found + " (CONTRIBUTING.md, Add a board)")
+        print(found + " (docs/linking.md, A board of your own)")

@@ -1,54 +1,100 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# The main job in the simulator: the real firmware carries out the manual's worked examples and a wave
-# through 18 servos; it plays what a person has taught; examples/hexapod walks. Leaves transcript,
-# waveforms and motion in build/demo/. Fails if a reply was an error, a rule of the wire was broken or a
-# program crashed.
+# The main job in the simulator, in four parts. Prints what each part shows, an extract of it, and its result;
+# leaves the whole in build/demo/. Fails if a reply is not the expected one, if a rule of the wire is broken or
+# if a program crashes.
 set -eu
 cd "$(dirname "$0")/.."
 
 out=build/demo
-elf=build/atmega128/controller.elf
+sim=build/host/cds55xx-sim
 mkdir -p "$out"
-{ cat examples/manual.script; scripts/wave.py; } > "$out/demo.script"
 
-build/host/cds55xx-sim firmware "$elf" --board atmega128 --script "$out/demo.script" --echo \
-    --transcript "$out/transcript.txt" --vcd "$out/bus.vcd" --csv "$out/motion.csv"
-gnuplot -e "csv='$out/motion.csv'; svg='$out/motion.svg'; name='A wave through 18 servos'" \
-    scripts/motion.gp
-
-printf '\nA hand teaches three poses to three servos; the controller stores and plays them\n'
-build/host/cds55xx-sim firmware build/arduino-mega/controller.elf --board arduino-mega --servos 1-3 \
-    --script examples/console_teach.script --csv "$out/taught.csv" > "$out/taught.txt" 2>&1 || {
-    cat "$out/taught.txt"
-    exit 1
+# run FILE OPTIONS: simulates, and keeps the output in FILE.
+run() {
+    file=$1
+    shift
+    "$sim" firmware "$@" > "$file" 2>&1 || {
+        cat "$file"
+        printf '\nThis part of make demo has FAILED: its output stands above.\n'
+        exit 1
+    }
 }
-grep -v ' bus0 ' "$out/taught.txt" # all but the packets
-gnuplot -e "csv='$out/taught.csv'; svg='$out/taught.svg'; name='Taught by hand, then played'" \
-    scripts/motion.gp
 
-printf '\nA hexapod walks: 18 servos in a tripod gait, goals at 250 Hz (examples/hexapod)\n'
-build/host/cds55xx-sim firmware build/atmega128/examples/hexapod.elf --board atmega128 --servos 1-18 \
+# passed FILE: the result of a part, from the summary of the run.
+passed() {
+    sed -n 's/^bus 0: *\([0-9]*\) packets in, \([0-9]*\) out.*/   passed: \1 packets to the servos, \2 replies, no rule of the wire broken/p' "$1"
+}
+
+picture() {
+    gnuplot -e "csv='$out/$1.csv'; svg='$out/$1.svg'; name='$2'" scripts/motion.gp
+}
+
+cat <<'EOF'
+The firmware of a servo controller runs on a simulated AVR and moves simulated servos.
+Nothing is connected to this computer. There are four parts, which take about 20 seconds. A part passes if each
+reply is the expected one and no rule of the wire is broken. For example, two drivers never drive the wire at once.
+
+1 of 4: the worked examples of the servo's manual, typed at the console of the controller
+
+EOF
+cat examples/manual.script > "$out/demo.script"
+scripts/wave.py >> "$out/demo.script"
+run "$out/manual.txt" build/atmega128/controller.elf --board atmega128 --script "$out/demo.script" --echo \
+    --transcript "$out/transcript.txt" --vcd "$out/bus.vcd" --csv "$out/motion.csv"
+picture motion 'A wave through 18 servos'
+sed -n '/^Example 3:/,/^ok$/p' "$out/manual.txt"
+cat <<'EOF'
+
+The line behind > is typed. ->in is the packet to the servo, <-out its reply. The number before a packet is
+the CPU cycle of its first bit, at 16 cycles per microsecond. The other examples ran in the same way:
+
+EOF
+sed -n '/^Example 3:/d; s/^Example /   /p' "$out/manual.txt"
+
+cat <<'EOF'
+
+2 of 4: a wave runs through 18 servos; one packet has the goals of all (SYNC WRITE)
+EOF
+passed "$out/manual.txt" | sed 's/passed:/parts 1 and 2 passed:/'
+
+cat <<'EOF'
+
+3 of 4: a hand teaches three poses to three servos; the controller stores them and plays them in a loop
+
+EOF
+run "$out/taught.txt" build/arduino-mega/controller.elf --board arduino-mega --servos 1-3 \
+    --script examples/console_teach.script --csv "$out/taught.csv"
+picture taught 'Taught by hand, then played'
+sed -n '/RETURN_DELAY/d; s/^> /   > /p; /^[A-Z][a-z]* .*[a-z]$/p' "$out/taught.txt"
+passed "$out/taught.txt"
+
+cat <<'EOF'
+
+4 of 4: a robot with six legs walks: the program examples/hexapod sends goals to 18 servos every 4 ms
+EOF
+run "$out/walk.txt" build/atmega128/examples/hexapod.elf --board atmega128 --servos 1-18 \
     --seconds 8 --csv "$out/walk.csv"
 scripts/hexapod_picture.py "$out/walk.csv" "$out/hexapod.svg"
-
-printf '\nOther examples, which the tests run (%s):' 'make examples builds the programs'
-for file in examples/*; do
-    [ "${file%.h}" = "$file" ] || continue # a header of several examples
-    grep -q "/$(basename "${file%.*}")\." "$0" || printf ' %s' "$file"
-done
-echo
+passed "$out/walk.txt"
 
 cat <<EOF
 
-$out/transcript.txt  every packet on the wire, with CPU cycles
-$out/motion.svg      goal and present position of the 18 servos: open it in a browser
-$out/motion.csv      the same as numbers
-$out/bus.vcd         wire, enables, handlers: open it in GTKWave
-$out/taught.svg      what three servos are taught, and play
-$out/taught.csv      the same as numbers
-$out/taught.txt      its console and packets
-$out/hexapod.svg     the hexapod from above: it walks in a browser
-$out/walk.csv        goal and present position of its 18 servos
-$out/demo.script     the commands of the examples and of the wave
+Open the first three in a browser:
+$out/hexapod.svg     part 4: the robot from above; it walks
+$out/motion.svg      part 2: goal and present position of the 18 servos
+$out/taught.svg      part 3: what three servos are taught, and play
+$out/manual.txt      parts 1 and 2: the console and its packets
+$out/taught.txt      part 3: the console and its packets
+$out/walk.txt        part 4: the summary of the run
+$out/transcript.txt  parts 1 and 2: every packet on the wire, with CPU cycles
+$out/demo.script     parts 1 and 2: the commands
+$out/motion.csv      part 2 as numbers
+$out/taught.csv      part 3 as numbers
+$out/walk.csv        part 4 as numbers
+$out/bus.vcd         parts 1 and 2: wire, enables, interrupt handlers; open it in GTKWave
+
+Type commands yourself: make run SERVOS=1-3. Other programs: examples/, docs/linking.md.
+
+make demo: all 4 parts passed
 EOF

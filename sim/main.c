@@ -18,6 +18,8 @@
 #define SECONDS_MAX 1e6
 #define SLOW_MAX    100
 #define TCP_PREFIX  "tcp:"
+#define TEXT(word)  #word
+#define TEXT_OF(w)  TEXT(w)
 
 enum { EXIT_GOOD = 0, EXIT_FAILED = 1, EXIT_USAGE = 2 };
 
@@ -79,6 +81,7 @@ static const char help[] =
     "  --seconds S        end after so much simulated time\n"
     "  --usart exact      USARTs as in the data sheet (default)\n"
     "  --usart stock      simavr's own USARTs and interrupt entry, for comparison\n"
+    "  --help, --version  this list; the version, as in 0.1.0\n"
     "\n"
     "Exit status: 0 good; 1 the run failed (a rule was broken, an error reply, a crash); 2 bad "
     "input,\n"
@@ -468,6 +471,10 @@ int main(int argc, char **argv)
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0) {
             fputs(help, stdout);
+            return files_flush_stdout() ? EXIT_GOOD : EXIT_USAGE;
+        }
+        if (strcmp(argv[i], "--version") == 0) {
+            puts("cds55xx-sim " TEXT_OF(SIM_VERSION));
             return files_flush_stdout() ? EXIT_GOOD : EXIT_USAGE;
         }
     }

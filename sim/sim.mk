@@ -4,7 +4,7 @@
 CC := gcc
 HOST_COMMON := -std=gnu99 -g -D_GNU_SOURCE $(WARNINGS)
 SANITIZE := -O1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
-SIM_FLAGS := $(HOST_COMMON) -Isim
+SIM_FLAGS := $(HOST_COMMON) -Isim -DSIM_VERSION=$(VERSION)
 # simavr linked statically: the simulator takes 12 to 18 % less CPU time than with calls through the PLT.
 SIM_LIBS := -l:libsimavr.a -lelf -lm
 SIM_SRC := $(wildcard sim/*.c sim/*/*.c)

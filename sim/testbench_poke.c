@@ -19,12 +19,39 @@ static void print_error(FILE *out, const char *wrong)
     fputc('\n', out);
 }
 
+/* Says what a person may overlook: `load 1` means all servos, and a servo may have no power. */
+static void print_notes(struct testbench *bench)
+{
+    const struct scenario_line *line = bench->script.scenario.line;
+    FILE *out = bench->script.out;
+    unsigned place = 0;
+    if (line->verb != SCENARIO_ENVIRONMENT) {
+        return;
+    }
+    if (line->all) {
+        fprintf(out, "all servos: %s\n", line->source + 1);
+    }
+    for (unsigned bus = 0; bus < bench->bus_count; bus++) {
+        const struct servos *servos = &bench->bus[bus].servos;
+        for (unsigned i = 0; i < servos->count; i++) {
+            const struct servo_node *node = &servos->node[i];
+            place++;
+            if (!node->servo.powered && line->property != ENVIRONMENT_POWER &&
+                (place == line->place || line->all || line->ids[node->id])) {
+                fprintf(out, "servo %u is off: switch it on with 'power %u on'\n", node->id,
+                        node->id);
+            }
+        }
+    }
+}
+
 static void answer(struct testbench *bench, const char *wrong)
 {
     struct testbench_poke *poke = &bench->poke;
     if (wrong[0]) {
         print_error(bench->script.out, wrong);
     } else {
+        print_notes(bench);
         fputs("ok\n", bench->script.out);
     }
     fclose(bench->script.out);

@@ -12,21 +12,6 @@
 
 /* --- reading --- */
 
-/* Parses `within MS` at the end of the line. */
-static void parse_within(struct expectation *e, char *words)
-{
-    char *within = 0;
-    for (char *at = strstr(words, " within "); at; at = strstr(at + 1, " within ")) {
-        within = at;
-    }
-    int32_t ms = EXPECT_WITHIN_MS;
-    if (within && lexer_number(lexer_trim(within + strlen(" within ")), 0, MS_MAX, &ms)) {
-        *within = 0;
-        lexer_trim(words);
-    }
-    e->ms = (uint32_t)ms;
-}
-
 static const char *parse_packet(struct expectation *e, char *words)
 {
     static const char wanted[] =
@@ -166,7 +151,8 @@ const char *expect_parse(struct expectation *e, char *words)
             continue;
         }
         if (e->kind != EXPECT_SILENCE) {
-            parse_within(e, rest);
+            e->ms = EXPECT_WITHIN_MS;
+            lexer_within(rest, MS_MAX, &e->ms);
         }
         return kinds[e->kind].parse(e, rest);
     }

@@ -88,6 +88,22 @@ bool lexer_decimal(const char *text, int32_t scale, int32_t lowest, int32_t high
     return (!point || point[1]) && *value >= lowest && *value <= highest;
 }
 
+bool lexer_within(char *text, int32_t highest, uint32_t *ms)
+{
+    char *within = 0;
+    int32_t number = 0;
+    for (char *at = strstr(text, " within "); at; at = strstr(at + 1, " within ")) {
+        within = at;
+    }
+    if (!within || !lexer_number(lexer_trim(within + strlen(" within ")), 0, highest, &number)) {
+        return false;
+    }
+    *within = 0;
+    lexer_trim(text);
+    *ms = (uint32_t)number;
+    return true;
+}
+
 bool lexer_switch(const char *text, bool *on)
 {
     *on = strcmp(text, "on") == 0;

@@ -22,6 +22,10 @@ bool lexer_number(const char *text, int32_t lowest, int32_t highest, int32_t *va
 bool lexer_decimal(const char *text, int32_t scale, int32_t lowest, int32_t highest,
                    int32_t *value);
 
+/* Cuts `within MS` off the end of `text` and stores MS. Returns false, without a change, if the
+ * text does not end so, or if MS is above `highest`. */
+bool lexer_within(char *text, int32_t highest, uint32_t *ms);
+
 /* Parses "on" or "off". */
 bool lexer_switch(const char *text, bool *on);
 

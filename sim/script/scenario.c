@@ -182,7 +182,10 @@ static const char *parse_line(struct scenario_line *line, char *text)
     }
     line->verb = SCENARIO_COMMAND;
     line->flag = text[0] == '!';
-    line->text = line->flag ? lexer_trim(text + 1) : text;
+    text = line->flag ? lexer_trim(text + 1) : text;
+    line->text = text;
+    line->ms = SCENARIO_REPLY_MS;
+    lexer_within(text, SCENARIO_MS_MAX, &line->ms);
     return line->text[0] ? 0 : "a command is wanted behind the !";
 }
 

@@ -11,7 +11,8 @@
 #include "script/reset_injection.h"
 #include "servo/ids.h"
 
-#define SCENARIO_MS_MAX 3600000
+#define SCENARIO_MS_MAX   3600000
+#define SCENARIO_REPLY_MS 10000 // for the reply to a command, unless the line ends in `within MS`
 
 #define SCENARIO_SEND_MAX 1024 // bytes of one @send
 
@@ -37,7 +38,7 @@ struct scenario_line {
     const char *source; // the line as it was written
     const char *text;   // the text after the @ word; COMMAND: the command
     bool flag;          // ECHO: on; COMMAND: an error is expected
-    uint32_t ms;        // WAIT, AT; ENVIRONMENT: duration of the change
+    uint32_t ms;        // WAIT, AT; ENVIRONMENT: duration of the change; COMMAND: until the reply
     bool all;           // ENVIRONMENT: every servo
     unsigned place;     // ENVIRONMENT: this servo of those there, from 1; 0: those in `ids`
     bool ids[IDS_MAX];  // ENVIRONMENT: these servos; SERVOS: the new servos

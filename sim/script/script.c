@@ -59,8 +59,7 @@ static bool do_command(struct script *script, uint64_t now, const struct scenari
     script->awaits_reply = true;
     script->ops->console_send(script->ops->context, now, line->text, strlen(line->text));
     script->ops->console_send(script->ops->context, now, "\n", 1);
-    uint64_t reply_timeout = cycles(script, SCRIPT_REPLY_TIMEOUT_S * 1000000ull);
-    schedule_at(script->schedule, &script->reply_timeout, now + reply_timeout);
+    schedule_at(script->schedule, &script->reply_timeout, now + cycles(script, line->ms * 1000ull));
     return false;
 }
 
@@ -233,7 +232,7 @@ static bool listens(struct script *script, uint64_t now)
     if (!script->started && !script->command_waits) {
         script->command_waits = true;
         schedule_at(script->schedule, &script->reply_timeout,
-                    now + cycles(script, SCRIPT_REPLY_TIMEOUT_S * 1000000ull));
+                    now + cycles(script, SCENARIO_REPLY_MS * 1000ull));
     }
     return script->started;
 }
@@ -246,7 +245,7 @@ static void enter_mode_program(struct script *script, uint64_t now)
     script->enters = true;
     script->ops->console_send(script->ops->context, now, line, sizeof(line) - 1);
     schedule_at(script->schedule, &script->reply_timeout,
-                now + cycles(script, SCRIPT_REPLY_TIMEOUT_S * 1000000ull));
+                now + cycles(script, SCENARIO_REPLY_MS * 1000ull));
 }
 
 static void clear_records(struct script *script, enum clearing clearing)

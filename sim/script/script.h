@@ -16,9 +16,8 @@
 #include "wire/rules.h"
 #include "wire/schedule.h"
 
-#define SCRIPT_REPLY_SIZE      200 // longer lines of a reply are cut
-#define SCRIPT_REPLY_TIMEOUT_S 10  // simulated seconds for one reply
-#define SCRIPT_WHAT_SIZE       80  // a message with a number in it
+#define SCRIPT_REPLY_SIZE 200 // longer lines of a reply are cut
+#define SCRIPT_WHAT_SIZE  80  // a message with a number in it
 
 enum script_outcome {
     SCRIPT_GOOD,

@@ -344,6 +344,17 @@ class Readme(unittest.TestCase):
         self.assertEqual(status, 0, output)
         self.assertIn("3 packets in, 0 out, 0 damaged", output)
 
+    def test_pause_and_speed_of_motion_md_compile_in_timed_move(self):
+        text = (ROOT / "docs/motion.md").read_text()
+        block = re.search(r"### Pause a move.*?```c\n(.*?)```", text, re.S)[1]
+        program = (ROOT / "examples/timed_move.c").read_text().replace("int main(void)", f"{block}\nint main(void)")
+        program = program.replace("        stop_report_poll(&robot);\n", "stop_report_poll(&robot);\nobey('p');\n")
+        self.assertEqual(program.count("obey("), 2)
+        with tempfile.TemporaryDirectory() as folder:
+            pathlib.Path(folder, "paused.c").write_text(program)
+            self.assertEqual(run("avr-gcc", "-mmcu=atmega128", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", "-Wall", "-Wextra", "-Werror",
+                                 "-Iinclude", "-Iexamples", "-Iboards/atmega128", "-fsyntax-only", f"{folder}/paused.c", cwd=ROOT), (0, ""))
+
     def test_motion_calls_of_library_md_play_once_with_a_pause(self):
         """The functions of "Play once, pause, change the speed", in keyframes.c."""
         text = (ROOT / "docs/library.md").read_text()
@@ -414,6 +425,17 @@ class Turnaround(unittest.TestCase):
 
 
 class Recipes(unittest.TestCase):
+    def test_board_of_linking_md_is_complete_and_compiles(self):
+        section = (ROOT / "docs/linking.md").read_text().split("## A board of your own\n")[1].split("\n## ")[0]
+        with tempfile.TemporaryDirectory() as folder:
+            for language, name in (("c", "board.h"), ("make", "board.mk")):
+                pathlib.Path(folder, name).write_text(re.search(rf"```{language}\n(.*?)```", section, re.S)[1])
+            self.assertEqual(run(ROOT / "scripts/board.py", folder), (0, ""))
+            self.assertEqual(run("avr-gcc", "-mmcu=atmega644p", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", "-Iinclude", f"-I{folder}",
+                                 "-fsyntax-only", "-include", "cds55xx/avr/board_check.h", "-x", "c", "/dev/null", cwd=ROOT), (0, ""))
+        for field in re.search(r"BOARD_FIELDS := (.*)", (ROOT / "mk/avr.mk").read_text())[1].split():
+            self.assertIn(f"`{field}`", section)
+
     def test_new_file_of_recipe_names_its_licence(self):
         """scripts/spdx.py checks files that are not committed, too."""
         text = (ROOT / "CONTRIBUTING.md").read_text()

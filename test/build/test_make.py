@@ -428,7 +428,7 @@ class Build(unittest.TestCase):
     def test_board_dir_names_all_that_is_missing_at_once(self):
         board = self.make_board("BUS0_TXD_BIT|CLOCK_TIMER|HOST_BAUD", chip="# nothing")
         self.assert_one_line(f"{board} lacks board.mk: MCU; board.h: BOARD_BUS0_TXD_BIT, BOARD_CLOCK_TIMER, "
-                             "BOARD_HOST_BAUD (CONTRIBUTING.md, Add a board)", f"BOARD_DIR={board}")
+                             "BOARD_HOST_BAUD (docs/linking.md, A board of your own)", f"BOARD_DIR={board}")
         board = self.make_board("HOST_USART|HOST_BAUD")
         self.assert_one_line(f"{board} lacks board.h: BOARD_HOST_USART, BOARD_HOST_BAUD, or, without a host link, "
                              "FIRMWARE in board.mk", f"BOARD_DIR={board}")

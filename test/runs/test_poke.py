@@ -95,6 +95,18 @@ class Orders(Poke):
             self.assert_ok("power 3 on")
             self.assertEqual(console.ask("ping 3"), "ok\r\n")
 
+    def test_an_order_without_ids_says_that_it_is_for_all(self):
+        self.start()
+        self.assertEqual(self.poke("load 1"), (0, "all servos: load 1\nok\n", ""))
+
+    def test_an_order_to_a_servo_without_power_says_so(self):
+        self.start()
+        self.assert_ok("power 3 off")
+        off = "servo 3 is off: switch it on with 'power 3 on'\nok\n"
+        self.assertEqual(self.poke("load 2,3 300"), (0, off, ""))
+        self.assertEqual(self.poke("load 3rd 300"), (0, off, ""))
+        self.assert_ok("load 2 300")
+
     def test_wrong_order_is_named_and_changes_nothing(self):
         with Console(self.start()) as console:
             for order, message in [("servo 3 unplug", "unknown command; there are servos power"),

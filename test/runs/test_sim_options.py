@@ -18,6 +18,12 @@ def simulate(*options):
                           stdin=subprocess.DEVNULL)
 
 
+class Version(unittest.TestCase):
+    def test_version_is_that_of_the_tree(self):
+        version = subprocess.run([ROOT / "scripts/version.py"], stdout=subprocess.PIPE, text=True).stdout
+        self.assertEqual(simulate("--version").stdout, f"cds55xx-sim {version}")
+
+
 class Refusal(unittest.TestCase):
     def assert_refused(self, done, pattern):
         """One line on stderr that matches, nothing on stdout, status 2."""

@@ -287,6 +287,29 @@ void test_missing_reply_ends_the_script(void)
     TEST_ASSERT_EQUAL_STRING("ping 1\noutcome 3 ping 1\nfinished 10001 ms\n", log_text);
 }
 
+void test_within_sets_the_time_for_a_reply(void)
+{
+    answer = "thinking\n";
+    run("scan rescue  within 15000 \n");
+    TEST_ASSERT_EQUAL_STRING("scan rescue\noutcome 3 scan rescue\nfinished 15001 ms\n", log_text);
+}
+
+void test_within_sets_the_time_for_an_expected_error(void)
+{
+    answer = "thinking\n";
+    run("! ping 1 within 20\n");
+    TEST_ASSERT_EQUAL_STRING("ping 1\noutcome 3 ping 1\nfinished 21 ms\n", log_text);
+}
+
+void test_within_without_milliseconds_is_part_of_a_command(void)
+{
+    run("ping within 1s\nping within\nwithin 5\n");
+    TEST_ASSERT_EQUAL_STRING("ping within 1s\noutcome 0 ping within 1s: ok\n"
+                             "ping within\noutcome 0 ping within: ok\n"
+                             "within 5\noutcome 0 within 5: ok\nfinished 1 ms\n",
+                             log_text);
+}
+
 void test_a_firmware_that_never_listens_ends_the_script(void)
 {
     ready = false;
