@@ -46,12 +46,12 @@ test("healthOf: ignores counts of a scan; each trouble has a text", () => {
 
 /* ---- status and alarms ---- */
 
-test("parseStatus: labels and texts", () => {
-    assert.deepEqual(parseStatus(["reset by power", "bus: ok", "stack: 1 of 2 bytes never used", "odd"]), [
-        { label: "Reset by", text: "power", isMemory: false },
-        { label: "bus", text: "ok", isMemory: false },
-        { label: "stack", text: "1 of 2 bytes never used", isMemory: true },
-        { label: "odd", text: "", isMemory: false },
+test("parseStatus: what an owner needs with its meaning, the rest as details", () => {
+    assert.deepEqual(parseStatus(["reset by watchdog", "bus: ok", "stack: 1 of 2 bytes never used", "odd"]), [
+        { label: "Last reset by", text: "watchdog: the firmware hung", isDetail: false },
+        { label: "Bus", text: "ok", isDetail: false },
+        { label: "stack", text: "1 of 2 bytes never used", isDetail: true },
+        { label: "odd", text: "", isDetail: true },
     ]);
 });
 
