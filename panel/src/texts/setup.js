@@ -100,6 +100,7 @@ export const setup = {
         crossed: "The lower limit must not be above the upper one.",
     },
     written: (id, name) => `Servo ${id}: ${name} is written and was read back.`,
+    asks: (id, name, value, question) => `Servo ${id}, ${name} = ${value}: ${question}`,
     confirmations: {
         TORQUE_ENABLE: "With torque on, the servo goes to its goal at once. The switch in the view Robot makes the present position the goal first. Write it all the same?",
         CW_ANGLE_LIMIT: ENDLESS,

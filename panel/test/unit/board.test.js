@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { parseAlarms, parseStatus } from "../../src/model/board.js";
-import { counterRows, healthOf, parseCounters, readCounters } from "../../src/model/counters.js";
+import { countedFrom, counterRows, healthOf, parseCounters, readCounters, startOf } from "../../src/model/counters.js";
 import { Session } from "../../src/model/session.js";
 import { Settings, risksOf } from "../../src/model/settings.js";
 import { INSTRUCTION } from "../../src/wire/packet.js";
@@ -42,6 +42,15 @@ test("healthOf: ignores counts of a scan; each trouble has a text", () => {
 
         for (const finding of healthOf([{ key, count: 1, ofScan: 0 }])) assert.match(texts.packets.findings[finding.key](1), /1/);
     }
+});
+
+test("countedFrom: what was counted before is left out, also behind 65535", () => {
+    const start = startOf({ since: "since the reset, 9 s ago", rows: [{ key: "timeouts", count: 65535, ofScan: 3 }] });
+    const rows = [{ key: "timeouts", count: 1, ofScan: 3 }, { key: "sent", count: 7, ofScan: 0 }];
+
+    assert.equal(start.age, 9);
+    assert.deepEqual(countedFrom(start, rows).map(({ count, ofScan }) => [count, ofScan]), [[2, 0], [7, 0]]);
+    assert.equal(countedFrom(null, rows), rows);
 });
 
 /* ---- status and alarms ---- */
