@@ -5,7 +5,6 @@ settings, version. They come from the same tables as docs/*.md, and hold only wh
 them. Prints the JSON."""
 import json
 import re
-import sys
 
 import console
 import device
@@ -50,7 +49,46 @@ REMEDIES = {
 }
 
 
-SEARCH = "scan the bus"  # words of the console in remedies of findings; the page has a button
+# Findings in the words of an owner of a robot: what it means, and what to do in the page.
+FINDINGS = {
+    "1": ("it answers well; if it behaves badly, count the servos: another one may have the same ID", ""),
+    "2": ("the signal wire stays at 0 V, so nothing can be sent",
+          "look for a short circuit, a plug turned round, or a board or adapter without power"),
+    "3": ("a servo or another device sends without a pause", None),
+    "4": ("the controller hears its own packets, which its wiring should not allow",
+          "compare the wiring with the manual of the board"),
+    "6": ("replies come damaged", None),
+    "7": ("the controller was too busy and lost bytes",
+          "diagnose again; in firmware of your own, shorten the interrupt handlers"),
+    "9": ("no servo answers at any of the six usual rates",
+          "check power, plug and wiring; then search at all 255 rates, or connect one servo alone and set it up as new"),
+    "10": ("the servo answers, but not at the rate of the bus",
+           "set the bus to the rate of the servo, change the servo's rate, then set the bus back"),
+    "11": ("no servo has this ID, but others answer",
+           "check plug and power of this servo; then press “Search”: it may have another ID"),
+    "12": ("the servo answers PING only, so nothing can be read",
+           "send “write ID STATUS_RETURN_LEVEL 2” by the console of the view Packets"),
+    "13": ("the servo answers later than the controller waits",
+           "lower its RETURN_DELAY, or raise the setting return_delay in the view Board"),
+    "14": ("the supply of the servo is too low (below MIN_VOLTAGE)", None),
+    "15": ("the supply of the servo is too high (above MAX_VOLTAGE)", None),
+    "16": ("the servo is too hot (above MAX_TEMPERATURE)", None),
+    "18": ("the servo answers before the controller listens",
+           "send “write ID RETURN_DELAY 1” by the console of the view Packets; it takes effect although no reply comes"),
+}
+
+
+# Settings in the words of an owner of a robot; the page shows rates and choices as a list.
+SETTINGS = {
+    "device_id": "ID at which the page reads the controller itself; 254 switches this off",
+    "host_baud": "rate of the link to this page; after a change, disconnect and connect at the new rate",
+    "bus_baud": "rate of the bus; only servos that have this rate answer",
+    "echo": "what a terminal gets after the next reset; this page itself always works with 0",
+    "link_loss_ms": "if this page is silent for so long, the controller does what link_loss_action says; 0: never. "
+                    "Recommended: 2000 and link_loss_action 2, unless sequences play without the page",
+    "link_loss_action": "with 0 and 1 a movement that has begun goes on, also an endless turn",
+    "alarm_report": "when a terminal is told that a servo has an alarm or is offline",
+}
 
 
 def table_of_registers():
@@ -72,7 +110,7 @@ def table_of_device():
 def table_of_settings():
     for name, size, initial, lowest, highest, unit, what in settings.rows():
         yield {"name": name, "bytes": int(size), "initial": int(initial), "lowest": int(lowest),
-               "highest": int(highest), "unit": "" if unit == "-" else unit, "what": what}
+               "highest": int(highest), "unit": "" if unit == "-" else unit, "what": SETTINGS.get(name, what)}
 
 
 def table_of_commands():
@@ -100,11 +138,11 @@ def table_of_errors():
 
 
 def table_of_findings():
-    rows = list(errors.rows(errors.FINDINGS))
-    if not any(SEARCH in remedy for *_, remedy in rows):
-        sys.exit(f"panel-tables.py: no remedy of a finding says “{SEARCH}” any more: change SEARCH")
-    return {number: {"text": text, "remedy": remedy.replace(SEARCH, "press “Search”")}
-            for _, number, text, remedy in rows}
+    found = {}
+    for _, number, text, remedy in errors.rows(errors.FINDINGS):
+        own_text, own_remedy = FINDINGS.get(number, (text, None))
+        found[number] = {"text": own_text, "remedy": remedy if own_remedy is None else own_remedy}
+    return found
 
 
 def main():

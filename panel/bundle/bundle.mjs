@@ -4,6 +4,7 @@
 import { readFileSync, readdirSync } from "node:fs";
 import { basename, dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
+import { parse } from "acorn";
 import { build } from "esbuild";
 import { minify } from "terser";
 import { moduleOfTables } from "./tables.mjs";
@@ -43,6 +44,29 @@ const MINIFY = {
     mangle: { properties: { regex: /^_(?!_)/, keep_quoted: true } },
 };
 
+const USED_BY_TESTS = ["hasConsole", "readAll", "setServos"]; // in the page
+
+function* nodesOf(node) {
+    if (!node || typeof node !== "object") return;
+    yield node;
+    for (const child of Object.values(node)) yield* nodesOf(child);
+}
+
+/* Names as isRunning that only the page has: keys of its texts, methods of its classes, and what begins with is or has. A
+ * name that stands in a string stays: it may be looked up. Short names for them save 1.3 KB gzipped. */
+function ownNames() {
+    const names = new Set();
+    const strings = new Set(USED_BY_TESTS);
+
+    for (const path of readdirSync(join(PANEL, "src"), { recursive: true }).filter((name) => name.endsWith(".js")))
+        for (const { type, key, value, name } of nodesOf(parse(read(join(PANEL, "src", path)), { ecmaVersion: "latest", sourceType: "module" }))) {
+            if ((type === "MethodDefinition" && key.type === "Identifier") || (type === "Property" && path.startsWith("texts"))) names.add(key.name);
+            if (type === "Identifier" && /^(?:is|has)[A-Z]/.test(name)) names.add(name);
+            if (type === "Literal") strings.add(value);
+        }
+    return [...names].filter((name) => /^[a-z]+[A-Z]\w*$/.test(name) && !strings.has(name));
+}
+
 /* What esbuild makes. `tables`: path of the generated tables. */
 const runEsbuild = (tables) =>
     build({
@@ -75,7 +99,9 @@ export const filesBundled = async (tables) => Object.keys((await runEsbuild(tabl
 /* Returns the files of the bundle: [{name, text}]. */
 export async function bundle(tables) {
     const { outputFiles } = await runEsbuild(tables);
-    const minified = async ({ path, text }) => ({ name: basename(path), text: path.endsWith(".js") ? (await minify(text, MINIFY)).code : text });
+    const properties = { regex: new RegExp(`^(?:_(?!_)|(?:${ownNames().join("|")})$)`), keep_quoted: true };
+    const optionsOf = (path) => (path.endsWith("app.js") ? { ...MINIFY, mangle: { properties } } : MINIFY);
+    const minified = async ({ path, text }) => ({ name: basename(path), text: path.endsWith(".js") ? (await minify(text, optionsOf(path))).code : text });
 
     return Promise.all(outputFiles.map(minified));
 }

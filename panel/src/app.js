@@ -160,11 +160,12 @@ class App extends View {
 
     #stateLine() {
         const { session } = this;
-        const parts = [texts.state[session.state]];
+        const parts = [texts.state[session.isWaiting && session.state === "connecting" ? "waiting" : session.state]];
 
         if (session.isConnected) {
-            parts.push(texts.status.firmware(session.controller));
-            parts.push(texts.status.servos(session.robot.servos.size));
+            const servos = [...session.robot.servos.values()];
+
+            parts.push(texts.status.servos(servos.length, servos.filter(({ presence }) => presence === "offline").length));
             parts.push(session.isBusy ? texts.status.old : texts.status.rate(session.robot.rate));
         }
         return html`<p class="state-line" role="status">${parts.join(" · ")}</p>`;

@@ -6,14 +6,14 @@ import { texts } from "../texts/texts.js";
 
 const t = texts.board;
 const NO_ID = 255;
-const OF_MEMORY = /^(?:poses|EEPROM|stack)$/;
 
-/* The lines of `status` as {label, text, isMemory}; a line without colon begins with its label. */
+/* The lines of `status` as {label, text, isDetail}; a line without colon begins with its label. isDetail: false if an owner
+ * of the robot needs the line. */
 export function parseStatus(lines) {
     return lines.map((line) => {
         const [, label, text] = /^(reset)\s+by\s+(.*)$/.exec(line) ?? /^([^:]+): (.*)$/.exec(line) ?? ["", line, ""];
 
-        return { label: label === "reset" ? t.resetBy : label, text, isMemory: OF_MEMORY.test(label) };
+        return { label: t.labels[label] ?? label, text: t.meanings[text] ?? text, isDetail: !t.labels[label] };
     });
 }
 
@@ -23,10 +23,10 @@ export async function readStatus(session) {
     const { device } = session.robot;
 
     if (!device) return [];
-    return [
-        { label: t.resetBy, text: t.resets.filter((_, bit) => device.resetCause & (1 << bit)).join(", "), isMemory: false },
-        { label: t.busState, text: t.busStates[device.busState] ?? "", isMemory: false },
-    ];
+    return parseStatus([
+        `reset by ${t.resets.filter((_, bit) => device.resetCause & (1 << bit)).join(", ")}`,
+        `bus: ${t.busStates[device.busState] ?? ""}`,
+    ]);
 }
 
 /* The lines of `alarms`: [{who, condition}]. */

@@ -62,6 +62,26 @@ export async function readCounters(controller, id = null) {
     };
 }
 
+/* Seconds that the controller counts; NaN: not told. */
+export const ageOf = ({ since }) => Number(/(\d+) s ago/.exec(since)?.[1]);
+
+/* Counters that were read, as the start from which others are counted. */
+export function startOf(counters) {
+    return { time: new Date().toTimeString().slice(0, 8), age: ageOf(counters), rows: new Map(counters.rows.map((row) => [row.key, row])) };
+}
+
+/* The rows without what was counted before `start`; null: all. A counter begins again behind 65535. */
+export function countedFrom(start, rows) {
+    const less = (count, before = 0) => (count - before) & 0xffff;
+
+    if (!start) return rows;
+    return rows.map((row) => {
+        const { count, ofScan } = start.rows.get(row.key) ?? {};
+
+        return { ...row, count: less(row.count, count), ofScan: less(row.ofScan, ofScan) };
+    });
+}
+
 /* What is wrong: [{key, count}]. */
 export function healthOf(rows) {
     return TROUBLES.map((key) => {

@@ -56,6 +56,7 @@ export class Session extends EventTarget {
         this.traffic = new Traffic(new Decoder(tables, () => this.wire?.deviceId));
         this.capture = null; // the port of the last connection; `text` is the capture
         this.portName = "";
+        this.isWaiting = false; // connectAtLoad() has found that another client has the port
         this.wire = null;
         this.controller = null;
         this.robot = null;
@@ -126,7 +127,7 @@ export class Session extends EventTarget {
 
     /* The simulator tells that another client has it, then hangs up. The page closes the port first. */
     #takeTaken(wire, isPatient) {
-        this.#isRetrying = isPatient;
+        this.#isRetrying = this.isWaiting = isPatient;
         if (!isPatient) this.notify({ code: "port-taken" });
         wire.close();
     }
@@ -145,6 +146,7 @@ export class Session extends EventTarget {
     }
 
     #clear(port, isPatient) {
+        this.isWaiting &&= isPatient;
         this.portName = port.name ?? "";
         this.notices = [];
         this.stopState = "none";

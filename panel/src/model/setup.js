@@ -42,7 +42,7 @@ export class Setup extends EventTarget {
         this.steps = []; // lines of the last set-up of a new servo
         this.outcome = null; // outcome of the last change: {kind, lines}
         this.isDiagnosisEnded = false; // the user has ended the last diagnosis
-        this.findings = []; // findings of the last diagnosis: [{id, number, text, remedy, place, isGood}]
+        this.findings = []; // findings of the last diagnosis: [{id, number, text, remedy, measured, isGood}]
         this.chosen = null; // ID of the servo whose registers are shown
         this.registers = null; // {id, bytes, at, isOld}; isOld: a write since then, and no reply to the read behind it
         this.plan = null; // plan of a restore: {scope, servos: [{id, entry, changes}]}
@@ -243,8 +243,9 @@ export class Setup extends EventTarget {
                     return;
                 }
             } catch (error) {
-                if (error.number === ERROR_LIMIT || error.number === ERROR_NOT_NEW) this.outcome = { kind: "newKnown", lines: [], id };
-                throw error;
+                if (error.number !== ERROR_LIMIT && error.number !== ERROR_NOT_NEW) throw error;
+                this.outcome = { kind: "newKnown", lines: [], id }; // has the remedy, so no notice comes
+                return;
             }
             this.outcome = { kind: "new", lines: [], id };
             this.chosen = id;
@@ -274,11 +275,11 @@ export class Setup extends EventTarget {
         if (number !== undefined) {
             const { text, remedy } = this.session.tables.findings[number] ?? { text: line, remedy: "" };
 
-            this.findings.push({ id: own === undefined ? id : Number(own), number: Number(number), text, remedy, place: "", isGood: number === "1" });
+            this.findings.push({ id: own === undefined ? id : Number(own), number: Number(number), text, remedy, measured: [], isGood: number === "1" });
         } else if (failed) {
-            this.findings.push({ id: Number(failed[1]), number: null, text: failed[2], remedy: "", place: "", isGood: false });
-        } else if (/^ID \d+ at /.test(line) && this.findings.length) {
-            this.findings.at(-1).place = line;
+            this.findings.push({ id: Number(failed[1]), number: null, text: failed[2], remedy: "", measured: [], isGood: false });
+        } else {
+            this.findings.at(-1)?.measured.push(line);
         }
         this.#change();
     }
@@ -318,7 +319,7 @@ export class Setup extends EventTarget {
                 this.#dropFound(command.split(" ")[1]);
             } catch (error) {
                 if (error instanceof CommandError) this.outcome = this.#outcomeOfFailure(kind, id, error);
-                throw error;
+                if (this.outcome?.kind !== "full") throw error; // "full" has the remedy
             } finally {
                 if (this.session.isConnected) await this.#findServos().catch(() => {}); // the first failure is told
             }

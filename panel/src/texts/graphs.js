@@ -14,7 +14,7 @@ export const graphs = {
     names: { position: "Position", speed: "Speed", load: "Load", voltage: "Voltage", temperature: "Temperature" },
     units: { position: "°", speed: "rpm, +: counterclockwise", load: "%, +: the load pushes counterclockwise", voltage: "V", temperature: "°C" },
     pause: "Pause",
-    goOn: "Go on",
+    goOn: "Resume",
     span: "Show",
     spanOf: (seconds) => (seconds < 60 ? `${+seconds.toFixed(1)} s` : `${+(seconds / 60).toFixed(1)} min`),
     zoomIn: { sign: "+", label: "Zoom in" },

@@ -38,13 +38,13 @@ export const page = {
     state: {
         disconnected: "Not connected",
         connecting: "Connecting …",
+        waiting: "Another page or program is connected. Waiting for it to leave …",
         connected: "Connected",
         silent: "The controller does not answer",
     },
 
     status: {
-        firmware: ({ version, board, profile }) => `Firmware ${version}${board ? " for " + board : ""}, profile ${profile}`,
-        servos: (count) => many(count, "servo"),
+        servos: (count, offline) => many(count, "servo") + (offline ? `, ${offline} offline` : ""),
         rate: (rate) => `${rate} updates a second`,
         inhibited: "Driving is inhibited",
         old: "Values are old",

@@ -37,22 +37,27 @@ export const setup = {
     askBusRate: "Servos may have torque. At another rate of the bus they keep it, and no stop reaches them until the rate is set back. Set it all the same?",
 
     newServo: "New servo",
-    newHint: "Connect the new servo alone. The controller finds it at any rate, and gives it this ID and the rate of the bus.",
+    newHint: "Unplug all servos of the robot, then connect the new one alone. The controller finds it at any rate, and gives it this ID and the rate of the bus.",
     newId: "Its ID",
-    newIdHint: (free) => (free === null ? "All IDs are taken." : `${free} is the next free one.`),
+    newIdHint: (free) => (free === null ? "All IDs are taken." : `${free} is free.${free > 1 ? " 1 is not proposed: each new servo has it." : ""}`),
     newStart: "Set up",
     newIdWrong: "An ID is a number from 0 to 253.",
     newIdOfDevice: (id) => `${id} is the ID of the controller itself. Choose another.`,
-    newIdTaken: (id) => `Servo ${id} of the robot has this ID. Choose another, or set up the new servo in its place: the page asks first.`,
-    newFull: (count) => `The controller knows ${count} servos, unplugged ones too, and refuses another ID. Unplug some, then press “Forget the list”.`,
+    newIdTaken: (id) => `Servo ${id} is in the controller’s list. Choose another ID. If the new servo takes its place, the controller must forget the list first; “Search” fills it again.`,
+    newFull: "The controller’s list is full; it keeps unplugged servos, too. It must forget the list first; “Search” fills it again.",
+    listFull: (count) => `The controller knows ${count} servos, unplugged ones too, and refuses another ID. Unplug some, then press “Forget the list”.`,
     forgetList: "Forget the list",
     newDone: (id) => `Servo ${id} is set up. Plug in the others again, then press “Search”.`,
-    newKnown: "Nothing was written: the controller has this ID in its list of servos, which keeps servos that are unplugged. If a servo of the robot is still connected, unplug it and set up again. If only the new servo is connected, let the controller forget the list.",
+    newKnown: "Nothing was written: the servo that answers has an ID of the controller’s list, which keeps unplugged servos, too. If it is a servo of the robot, unplug it and set up again. If it is the new one, let the controller forget the list:",
     newForget: (id) => `Forget the list, set up servo ${id}`,
     newEnded: "You ended the set-up. Search for the servo before you try again.",
 
     diagnosis: "Diagnosis",
     diagnoseHint: "Finds out why a servo does not answer. It writes nothing.",
+    measured: (line) =>
+        line
+            .replace(/^asked (\d+), answered (\d+), damaged (\d+), silent (\d+)$/, "Asked $1 times: $2 good replies, $3 damaged ones, $4 times none.")
+            .replace(/^ID (\d+) at (\d+)bps(.*)$/, "Servo $1 answers at $2 bit/s$3."),
     servoChoice: "Servo",
     anyServo: "any servo that answers",
     allServos: "each servo of the robot",
@@ -95,6 +100,7 @@ export const setup = {
         crossed: "The lower limit must not be above the upper one.",
     },
     written: (id, name) => `Servo ${id}: ${name} is written and was read back.`,
+    asks: (id, name, value, question) => `Servo ${id}, ${name} = ${value}: ${question}`,
     confirmations: {
         TORQUE_ENABLE: "With torque on, the servo goes to its goal at once. The switch in the view Robot makes the present position the goal first. Write it all the same?",
         CW_ANGLE_LIMIT: ENDLESS,

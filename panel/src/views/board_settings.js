@@ -3,6 +3,7 @@
 
 import { html, nothing } from "lit/html.js";
 import { Settings, risksOf } from "../model/settings.js";
+import { RATES } from "../model/setup.js";
 import { BAUD_CLOCK } from "../model/units.js";
 import { texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
@@ -12,11 +13,12 @@ const t = texts.board;
 const OWN_RATE = 255;
 const DELAY_US = 2;
 
-/* The value in words, or "". */
-function meaningOf(name, value) {
-    if (name === "host_baud" && value === OWN_RATE) return t.ownRate;
-    if (name.endsWith("_baud")) return t.rate(Math.round(BAUD_CLOCK / (value + 1)));
-    return name === "return_delay" ? t.microseconds(DELAY_US * value) : "";
+/* The values that a setting can be set to, [[value, text]]; undefined: any of its range. `value` is in force. */
+function choicesOf(name, value) {
+    if (!name.endsWith("_baud")) return t.choices[name]?.map((text, index) => [index, t.choice(index, text)]);
+    const texts = new Map([[value, t.rate(Math.round(BAUD_CLOCK / (value + 1)))], ...RATES.map((rate) => [Math.round(BAUD_CLOCK / rate) - 1, t.rate(rate)])]);
+
+    return [...(name === "host_baud" ? texts.set(OWN_RATE, t.ownRate) : texts)];
 }
 
 class SettingsPart extends Part {
@@ -117,13 +119,12 @@ class SettingsPart extends Part {
 
     /* ---- rendering ---- */
 
-    #field(row) {
+    #field(row, choices) {
         const { name } = row;
         const text = this.#changes.get(name) ?? String(this.#settings.values.get(name) ?? "");
-        const choices = t.choices[name];
         const id = `setting-${name}`;
-        const option = (choice, value) => html`<option value=${value}
-            .selected=${String(value) === text}>${t.choice(value, choice)}</option>`;
+        const option = ([value, choice]) => html`<option value=${value}
+            .selected=${String(value) === text}>${choice}</option>`;
 
         if (choices)
             return html`<select id=${id} aria-describedby="help-${name}" @change=${({ target }) => this.#type(name, target.value)}>
@@ -143,14 +144,15 @@ class SettingsPart extends Part {
         const { name, lowest, highest, initial, unit, what } = row;
         const isWrong = this.#isWrong(row);
         const value = Number(this.#changes.get(name) ?? this.#settings.values.get(name));
-        const meaning = isWrong ? "" : meaningOf(name, value);
-        const shownUnit = /^[a-z]+$/.test(unit) && unit !== "register" ? unit : "";
+        const choices = choicesOf(name, this.#settings.values.get(name));
+        const meaning = name === "return_delay" && !isWrong ? t.microseconds(DELAY_US * value) : "";
+        const shownUnit = /^[a-z]+$/.test(unit) && !choices ? unit : "";
 
         return html`<div class="setting ${this.#changes.has(name) ? "changed" : ""}" data-name=${name}>
             <label for="setting-${name}">${name}</label>
-            <div class="value">${this.#field(row)} <span class="unit">${meaning || shownUnit}</span></div>
+            <div class="value">${this.#field(row, choices)} <span class="unit">${meaning || shownUnit}</span></div>
             <p class="help" id="help-${name}">
-                ${what}. <span class="soft">${t.range(lowest, highest, initial)}</span>
+                ${what}. ${choices ? nothing : html`<span class="soft">${t.range(lowest, highest, initial)}</span>`}
                 ${isWrong ? html`<strong class="bad">${t.notInRange(row)}</strong>` : nothing}
                 ${name === "echo" && value === 0 ? html`<strong class="warn">${t.echoHint}</strong>` : nothing}
             </p>
@@ -168,7 +170,7 @@ class SettingsPart extends Part {
 
         return html`<p class="controls">
             <button class="apply" title=${t.applyHint} ?disabled=${isBlocked || !hasChanges} @click=${this.#apply}>${t.apply}</button>
-            <button class="save-settings" title=${t.saveHint} ?disabled=${isBlocked} @click=${this.#save}>${t.save}</button>
+            <button class="save-settings" title=${t.saveHint} ?disabled=${isBlocked || (this.#settings.isSaved && !hasChanges)} @click=${this.#save}>${t.save}</button>
             <button class="undo" ?disabled=${this.#isBusy} aria-label=${hasChanges ? t.undo : t.readAgainOf(t.settings)}
                 @click=${this.#undo}>${hasChanges ? t.undo : t.readAgain}</button>
             <button class="defaults" ?disabled=${this.#isBusy} @click=${this.#defaults}>${t.defaults}</button>

@@ -72,8 +72,8 @@ class BoardStatePart extends Part {
         </section>`;
     }
 
-    #facts(isMemory) {
-        const rows = (this.status ?? []).filter((row) => row.isMemory === isMemory);
+    #facts(isDetail) {
+        const rows = this.status.filter((row) => row.isDetail === isDetail);
 
         return factList(rows.map(({ label, text }) => [label, text]));
     }
@@ -82,7 +82,9 @@ class BoardStatePart extends Part {
         return html`<section aria-labelledby="status-title">
             <h2 id="status-title">${t.status}</h2>
             ${this.status ? this.#facts(false) : html`<p>${t.notRead}</p>`}
-            ${this.status?.some((row) => row.isMemory) ? html`<h3>${t.memory}</h3>${this.#facts(true)}` : nothing}
+            ${this.status?.some((row) => row.isDetail)
+                ? html`<details class="details"><summary>${t.details}</summary>${this.#facts(true)}</details>`
+                : nothing}
             <button class="read-status" ?disabled=${this.#isReading} aria-label=${this.#isReading ? t.reading : t.readAgainOf(t.status)}
                 @click=${this.#read}>${this.#isReading ? t.reading : t.readAgain}</button>
         </section>`;

@@ -212,8 +212,8 @@ export class GraphsView extends View {
     #toolbar() {
         const shown = this.#window;
         const [from, to] = shown.range;
-        const isZoomed = Math.abs(to - from - shown.span) > 0.05;
-        const isChosen = (span) => live(!isZoomed && span === shown.span);
+        const isZoomed = !SPANS.some((span) => t.spanOf(span) === t.spanOf(to - from));
+        const isChosen = (span) => live(t.spanOf(span) === t.spanOf(to - from));
         const option = (span) => html`<option value=${span} .selected=${isChosen(span)}>${t.spanOf(span)}</option>`;
         const button = (name, text, call) =>
             html`<button class=${name} aria-label=${text.label ?? text} title=${text.label ?? text} @click=${() => this.#do(call)}>

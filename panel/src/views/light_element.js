@@ -3,7 +3,7 @@
  * attributes and without styles of its own, which the page does not use: saves 2.4 KB gzipped.
  *
  *     class Lamp extends LightElement {
- *         static properties = ["isOn"]; // a new value renders the lamp again
+ *         static properties = ["light"]; // a new value renders the lamp again
  *         render() { return html`${this.isOn ? "on" : "off"}`; }
  *     } */
 

@@ -2,7 +2,7 @@
 /* Counters with their meaning, and what they say about the bus. Read only when the user asks. */
 
 import { html, nothing } from "lit/html.js";
-import { healthOf, readCounters } from "../model/counters.js";
+import { ageOf, countedFrom, healthOf, readCounters, startOf } from "../model/counters.js";
 import { texts } from "../texts/texts.js";
 import { Part } from "./part.js";
 
@@ -13,14 +13,13 @@ class CountersPart extends Part {
         super();
         this.servo = null; // of a servo; null: the bus
         this.counters = null; // {since, rows}
-        this.before = new Map(); // of the key: the count of the read before
+        this.start = null; // what is not counted: {time, age, rows: Map of the key to {count, ofScan}}
         this.isReading = false;
     }
 
     #choose(value) {
         this.servo = value === "" ? null : Number(value);
-        this.counters = null;
-        this.before = new Map();
+        this.counters = this.start = null;
         this.#read();
     }
 
@@ -29,14 +28,20 @@ class CountersPart extends Part {
 
         this.isReading = true;
         this.requestUpdate();
-        this.before = new Map(this.counters?.rows.map(({ key, count }) => [key, count]));
         this.counters = (await session.attempt(() => readCounters(session.controller, this.servo))) ?? this.counters;
+        if (this.counters && ageOf(this.counters) < this.start?.age) this.start = null; // the controller was reset
         this.isReading = false;
         this.requestUpdate();
     };
 
-    #health() {
-        const findings = healthOf(this.counters.rows);
+    #countFromNow = async () => {
+        await this.#read();
+        if (this.counters) this.start = startOf(this.counters);
+        this.requestUpdate();
+    };
+
+    #health(rows) {
+        const findings = healthOf(rows);
 
         if (!findings.length) return html`<p class="health good" role="status">${t.healthy}</p>`;
         const isMixed = findings.some(({ key }) => key === "timeouts") && !this.counters.since;
@@ -48,30 +53,26 @@ class CountersPart extends Part {
     }
 
     #row({ key, count, ofScan, unit, meaning }, hasScan) {
-        const change = this.before.has(key) ? count - this.before.get(key) : null;
-
         return html`<tr class=${count ? "" : "soft"} data-key=${key}>
             <th scope="row">${key.replace(/_/g, " ")}</th>
             <td class="number">${count}</td>
-            <td class="number">${change ? `+${(change + 65536) % 65536}` : nothing}</td>
             ${hasScan ? html`<td class="number">${ofScan || nothing}</td>` : nothing}
             <td class="meaning">${t.means(unit, meaning)}</td>
         </tr>`;
     }
 
-    #table() {
-        const { rows, since } = this.counters;
+    #table(rows) {
+        const since = this.start ? t.sinceNow(this.start.time) : this.counters.since && t.since(this.counters.since);
         const hasScan = rows.some(({ ofScan }) => ofScan > 0);
 
         return html`
-            ${since ? html`<p class="soft">${t.since(since)}</p>` : nothing}
+            ${since ? html`<p class="soft">${since}</p>` : nothing}
             <div class="table">
                 <table class="counters">
                     <thead>
                         <tr>
                             <th scope="col">${t.counter}</th>
                             <th scope="col" class="number">${t.counted}</th>
-                            <th scope="col" class="number">${t.change}</th>
                             ${hasScan ? html`<th scope="col" class="number">${t.ofScan}</th>` : nothing}
                             <th scope="col">${t.meaning}</th>
                         </tr>
@@ -86,6 +87,7 @@ class CountersPart extends Part {
 
     render() {
         const { session } = this;
+        const rows = this.counters && countedFrom(this.start, this.counters.rows);
         const ids = session.wire?.hasConsole ? (session.robot?.ids ?? []) : [];
 
         return html`<section aria-labelledby="counters-title">
@@ -101,8 +103,9 @@ class CountersPart extends Part {
                 <button class="read-counters" ?disabled=${!session.isConnected || this.isReading} @click=${this.#read}>
                     ${this.isReading ? texts.board.reading : t.readCounters}
                 </button>
+                <button class="count-from-now" ?disabled=${!session.isConnected || this.isReading} @click=${this.#countFromNow}>${t.countFromNow}</button>
             </p>
-            ${this.counters ? html`${this.#health()}${this.#table()}` : html`<p class="soft">${t.noCounters}</p>`}
+            ${this.counters ? html`${this.#health(rows)}${this.#table(rows)}` : html`<p class="soft">${t.noCounters}</p>`}
         </section>`;
     }
 }

@@ -22,6 +22,8 @@ const TICK_MS = 500; // values get old without an event
 const DIGITS_MS = 1500; // two digits that come later are two numbers
 const SMALL_STEP = 1; // degrees
 const GREAT_STEP = 10;
+const TOUCH_STEPS = [GREAT_STEP, SMALL_STEP, -SMALL_STEP, -GREAT_STEP];
+const JOG_RPM = 10; // at most: a jog is for the last degrees
 const BOX = `${VIEW_BOX.left} ${VIEW_BOX.top} ${VIEW_BOX.width} ${VIEW_BOX.height}`;
 const STEPS = { ArrowUp: SMALL_STEP, ArrowDown: -SMALL_STEP, PageUp: GREAT_STEP, PageDown: -GREAT_STEP };
 const JOGS = { ArrowLeft: 1, ArrowRight: -1 }; // as the hand turns at the top of the dial
@@ -44,14 +46,14 @@ export class RobotView extends View {
     #onChange = () => {
         const { session } = this;
 
-        if (!session.isConnected) this.found = "";
+        if (!session.isConnected) this.found = 0;
         if (!session.isConnected || session.stopState === "stopping" || session.robot.isInhibited) this.#letGo();
     };
 
     constructor() {
         super();
         this.rpm = GOAL_RPM;
-        this.found = ""; // outcome of the last search, as a text
+        this.found = 0; // servos that the last search has found; told until another number answers
     }
 
     connectedCallback() {
@@ -132,18 +134,22 @@ export class RobotView extends View {
         const step = STEPS[event.key];
         const end = { Home: servo.low ?? 0, End: servo.high ?? DEGREES_MAX }[event.key];
 
-        if (step) this.#setGoal(servo, within(servo, (this.#pendingGoalOf(servo) ?? servo.goal ?? servo.position ?? 0) + step));
+        if (step) this.#step(servo, step);
         else if (end !== undefined) this.#setGoal(servo, end);
         else if (JOGS[event.key]) this.#beginJog(servo, event);
         else return;
         event.preventDefault(); // the page would scroll
     }
 
+    #step(servo, step) {
+        this.#setGoal(servo, within(servo, (this.#pendingGoalOf(servo) ?? servo.goal ?? servo.position ?? 0) + step));
+    }
+
     #beginJog(servo, event) {
         if (event.repeat) return;
         this.#jogKey = event.key;
         this.#pendingGoals.delete(servo.id); // the goals of the jog are not those of the last drag
-        this.#tellIgnored(servo, this.#jog.start(servo.id, JOGS[event.key], this.rpm));
+        this.#tellIgnored(servo, this.#jog.start(servo.id, JOGS[event.key], Math.min(this.rpm, JOG_RPM)));
     }
 
     #keyUp(event) {
@@ -216,14 +222,18 @@ export class RobotView extends View {
     #find = async () => {
         this.isFinding = true;
         this.requestUpdate();
-        this.found = "";
+        this.found = 0;
         await this.session.attempt(async () => {
             await this.session.robot.findServos({ how: "" });
-            this.found = t.found(this.session.robot.ids.length);
+            this.found = this.#answering;
         });
         this.isFinding = false;
         this.requestUpdate();
     };
+
+    get #answering() {
+        return [...this.session.robot.servos.values()].filter(({ presence }) => presence !== "offline").length;
+    }
 
     #releaseServo({ id }) {
         this.session.attempt(async () => {
@@ -248,7 +258,7 @@ export class RobotView extends View {
                 </select>
             </label>
             <button class="find" ?disabled=${this.isFinding} @click=${this.#find}>${this.isFinding ? t.finding : t.find}</button>
-            <span role="status">${this.found}</span>
+            <span role="status">${this.found === this.#answering ? t.found(this.found) : ""}</span>
             ${hasAlarms
                 ? html`<button class="clear-alarms" @click=${() => this.session.attempt(() => robot.clearAlarms())}>
                       ${t.clearAlarms}
@@ -287,6 +297,14 @@ export class RobotView extends View {
             <text class="position" y="1">${shown(servo.position, 1, "°")}</text>
             <text class="goal" y="15">${servo.goal === null ? "" : `→ ${servo.goal.toFixed(1)}°`}</text>
         </svg>`;
+    }
+
+    /* Where there may be no keyboard. */
+    #touchSteps(servo) {
+        return html`<div class="touch">
+            ${TOUCH_STEPS.map((step) => html`<button aria-label=${t.stepOf(servo.id, step)}
+                @click=${() => this.#step(servo, step)}>${t.step(step)}</button>`)}
+        </div>`;
     }
 
     #turnSlider(servo) {
@@ -382,6 +400,7 @@ export class RobotView extends View {
                     ${row("speed", shown(servo.speed, 1, " rpm"))} ${row("load", shown(servo.load, 0, " %"))}
                     ${row("voltage", shown(servo.voltage, 1, " V"))} ${row("temperature", shown(servo.temperature, 0, " °C"))}
                 </dl>
+                ${servo.isEndless ? nothing : this.#touchSteps(servo)}
             </div>
             ${this.#notes(servo, notes)}
         </article>`;

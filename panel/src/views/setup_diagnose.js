@@ -10,15 +10,22 @@ const t = texts.setup;
 const OTHER = "other";
 
 class DiagnosePart extends SetupPart {
-    #who = "";
+    #who = null; // null: a servo is proposed
     #other = "1";
+
+    /* The chosen servo. At first one that does not answer, else the one of the registers. */
+    get #chosen() {
+        const offline = [...this.session.robot.servos.values()].find(({ presence }) => presence === "offline");
+
+        return this.#who ?? String(offline?.id ?? this.setup.id ?? "");
+    }
 
     get #isWrong() {
         return this.#who === OTHER && (!/^\d+$/.test(this.#other) || Number(this.#other) > ID_MAX);
     }
 
     #start = () => {
-        const who = this.#who === OTHER ? this.#other : this.#who;
+        const who = this.#who === OTHER ? this.#other : this.#chosen;
 
         this.setup.diagnose(/^\d+$/.test(who) ? Number(who) : who);
     };
@@ -34,13 +41,14 @@ class DiagnosePart extends SetupPart {
         const all = hasLists && ids.length ? [["all", t.allServos]] : [];
         const choices = [["", t.anyServo], ...all, ...ids.map((id) => [String(id), t.servo(id)]), [OTHER, t.otherId]];
 
-        return choices.map(([value, text]) => html`<option value=${value} .selected=${value === this.#who}>${text}</option>`);
+        return choices.map(([value, text]) => html`<option value=${value} .selected=${value === this.#chosen}>${text}</option>`);
     }
 
-    #finding({ id, text, remedy, place, isGood }) {
+    #finding({ id, text, remedy, measured, isGood }) {
         return html`<li class=${isGood ? "finding good" : "finding"}>
-            <p><b>${id === null ? t.someServo : t.servo(id)}:</b> ${text}. ${place ? html`<span class="soft">${place}</span>` : nothing}</p>
+            <p><b>${id === null ? t.someServo : t.servo(id)}:</b> ${text}.</p>
             ${remedy && !isGood ? html`<p><b>${texts.remedy}</b> ${remedy}.</p>` : nothing}
+            <p class="soft">${measured.map(t.measured).join(" ")}</p>
         </li>`;
     }
 

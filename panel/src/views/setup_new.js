@@ -23,7 +23,7 @@ class NewPart extends SetupPart {
         return Number(this.#text) === this.setup.idOfDevice;
     }
 
-    #start = () => this.#setUp(Number(this.#text));
+    #start = () => this.#setUp(Number(this.#text), { forgets: this.#mustForget });
 
     async #setUp(id, options) {
         await this.setup.setUpNew(id, options);
@@ -36,20 +36,19 @@ class NewPart extends SetupPart {
         this.requestUpdate();
     }
 
-    /* True if the controller refuses the ID because its list is full. */
-    get #isRefused() {
-        return !this.#isWrong && this.setup.isFull && !this.setup.ids.includes(Number(this.#text));
+    get #isListed() {
+        return this.setup.ids.includes(Number(this.#text));
+    }
+
+    /* True if the controller refuses the ID: its list has it, or is full. */
+    get #mustForget() {
+        return !this.#isWrong && (this.setup.isFull || this.#isListed);
     }
 
     #note() {
         if (this.#isWrong) return html`<strong class="bad">${this.#isOfDevice ? t.newIdOfDevice(this.#text) : t.newIdWrong}</strong>`;
-        const id = Number(this.#text);
-
-        const { ids, freeId } = this.setup;
-
-        if (ids.includes(id)) return html`<strong class="warn">${t.newIdTaken(id)}</strong>`;
-        if (this.#isRefused) return html`<strong class="warn">${t.newFull(ids.length)}</strong>`;
-        return t.newIdHint(freeId);
+        if (this.#mustForget) return html`<strong class="warn">${this.#isListed ? t.newIdTaken(this.#text) : t.newFull}</strong>`;
+        return t.newIdHint(this.setup.freeId);
     }
 
     #outcome() {
@@ -85,10 +84,9 @@ class NewPart extends SetupPart {
                     <input class="new-id" inputmode="numeric" .value=${this.#text} ?disabled=${setup.isRunning}
                         aria-invalid=${this.#isWrong} aria-describedby="new-id-note" @input=${(event) => this.#type(event)} />
                 </label>
-                <button class="set-up-new" ?disabled=${setup.isRunning || this.#isWrong} @click=${this.#start}>${t.newStart}</button>
+                <button class="set-up-new" ?disabled=${setup.isRunning || this.#isWrong} @click=${this.#start}>${this.#mustForget ? t.newForget(this.#text) : t.newStart}</button>
             </div>
             <p class="hint" id="new-id-note">${this.#note()}</p>
-            ${this.#isRefused ? this.forgetButton() : nothing}
             ${this.progressOf("new", t.newServo)}
             <div class="steps" role="log">${this.linesOf(setup.steps)}</div>
             ${this.#outcome()}`;

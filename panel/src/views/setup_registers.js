@@ -51,7 +51,7 @@ class RegistersPart extends SetupPart {
 
         edited.isRaw = isRaw;
         edited[isRaw ? "raw" : "unit"] = text;
-        if (raw !== undefined) edited[isRaw ? "unit" : "raw"] = isRaw ? shownValue(row, raw).number : String(raw);
+        edited[isRaw ? "unit" : "raw"] = raw === undefined ? "" : isRaw ? shownValue(row, raw).number : String(raw);
         this.requestUpdate();
     }
 
@@ -94,7 +94,7 @@ class RegistersPart extends SetupPart {
         const question = this.#questionFor(row, raw);
 
         if (raw === undefined || this.setup.isRunning) return;
-        if (question && !(await confirmed({ text: question, yes: t.write, no: t.cancel }))) return;
+        if (question && !(await confirmed({ text: t.asks(id, row.name, valueText(row, raw), question), yes: t.write, no: t.cancel }))) return;
         if (!(await this.setup.write(id, row, raw))) return;
         this.#note = { text: t.written(id, row.name), registers: this.setup.registers };
         if (this.#edited === edited && edited.unit === sent.unit && edited.raw === sent.raw) this.#cancel(row.name);

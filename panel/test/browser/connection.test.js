@@ -36,7 +36,8 @@ test("second page is told that the first one has the port", async (t) => {
     const { panel, browser, page } = await startRobot(t);
     const second = await openPage(t, browser, panel.url);
 
-    await shows(second, "Another page or program is connected");
+    await shows(second, "Another page or program is connected. Waiting", ".state-line"); // at once
+    await shows(second, "Another page or program is connected", ".notice");
     await page.bringToFront();
     await shows(page, /[1-9]\d* updates a second/, ".state-line");
 });

@@ -150,7 +150,7 @@ test("packets: filter, pause and clear", async (t) => {
     await page.click(".show-bytes");
     await shows(page, /checksum 0x[0-9A-F]{2} is right/, ".traffic");
     await page.click(".pause");
-    await shows(page, "Go on", ".pause");
+    await shows(page, "Resume", ".pause");
     await page.click(".clear");
     await shows(page, "Nothing to show", ".traffic");
     await page.click(".pause");
@@ -261,6 +261,9 @@ test("counters: with their meaning, and health in words", async (t) => {
     await page.waitForSelector(".read-counters:not(:disabled)");
     await page.click(".read-counters");
     await shows(page, "No reply came to 1 transaction.", ".health");
+    await page.click(".count-from-now");
+    await shows(page, /Counted since \d\d:\d\d:\d\d/, "panel-counters");
+    await shows(page, "The bus is well", ".health");
 });
 
 test("board: a setting is checked, applied, saved", async (t) => {

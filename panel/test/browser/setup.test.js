@@ -70,7 +70,8 @@ test("new servo: gets the ID that is typed, step by step", async (t) => {
     await press(page, ".search");
     await shows(page, /^7\t1\t/m, ".found tbody");
     await press(page, "button.diagnose");
-    await shows(page, "one servo answers well", ".finding");
+    await shows(page, "it answers well", ".finding");
+    await shows(page, "Servo 7 answers at 1000000 bit/s", ".finding"); // what was measured
 });
 
 test("question: another connection, Esc at Stop and another tab answer no", async (t) => {
@@ -230,7 +231,7 @@ test("other ID: a full list is told, and can be forgotten", async (t) => {
     await shows(page, "The controller knows 18 servos", ".place-outcome");
     await press(page, ".place-outcome .forget-list");
     await page.waitForFunction(() => !document.querySelector(".place-outcome"));
-    await press(page, "panel-setup-new .forget-list"); // all servos are plugged in, and found again
+    await shows(page, "Forget the list, set up servo 19", ".set-up-new"); // all servos are plugged in, and found again
 });
 
 test("profile bridge: offers search, registers and backup", async (t) => {

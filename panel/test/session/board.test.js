@@ -75,8 +75,8 @@ for (const { board, elf, profile } of FIRMWARES) {
         while (!session.robot.device) await new Promise((resolve) => session.addEventListener("change", resolve, { once: true }));
         const status = await readStatus(session);
 
-        assert.ok(status.some(({ label, text }) => label === "Reset by" && text === "power"));
-        assert.equal(status.some(({ isMemory }) => isMemory), profile !== "bridge");
+        assert.ok(status.some(({ label, text }) => label === "Last reset by" && text === "power"));
+        assert.equal(status.some(({ isDetail }) => isDetail), profile !== "bridge");
         await sendPacket(session, write(1, 0x06, [0xff, 0xff])); // out of range
         const alarmed = () => (session.wire.hasConsole ? true : session.robot.device.alarms !== 0);
 

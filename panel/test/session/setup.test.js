@@ -171,7 +171,7 @@ test("profile full: diagnosis of one, of all, of an absent servo", async (t) => 
     const { setup, session } = await rig(t);
 
     await setup.diagnose(2);
-    assert.deepEqual(setup.findings.map(({ id, number, place }) => [id, number, place]), [[2, 1, "ID 2 at 1000000bps"]]);
+    assert.deepEqual(setup.findings.map(({ id, number, measured }) => [id, number, measured[1]]), [[2, 1, "ID 2 at 1000000bps"]]);
     await setup.diagnose("all");
     assert.deepEqual(setup.findings.map(({ id, number }) => [id, number]), [[1, 1], [2, 1], [3, 1]]);
     await setup.diagnose(9);

@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { parseAlarms, parseStatus } from "../../src/model/board.js";
-import { counterRows, healthOf, parseCounters, readCounters } from "../../src/model/counters.js";
+import { countedFrom, counterRows, healthOf, parseCounters, readCounters, startOf } from "../../src/model/counters.js";
 import { Session } from "../../src/model/session.js";
 import { Settings, risksOf } from "../../src/model/settings.js";
 import { INSTRUCTION } from "../../src/wire/packet.js";
@@ -44,14 +44,23 @@ test("healthOf: ignores counts of a scan; each trouble has a text", () => {
     }
 });
 
+test("countedFrom: what was counted before is left out, also behind 65535", () => {
+    const start = startOf({ since: "since the reset, 9 s ago", rows: [{ key: "timeouts", count: 65535, ofScan: 3 }] });
+    const rows = [{ key: "timeouts", count: 1, ofScan: 3 }, { key: "sent", count: 7, ofScan: 0 }];
+
+    assert.equal(start.age, 9);
+    assert.deepEqual(countedFrom(start, rows).map(({ count, ofScan }) => [count, ofScan]), [[2, 0], [7, 0]]);
+    assert.equal(countedFrom(null, rows), rows);
+});
+
 /* ---- status and alarms ---- */
 
-test("parseStatus: labels and texts", () => {
-    assert.deepEqual(parseStatus(["reset by power", "bus: ok", "stack: 1 of 2 bytes never used", "odd"]), [
-        { label: "Reset by", text: "power", isMemory: false },
-        { label: "bus", text: "ok", isMemory: false },
-        { label: "stack", text: "1 of 2 bytes never used", isMemory: true },
-        { label: "odd", text: "", isMemory: false },
+test("parseStatus: what an owner needs with its meaning, the rest as details", () => {
+    assert.deepEqual(parseStatus(["reset by watchdog", "bus: ok", "stack: 1 of 2 bytes never used", "odd"]), [
+        { label: "Last reset by", text: "watchdog: the firmware hung", isDetail: false },
+        { label: "Bus", text: "ok", isDetail: false },
+        { label: "stack", text: "1 of 2 bytes never used", isDetail: true },
+        { label: "odd", text: "", isDetail: true },
     ]);
 });
 

@@ -83,3 +83,9 @@ test("bundle: loads nothing from elsewhere", () => {
 test("bundle: no template has an attribute style", () => {
     assert.ok(!/<\w+[^<>]*\sstyle=/.test(read("app.js")));
 });
+
+// The minifier gives short names to what only the page has (bundle/bundle.mjs).
+test("bundle: names that a browser looks up stay", () => {
+    for (const name of ["baudRate", "connectedCallback", "disconnectedCallback", "focusVisible", "isComposing", "preventScroll", "requestPort"])
+        assert.match(read("app.js"), new RegExp(`\\b${name}\\b`), name);
+});

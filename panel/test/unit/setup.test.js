@@ -187,7 +187,7 @@ test("new servo: an ID of the list is refused, and set up once the list is forgo
     });
 
     await finish(clock, setup.setUpNew(4));
-    assert.deepEqual(codes(setup.session), ["command"]);
+    assert.deepEqual(codes(setup.session), []); // the outcome has the remedy
     assert.deepEqual(setup.outcome, { kind: "newKnown", lines: [], id: 4 });
     await finish(clock, setup.setUpNew(4, { forgets: true }));
     assert.equal(setup.outcome.kind, "new");
@@ -213,6 +213,7 @@ test("change of an ID: refused by a full list, until the list is forgotten", asy
     await finish(clock, setup.changeId(18, 50));
     assert.equal(setup.found.length, 18);
     assert.deepEqual([setup.outcome, setup.isFull], [{ kind: "full", lines: [] }, true]);
+    assert.deepEqual(codes(setup.session), []); // the outcome has the remedy
     await finish(clock, setup.forgetList());
     assert.deepEqual([setup.outcome, setup.isFull, setup.ids, setup.found], [null, false, [1], null]);
     assert.deepEqual(port.lines.filter((line) => /forget|scan/.test(line)), ["servos forget", "scan"]);
@@ -273,9 +274,10 @@ test("diagnosis: findings with text and remedy of the tables", async () => {
 
     await finish(clock, setup.diagnose(9));
     assert.equal(setup.findings.length, 1);
-    const [{ id, text, remedy, place, isGood }] = setup.findings;
+    const [{ id, text, remedy, measured, isGood }] = setup.findings;
 
-    assert.deepEqual([id, place, isGood], [9, "ID 1 at 1000000bps", false]);
+    assert.deepEqual([id, isGood], [9, false]);
+    assert.deepEqual(measured.map(texts.setup.measured), ["Asked 4 times: 0 good replies, 0 damaged ones, 4 times none.", "Servo 1 answers at 1000000 bit/s."]);
     assert.equal(text, tables().findings[11].text);
     assert.equal(remedy, tables().findings[11].remedy);
 });

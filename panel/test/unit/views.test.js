@@ -207,12 +207,12 @@ test("diagnosis: a remedy names the button Search, not the command", () => {
     const part = new (customElements.get("panel-setup-diagnose"))();
 
     part.setup = Object.assign(new EventTarget(), {
-        ids: [], has: () => true, isRunning: false, operation: null, session: {},
-        findings: [{ id: 1, ...tables().findings[11], place: "", isGood: false }],
+        ids: [], has: () => true, isRunning: false, operation: null, session: { robot: { servos: new Map() } },
+        findings: [{ id: 1, ...tables().findings[11], measured: [], isGood: false }],
     });
     const shown = valuesOf(part.render()).map(([, value]) => value).filter((value) => typeof value === "string");
 
-    assert.ok(shown.includes("check plug and power of this servo; then its ID: press “Search”"), shown.join());
+    assert.ok(shown.includes("check plug and power of this servo; then press “Search”: it may have another ID"), shown.join());
 });
 
 test("registers: Enter writes, and presses no button of the question behind it", () => {
