@@ -16,7 +16,7 @@ import unittest
 
 import boards
 from client import BROADCAST, PING, READ, REG_WRITE, WRITE, packet, word
-from simulator import PATIENCE_S, ROOT, SIM, controller, settle
+from simulator import LONG, PATIENCE_S, ROOT, SIM, controller, settle
 
 sys.path.append(str(ROOT / "scripts"))
 import console  # the rows of the commands
@@ -249,7 +249,7 @@ SCRIPT = {
 FULL_ONLY = {
     "new": error(89, "new 9") + text("id 1 at 1000000bps") + servo("1-3 RETURN_DELAY 10")
            + "@servos 1\nbaud 1 66raw\nbus 1000000\nnew 9\n" + text("step 1 of 4: search")
-           + text("no servo there: search at all 255 rates")
+           + text("not there: search at all 255 rates")
            + text("one ID answers: ID 1 at 29851bps; if several servos are connected, unplug all but one")
            + text("step 2 of 4: return delay 2 us")
            + text("step 3 of 4: ID 1 becomes 9") + text("step 4 of 4: rate 29851bps becomes 1000000bps")
@@ -416,6 +416,15 @@ class Scripts(unittest.TestCase):
                   + text("servo 1 is set up and joins the robot, at 19417bps") + error(95, "new 2"))
         run = controller("echo off\n" + said_by("full", script), "atmega128", "1", "--rules", "warn")
         self.assertEqual(run.status, 0, run.output[-3000:])
+
+    def test_new_servo_is_found_at_unlisted_rates(self):
+        """36 and 99 to 107 are near listed rates, where the servo is found but may not be understood."""
+        for rate in (0, 36, *range(99, 108, 1 if LONG else 4), 150):
+            with self.subTest(rate=rate):
+                script = f"write 1 BAUD_RATE {rate}\nservos forget\n" + "new 2\n"
+                script += servo("1 ID 2") + servo("1 BAUD_RATE 1") + "ping 2\n"
+                run = controller("echo off\n" + said_by("full", script), "atmega128", "1", "--rules", "warn")
+                self.assertEqual(run.status, 0, run.output[-3000:])
 
     def test_new_servos_of_one_id_are_set_up_one_after_the_other(self):
         script = "@power 1 off\n" + "".join(f"@power {place} on\n@wait 1000\nnew {new}\n@power {place} off\n"

@@ -30,6 +30,7 @@ struct servo_fake {
     uint8_t table[0x32]; // by address
     uint8_t kept_baud;   // the last listed one, back after power-up (R24)
     uint8_t error;       // bits of every reply
+    uint8_t neighbours;  // it also hears at rates so near to its own; the reply is damaged there
 };
 
 /* A fault at packet `at`, counted from 1. */
@@ -105,6 +106,14 @@ static uint8_t servos_fault_now(void)
     return FAULT_NONE;
 }
 
+/* How far the rate of the bus is from that of the servo. */
+static uint8_t servo_fake_distance(const struct servo_fake *servo)
+{
+    int16_t distance = (int16_t)(servo->table[0x04] - port_fake.bauds[0]);
+
+    return (uint8_t)(distance < 0 ? -distance : distance);
+}
+
 /* The servos receive the packet on the line and answer. */
 static void servos_hear(struct cds_bus *bus)
 {
@@ -121,9 +130,12 @@ static void servos_hear(struct cds_bus *bus)
         struct servo_fake *servo = &servos.servo[i];
         uint8_t id = servo->table[0x03];
 
-        if (!servo->there || servo->table[0x04] != port_fake.bauds[0] || fault == LOSE_PACKET ||
-            (packet[2] != id && packet[2] != 0xFE) || (i == 0 && (dark || fault == CUT_BEFORE)))
+        if (!servo->there || servo_fake_distance(servo) > servo->neighbours ||
+            fault == LOSE_PACKET || (packet[2] != id && packet[2] != 0xFE) ||
+            (i == 0 && (dark || fault == CUT_BEFORE)))
             continue;
+        if (servo_fake_distance(servo))
+            fault = SPOIL_REPLY;
         level = servo->table[0x10];
         who = id;
         error = servo_fake_obey(servo, packet, &data, &count);

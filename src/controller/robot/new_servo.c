@@ -35,16 +35,35 @@ static void finish(struct new_servo *servo, enum new_servo_outcome outcome, uint
     servo->is_ending = true;
 }
 
+static void fail(struct new_servo *servo, uint8_t result)
+{
+    finish(servo, result == CDS_CORRUPT ? NEW_SERVO_DAMAGED : NEW_SERVO_FAILED, result);
+}
+
+static void search_at_all_rates(struct new_servo *servo)
+{
+    servo->searched_any = true;
+    enter(servo, NEW_SERVO_SEARCH_ANY);
+}
+
 /* The step has ended as `result`. Returns true if it was well; else the step is tried again, or
- * everything ends. */
+ * everything ends. A servo at a neighbour of a listed rate can be found there and not be
+ * understood: then its own rate is searched for. */
 static bool is_well(struct new_servo *servo, enum cds_result result)
 {
+    bool is_retried = result == CDS_TIMEOUT || result == CDS_CORRUPT;
+
     if (result == CDS_OK)
         return true;
     servo->begun = false;
-    if ((result != CDS_TIMEOUT && result != CDS_CORRUPT) || ++servo->tries >= NEW_SERVO_TRIES)
-        finish(servo, result == CDS_CORRUPT ? NEW_SERVO_DAMAGED : NEW_SERVO_FAILED,
-               (uint8_t)result);
+    if (is_retried && ++servo->tries < NEW_SERVO_TRIES)
+        return false;
+    if (is_retried && servo->step == NEW_SERVO_CHECK && !servo->searched_any) {
+        servo->result = (uint8_t)result;
+        search_at_all_rates(servo);
+    } else {
+        fail(servo, (uint8_t)result);
+    }
     return false;
 }
 
@@ -87,8 +106,7 @@ static void search_elsewhere(struct new_servo *servo)
         enter(servo, NEW_SERVO_MEND_ALL);
         return;
     }
-    servo->searched_any = true;
-    enter(servo, NEW_SERVO_SEARCH_ANY);
+    search_at_all_rates(servo);
 }
 
 /* True if the servo that was found may be one of the robot's: it has an ID and the rate of one. */
@@ -139,24 +157,33 @@ static void search(struct new_servo *servo)
 }
 
 /* The PING to all, or the READ of the rate, has ended. A servo also answers at neighbours of its
- * rate, so its own rate is read. */
+ * rate, so its own rate is read; where it cannot be read, the next rate is asked. */
 static void any_answered(struct new_servo *servo)
 {
     const struct cds_request *request = servo->config.request;
     bool is_good = request->result == CDS_OK;
 
     servo->begun = false;
-    if (servo->asked_rate) {
-        servo->baud_reg = is_good && request->length ? request->reply[0] : servo->any_baud;
+    if (is_good && servo->asked_rate) {
+        servo->baud_reg = request->reply[0];
         enter(servo, NEW_SERVO_SEARCH_THERE);
-    } else if (is_good) {
+        return;
+    }
+    if (is_good) {
         servo->id = request->id;
         servo->asked_rate = true;
-    } else if (servo->any_baud == CDS_BAUD_MAX) {
-        finish(servo, NEW_SERVO_NONE, CDS_OK);
-    } else {
-        servo->any_baud++;
+        return;
     }
+    if (servo->asked_rate && ++servo->tries < NEW_SERVO_TRIES)
+        return;
+    servo->tries = 0;
+    servo->asked_rate = false;
+    if (servo->any_baud < CDS_BAUD_MAX)
+        servo->any_baud++;
+    else if (servo->result)
+        fail(servo, servo->result);
+    else
+        finish(servo, NEW_SERVO_NONE, CDS_OK);
 }
 
 static void search_any(struct new_servo *servo)

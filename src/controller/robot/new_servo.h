@@ -2,8 +2,9 @@
 /* Sets up a new servo that is alone on the bus: finds it at whatever rate, then gives it the return
  * delay that this board needs, an ID, and the rate of the bus.
  *
- * A search at the six listed rates asks every ID. If no servo answers, a PING to all is sent at
- * each of the 255 rates, and every ID is asked at the rate of the servo that answers. If more than
+ * A search at the six listed rates asks every ID. If no servo answers, or cannot be understood
+ * since its rate is a neighbour of the listed one, a PING to all is sent at each of the 255 rates,
+ * and every ID is asked at the rate of the servo that answers. If more than
  * one servo answers, nothing is written; nor if the servo has an ID of the robot and the rate of
  * the bus: it may be one of the robot's. What may be retried is tried NEW_SERVO_TRIES times. At the
  * end the bus has its own rate back.
@@ -65,7 +66,7 @@ struct new_servo {
     struct new_servo_config config;
     uint8_t step;    // enum new_servo_step
     uint8_t outcome; // enum new_servo_outcome
-    uint8_t result;  // enum cds_result of the step that failed
+    uint8_t result;  // enum cds_result of the step that failed last
     bool mended_all;
     bool searched_any;
     uint8_t id;       // where the servo was found

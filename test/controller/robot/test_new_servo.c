@@ -42,6 +42,17 @@ void test_servo_at_unlisted_rate_is_set_up(void)
     TEST_ASSERT_TRUE(servo.searched_any);
 }
 
+void test_servo_near_a_listed_rate_is_set_up(void)
+{
+    servo_fake_put(0, 1, 99);
+    servos.servo[0].neighbours = 4;
+    rig_begin_new_servo();
+    TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_OK, rig_run_new_servo());
+    rig_assert_set_up();
+    TEST_ASSERT_TRUE(servo.searched_any);
+    TEST_ASSERT_EQUAL_UINT8(99, servo.found[0].baud_reg);
+}
+
 void test_servo_in_place_is_not_changed(void)
 {
     servo_fake_put(0, NEW, HOME);

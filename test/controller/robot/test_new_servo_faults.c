@@ -74,7 +74,7 @@ void test_two_servos_with_one_id_end_as_damaged(void)
     servo_fake_put(1, 1, HOME);
     rig_begin_new_servo();
     TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_DAMAGED, rig_run_new_servo());
-    TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_CHECK, servo.step);
+    TEST_ASSERT_TRUE(servo.searched_any);
 }
 
 /* Aborts `turns` turns of the main loop after `step` has begun. The servo is at an unlisted rate; a

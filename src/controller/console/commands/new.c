@@ -8,7 +8,7 @@
 static const CDS_FLASH char message_search[] =
     "step 1 of 4: search for the servo at the six listed rates, about 4 s; a key ends it";
 static const CDS_FLASH char message_search_any[] =
-    "no servo there: search at all 255 rates, about 3 s; a key ends it";
+    "not there: search at all 255 rates, about 3 s; a key ends it";
 static const CDS_FLASH char message_mend_all[] =
     "a servo answers before this board listens: return delay is written, then search again";
 static const CDS_FLASH char message_delay_written[] =
@@ -124,7 +124,7 @@ static uint8_t bits_of(const struct new_servo *servo)
 
 static bool conclude(struct console *console, const struct new_servo *servo)
 {
-    if (servo->step >= NEW_SERVO_CHECK || servo->outcome == NEW_SERVO_KNOWN)
+    if (servo->count)
         console->line.id = servo->id;   // an error names it
     if (servo->outcome != NEW_SERVO_OK) // it has joined the robot with the first write
         cds_servos_forget_from(&console->robot->servos, servo->known);
@@ -152,6 +152,8 @@ static bool poll(struct console *console)
 {
     const struct new_servo *servo = &console->robot->work.new_servo;
 
+    if (servo->step == NEW_SERVO_SEARCH_ANY && console->index > NEW_SERVO_CHECK)
+        console->index = NEW_SERVO_SEARCH_ANY; // it was found, and not understood
     if (console->index <= servo->step) {
         print_step(&console->printer, servo, console->index++);
         return true;
