@@ -145,12 +145,12 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
 - In a line of more than 80 characters the older part can no longer be deleted. A line wider than the terminal can only
   be edited at its end.
 - IDs are 0 to 253. Where the usage says `ID|254`, 254 is all servos. Bytes are 0 to 255.
-- A list of servos may stand where the usage says `ID`, `ID|254` or `ID...`: `3`, `1-6`, `1,2,5-8`, or `all`, the
-  servos of the robot. Several such words may follow each other (`torque 1 2 3 on`), but only one where a number
-  follows (`move 1-3 90`): `move 1 2 30` moves servo 1 to 2deg at 30rpm, and a warning says so if the robot has a servo 2.
-  The command runs for one servo after the other. The reply of each servo begins with `servo 3: ` (but not that of `backup`);
-  then comes `ok`, the value or the error. The last line is `ok` only if all servos did it, else error 87. The instructions
-  of the manual, `id`, and the profile `console` take one servo.
+- Where the usage says `ID`, `ID|254` or `ID...`, a list of servos may stand: `3`, `1-6`, `1,2,5-8`, or `all`, the servos of
+  the robot. The instructions of the manual, `id`, and the profile `console` take one servo.
+- A list may have blanks (`torque 1 2 3 on`), but not where a number follows: write `move 1-3 90`. The line `move 1 2 30` moves
+  servo 1 to 2deg at 30rpm, and a warning says so if the robot has a servo 2.
+- With a list, the command runs for one servo after the other. The reply of each servo begins with `servo 3: ` (but not that of
+  `backup`); then comes `ok`, the value or the error. The last line is `ok` if all servos did it, else error 87.
 - Numbers: `90`, `90.5deg`, `-20rpm`, `6.5V`, `512raw`, `0x1F`. A number without unit has the unit that `get` shows; `raw`
   is the value of the register ([registers.md](registers.md)). A number between two register values becomes the nearest
   one.
