@@ -433,7 +433,7 @@ class Build(unittest.TestCase):
         self.assert_one_line(f"{board} lacks board.h: BOARD_HOST_USART, BOARD_HOST_BAUD, or, without a host link, "
                              "FIRMWARE in board.mk", f"BOARD_DIR={board}")
         (board / "board.h").unlink()
-        self.assert_one_line(f"{board} lacks board.h (CONTRIBUTING.md", f"BOARD_DIR={board}")
+        self.assert_one_line(f"{board} lacks board.h (docs/linking.md", f"BOARD_DIR={board}")
         self.assert_one_line("/nowhere is no folder", "BOARD_DIR=/nowhere")
 
     def test_board_dir_with_a_quoted_value_is_one_line(self):
@@ -481,7 +481,7 @@ class Build(unittest.TestCase):
             text = (board / "board.h").read_text()
             (board / "board.h").write_text(re.sub(pattern, rf"\1 {value} //", text))
             name = re.search(r"\w+", pattern.replace("(", "").replace("BUS0_", ""))[0]
-            self.assert_one_line(f"{name} is {value}; {remedy} (CONTRIBUTING.md", f"BOARD_DIR={board}")
+            self.assert_one_line(f"{name} is {value}; {remedy} (docs/linking.md", f"BOARD_DIR={board}")
 
     def test_board_dir_with_a_typing_error_names_what_is_meant(self):
         for line, meant in [("BOARD_BUS0_WIRNG TIED", "did you mean BOARD_BUS0_WIRING?"),
@@ -498,7 +498,7 @@ class Build(unittest.TestCase):
         board = self.make_board("HOST_BAUD")  # what is meant is not missing, too
         with open(board / "board.h", "a", encoding="utf-8") as header:
             header.write("#define BOARD_HOST_BUAD 57600\n")
-        self.assert_one_line("did you mean BOARD_HOST_BAUD? (CONTRIBUTING.md", f"BOARD_DIR={board}")
+        self.assert_one_line("did you mean BOARD_HOST_BAUD? (docs/linking.md", f"BOARD_DIR={board}")
 
     def test_board_mk_with_a_typing_error_names_what_is_meant(self):
         for line, message in [("PROGRAMER := avrisp", "PROGRAMER is unknown; did you mean PROGRAMMER?"),
@@ -511,14 +511,14 @@ class Build(unittest.TestCase):
             else:
                 self.assert_profile("console", f"BOARD_DIR={board}")
         board = self.make_board(chip="MUC := atmega644p")
-        self.assert_one_line(f"{board}/board.mk: MUC is unknown; did you mean MCU? (CONTRIBUTING.md", f"BOARD_DIR={board}")
+        self.assert_one_line(f"{board}/board.mk: MUC is unknown; did you mean MCU? (docs/linking.md", f"BOARD_DIR={board}")
 
     def test_board_dir_with_half_a_host_link_lacks_the_other_half(self):
         for left_out in ["HOST_BAUD", "HOST_USART"]:
             board = self.make_board(left_out)
             status, output = self.make("-n", "run-example", f"EXAMPLE={ROOT}/examples/two_joints.c", f"BOARD_DIR={board}")
             self.assertNotEqual(status, 0)
-            self.assertIn(f"{board} lacks board.h: BOARD_{left_out} (CONTRIBUTING.md", output)
+            self.assertIn(f"{board} lacks board.h: BOARD_{left_out} (docs/linking.md", output)
 
     def test_board_dir_that_cannot_be_is_refused(self):
         board = self.make_board()
