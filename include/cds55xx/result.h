@@ -36,7 +36,7 @@ extern "C" {
     X(CDS_LIMIT, 11, "the limits of the servo do not permit this",                                 \
       "stay within its limits; docs/safety.md lists what is refused")                              \
     X(CDS_INHIBITED, 12, "the servo may not be driven",                                            \
-      "it lost its state (power), was stopped or does not answer: check it, then 'release'")       \
+      "'servos' tells why: mend power, load or plug, let a hot servo cool, then 'release'")        \
     X(CDS_TOO_EARLY, 13, "replies would come too early for this board",                            \
       "raise the servo's RETURN_DELAY; 'status' shows the lowest register value here")             \
     X(CDS_RESERVED, 14, "a motion moves the servo", "wait until the motion has ended, or end it")

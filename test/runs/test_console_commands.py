@@ -303,7 +303,7 @@ LISTS = ("info 1-2\n" + text("servo 1: 0x00 ") + text("servo 2: 0x1E GOAL_POSITI
 # A line that is held low, and a servo that is unplugged: what is not known is not shown. In mode person, whose
 # replies are the same but for the last lines of stop.
 LINE_LOW = ("scan\ntorque 1 on\n@fault stuck low 3000\n@wait 1500\nservos\n" + text("servo 1: line held low, torque unknown") + "status\n"
-            + text("servos: 3, inhibited 0, offline 3")
+            + text("servos: 3, inhibited 0")
             + error(9, "stop") + text("torque may still be on: switch off the supply; driving is inhibited until 'release'")
             + "@wait 2000\nservos\n" + text("servo 1: online, torque off, inhibited: stopped")
             + "release\n@power 3 off\n@wait 2500\nservos\n" + text("servo 3: offline, torque unknown")
@@ -416,6 +416,9 @@ class Scripts(unittest.TestCase):
                   + text("servo 1 is set up and joins the robot, at 19417bps") + error(95, "new 2"))
         run = controller("echo off\n" + said_by("full", script), "atmega128", "1", "--rules", "warn")
         self.assertEqual(run.status, 0, run.output[-3000:])
+
+    def test_move_without_speed_takes_that_of_limits(self):
+        self.run_on("atmega128", "scan\nlimits 2 60 240 31rpm\nmove 2 100\n" + servo("2 MOVING_SPEED 512"))
 
     def test_new_servo_is_found_at_unlisted_rates(self):
         """36 and 99 to 107 are near listed rates, where the servo is found but may not be understood."""

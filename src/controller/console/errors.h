@@ -14,11 +14,10 @@
     X(ERROR_UNKNOWN_COMMAND, 30, "unknown command", "'help' lists the commands")                   \
     X(ERROR_COUNT, 31, "wrong number of arguments", "'help COMMAND' shows what it takes")          \
     X(ERROR_NOT_A_NUMBER, 32, "not a number",                                                      \
-      "write 90, 90.5deg, 512raw, -30rpm, 0x1F: see 'help COMMAND'")                               \
+      "write 90, 90.5deg, 512raw, -30rpm, 0x1F, without a blank")                                  \
     X(ERROR_OUT_OF_RANGE, 33, "number out of range",                                               \
       "'help COMMAND' or docs/console.md has the range")                                           \
-    X(ERROR_UNKNOWN_REGISTER, 34, "unknown register",                                              \
-      "name it as in docs/registers.md, or give its address, 0 to 0x31")                           \
+    X(ERROR_UNKNOWN_REGISTER, 34, "unknown register", "'info ID' lists names and addresses") \
     X(ERROR_LINE_TOO_LONG, 35, "line too long", "send at most 1400 characters in a line")          \
     X(ERROR_INPUT_LOST, 36, "input lost", "send the next line only after the reply to this one")   \
     X(ERROR_BLOCK, 37, "malformed block", "write ID:BYTE,BYTE,... with as many bytes as LENGTH")   \
@@ -97,7 +96,7 @@
       "check what blocks it, its power and its torque")                                            \
     X(ERROR_TORQUE_OFF, 84, "torque of a servo is off",                                            \
       "switch it on where the servos are, as by 'teach off 1 2 3'")                                \
-    X(ERROR_ALARM, 85, "the servo reports an alarm", "'servos' names it: remove the cause")        \
+    X(ERROR_ALARM, 85, "the servo reports an alarm", "take its load off and let it cool")          \
     X(ERROR_VOLTAGE, 86, "voltage outside of the servo's limits",                                  \
       "charge the battery, or see its MIN_VOLTAGE and MAX_VOLTAGE")                                \
     X(ERROR_OVERRIDE, 82, "percentage of the speed out of range", "give 10 to 200%")               \

@@ -20,6 +20,7 @@
 #define BELL      0x07
 #define BACKSPACE 0x08
 #define TAB       0x09
+#define CTRL_L    0x0C
 #define CTRL_N    0x0E
 #define CTRL_P    0x10
 #define CTRL_U    0x15
@@ -298,7 +299,8 @@ static enum editor_event tab(struct editor *editor, struct printer *echo)
 static enum editor_event obey(struct editor *editor, char key, struct printer *echo)
 {
     switch (key) {
-    case '\0': break;
+    case '\0':
+    case CTRL_L: break;
     case '\r':
     case '\n': return end_of_line(editor, echo);
     case CTRL_C: return drop(editor, echo);

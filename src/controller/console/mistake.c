@@ -22,8 +22,7 @@ static const CDS_FLASH char message_known_id[] =
     "ID %u is in the robot's list; choose another ID, or empty it by 'servos forget'";
 static const CDS_FLASH char message_usage_due[] = "wrong number of arguments; usage: %s";
 static const CDS_FLASH char message_limits[] =
-    "its limits are %a to %a and %r: stay within them; 'move' needs a SPEED, and 'torque on' needs "
-    "'info ID' first";
+    "its limits are %a to %a and %r: stay within them; 'torque on' needs 'info ID' first";
 static const CDS_FLASH char message_not_driven[] =
     "not driven, as it gives no good answer; check its power, plug and rate";
 

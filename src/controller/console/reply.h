@@ -20,4 +20,7 @@ extern const CDS_FLASH char *const CDS_FLASH reply_conditions[];
  * *text; returns the bits that are left. */
 uint8_t reply_condition(uint8_t bits, const CDS_FLASH char **text);
 
+/* The remedy for the lowest bit, with "; " in front. Only where errors have remedies. */
+const CDS_FLASH char *reply_remedy(uint8_t bits);
+
 #endif

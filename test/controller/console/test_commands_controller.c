@@ -204,29 +204,34 @@ void test_alarm_report_prints_lines_between_replies(void)
     settings.alarm_report = 1;
     said[0] = '\0';
     says(7, 0x24);
-    turns(10);
-    TEST_ASSERT_EQUAL_STRING("alarm 7: overheating\r\nalarm 7: overload\r\n", said);
+    turns(30);
+    TEST_ASSERT_EQUAL_STRING("alarm 7: overheating; take its load off and let it cool\r\n"
+                             "alarm 7: overload; take its load off and let it cool\r\n",
+                             said);
     eeprom_fake.slow = 3;
     reply_to("save");
     says(8, 0x01);
     turns(400);
-    TEST_ASSERT_EQUAL_STRING("ok\r\nalarm 8: input voltage\r\n", said);
+    TEST_ASSERT_EQUAL_STRING("ok\r\nalarm 8: input voltage; charge the battery, or see its "
+                             "MIN_VOLTAGE and MAX_VOLTAGE\r\n",
+                             said);
 }
 
 void test_status_tells_all_there_is(void)
 {
     cds_servos_add(&robot.servos, 7);
     says(7, 0);
-    TEST_ASSERT_EQUAL_STRING("reset by power brown-out\r\n"
-                             "settings at start: defaults: nothing saved before\r\n"
-                             "host link: not watched\r\ndriving: allowed\r\n"
-                             "last stop: none\r\nCtrl-X in damaged packets: 0\r\n"
-                             "bus: busy\r\nservos: 1, inhibited 0, offline 0\r\n"
-                             "RETURN_DELAY refused: 0; lowest here 0\r\n"
-                             "poses: 0, room for 20; sequences: 0, room for 8\r\n"
-                             "EEPROM: 0 saves of motion data, 0 records are damaged\r\n"
-                             "stack: 1234 of 2000 bytes never used\r\nok\r\n",
-                             reply_to("status"));
+    TEST_ASSERT_EQUAL_STRING(
+        "reset by power brown-out\r\n"
+        "settings at start: defaults: nothing saved before\r\n"
+        "host link: not watched\r\ndriving: allowed\r\n"
+        "last stop: none\r\nCtrl-X in damaged packets: 0\r\n"
+        "bus: busy\r\nservos: 1, inhibited 0 ('servos' tells why), offline 0\r\n"
+        "RETURN_DELAY refused: 0; lowest here 0\r\n"
+        "poses: 0, room for 20; sequences: 0, room for 8\r\n"
+        "EEPROM: 0 saves of motion data, 0 records are damaged\r\n"
+        "stack: 1234 of 2000 bytes never used\r\nok\r\n",
+        reply_to("status"));
 }
 
 void test_status_prints_link_inhibit_and_last_stop(void)
@@ -243,7 +248,8 @@ void test_status_prints_link_inhibit_and_last_stop(void)
     TEST_ASSERT_NOT_NULL(strstr(said, "driving: inhibited until 'clear'\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "Ctrl-X in damaged packets: 7\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "host link: lost\r\n"));
-    TEST_ASSERT_NOT_NULL(strstr(said, "servos: 18 and more, inhibited 18, offline 0\r\n"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(said, "servos: 18 and more, inhibited 18 ('servos' tells why), offline 0\r\n"));
     robot.stop.servos = &robot.servos;
     robot.stop.steps.result = CDS_TIMEOUT;
     for (uint8_t i = 0; i < 17; i++)

@@ -165,17 +165,19 @@ void test_conditions_are_warnings_and_ok(void)
 {
     reply_to("ping 1");
     answer(1, CDS_ERROR_VOLTAGE | CDS_ERROR_OVERHEATING | CDS_ERROR_OVERLOAD, NULL, 0);
-    TEST_ASSERT_EQUAL_STRING("warning: input voltage\r\nwarning: overheating\r\n"
-                             "warning: overload\r\nok\r\n",
-                             said);
+    TEST_ASSERT_EQUAL_STRING(
+        "warning: input voltage; charge the battery, or see its MIN_VOLTAGE and MAX_VOLTAGE\r\n"
+        "warning: overheating; take its load off and let it cool\r\n"
+        "warning: overload; take its load off and let it cool\r\nok\r\n",
+        said);
 }
 
 void test_all_error_bits_are_named(void)
 {
     static const char *const lines[] = {
-        "warning: input voltage\r\n",
-        "\r\nwarning: overheating\r\n",
-        "\r\nwarning: overload\r\n",
+        "warning: input voltage; ",
+        "\r\nwarning: overheating; ",
+        "\r\nwarning: overload; ",
         "\r\nalso 20: servo: instruction error; ",
         "\r\nalso 21: servo: range error; ",
         "\r\nalso 22: servo: checksum error; ",

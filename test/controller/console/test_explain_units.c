@@ -70,8 +70,7 @@ void test_refusal_of_limits_names_them(void)
     assert_reply("error 11: servo 4: its limits are 60.117deg to 200deg and 3",
                  "write 4 GOAL_POSITION 1000");
     TEST_ASSERT_NOT_NULL(
-        strstr(said, "rpm: stay within them; 'move' needs a SPEED, and 'torque on' needs "
-                     "'info ID' first\r\n"));
+        strstr(said, "rpm: stay within them; 'torque on' needs 'info ID' first\r\n"));
     reply_to("servos");
     TEST_ASSERT_NOT_NULL(strstr(said, ", limits 60.117deg to 200deg and 3"));
 }

@@ -350,6 +350,13 @@ void test_other_characters_are_shown_as_question_marks(void)
     assert_row("???", 3);
 }
 
+void test_ctrl_l_is_ignored(void)
+{
+    type("ab\x0C"
+         "c");
+    assert_row("abc", 3);
+}
+
 void test_prompt_is_shown_before_the_line(void)
 {
     editor.prompt_due = true;

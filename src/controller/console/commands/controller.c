@@ -13,6 +13,7 @@ static const CDS_FLASH char message_origin[] = "settings at start: %s";
 static const CDS_FLASH char message_of_others[] = "of others";
 static const CDS_FLASH char message_decimal[] = "%u";
 static const CDS_FLASH char message_alarm[] = "alarm %s: %s";
+static const CDS_FLASH char message_alarm_remedy[] = "alarm %s: %s%s";
 static const CDS_FLASH char message_reset[] = "reset by%s%s%s%s%s";
 static const CDS_FLASH char message_link_lost[] = "host link: lost";
 static const CDS_FLASH char message_link_on[] = "host link: watched";
@@ -30,6 +31,8 @@ static const CDS_FLASH char message_delays[] = "RETURN_DELAY refused: %u; lowest
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, inhibited %u, offline %u";
+static const CDS_FLASH char message_servos_explained[] =
+    "servos: %u%s, inhibited %u ('servos' tells why), offline %u";
 static const CDS_FLASH char message_host_rate[] =
     "the host link changes behind the next line; a reset undoes this until 'save'";
 static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes never used";
@@ -171,10 +174,12 @@ static bool save_poll(struct console *console)
 
 /* ---- alarms ---- */
 
-/* Prints the line of the lowest bit, "alarm 3: overheating", and returns the other bits. */
-NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t bits)
+/* Prints the line of the lowest bit, "alarm 3: overheating", and returns the other bits. A line
+ * that tells a new alarm ends with its remedy. */
+NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t bits, bool is_new)
 {
     union printer_value *value = printer->values;
+    bool has_remedy = command_set.explain && is_new;
 
     if (id == CDS_BROADCAST_ID) {
         (value++)->text = message_of_others;
@@ -182,8 +187,10 @@ NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t 
         (value++)->text = message_decimal;
         (value++)->number = id;
     }
+    if (has_remedy)
+        value[1].text = reply_remedy(bits);
     bits = reply_condition(bits, &value->text);
-    printer_line(printer, message_alarm);
+    printer_line(printer, has_remedy ? message_alarm_remedy : message_alarm);
     return bits;
 }
 
@@ -214,7 +221,8 @@ static bool alarms_poll(struct console *console)
     if (left == 0)
         return false;
     left ^= alarm_line(&console->printer,
-                       *index < servos->count ? servos->states[*index].id : CDS_BROADCAST_ID, left);
+                       *index < servos->count ? servos->states[*index].id : CDS_BROADCAST_ID, left,
+                       false);
     console->part |= left;
     return true;
 }
@@ -238,7 +246,7 @@ bool controller_report(struct console *console)
     }
     if (printer_ready(&console->printer) && failsafe->alarm) {
         console_move_prompt(console);
-        failsafe->alarm = alarm_line(&console->printer, failsafe->alarm_id, failsafe->alarm);
+        failsafe->alarm = alarm_line(&console->printer, failsafe->alarm_id, failsafe->alarm, true);
     }
     return true;
 }
@@ -337,7 +345,7 @@ static void print_servos(struct printer *printer, const struct cds_servos *servo
     printer->values[3].number = offline;
     if (servos_line_is_low(servos))
         printer->values[3].number = servos->count; // no servo can be asked
-    printer_line(printer, message_servos);
+    printer_line(printer, command_set.explain ? message_servos_explained : message_servos);
 }
 
 static void print_stack(struct printer *printer, const struct failsafe *failsafe)

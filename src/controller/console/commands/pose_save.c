@@ -227,10 +227,9 @@ static const CDS_FLASH struct command pose_save_rows[] = {
     {
         .usage = FLASH_TEXT("pose save NAME"),
         .what = FLASH_TEXT("store where the servos of the group are"),
-        .details = COMMAND_DETAILS(
-            "In the EEPROM, in place of a pose of this name. NAME: a letter, then letters and "
-            "digits, up to 8, no word of the console. Nothing is stored if a servo does not "
-            "answer, or while a motion is under way"),
+        .details = COMMAND_DETAILS("In the EEPROM, in place of a pose of this name. NAME: a "
+                                   "letter, then letters and digits, up to 8, no word of the "
+                                   "console. Refused if a servo does not answer, or in a motion"),
         .example = COMMAND_DETAILS("pose save stand"),
         .begin = save_begin,
         .poll = save_poll,

@@ -242,9 +242,8 @@ static const CDS_FLASH struct command setup_rows[] = {
         .usage = FLASH_TEXT("baud ID RATE"),
         .what = FLASH_TEXT("give a servo another baud rate"),
         .details = COMMAND_DETAILS("RATE: 7843 to 2000000bps, or the register, 0raw to 254raw. The "
-                                   "bus changes with it; 'bus' changes it back: other servos do "
-                                   "not answer before. Of a list, servos that did not follow are "
-                                   "named"),
+                                   "bus changes with it: others answer after 'bus' has changed it "
+                                   "back. Names the servos of a list that did not follow"),
         .example = COMMAND_DETAILS("baud 1 57600bps"),
         .begin = baud_begin,
         .poll = identity_poll,

@@ -272,9 +272,9 @@ const CDS_FLASH struct command stop_rows[] = {
         .usage = FLASH_TEXT("limits ID LOW HIGH [SPEED]"),
         .what = FLASH_TEXT("limits of angle and speed"),
         .details = COMMAND_DETAILS(
-            "Angles, 0 to 300deg, and a speed, 0 to 62rpm, 0: no limit. No goal or speed beyond "
-            "them is sent, from console, bridge or cycle. Until power-off; for a servo of the "
-            "robot; 'servos' shows them. 'limits ID 0 300' removes them"),
+            "Angles, 0 to 300deg, and a speed, 0 to 62rpm, 0: no limit. The controller sends "
+            "nothing beyond them. Until power-off; 'servos' shows them, 'limits ID 0 300' removes "
+            "them"),
         .example = COMMAND_DETAILS("limits 1 60 240 30rpm"),
         .begin = limits_begin,
     },
