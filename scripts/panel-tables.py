@@ -51,7 +51,7 @@ REMEDIES = {
 
 # Findings in the words of an owner of a robot: what it means, and what to do in the page.
 FINDINGS = {
-    "1": ("it answers well; if it behaves badly, count the servos: another one may have the same ID", ""),
+    "1": ("the servo answers well; if it behaves badly, count the servos: another one may have the same ID", ""),
     "2": ("the signal wire stays at 0 V, so nothing can be sent",
           "look for a short circuit, a plug turned round, or a board or adapter without power"),
     "3": ("a servo or another device sends without a pause", None),

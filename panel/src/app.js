@@ -67,8 +67,15 @@ class App extends View {
             document.addEventListener(name, ({ target }) => (this.#focused = name === "focusin" && target.matches(":focus-visible") ? target : null));
     }
 
+    #noticesShown = 0;
+
     updated() {
         const { activeElement, body } = document;
+        const { length } = this.session.notices;
+        const box = this.querySelector(".notices");
+
+        if (length > this.#noticesShown && box) box.scrollTop = box.scrollHeight; // the newest one is in sight
+        this.#noticesShown = length;
 
         if (this.#focused && activeElement === body)
             (this.#focused.isConnected ? this.#focused : this.querySelector("[aria-selected=true]")).focus({ preventScroll: true });

@@ -32,7 +32,7 @@ export const wire = {
     back: () => ({ text: "The controller answers again.", remedy: "", level: "info" }),
     lost: ({ detail }) => ({
         text: `The port was lost: ${detail}.`,
-        remedy: "Check the cable, then connect again. The robot goes on with what it was told last.",
+        remedy: "Check the cable, then connect again. The robot goes on with its last orders.",
     }),
     "lost-stopping": ({ detail }) => ({
         text: `The port was lost during a stop: ${detail}. It is not known whether torque is off.`,

@@ -56,7 +56,7 @@ export const setup = {
     diagnoseHint: "Finds out why a servo does not answer. It writes nothing.",
     measured: (line) =>
         line
-            .replace(/^asked (\d+), answered (\d+), damaged (\d+), silent (\d+)$/, "Asked $1 times: $2 good replies, $3 damaged ones, $4 times none.")
+            .replace(/^asked (\d+), answered (\d+), damaged (\d+), silent (\d+)$/, "Asked $1 times: $2 good replies, $3 damaged, $4 without reply.")
             .replace(/^ID (\d+) at (\d+)bps(.*)$/, "Servo $1 answers at $2 bit/s$3."),
     servoChoice: "Servo",
     anyServo: "any servo that answers",

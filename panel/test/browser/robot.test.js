@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { shows, startRobot, startRobotWithHand } from "../support/browser.js";
+import { PHONE, shows, startRobot, startRobotWithHand } from "../support/browser.js";
 
 const card = (id) => `[data-id="${id}"]`;
 
@@ -303,4 +303,17 @@ test("endless turn: the slider turns the servo while it is held", async (t) => {
     await shows(page, /Speed\s+-\d/, `${card(1)} dl`);
     await page.keyboard.up("PageUp");
     await waitForStand(page, 1);
+});
+
+test("touch: buttons step the goal, and an unplugged servo is told in the header", async (t) => {
+    const { page, hand } = await startRobotWithHand(t, { count: 2, viewport: PHONE });
+
+    await torqueOn(page, 1);
+    await page.click(`${card(1)} .touch button`);
+    await page.waitForFunction((css) => /→ 160/.test(document.querySelector(css).textContent), {}, `${card(1)} text.goal`);
+    await page.click("button.find");
+    await shows(page, "2 servos found", ".toolbar");
+    hand("power 2 off");
+    await shows(page, "2 servos, 1 offline", ".state-line");
+    assert.ok(!(await page.$eval(".toolbar", (bar) => bar.innerText)).includes("found"));
 });

@@ -70,7 +70,7 @@ test("new servo: gets the ID that is typed, step by step", async (t) => {
     await press(page, ".search");
     await shows(page, /^7\t1\t/m, ".found tbody");
     await press(page, "button.diagnose");
-    await shows(page, "it answers well", ".finding");
+    await shows(page, "the servo answers well", ".finding");
     await shows(page, "Servo 7 answers at 1000000 bit/s", ".finding"); // what was measured
 });
 

@@ -277,7 +277,7 @@ test("diagnosis: findings with text and remedy of the tables", async () => {
     const [{ id, text, remedy, measured, isGood }] = setup.findings;
 
     assert.deepEqual([id, isGood], [9, false]);
-    assert.deepEqual(measured.map(texts.setup.measured), ["Asked 4 times: 0 good replies, 0 damaged ones, 4 times none.", "Servo 1 answers at 1000000 bit/s."]);
+    assert.deepEqual(measured.map(texts.setup.measured), ["Asked 4 times: 0 good replies, 0 damaged, 4 without reply.", "Servo 1 answers at 1000000 bit/s."]);
     assert.equal(text, tables().findings[11].text);
     assert.equal(remedy, tables().findings[11].remedy);
 });

@@ -233,6 +233,24 @@ test("registers: Enter writes, and presses no button of the question behind it",
     assert.deepEqual([isPrevented, written.length], [true, 1]);
 });
 
+test("registers: a wrong value leaves no old one in the other field, and the question names what is written", () => {
+    const part = new (customElements.get("panel-setup-registers"))();
+    const row = tables().registers.find(({ name }) => name === "MIN_VOLTAGE");
+
+    part.setup = Object.assign(new EventTarget(), {
+        id: 1, rows: [{ ...row, scale: tables().units[row.unit] }], registers: { id: 1, bytes: new Uint8Array(64).fill(60), at: 0 },
+        isRunning: false, operation: null, session: { clock: { now: () => 0 }, robot: { servos: new Map() }, wire: {} },
+    });
+    part.querySelector = () => null;
+    valuesOf(part.render()).filter(([before]) => before.endsWith("@click=")).at(-1)[1]();
+    const raw = () => valuesOf(part.render()).filter(([before]) => before.endsWith(".value=")).at(-1)[1];
+
+    assert.equal(raw(), "60");
+    attributeOf(part.render(), "@input")({ target: { value: "99" } });
+    assert.equal(raw(), "");
+    assert.match(texts.setup.asks(3, "LOCK", "1", "Write it?"), /^Servo 3, LOCK = 1: /);
+});
+
 test("send: an empty field is no error and cannot be sent", () => {
     const part = new (customElements.get("panel-send"))();
     const shown = (form) => {
