@@ -2,6 +2,7 @@
 /* What the view Motion works on: the poses and sequences of the page, and what is done with them: play, store on
  * the board, files. */
 
+import { texts } from "../texts/texts.js";
 import { linesOfSequence, linesOfPose, readMotions, textOfMotions } from "./motion_text.js";
 import { MotionEditor } from "./motion_editor.js";
 import { MotionStore } from "./motion_store.js";
@@ -15,6 +16,7 @@ const ERROR_NO_MOTION = 79; // the motion was ended
 const BEGINS = 1; // register MOTION_STATE
 const UNDER_WAY = 2;
 const WAIT_MS = 1000; // the motion has ended already
+const t = texts.motion;
 
 export class MotionDesk extends MotionEditor {
     #loadedFrom = null; // the controller whose poses and sequences were read; null: none, or they may have changed since
@@ -24,15 +26,17 @@ export class MotionDesk extends MotionEditor {
     #isStopped = false; // the user has stopped the motion that is or was under way
     #robot = null;
     #isStarting = false; // play() has not ended
+    #played = null; // name of the sequence, or the recording, that the page plays
+    #step = 0; // that the board plays, since #stepSeen,
+    #stepSeen = 0;
+    #stepTime = 0; // at this time of the step, in ms
 
-    /* `ask(text)` resolves with true if the user says yes, and returns null if the view was left: then it cannot ask. */
+    /* `ask(text, yes)` returns null if the view was left: then it cannot ask. */
     constructor(session, { ask } = {}) {
-        super(session);
-        this.ask = ask;
+        super(session, ask);
         this.store = new MotionStore(session);
         this.player = new Player(session);
         this.recordings = new Recordings(this);
-        this.times = 1;
         this.percent = 100;
         this.by = "board"; // or page
         this.task = ""; // storing, loading
@@ -54,15 +58,14 @@ export class MotionDesk extends MotionEditor {
         return this.attempt(() => this.player.goTo(this.motions.poses.get(name)));
     }
 
-    /* Plays the recording, or the points that it was thinned out to, from the page, and measures how well the
-     * servos follow the recording. */
-    playRecording({ isThinned = false } = {}) {
-        const { latest: recording, thinned } = this.recordings;
+    /* Plays the recording from the page, and measures how well the servos follow it. */
+    playRecording() {
+        const { latest: recording } = this.recordings;
         const path = pathOfPoints(recording.ids, recording.samples);
 
         return this.attempt(async () => {
-            this.#usePercent();
-            if (!(await this.player.play(isThinned ? pathOfPoints(recording.ids, thinned.points) : path, true))) return;
+            this.#begin(recording);
+            if (!(await this.player.play(path))) return;
             const { samples } = this.player;
             const result = compare(path, samples);
 
@@ -90,32 +93,41 @@ export class MotionDesk extends MotionEditor {
 
     /* Does nothing if it was called already: the button may be pressed several times before it is disabled. */
     async play() {
-        if (this.#isStarting) return;
+        if (this.#isStarting || this.task) return;
         this.#isStarting = true;
-        await this.attempt(() => (this.playedBy === "board" ? this.#playByBoard() : this.#playByPage()));
+        await this.attempt(async () => {
+            if (!this.steps.length) throw new MotionError("motion-no-steps", { detail: this.sequence });
+            await (this.playedBy === "board" ? this.#playByBoard() : this.#playByPage());
+        });
         this.#isStarting = false;
     }
 
+    /* True if the board is known to lack the sequence, or to have it with other contents: play() stores it first. */
+    get needsStore() {
+        return this.playedBy === "board" && this.#loadedFrom === this.session.controller && this.steps.length > 0 && !this.#newOf(this.#shown).isEmpty;
+    }
+
+    get #shown() {
+        return this.motions.partOf(this.sequence);
+    }
+
     async #playByBoard() {
-        const { sequence, store, motions } = this;
+        const { sequence, store, isLoop, times } = this;
         const { robot } = this.session;
+        const part = this.#shown; // the user may go on editing
 
         await this.#loadStored();
-        if (!store.stored.sequences.has(sequence)) throw new MotionError("motion-not-stored", { detail: sequence });
-        const { poses, sequences } = store.replaced(motions.partOf(sequence));
-
-        if (poses.length || sequences.length) throw new MotionError("motion-differs", { detail: sequence });
-        await store.play(sequence, { times: this.isLoop ? 0 : this.times, percent: this.percent });
+        if (!this.#newOf(part).isEmpty && !(await this.#during("storing", () => this.#store(part)))) return;
+        await store.play(sequence, { times: isLoop ? 0 : times, percent: this.percent });
         this.session.takeMotion();
         robot.motion = { ...robot.motion, state: BEGINS }; // until it is read
     }
 
     async #playByPage() {
-        if (!this.steps.length) throw new MotionError("motion-no-steps", { detail: this.sequence });
-        const { poses, sequences } = this.motions.partOf(this.sequence); // a copy: poses may be renamed meanwhile
+        const { poses, sequences } = this.#shown; // a copy: poses may be renamed meanwhile
         const steps = sequences.get(this.sequence);
 
-        this.#usePercent();
+        this.#begin(this.sequence);
         let start = new Map(this.ids.map((id) => [id, this.session.robot.servos.get(id).raw.position]));
 
         for (let left = this.isLoop ? Infinity : this.times; left > 0; left--) {
@@ -124,8 +136,27 @@ export class MotionDesk extends MotionEditor {
         }
     }
 
-    #usePercent() {
+    /* The time of the sequence that is shown, or of the recording `of`, while it plays, in ms; else NaN. The board tells the
+     * step only: the page counts the time since then. */
+    playhead(of = this.sequence) {
+        const { player, session, steps } = this;
+        const { state, step = 0, paused, override } = session.robot?.motion ?? {};
+
+        if (player.isPlaying) return player.state === "playing" && this.#played === of ? player.time : NaN;
+        if (state !== UNDER_WAY || this.store.playing !== of || !steps[step - 1]) return NaN;
+        const now = session.clock.now();
+
+        if (step !== this.#step) [this.#step, this.#stepTime] = [step, 0];
+        else if (!paused) this.#stepTime += ((now - this.#stepSeen) * override) / 100;
+        this.#stepSeen = now;
+        const { time, dwell } = steps[step - 1];
+
+        return this.path.begins[step - 1] + Math.min(this.#stepTime, time + dwell);
+    }
+
+    #begin(played) {
         this.player.percent = this.percent;
+        if (!this.player.isPlaying) this.#played = played;
     }
 
     setPercent(percent) {
@@ -227,19 +258,19 @@ export class MotionDesk extends MotionEditor {
         this.showSequence([...this.motions.sequences.keys()][0] ?? "");
     }
 
-    async #mayReplace(textOfQuestion) {
-        const isConfirmed = await this.ask(textOfQuestion);
+    async #mayReplace(question) {
+        const isConfirmed = await this.ask(question, t.replace);
 
         if (isConfirmed === null) throw new MotionError("motion-not-asked");
         return isConfirmed;
     }
 
-    async load(askFirst) {
+    async load() {
         await this.#during("loading", () =>
             this.attempt(async () => {
                 await this.store.load();
                 // Asks now: the user may have changed something during the load.
-                if (this.motions.isChanged && !(await this.#mayReplace(askFirst))) return;
+                if (this.motions.isChanged && !(await this.#mayReplace(t.askReplacePage))) return;
                 this.#takeMotions(this.store.stored);
                 if (this.store.gone.length) this.session.notify({ code: "motion-gone", names: this.store.gone });
                 this.#notifyCounts("motion-loaded");
@@ -247,7 +278,7 @@ export class MotionDesk extends MotionEditor {
         );
     }
 
-    async storeAll(textOfQuestion) {
+    async storeAll() {
         if (this.task) return; // the button was pressed twice
         await this.#during("storing", () =>
             this.attempt(async () => {
@@ -255,20 +286,26 @@ export class MotionDesk extends MotionEditor {
 
                 if (motions.isEmpty) throw new MotionError("motion-empty");
                 motions.check();
-                const text = textOfMotions(motions);
-                const sent = readMotions(text).motions; // the user may go on editing
+                const sent = readMotions(textOfMotions(motions)).motions; // the user may go on editing
 
                 await store.load();
-                const { poses, sequences } = store.replaced(sent);
-                const names = [...poses, ...sequences];
-
-                if (names.length && !(await this.#mayReplace(textOfQuestion(names)))) return;
-                await store.store(this.#newOf(sent));
-                motions.isChanged = textOfMotions(motions) !== text;
-                this.session.takeMotion();
-                this.#notifyCounts("motion-stored", sent);
+                await this.#store(sent);
             }),
         );
+    }
+
+    /* Stores `sent`, a copy of motions or of a part. False: the user keeps what the board has. */
+    async #store(sent) {
+        const { motions, store } = this;
+        const { poses, sequences } = store.replaced(sent);
+        const names = [...poses, ...sequences];
+
+        if (names.length && !(await this.#mayReplace(t.askReplaceBoard(names)))) return false;
+        await store.store(this.#newOf(sent));
+        motions.isChanged &&= textOfMotions(motions) !== textOfMotions(sent);
+        this.session.takeMotion();
+        this.#notifyCounts("motion-stored", sent);
+        return true;
     }
 
     /* What the board has already need not be written again. */
@@ -292,13 +329,13 @@ export class MotionDesk extends MotionEditor {
         return textOfMotions(this.motions);
     }
 
-    async open(text, askFirst) {
+    async open(text) {
         const motions = await this.attempt(async () => {
             const read = readMotions(text, { keywords: this.keywords });
 
             if (read.motions.isEmpty) throw new MotionError("motion-file-empty");
             if (read.gone.length) this.session.notify({ code: "motion-gone", names: read.gone });
-            return !this.motions.isChanged || (await this.#mayReplace(askFirst)) ? read.motions : null;
+            return !this.motions.isChanged || (await this.#mayReplace(t.askReplacePage)) ? read.motions : null;
         });
 
         if (!motions) return;

@@ -8,14 +8,17 @@ import { lastPositions, pathOfSequence, stepsTooFast } from "./path.js";
 import { DEGREES_MAX, rawOfDegrees } from "./units.js";
 
 export class MotionEditor {
-    constructor(session) {
+    /* `ask(question, yes)` resolves with true if the user presses the button `yes`. */
+    constructor(session, ask) {
         this.session = session;
+        this.ask = ask;
         this.keywords = keywordsOf(session.tables);
         this.motions = new Motions({ keywords: this.keywords });
         this.unchosen = new Set(); // IDs that are not chosen
         this.pose = ""; // that is shown
         this.sequence = "";
         this.step = 0;
+        this.times = 1;
         this.isLoop = false;
         this.version = 0; // counts changes of what the charts show
     }
@@ -94,7 +97,7 @@ export class MotionEditor {
     }
 
     #checkChosen() {
-        if (!this.session.isConnected) throw new MotionError("motion-disconnected");
+        if (!this.session.isConnected) throw new MotionError("closed");
         if (!this.chosen.length) throw new MotionError("motion-none-chosen");
     }
 
@@ -159,9 +162,9 @@ export class MotionEditor {
         return this.motions.sequences.get(this.sequence) ?? [];
     }
 
+    /* Times and Loop belong to the sequence that is shown: another one begins with 1 and without. */
     showSequence(name) {
-        this.sequence = name;
-        this.step = 0;
+        Object.assign(this, { sequence: name, step: 0, times: 1, isLoop: false });
         this.changed();
     }
 
@@ -170,8 +173,7 @@ export class MotionEditor {
             const name = motions.freeName("seq", motions.sequences);
 
             motions.setSequence(name, []);
-            this.sequence = name;
-            this.step = 0;
+            this.showSequence(name);
         });
     }
 
@@ -185,7 +187,7 @@ export class MotionEditor {
     deleteSequence() {
         return this.#remove(`${texts.motion.sequence} ${this.sequence}`, (motions) => {
             motions.deleteSequence(this.sequence);
-            this.sequence = [...motions.sequences.keys()][0] ?? "";
+            this.showSequence([...motions.sequences.keys()][0] ?? "");
         });
     }
 
@@ -196,7 +198,7 @@ export class MotionEditor {
         return this.edit((motions) => {
             const names = [...motions.poses.keys()];
 
-            if (!names.length) throw new MotionError("motion-no-poses");
+            if (!names.length) throw new MotionError("motion-empty");
             motions.addStep(this.sequence, { pose: names[(names.indexOf(this.steps.at(-1)?.pose) + 1) % names.length] });
             this.step = this.steps.length - 1;
         });

@@ -25,6 +25,7 @@ export class MotionStore {
         this.stored = new Motions({ keywords: this.keywords }); // what the board has, as last read
         this.gone = []; // names of sequences with a deleted pose
         this.names = []; // of all sequences; the number of a sequence is its place, from 1 on
+        this.progress = 0; // of store(), 0 to 1
         this.room = null; // {poses, sequences} that still fit
     }
 
@@ -104,10 +105,15 @@ export class MotionStore {
         this.#checkRoom(motions);
         const touched = { poses: new Set(), sequences: new Set() };
         const { stored } = this;
+        const lines = linesOfMotions(motions);
         const before = await this.#group();
 
         try {
-            for (const line of linesOfMotions(motions)) await this.#storeLine(line, touched);
+            for (const [index, line] of lines.entries()) {
+                this.progress = index / lines.length;
+                this.#session.dispatchEvent(new Event("change"));
+                await this.#storeLine(line, touched);
+            }
             await this.#checkKept(motions);
         } catch (error) {
             await this.#takeBack(touched, stored, error);
@@ -122,7 +128,7 @@ export class MotionStore {
         const isNew = (kept) => ([name]) => !kept.has(name) && !this.gone.includes(name);
 
         motions.check();
-        if (this.#session.robot.motion?.state) throw new MotionError("motion-board-plays");
+        if (this.#session.robot.motion?.state) throw new MotionError("motion-playing");
         const joints = new Set([...stored.joints, ...motions.joints]);
 
         if (joints.size > JOINTS_MAX) throw new MotionError("motion-joints", { count: joints.size });
@@ -205,11 +211,10 @@ export class MotionStore {
 
     /* Plays a stored sequence. `times` 0: until it is ended. */
     async play(name, { times = 1, percent = 100 } = {}) {
-        const steps = this.stored.sequences.get(name) ?? [];
+        const steps = this.stored.sequences.get(name);
         const ids = [...new Set(steps.flatMap(({ pose }) => [...this.stored.poses.get(pose).keys()]))];
         const how = times === 0 ? " loop" : times > 1 ? ` times ${times}` : "";
 
-        if (!ids.length) throw new MotionError("motion-not-stored", { detail: name });
         await this.#controller.order(`group ${ids.join(" ")}`, { timeout: REPLY_MS });
         await this.#controller.order(`play ${name}${how} at ${percent}%`, { timeout: REPLY_MS });
     }

@@ -30,21 +30,12 @@ export function keywordsOf(tables) {
 
 /* Throws MotionError if the board does not take `name`. */
 export function checkName(name, keywords) {
-    if (!/^[A-Za-z][A-Za-z0-9]*$/.test(name)) throw new MotionError("motion-name", { detail: name });
-    if (name.length > NAME_MAX) throw new MotionError("motion-name-long", { detail: name });
-    if (keywords.has(name.toLowerCase())) throw new MotionError("motion-name-keyword", { detail: name });
+    if (!/^[A-Za-z][A-Za-z0-9]{0,7}$/.test(name) || keywords.has(name.toLowerCase())) throw new MotionError("motion-name", { detail: name });
 }
 
-const isMultiple = (time) => Number.isInteger(time / TIME_STEP);
-
-export function checkTime(time, { where = "" } = {}) {
-    if (!(time >= TIME_MIN && time <= TIME_MAX)) throw new MotionError("motion-time", { detail: where });
-    if (!isMultiple(time)) throw new MotionError("motion-time-step", { detail: where });
-}
-
-export function checkDwell(dwell, { where = "" } = {}) {
-    if (!(dwell >= 0 && dwell <= DWELL_MAX)) throw new MotionError("motion-dwell", { detail: where });
-    if (!isMultiple(dwell)) throw new MotionError("motion-time-step", { detail: where });
+/* Throws unless `time` is a multiple of 10 ms from `min` to `max`. */
+function checkTime(time, min, max, detail) {
+    if (!(time >= min && time <= max && Number.isInteger(time / TIME_STEP))) throw new MotionError("motion-time", { detail });
 }
 
 /* A step: {pose, time, dwell, passes}; the way to the pose takes `time`. */
@@ -75,7 +66,6 @@ export class Motions {
         checkName(name, this.keywords);
         const pose = new Map([...positions].sort(([one], [other]) => one - other));
 
-        if (!pose.size) throw new MotionError("motion-pose-empty", { detail: name });
         for (const [id, raw] of pose)
             if (!Number.isInteger(raw) || raw < 0 || raw > RAW_MAX)
                 throw new MotionError("motion-angle", { detail: `${name}, servo ${id}` });
@@ -135,8 +125,8 @@ export class Motions {
             const where = `${name}, step ${index + 1}`;
 
             if (!this.poses.has(pose)) throw new MotionError("motion-no-pose", { detail: where, pose });
-            checkTime(time, { where });
-            checkDwell(dwell, { where });
+            checkTime(time, TIME_MIN, TIME_MAX, where);
+            checkTime(dwell, 0, DWELL_MAX, where);
         });
     }
 
@@ -192,8 +182,8 @@ export class Motions {
         const part = new Motions({ keywords: this.keywords });
         const steps = this.sequences.get(sequence);
 
-        for (const { pose } of steps) part.setPose(pose, this.poses.get(pose));
-        part.setSequence(sequence, steps);
+        for (const { pose } of steps) part.poses.set(pose, this.poses.get(pose));
+        part.sequences.set(sequence, steps.map(stepOf));
         return part;
     }
 }

@@ -23,7 +23,7 @@ function passingSpeed(before, behind) {
 }
 
 /* One joint on its way from `from` to `to` in `time` ms, with these speeds (raw a ms) at its ends. */
-function positionOf({ from, to, speedBefore, speedBehind, time }, at) {
+export function positionOf({ from, to, speedBefore, speedBehind, time }, at) {
     const x = time ? at / time : 1;
     const braking = speedBefore * time;
     const passing = speedBehind * time;
@@ -67,7 +67,8 @@ function stepGoals(ids, steps, poses, start) {
     return goals;
 }
 
-function waysOf(steps, goals, ids) {
+/* Of each step, for each joint. `goals`: positions before the first step, and at the end of each. */
+export function waysOf(steps, goals, ids) {
     const meanSpeed = (index, joint) => (goals[index + 1][joint] - goals[index][joint]) / steps[index].time;
     const speedAt = (index, joint) => // at the end of step `index`
         steps[index]?.passes && index + 1 < steps.length ? passingSpeed(meanSpeed(index, joint), meanSpeed(index + 1, joint)) : 0;

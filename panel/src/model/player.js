@@ -32,7 +32,6 @@ export class Player {
         this.time = 0; // of the path, ms
         this.percent = 100; // of the speed
         this.isPaused = false;
-        this.isReplaying = false; // what plays is a recording
         this.samples = []; // where the servos were: {t, raw}
     }
 
@@ -53,14 +52,13 @@ export class Player {
         try {
             return await this.#goTo(positions);
         } finally {
-            this.#over();
+            this.#change("idle");
         }
     }
 
-    /* Plays `path` once. `isReplay`: it is a recording. Throws MotionError. False: ended by end(). */
-    async play(path, isReplay = false) {
+    /* Plays `path` once. Throws MotionError. False: ended by end(). */
+    async play(path) {
         if (this.isPlaying) throw new MotionError("motion-playing");
-        this.isReplaying = isReplay;
         this.#begin();
         try {
             const start = path.at(0);
@@ -69,7 +67,7 @@ export class Player {
             this.#change("playing");
             return await this.#follow(path);
         } finally {
-            this.#over();
+            this.#change("idle");
         }
     }
 
@@ -79,11 +77,6 @@ export class Player {
         this.samples = [];
         this.time = 0;
         this.#change("begin");
-    }
-
-    #over() {
-        this.isReplaying = false;
-        this.#change("idle");
     }
 
     #change(state) {
@@ -99,7 +92,7 @@ export class Player {
     #check(ids) {
         const { robot } = this.#session;
 
-        if (!this.#session.isConnected) throw new MotionError("motion-disconnected");
+        if (!this.#session.isConnected) throw new MotionError("closed");
         if (robot.isInhibited || this.#session.stopState === "stopping") throw new MotionError("motion-inhibited");
         const off = ids.filter((id) => robot.servos.get(id)?.torque !== true);
 
@@ -107,7 +100,7 @@ export class Player {
         const endless = ids.filter((id) => robot.servos.get(id).isEndless);
 
         if (endless.length) throw new MotionError("motion-endless", { ids: endless });
-        if (robot.motion?.state) throw new MotionError("motion-board-plays");
+        if (robot.motion?.state) throw new MotionError("motion-playing");
     }
 
     #goal(id, raw, rpm) {

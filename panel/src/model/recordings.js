@@ -4,9 +4,10 @@
 
 import { pause } from "../wire/clock.js";
 import { MotionError, STEPS_MAX, stepOf } from "./motions.js";
-import { pathOfSequence } from "./path.js";
+import { texts } from "../texts/texts.js";
+import { stepsTooFast } from "./path.js";
 import { Recorder } from "./recording.js";
-import { errorOf, thin, thinTo } from "./thin.js";
+import { thin, thinTo } from "./thin.js";
 import { DEGREES_MAX, degreesOf, rawOfDegrees } from "./units.js";
 
 const FIRST_MS = 2000; // the way to the first pose of a recording
@@ -22,7 +23,7 @@ export class Recordings {
         this.recorder = null;
         this.latest = null; // Recording
         this.tolerance = TOLERANCE_DEGREES;
-        this.thinned = null; // {points, error, boardError}
+        this.thinned = null; // {points, error, tooFast}
         this.replay = null; // {samples, largest, mean, id}
         this.session.addEventListener("change", () => this.#follow());
     }
@@ -38,12 +39,22 @@ export class Recordings {
 
     begin() {
         return this.session.attempt(async () => {
-            if (this.isRecording) return; // the button was pressed twice
             this.#editor.present();
+            if (!(await this.#isLimp()) || this.isRecording) return; // the button was pressed twice
             this.recorder = new Recorder(this.session.robot, this.session.clock, { onEnd: (recording) => this.#takeRecording(recording) });
             this.recorder.start(this.#editor.chosen);
             this.#editor.changed();
         });
+    }
+
+    /* A servo that has torque cannot be led by hand. True: the chosen servos have none; if some had, the user was asked. */
+    async #isLimp() {
+        const editor = this.#editor;
+        const held = () => editor.chosen.filter((id) => this.session.robot.servos.get(id).torque);
+
+        if (!held().length) return true;
+        if (await editor.ask(texts.motion.askTorqueOff(held()), texts.motion.torqueOffAndRecord)) await editor.setTorque(false);
+        return !held().length;
     }
 
     end() {
@@ -69,23 +80,25 @@ export class Recordings {
         this.#takeThinned(thin(this.latest.samples, rawOfDegrees(this.tolerance)));
     }
 
-    /* As many steps as a sequence of the board may have. */
+    /* As many steps as a sequence of the board may have, with the smallest error that the page finds. */
     async fit() {
         const { latest, thinned: before } = this;
         const thinned = await thinTo(latest.samples, STEPS_MAX, () => pause(this.session.clock, 0));
 
         if (this.latest !== latest || this.thinned !== before) return; // the user has gone on
         this.#takeThinned(thinned);
-        this.tolerance = Math.ceil(degreesOf(this.thinned.error) * 10) / 10;
     }
 
     #takeThinned(thinned) {
         const { poses, steps } = this.#stepsOf(thinned.points, "r");
-        const path = pathOfSequence(steps.slice(1), poses, poses.get(steps[0].pose));
-        const points = this.latest.samples.map(({ t }) => ({ t: t - this.latest.samples[0].t, raw: path.at(t) }));
 
-        this.thinned = { ...thinned, boardError: errorOf(this.latest.samples, points) };
+        this.thinned = { ...thinned, tooFast: stepsTooFast(steps.slice(1), poses, poses.get(steps[0].pose)) };
         this.#editor.changed();
+    }
+
+    /* True if the steps are further from the recording than the user has chosen. */
+    get isCoarse() {
+        return degreesOf(this.thinned.error) > this.tolerance + 0.05; // as it is shown
     }
 
     /* The points as poses and steps. Step 1 goes to the first point and stops. The last step stops. The steps between
@@ -114,7 +127,7 @@ export class Recordings {
             for (const [pose, positions] of poses) motions.setPose(pose, positions);
             motions.setSequence(name, steps);
             this.latest.isKept = true;
-            Object.assign(this.#editor, { sequence: name, step: 0 });
+            this.#editor.showSequence(name);
         });
     }
 

@@ -25,7 +25,7 @@ const WITHDRAWN_BY = { // notices that an event withdraws
     release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-no-inhibit", "stop-unverified", "stopped", 12], // a number: of an error of the controller
     stop: ["lost-stopping", "stop-failed", "stop-no-inhibit", "stop-not-sent", "stop-unverified"],
     back: ["silent"],
-    motion: ["motion-differs", "motion-ended", "motion-not-stored"],
+    motion: ["motion-ended"],
 };
 /* Notices that no other notice pushes out: the robot may move, or its torque is not known. */
 const ABOUT_SAFETY = new Set([...WITHDRAWN_BY.stop, "lost", "reset", "silent", "turn-not-ended"]);

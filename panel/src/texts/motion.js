@@ -3,6 +3,8 @@
 
 import { list, many } from "./words.js";
 
+const NAME = "up to 8 letters and digits, first a letter, no word of the console";
+
 export const motion = {
     notConnected: "Connect to a controller, or to the simulator, to teach and play. Poses and sequences can be edited without it.",
     noStore: "This firmware stores no poses and sequences. They stay in this page: save them as a file. The page itself plays them.",
@@ -15,18 +17,20 @@ export const motion = {
     none: "None",
     torqueOff: "Torque off",
     torqueOffHint: "The chosen servos go limp: support the robot",
-    hold: "Hold",
-    holdHint: "Torque on, where the chosen servos are now",
+    hold: "Torque on",
+    holdHint: "The chosen servos hold where they are now",
     noServos: "No servo is known. Find servos in the view Robot.",
     isLimp: (id) => `Servo ${id}, torque off`,
     isHeld: (id) => `Servo ${id}, torque on`,
     isUnknown: (id) => `Servo ${id}, torque not known`,
     poseName: "Name of the pose",
-    nameHint: "A letter, then letters and digits, up to 8 characters, no word of the console",
+    nameHint: NAME,
     capture: "Capture pose",
     captureHint: "Keeps where the chosen servos are now",
     record: "Record",
-    recordHint: "Switch torque off, then lead the chosen servos by hand",
+    recordHint: "Keeps how you lead the chosen servos by hand, torque off",
+    askTorqueOff: (ids) => `Torque is on: ${list(ids)}. A servo with torque cannot be led by hand. Without torque the robot may fall: support it first.`,
+    torqueOffAndRecord: "Torque off and record",
     endRecording: "End recording",
 
     poses: "Poses",
@@ -46,12 +50,13 @@ export const motion = {
         `${seconds} s of ${many(servos, "servo")}, ${samples} samples, ${rate} a second`,
     missing: (count) => `${many(count, "position is", "positions are")} missing`,
     tolerance: "Error of the steps, at most",
-    fit: "Fit into one sequence",
-    fitHint: "As many steps as a sequence of the board takes: 16",
-    thinned: ({ steps, error, board }) => `${many(steps, "step")}. Error: ${error}° if the page replays them, ${board}° as a sequence of the board.`,
-    replay: "Replay",
+    fit: "Fit into 16 steps",
+    fitHint: "A sequence of the board has at most 16 steps: these, with the smallest error",
+    thinned: ({ steps, error }) => `${many(steps, "step")}, at most ${error}° from the recording when they play.`,
+    tooLong: "A sequence has at most 16 steps: press “Fit into 16 steps”, or permit a larger error.",
+    coarse: ({ error, chosen }) => `The steps are up to ${error}° from the recording, not ${chosen}° as chosen. Record a shorter movement, or fewer turns.`,
+    replay: "Replay the recording",
     replayHint: "The page sends the recording as goals, once, at the Speed of the box Play",
-    replayThinned: "Replay the steps",
     replayed: ({ largest, id, mean }) => `Replay: largest error ${largest}° (servo ${id}), mean ${mean}°`,
     toSequence: "Make a sequence of the steps",
     saveRecording: "Save as CSV",
@@ -99,6 +104,8 @@ export const motion = {
     pagePlays: ({ seconds, paused }) => `The page plays: ${seconds} s${paused ? ", paused" : ""}.`,
 
     board: "Board and files",
+    storeAndPlay: "Store and play",
+    storeAndPlayHint: "The board does not have this sequence as it is here: the page stores it first",
     store: "Store on the board",
     load: "Load from the board",
     exportFile: "Save as a file",
@@ -106,8 +113,8 @@ export const motion = {
     room: ({ poses, sequences }) => `Free on the board: ${many(poses, "pose")}, ${many(sequences, "sequence")}.`,
     storing: "Storing …",
     loading: "Loading …",
-    askReplaceBoard: (names) => `The board has other contents under these names: ${names.join(", ")}. Replace them?`,
-    askReplacePage: "Poses and sequences of this page were changed and not stored or saved. Replace them?",
+    askReplaceBoard: (names) => `The board has other contents for ${names.join(", ")}. Replace them?`,
+    askReplacePage: "Poses and sequences here have unsaved changes. Replace them?",
     replace: "Replace",
     cancel: "Cancel",
 };
@@ -116,22 +123,10 @@ const inLine = (line) => (line ? `Line ${line}: ` : "");
 
 export const motionNotices = {
     "motion-name": ({ detail, line }) => ({
-        text: `${inLine(line)}“${detail}” is not a name.`,
-        remedy: "Give a letter, then letters and digits, up to 8 characters.",
-    }),
-    "motion-name-long": ({ detail, line }) => ({
-        text: `${inLine(line)}the name “${detail}” is too long.`,
-        remedy: "Give at most 8 characters.",
-    }),
-    "motion-name-keyword": ({ detail, line }) => ({
-        text: `${inLine(line)}the name “${detail}” is a word of the console.`,
-        remedy: "Choose another name.",
+        text: `${inLine(line)}“${detail}” cannot be a name.`,
+        remedy: `Give a name: ${NAME}.`,
     }),
     "motion-twice": ({ detail }) => ({ text: `The name “${detail}” is taken.`, remedy: "Choose another name." }),
-    "motion-pose-empty": ({ detail }) => ({
-        text: `Pose “${detail}” would have no servo.`,
-        remedy: "Choose servos whose positions are known.",
-    }),
     "motion-angle": ({ detail }) => ({ text: `An angle is out of range: ${detail}.`, remedy: "Give 0 to 300 degrees." }),
     "motion-deleted": ({ detail }) => ({ text: `${detail} is deleted.`, remedy: "", level: "info" }),
     "motion-pose-used": ({ detail, users }) => ({
@@ -151,16 +146,8 @@ export const motionNotices = {
         remedy: "Capture this pose first. In a file its line stands before the sequence.",
     }),
     "motion-time": ({ detail, line }) => ({
-        text: `${inLine(line)}a time is out of range${detail ? ": " + detail : ""}.`,
-        remedy: "Give 0.01 to 600 s.",
-    }),
-    "motion-dwell": ({ detail, line }) => ({
-        text: `${inLine(line)}a rest is out of range${detail ? ": " + detail : ""}.`,
-        remedy: "Give 0 to 65.53 s.",
-    }),
-    "motion-time-step": ({ detail, line }) => ({
-        text: `${inLine(line)}a time is not a multiple of 0.01 s${detail ? ": " + detail : ""}.`,
-        remedy: "The board stores times in steps of 0.01 s.",
+        text: `${inLine(line)}a time cannot be stored: ${detail}.`,
+        remedy: "Give a time of 0.01 to 600 s and a rest of 0 to 65.53 s, with two decimals.",
     }),
     "motion-joints": ({ count }) => ({
         text: `The poses have ${count} servos. The board stores poses of 18 servos.`,
@@ -198,40 +185,34 @@ export const motionNotices = {
         level: "info",
     }),
     "motion-taken-back": () => ({
-        text: "Not all could be stored. The board has what it had before: what this action had stored was deleted again.",
+        text: "Not all could be stored. The board has what it had before.",
         remedy: "Remove the cause, then store again.",
         level: "warning",
     }),
     "motion-half": ({ names, why }) => ({
-        text: `Storing has ended (${why}), and it is not known what the board has of these: ${names.join(", ")}.`,
+        text: `Storing has ended (${why}). Not known to be on the board: ${names.join(", ")}.`,
         remedy: "Connect again, then store again.",
     }),
     "motion-not-kept": ({ names }) => ({
         text: `The board does not have what was stored: ${names.join(", ")}.`,
         remedy: "Store again. If it happens again, the EEPROM may be worn: see “status”.",
     }),
-    "motion-not-stored": ({ detail }) => ({
-        text: `The board has no sequence “${detail}”.`,
-        remedy: "Press “Store on the board” first, or let this page play it.",
-    }),
     "motion-none": () => ({
-        text: "The controller has refused this: no motion is under way, or the EEPROM is being written.",
+        text: "Refused: no motion is under way, or the EEPROM is being written.",
         remedy: "See the state of the motion, then try again.",
     }),
     "motion-ended": ({ id, number, message, remedy }) => ({
         text: `${id ? `Servo ${id}: the` : "The"} motion has ended with error ${number}: ${message}.`,
         remedy,
     }),
-    "motion-board-plays": () => ({ text: "The board plays a motion.", remedy: "End it, or wait for its end." }),
-    "motion-playing": () => ({ text: "The page plays already.", remedy: "End it, or wait for its end." }),
-    "motion-disconnected": () => ({ text: "There is no connection to the controller.", remedy: "Connect again." }),
+    "motion-playing": () => ({ text: "A motion plays already.", remedy: "End it, or wait for its end." }),
     "motion-inhibited": () => ({
         text: "Driving is inhibited. The page sends no goals.",
         remedy: "Remove the cause, press Release, then switch torque on.",
     }),
     "motion-torque": ({ ids }) => ({
         text: `Torque is not on: ${list(ids)}. The page sends no more goals.`,
-        remedy: "Choose these servos and press “Hold”.",
+        remedy: "Choose these servos and press “Torque on”.",
     }),
     "motion-endless": ({ ids }) => ({
         text: `Endless turn: ${list(ids)}. Such a servo has no position to go to.`,
@@ -239,31 +220,26 @@ export const motionNotices = {
     }),
     "motion-not-there": ({ ids }) => ({
         text: `Did not reach the start position in time: ${list(ids)}. Nothing was played.`,
-        remedy: "Look for what blocks the servo, and for its angle limits.",
+        remedy: "Look for what blocks the servo, and at its angle limits.",
     }),
     "motion-late": () => ({
-        text: "The page was held up, and late goals are not sent. The replay has ended; the servos hold their last goals.",
+        text: "The page was held up. It sends no more goals; the servos hold their last ones.",
         remedy: "Keep this page in front, then play again.",
     }),
     "motion-not-asked": () => ({
-        text: "Nothing was replaced: the view Motion was left before the page could ask.",
-        remedy: "Start it again, and stay in the view until it has ended.",
+        text: "Nothing was replaced: the view Motion was left.",
+        remedy: "Start it again, and stay in the view.",
     }),
     "motion-busy": () => ({
-        text: "Goals could not leave, since a command had the wire. The page sends no more goals; the servos hold their last ones.",
-        remedy: "Let the command end, or end it. Then play again.",
+        text: "A command had the wire for too long. The page sends no more goals; the servos hold their last ones.",
+        remedy: "Let the command end, then play again.",
     }),
     "motion-none-chosen": () => ({ text: "No servo is chosen.", remedy: "Choose servos in the box Teach." }),
     "motion-offline": ({ ids }) => ({
         text: `No fresh position: ${list(ids)}. Nothing was kept.`,
         remedy: "Check power and wiring, or leave these servos out.",
     }),
-    "motion-no-poses": () => ({ text: "There is no pose for a step.", remedy: "Press “Capture pose” first." }),
-    "motion-empty": () => ({ text: "There is nothing to store.", remedy: "Capture a pose first." }),
-    "motion-differs": ({ detail }) => ({
-        text: `The board has other contents for “${detail}” than this page.`,
-        remedy: "Press “Store on the board”, or let this page play it.",
-    }),
+    "motion-empty": () => ({ text: "There is no pose yet.", remedy: "Capture a pose first." }),
     "motion-record-cut": () => ({
         text: "The recording has ended, since the connection is lost.",
         remedy: "Connect again, then record again if a part is missing.",

@@ -115,6 +115,15 @@ export function chart({ path, width, label, sequence, other: samples = [], point
     </svg>`;
 }
 
+/* A line at `time`, above a chart; NaN: none. */
+export function playhead(duration, width, time) {
+    const x = new Scale(duration, [], width).x(time);
+
+    return Number.isNaN(x) ? nothing : html`<svg class="playhead" width=${width} height=${HEIGHT} aria-hidden="true">
+        <line x1=${x} x2=${x} y1=${TOP} y2=${HEIGHT - BOTTOM} />
+    </svg>`;
+}
+
 /* Which colour is which servo. */
 export function legend(ids, nameOf) {
     return html`<ul class="legend">

@@ -5,11 +5,12 @@ import { html, nothing } from "lit/html.js";
 import { guard } from "lit/directives/guard.js";
 import { live } from "lit/directives/live.js";
 import { MotionDesk } from "../model/motion_desk.js";
+import { STEPS_MAX } from "../model/motions.js";
 import { pathOfPoints } from "../model/path.js";
 import { degreesOf, typedNumber } from "../model/units.js";
 import { texts } from "../texts/texts.js";
 import { confirmed } from "./confirm.js";
-import { chart, legend } from "./motion_chart.js";
+import { chart, legend, playhead } from "./motion_chart.js";
 import { textOfFile } from "./read_file.js";
 import { saveFile } from "./save_file.js";
 import { keepsTyping, taken } from "./typing.js";
@@ -22,6 +23,10 @@ const CHART_WIDTH = 600; // until the page is laid out
 const degrees = (raw, digits = 1) => degreesOf(raw).toFixed(digits);
 const seconds = (ms, digits = 1) => (ms / 1000).toFixed(digits);
 const milliseconds = ({ target }) => Math.round(typedNumber(target.value) * 1000);
+
+/* Warnings of steps that are too fast for a servo. `first`: the number of the first step. */
+const tooFast = (steps, first = 1) =>
+    steps.map(({ index, id, needed }) => html`<p class="warn">${t.tooFast({ step: index + first, id, needed: (Math.ceil(needed / 10) / 100).toFixed(2) })}</p>`);
 
 export class MotionView extends View {
     #width = CHART_WIDTH;
@@ -40,7 +45,7 @@ export class MotionView extends View {
     /* The browser asks before it leaves the page, if the desk has unsaved changes. */
     #makeView() {
         keepsTyping(this);
-        this.desk = new MotionDesk(this.session, { ask: (text) => (this.isConnected ? confirmed({ text, yes: t.replace, no: t.cancel }) : null) });
+        this.desk = new MotionDesk(this.session, { ask: (text, yes) => (this.isConnected ? confirmed({ text, yes, no: t.cancel }) : null) });
         addEventListener("beforeunload", (event) => this.desk.hasUnsaved && event.preventDefault());
     }
 
@@ -232,10 +237,15 @@ export class MotionView extends View {
         if (!steps.length) return html`<p class="soft">${desk.motions.poses.size ? t.noSequences : t.noPosesYet}</p>`;
         const label = `${t.chart}: ${t.chartText({ steps: steps.length, seconds: seconds(path.duration, 2), servos: path.ids.length })}`;
         const sequence = { steps, selected: desk.step, onSelect: (index) => desk.showStep(index) };
-        const warning = ({ index, id, needed }) => t.tooFast({ step: index + 1, id, needed: (Math.ceil(needed / 10) / 100).toFixed(2) });
 
-        return html`${chart({ path, width: this.#width, label, sequence })} ${legend(path.ids, t.angle)}
-            ${desk.stepsTooFast.map((each) => html`<p class="warn">${warning(each)}</p>`)}`;
+        return html`${chart({ path, width: this.#width, label, sequence })} ${legend(path.ids, t.angle)} ${tooFast(desk.stepsTooFast)}`;
+    }
+
+    /* Its curves are made again only if they have changed. */
+    #chart(duration, time, render) {
+        return html`<div class="chart">
+            ${guard([this.desk.version, this.#width, this.desk.isLoop], render)}${playhead(duration, this.#width, time)}
+        </div>`;
     }
 
     #sequence() {
@@ -259,7 +269,7 @@ export class MotionView extends View {
                     : nothing}
                 <button class="new" @click=${() => desk.newSequence()}>${t.newSequence}</button>
             </p>
-            <div class="chart">${guard([desk.version, this.#width, desk.isLoop], () => this.#sequenceChart())}</div>
+            ${this.#chart(desk.path.duration, desk.playhead(), () => this.#sequenceChart())}
             ${desk.steps.length
                 ? html`<div class="caps" aria-hidden="true">
                       ${[t.step, t.pose, t.time, t.dwell, t.pass].map((text) => html`<span>${text}</span>`)}
@@ -281,18 +291,19 @@ export class MotionView extends View {
         return html`${chart(curves)}${legend(recording.ids, t.angle)}`;
     }
 
-    /* End and Pause of a replay are here: the box Play may be off the screen. */
-    #recordingButtons() {
+    /* Play and the new sequence stand above. */
+    #toSequence = async () => {
+        await this.desk.recordings.toSequence();
+        this.querySelector(".player").scrollIntoView();
+    };
+
+    #recordingButtons(isTooLong) {
         const { desk, session } = this;
         const { recordings } = desk;
         const isOff = !session.isConnected || desk.isPlaying || recordings.isRecording;
 
-        return html`${desk.player.isReplaying
-                ? this.#playControls()
-                : html`<button class="replay" title=${t.replayHint} ?disabled=${isOff} @click=${() => desk.playRecording()}>${t.replay}</button>
-                      <button class="replay-steps" ?disabled=${isOff}
-                          @click=${() => desk.playRecording({ isThinned: true })}>${t.replayThinned}</button>`}
-            <button class="to-sequence" @click=${() => recordings.toSequence()}>${t.toSequence}</button>
+        return html`<button class="replay" title=${t.replayHint} ?disabled=${isOff} @click=${() => desk.playRecording()}>${t.replay}</button>
+            <button class="to-sequence" ?disabled=${isTooLong} @click=${this.#toSequence}>${t.toSequence}</button>
             <button @click=${() => saveFile("recording.csv", recordings.exportCsv(), "text/csv")}>${t.saveRecording}</button>`;
     }
 
@@ -303,6 +314,7 @@ export class MotionView extends View {
 
         if (!recording) return nothing;
         const { length, samples, rate, ids } = recording;
+        const isTooLong = thinned.points.length > STEPS_MAX;
         const facts = { seconds: seconds(length, 2), samples: samples.length, rate: rate.toFixed(0), servos: ids.length };
 
         return html`<section class="panel recording" aria-labelledby="motion-recording">
@@ -311,7 +323,7 @@ export class MotionView extends View {
                 ${t.recordingIs(facts)}
                 ${recording.missing ? html`<span class="warn">${t.missing(recording.missing)}</span>` : nothing}
             </p>
-            <div class="chart">${guard([desk.version, this.#width], () => this.#recordingChart())}</div>
+            ${this.#chart(length, desk.playhead(recording), () => this.#recordingChart())}
             <p class="row">
                 <label>${t.tolerance}
                     <span class="unit"><input class="tolerance" inputmode="decimal"
@@ -319,11 +331,12 @@ export class MotionView extends View {
                         @change=${({ target }) => recordings.setTolerance(typedNumber(target.value))} />°</span>
                 </label>
                 <button class="fit" title=${t.fitHint} @click=${() => recordings.fit()}>${t.fit}</button>
-                <output class="thinned">${t.thinned({
-                    steps: thinned.points.length, error: degrees(thinned.error), board: degrees(thinned.boardError),
-                })}</output>
+                <output class="thinned">${t.thinned({ steps: thinned.points.length, error: degrees(thinned.error) })}</output>
             </p>
-            <p class="row">${this.#recordingButtons()}</p>
+            ${isTooLong ? html`<p class="warn">${t.tooLong}</p>` : nothing}
+            ${recordings.isCoarse ? html`<p class="warn coarse">${t.coarse({ error: degrees(thinned.error), chosen: recordings.tolerance.toFixed(1) })}</p>` : nothing}
+            ${tooFast(thinned.tooFast, 2)}
+            <p class="row">${this.#recordingButtons(isTooLong)}</p>
             ${replay
                 ? html`<p class="replayed" role="status">
                       ${t.replayed({ largest: degrees(replay.largest), id: replay.id, mean: degrees(replay.mean) })}
@@ -338,6 +351,7 @@ export class MotionView extends View {
         const { desk, session } = this;
         const motion = session.robot?.motion;
 
+        if (desk.task === "storing") return t.storing;
         if (desk.player.state === "begin") return t.pageBegins;
         if (desk.player.isPlaying) return t.pagePlays({ seconds: seconds(desk.player.time), paused: desk.player.isPaused });
         if (!session.isConnected || !motion?.state) return t.idle;
@@ -356,14 +370,15 @@ export class MotionView extends View {
                 ? html`<button class="resume" @click=${() => desk.resume()}>${t.resume}</button>`
                 : html`<button class="pause" ?disabled=${!isPlaying} @click=${() => desk.pause()}>${t.pause}</button>`}
             <button class="end" ?disabled=${!isPlaying} @click=${() => desk.end()}>${t.end}</button>
-            <span class="motion-state" role="status">${this.#stateOfMotion()}</span>`;
+            <span class="motion-state" role="status">${this.#stateOfMotion()}</span>
+            ${desk.task === "storing" ? html`<progress aria-label=${t.storing} .value=${desk.store.progress}></progress>` : nothing}`;
     }
 
     #player() {
         const { desk, session } = this;
-        const { isPlaying, isPaused } = desk;
+        const { isPlaying } = desk;
 
-        return html`<section class="panel player" aria-labelledby="motion-player">
+        return html`<section class="panel player ${isPlaying || desk.task ? "busy" : ""}" aria-labelledby="motion-player">
             <h2 id="motion-player">${t.player}</h2>
             <p class="row">
                 <label>${t.where}
@@ -386,10 +401,11 @@ export class MotionView extends View {
                 </label>
             </p>
             <p class="row">
-                <button class="play" ?disabled=${!session.isConnected || isPlaying || !desk.steps.length} @click=${() => desk.play()}>
-                    ${t.play} ${desk.sequence}
+                <button class="play" ?disabled=${!session.isConnected || isPlaying || desk.task || !desk.steps.length}
+                    title=${desk.needsStore ? t.storeAndPlayHint : nothing} @click=${() => desk.play()}>
+                    ${desk.needsStore ? t.storeAndPlay : t.play} ${desk.sequence}
                 </button>
-                ${desk.player.isReplaying ? nothing : this.#playControls()}
+                ${this.#playControls()}
             </p>
         </section>`;
     }
@@ -402,7 +418,7 @@ export class MotionView extends View {
         target.value = "";
         const text = file && (await this.session.attempt(() => textOfFile(file, FILE_MAX)));
 
-        if (text !== undefined) await this.desk.open(text, t.askReplacePage);
+        if (text !== undefined) await this.desk.open(text);
     };
 
     #board() {
@@ -413,10 +429,10 @@ export class MotionView extends View {
         return html`<section class="panel board" aria-labelledby="motion-board">
             <h2 id="motion-board">${t.board}</h2>
             <div class="files">
-                <button class="store" ?disabled=${isOff} @click=${() => desk.storeAll(t.askReplaceBoard)}>
+                <button class="store" ?disabled=${isOff} @click=${() => desk.storeAll()}>
                     ${desk.task === "storing" ? t.storing : t.store}
                 </button>
-                <button class="load" ?disabled=${isOff} @click=${() => desk.load(t.askReplacePage)}>
+                <button class="load" ?disabled=${isOff} @click=${() => desk.load()}>
                     ${desk.task === "loading" ? t.loading : t.load}
                 </button>
                 <button class="export" ?disabled=${desk.motions.isEmpty}

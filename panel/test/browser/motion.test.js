@@ -33,7 +33,7 @@ test("fields take a decimal comma, and refuse what is no number", async (t) => {
     await type(page, '[data-step="1"] .dwell', "1,25", "1.25");
     for (const text of ["", "0x10"]) {
         await type(page, '[data-step="1"] .dwell', text, "1.25");
-        await shows(page, "a rest is out of range", ".notice");
+        await shows(page, "a time cannot be stored", ".notice");
         await page.click(".notice [aria-label=Dismiss]");
         await type(page, '.editor input[data-id="1"]', text, "12.6");
         await shows(page, "An angle is out of range", ".notice");
@@ -69,14 +69,14 @@ test("teach: two poses by hand, stored, played by the board", async (t) => {
     await fill(page, '[data-step="2"] select', "right");
     await fill(page, '[data-step="2"] .time', "0.8");
 
-    await page.click("button.play");
-    await shows(page, "The board has no sequence", ".notice");
-    await page.click("button.store");
-    await shows(page, /confirmed 2 poses and 1 sequence/, ".notice");
-    await page.evaluate(() => scrollTo(0, 0)); // the box Play is under the header
     await page.click("input.loop");
+    await shows(page, "Store and play seq1", "button.play");
     await page.click("button.play");
+    await page.waitForFunction(() => document.querySelector(".player progress")?.value > 0);
+    await shows(page, /confirmed 2 poses and 1 sequence/, ".notice");
     await shows(page, /seq1 plays: step 2 of 2/, ".motion-state");
+    await page.waitForSelector(".sequence .playhead");
+    await shows(page, /^Play seq1/, "button.play");
     await reaches(page, 1, 0, 132);
     await reaches(page, 1, 168, 300);
     await page.click("button.pause");

@@ -175,7 +175,7 @@ test("play: loop, override, pause, resume, end", async (t) => {
     await until(session, () => motion().override === 150);
     await store.pause();
     await until(session, () => motion().paused === 1);
-    await assert.rejects(store.store(read(WAVE)), { code: "motion-board-plays" });
+    await assert.rejects(store.store(read(WAVE)), { code: "motion-playing" });
     await store.resume();
     await until(session, () => motion().paused === 0);
     await store.end();

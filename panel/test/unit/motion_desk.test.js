@@ -7,6 +7,7 @@ import { sendLine } from "../../src/model/by_hand.js";
 import { MotionDesk } from "../../src/model/motion_desk.js";
 import { Player } from "../../src/model/player.js";
 import { Session } from "../../src/model/session.js";
+import { texts } from "../../src/texts/texts.js";
 import { tables } from "../support/tables.js";
 
 /* The notices of a motion of the board that ends with error `number`; `meanwhile` is called before. `lines`: what the console
@@ -140,6 +141,21 @@ test("recording: a button pressed twice begins and ends one recording", async ()
     assert.deepEqual(session.notices, []);
 });
 
+for (const [answer, isBegun] of [[true, true], [false, false]])
+    test(`recording: torque is on, and the user says ${answer ? "yes" : "no"}`, async () => {
+        const { session, desk } = deskWith();
+        const servo = { id: 1, presence: "online", isOld: () => false, raw: { position: 512 }, torque: true };
+        const asked = [];
+
+        session.state = "connected";
+        session.robot = Object.assign(new EventTarget(), { ids: [1], servos: new Map([[1, servo]]), setTorqueAll: async (isOn) => (servo.torque = isOn) });
+        desk.ask = async (question, yes) => (asked.push(question, yes), answer);
+        await desk.recordings.begin();
+        assert.deepEqual(asked, [texts.motion.askTorqueOff([1]), "Torque off and record"]);
+        assert.match(asked[0], /servo 1\..*may fall/);
+        assert.deepEqual([desk.recordings.isRecording, servo.torque], [isBegun, !isBegun]);
+    });
+
 test("toSequence: poses of a renamed sequence are not overwritten", async () => {
     const { desk } = await recording(200);
 
@@ -186,19 +202,20 @@ test("open: a good file withdraws the notice of a damaged one", async () => {
     const codes = () => session.notices.map(({ code }) => code);
     const file = desk.exportText();
 
-    await desk.open("pose", "");
+    await desk.open("pose");
     assert.deepEqual(codes(), ["motion-file"]);
-    await desk.open(file, "");
+    await desk.open(file);
     assert.deepEqual(codes(), ["motion-loaded"]);
 });
 
 test("play: the board is asked again after a load that has failed", async () => {
-    const session = new Session({ tables: tables() });
-    const desk = new MotionDesk(session);
+    const { session, desk } = deskWith("up");
     const outcomes = [Promise.reject(Object.assign(new Error(), { code: "timeout" })), Promise.resolve()];
     let loads = 0;
 
-    session.controller = {};
+    Object.assign(session, { controller: {}, robot: {} });
+    await desk.addStep();
+    Object.assign(desk.store, { store: async () => {}, play: async () => {} });
     Object.defineProperties(desk.store, { canStore: { value: true }, canPlay: { value: true } });
     desk.store.load = () => outcomes[loads++];
     await desk.show();
@@ -217,6 +234,8 @@ test("play: the board is read again after a line by hand, also during the load",
     Object.assign(session, { state: "connected", robot: { motion: { state: 0 }, servos: new Map(), ids: [] } });
     Object.assign(session, { controller: { hasCommand: () => true, hasMotion: true }, wire: { command: async () => ({ lines: [], error: null }) } });
     await desk.addStep();
+    desk.store.stored = desk.motions.partOf(desk.sequence);
+    desk.store.play = async () => {};
     desk.store.load = async () => loads.push("load") === lineDuringLoad && sendLine(session, "pose delete up");
     for (const expected of [1, 1]) {
         await desk.play();
@@ -244,6 +263,75 @@ test("play: a pose that is renamed meanwhile does not end a loop", async () => {
     await desk.play();
     assert.equal(passes, 3);
     assert.deepEqual(session.notices, []);
+});
+
+/* A desk with a sequence; the board has it with pose up at `raw`, or nothing. */
+async function deskWithBoard({ raw = null, answer = true } = {}) {
+    const { session, desk } = deskWith("up");
+    const done = [];
+
+    Object.assign(session, { state: "connected", robot: { motion: { state: 0 }, servos: new Map(), ids: [] } });
+    session.controller = { hasCommand: () => true, hasMotion: true };
+    await desk.addStep();
+    if (raw !== null) {
+        desk.store.stored = desk.motions.partOf(desk.sequence);
+        desk.store.stored.poses.set("up", new Map([[1, raw]]));
+    }
+    desk.store.load = async () => {};
+    desk.store.store = async ({ poses, sequences }) => done.push(`store ${[...poses.keys(), ...sequences.keys()]}`);
+    desk.store.play = async (name) => done.push(`play ${name}`);
+    desk.ask = async () => (done.push("ask"), answer);
+    await desk.show();
+    return { desk, done };
+}
+
+for (const [what, board, isNeeded, expected] of [
+    ["nothing", {}, true, ["store up,seq1", "play seq1"]],
+    ["the same", { raw: 512 }, false, ["play seq1"]],
+    ["another pose, replaced", { raw: 600 }, true, ["ask", "store up", "play seq1"]],
+    ["another pose, kept", { raw: 600, answer: false }, true, ["ask"]],
+])
+    test(`play: the board has ${what}`, async () => {
+        const { desk, done } = await deskWithBoard(board);
+
+        assert.equal(desk.needsStore, isNeeded);
+        await desk.play();
+        assert.deepEqual(done, expected);
+    });
+
+test("playhead: the board's step, then the time since; none in another sequence", async () => {
+    const { desk } = await deskWithBoard();
+    const { session } = desk;
+    let now = 0;
+
+    await desk.changeStep(0, { time: 2000 });
+    await desk.addStep();
+    session.clock = { now: () => now };
+    desk.store.names = ["other", "seq1"];
+    session.robot.motion = { state: 2, play: 2, step: 2, override: 50 };
+    assert.equal(desk.playhead(), 2000);
+    now = 400;
+    assert.equal(desk.playhead(), 2200);
+    session.robot.motion.paused = 1;
+    now = 900;
+    assert.equal(desk.playhead(), 2200);
+    session.robot.motion.play = 1;
+    assert.equal(desk.playhead(), NaN);
+});
+
+test("loop and times: another sequence begins without, a renamed one keeps them", async () => {
+    const { desk } = deskWith("up");
+
+    await desk.addStep();
+    desk.setLoop(true);
+    desk.times = 3;
+    await desk.renameSequence("nod");
+    assert.deepEqual([desk.isLoop, desk.times], [true, 3]);
+    await desk.newSequence();
+    assert.deepEqual([desk.isLoop, desk.times], [false, 1]);
+    desk.setLoop(true);
+    desk.showSequence("nod");
+    assert.equal(desk.isLoop, false);
 });
 
 test("storeAll: a button pressed twice stores once", async () => {
@@ -275,8 +363,7 @@ test("play: pressed several times begins once", async () => {
     session.robot = { motion: { state: 0 }, servos: new Map(), ids: [] };
     session.controller = { hasCommand: () => true, hasMotion: true };
     await desk.addStep();
-    Object.assign(desk.store, { load: async () => {}, replaced: () => ({ poses: [], sequences: [] }) });
-    desk.store.stored.sequences.set(desk.sequence, []);
+    Object.assign(desk.store, { load: async () => {}, stored: desk.motions.partOf(desk.sequence) });
     desk.store.play = (name) => new Promise((resolve) => (lines.push(name), answers.push(resolve)));
     const first = desk.play();
     const all = [first, desk.play(), desk.play()];
@@ -331,12 +418,12 @@ for (const isReplaced of [true, false])
         desk.motions.isChanged = false;
         desk.ask = async (text) => (asked.push(text), isReplaced);
         desk.store.load = () => closed;
-        const loaded = desk.load("replace?");
+        const loaded = desk.load();
 
         await turn();
         down(desk);
         gate.open();
         await loaded;
-        assert.deepEqual(asked, ["replace?"]);
+        assert.deepEqual(asked, [texts.motion.askReplacePage]);
         assert.equal(desk.motions.poses.has("down"), !isReplaced);
     });

@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { compare, Recorder } from "../../src/model/recording.js";
 import { pathOfPoints, pathOfSequence, positionsAt, stepsTooFast } from "../../src/model/path.js";
-import { errorOf, thin, thinTo } from "../../src/model/thin.js";
+import { thin, thinTo } from "../../src/model/thin.js";
 
 const POSES = new Map([
     ["a", new Map([[1, 100], [2, 500]])],
@@ -13,6 +13,15 @@ const POSES = new Map([
     ["c", new Map([[1, 500]])],
 ]);
 const step = (pose, time, more = {}) => ({ pose, time, dwell: 0, passes: false, ...more });
+
+/* The largest error of the sequence that the board makes of `points`: at the samples, in raw. */
+function boardError(all, points) {
+    const poses = new Map(points.map(({ raw }, index) => [`p${index}`, new Map(raw.map((value, joint) => [joint + 1, value]))]));
+    const steps = points.slice(1).map(({ t }, index) => step(`p${index + 1}`, t - points[index].t, { passes: index + 2 < points.length }));
+    const path = pathOfSequence(steps, poses, poses.get("p0"));
+
+    return Math.max(...all.flatMap(({ t, raw }) => path.at(t).map((position, joint) => Math.abs(position - raw[joint]))));
+}
 
 /* A hand that leads three servos, 50 samples a second, each a little late or early. */
 function samples({ length = 4000, joints = 3 } = {}) {
@@ -84,16 +93,14 @@ test("points: straight between them", () => {
     assert.deepEqual(positionsAt([{ t: 0, raw: [7] }], 5), [7]);
 });
 
-test("thin: each joint stays within the error at every sample", () => {
+test("thin: the board keeps each joint within the error at every sample", () => {
     const all = samples();
 
     for (const error of [2, 5, 20, 60]) {
         const { points, error: reached } = thin(all, error);
 
         assert.ok(reached <= error, `${reached} > ${error}`);
-        assert.equal(reached, errorOf(all, points));
-        for (const { t, raw } of all)
-            positionsAt(points, t).forEach((line, joint) => assert.ok(Math.abs(line - raw[joint]) <= error + 1e-9));
+        assert.equal(reached.toFixed(6), boardError(all, points).toFixed(6));
         assert.ok(points.length < all.length / 2, `${points.length} points for ${error}`);
     }
 });
@@ -105,10 +112,11 @@ test("thin: larger error, fewer points; times in steps of 10 ms", () => {
     assert.ok(thin(samples(), 5).points.every(({ t }) => t % 10 === 0));
 });
 
-test("thin: a straight movement needs its two ends", () => {
-    const line = Array.from({ length: 50 }, (_, index) => ({ t: index * 20, raw: [index * 4] }));
+test("thin: a movement of minimum jerk needs its two ends", () => {
+    const path = pathOfSequence([step("b", 1000)], POSES, new Map([[1, 100], [2, 500]]));
+    const all = Array.from({ length: 51 }, (_, index) => ({ t: index * 20, raw: path.at(index * 20) }));
 
-    assert.equal(thin(line, 1).points.length, 2);
+    assert.equal(thin(all, 1).points.length, 2);
 });
 
 test("thin: a step of one servo only is kept", () => {
@@ -123,8 +131,9 @@ test("thinTo: as few points as asked for, with the error that this needs", async
 
     assert.ok(breaths > 5);
 
-    assert.ok(points.length <= 8 && points.length >= 6, `${points.length} points`);
-    assert.ok(error > 5 && error < 150, `${error}`);
+    assert.equal(points.length, 8);
+    assert.equal(error.toFixed(6), boardError(samples(), points).toFixed(6));
+    assert.ok(error > 5 && error < 60, `${error}`); // points for straight lines: 72
 });
 
 /* Feedback of two servos at a clock that the test moves. */

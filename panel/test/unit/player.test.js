@@ -111,22 +111,3 @@ test("go to: a goal that was dropped behind a short command is sent again", asyn
     assert.equal(await gone, "there");
     assert.equal(goals().at(-1), 900);
 });
-
-test("isReplaying: while a recording plays, also if another replay is refused meanwhile", async () => {
-    const { clock, player } = await rig();
-    const play = async (isReplay) => {
-        const played = player.play(SLOW, isReplay).catch(() => {});
-
-        await clock.advance(1000);
-        await player.play(SLOW, true).catch(() => {});
-        const { isReplaying } = player;
-
-        player.end();
-        await clock.advance(1000);
-        await played;
-        return [isReplaying, player.isReplaying];
-    };
-
-    assert.deepEqual(await play(true), [true, false]);
-    assert.deepEqual(await play(false), [false, false]);
-});

@@ -475,7 +475,7 @@ test("notices: the remedy of a command names buttons of the page, not commands",
 
     assert.match(remedyOf(12), /press “Release” on its card in the view Robot/);
     assert.match(remedyOf(40), /press “Forget the list”/);
-    assert.match(remedyOf(84), /press “Hold”/);
+    assert.match(remedyOf(84), /press “Torque on”/);
     assert.equal(remedyOf(41), "'z'");
 });
 
