@@ -261,15 +261,17 @@ static uint16_t read_us(const struct cds_bus *bus)
 }
 
 /* Reads mode and torque of a servo between the goals of the cycle. If the READ never fits between
- * them, it is sent at once and delays them. robot->servos learns mode and torque from the packets
- * that pass. */
+ * them, or the line was not quiet for too long, it is sent at once. Then it ends by its deadline.
+ * robot->servos learns mode and torque from the packets that pass. */
 static uint8_t read_state(struct robot *robot, uint8_t id)
 {
     struct motion_start *start = start_of(robot);
     uint16_t us = read_us(robot->bus);
     enum cds_result result;
 
-    if (us <= cds_cycle_spare_us(robot->cycle) && !cds_cycle_yields(robot->cycle, us))
+    if (us <= cds_cycle_spare_us(robot->cycle) &&
+        cds_port_now_us() - start->begun_us < GROUP_CYCLE_KNOWN_US &&
+        !cds_cycle_yields(robot->cycle, us))
         return CDS_PENDING;
     result = cds_servo_read(robot->bus, &start->read, id, CDS_REG_CW_ANGLE_LIMIT,
                             sizeof start->read_reply);

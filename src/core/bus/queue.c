@@ -16,7 +16,8 @@ static void insert(struct cds_queue *queue, struct cds_request *request, uint8_t
     *place = request;
 }
 
-/* A request of a higher priority also goes before the one that waits for the line. */
+/* A request of a higher priority also goes before the one that waits for the line, unless that one
+ * ends at the next poll: it would wait without end beside a cycle on a line that is never quiet. */
 static enum cds_result submit(void *context, struct cds_request *request)
 {
     struct cds_queue *queue = (struct cds_queue *)context;
@@ -24,7 +25,7 @@ static enum cds_result submit(void *context, struct cds_request *request)
     struct cds_request *waiting = bus->request;
 
     request->result = CDS_PENDING;
-    if (request->priority > waiting->priority && cds_bus_take_back(bus)) {
+    if (request->priority > waiting->priority && !waiting->is_overdue && cds_bus_take_back(bus)) {
         insert(queue, waiting, (uint8_t)(waiting->priority + 1u));
         cds_bus_start(bus, request);
     } else {
@@ -45,6 +46,7 @@ static bool cancel(void *context, struct cds_request *request)
     do {
         (*place)->result = CDS_CANCELLED;
         (*place)->retries = 0;
+        (*place)->is_overdue = false;
         *place = (*place)->next;
     } while (*place && !request);
     return true;
@@ -92,6 +94,10 @@ static enum cds_result request_ended(void *context, struct cds_request *request,
     bool is_kept = retry(queue, request, result);
     struct cds_request *first = queue->first;
 
+    if (result == CDS_LINE_BUSY) // for those that wait, too
+        for (struct cds_request *other = first; other; other = other->next)
+            other->is_overdue = true;
+    request->is_overdue = false;
     if (first) {
         queue->first = first->next;
         cds_bus_start(queue->bus, first);
