@@ -47,6 +47,7 @@ export class Robot extends EventTarget {
     #goals = new Map(); // goals that wait, by servo ID: {raw, speed, at, since}; since: the first goal that this one replaces
     #goalSentAt = new Map(); // time of the last goal, by servo ID
     #holds = new Map(); // hold under way, by servo ID: {promise, since}
+    #turning = new Set(); // IDs of servos that setTurn() turns, until they have confirmed the end
     #stops = 0; // counts the stops and resets: a hold from before one does nothing
     #torqueOrders = new Map(); // newest torque command, by servo ID
     #due = new Map(); // time of the next slow read, by its name
@@ -149,6 +150,7 @@ export class Robot extends EventTarget {
     forgetGoals() {
         this.#stops++;
         this.dropGoals([...this.#goals.keys()]);
+        this.#turning.clear();
         for (const servo of this.servos.values()) servo.torque = null;
         this.#change();
     }
@@ -200,7 +202,15 @@ export class Robot extends EventTarget {
     /* Turns a servo in endless turn: more than 0 is counterclockwise. False: ignored, as by setGoal(). hold()
      * ends the turn. */
     setTurn(id, rpm) {
-        return this.#offerGoal(id, { raw: null, speed: rawOfTurn(rpm) });
+        const isTaken = this.#offerGoal(id, { raw: null, speed: rawOfTurn(rpm) });
+
+        if (isTaken) this.#turning.add(id);
+        return isTaken;
+    }
+
+    /* Packets that end the turns of setTurn(). */
+    endsOfTurns() {
+        return [...this.#turning].map((id) => write(id, REGISTER.MOVING_SPEED, word(0)));
     }
 
     #offerGoal(id, goal) {
@@ -250,7 +260,10 @@ export class Robot extends EventTarget {
         try {
             if (servo.isEndless) await writeRegisters(this.#wire, id, REGISTER.MOVING_SPEED, word(0));
             else await this.#holdWithin(servo);
-            if (!this.#goals.has(id)) servo.goalState = "confirmed";
+            if (!this.#goals.has(id)) {
+                servo.goalState = "confirmed";
+                this.#turning.delete(id);
+            }
         } catch (error) {
             if (error.code === "stopped") return;
             servo.goalState = "unconfirmed";

@@ -165,7 +165,7 @@ export class Session extends EventTarget {
         const { wire } = this;
 
         this.robot?.end();
-        await wire?.close();
+        await wire?.close(this.robot?.endsOfTurns());
         if (this.wire === wire) this.#setState("disconnected");
     }
 

@@ -161,8 +161,13 @@ export class Wire extends EventTarget {
         this.#emitTraffic("out", "stop", { dropped: this.#write(bytes, true), bytes, text: "Ctrl-X" });
     }
 
-    async close() {
+    /* `last`: packets that leave at once, before the port closes; their replies are not awaited. */
+    async close(last = []) {
         if (this.state === "closed" && !this.#isOpening) return;
+        for (const bytes of this.state === "closed" ? [] : last) {
+            this.#write(bytes);
+            this.#emitTraffic("out", "packet", { bytes, source: "page" });
+        }
         this.#isOpening = false;
         this.#closed(null);
         await this.#port.close();

@@ -109,6 +109,37 @@ test("connect: of several in a row only the last one stays open", async () => {
     assert.ok(ports.slice(0, 3).every(({ written }) => !written.length));
 });
 
+test("disconnect: an endless turn of the page is ended before the port closes, also at pagehide, while a reply is due", async () => {
+    const { clock, port, session } = await rig({ ids: [1, 2] });
+    const speeds = () => port.packets.filter((bytes) => bytes[4] === 3 && bytes[5] === 0x20).map((bytes) => [bytes[2], bytes[6] + 256 * bytes[7]]);
+
+    port.servos.get(1).set([0, 0, 0, 0], 0x06);
+    await clock.advance(2000);
+    assert.equal(session.robot.setTurn(1, 20), true);
+    await clock.advance(100);
+    assert.equal(speeds().length, 1);
+    port.isMute = true;
+    await clock.advance(20);
+    session.disconnect(); // nothing is awaited: the page goes
+    assert.deepEqual(speeds().slice(1), [[1, 0]]);
+    assert.equal(port.isOpen, false);
+});
+
+test("disconnect: a turn that has ended, or was stopped, needs no packet", async () => {
+    const { clock, port, session } = await rig();
+    const leave = async (end) => {
+        session.robot.setTurn(1, 20);
+        await clock.advance(100);
+        await Promise.all([end(), clock.advance(2000)]);
+        return session.robot.endsOfTurns();
+    };
+
+    port.servos.get(1).set([0, 0, 0, 0], 0x06);
+    await clock.advance(2000);
+    assert.deepEqual(await leave(() => session.robot.hold(1)), []);
+    assert.deepEqual(await leave(() => session.stop()), []);
+});
+
 test("search without a console: its IDs without servo are no errors of the traffic", async () => {
     const clock = new FakeClock();
     const session = new Session({ tables: tables(), clock });
