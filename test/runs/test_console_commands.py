@@ -250,7 +250,7 @@ FULL_ONLY = {
     "new": error(89, "new 9") + text("id 1 at 1000000bps") + servo("1-3 RETURN_DELAY 10")
            + "@servos 1\nbaud 1 66raw\nbus 1000000\nnew 9\n" + text("step 1 of 4: search")
            + text("not there: search at all 255 rates")
-           + text("one ID answers: ID 1 at 29851bps; if several servos are connected, unplug all but one")
+           + text("one ID answers: ID 1 at 29851bps; connect one servo only")
            + text("step 2 of 4: return delay 2 us")
            + text("step 3 of 4: ID 1 becomes 9") + text("step 4 of 4: rate 29851bps becomes 1000000bps")
            + text("servo 9 is set up and joins the robot, at 1000000bps") + servo("1 ID 9")
@@ -316,7 +316,7 @@ MUTE = ("scan\nread 1 STATUS_RETURN_LEVEL\nwrite 1 STATUS_RETURN_LEVEL 0\n@wait 
 # A reply that comes too early for two enables.
 EARLY = (error(13, "set 1 RETURN_DELAY 0us") + error(13, "sync RETURN_DELAY 1 1:0 2:0")
          + servo("1-3 RETURN_DELAY 10") + "status\n"
-         + text("RETURN_DELAY refused: 2; lowest here 1"))
+         + text("RETURN_DELAY refused: 2; lowest 1"))
 
 # Lines, and the errors that name servo, argument, value and range, in the profile `full`.
 EXPLANATIONS = {
@@ -392,10 +392,10 @@ class Scripts(unittest.TestCase):
 
     def test_servo_that_answers_too_early_is_told_and_mended(self):
         early = (text("0 found, 254 asked") + text("servo 1: finding 18: the servo answers before")
-                 + text("servo 1: 'write 1 RETURN_DELAY 1' mends it"))
+                 + text("servo 1 answers too early: 'write 1 RETURN_DELAY 1', then"))
         for script in ("scan\n" + early + error(2, "write 1 RETURN_DELAY 1") + "scan\n"
                        + text("1 found, 254 asked"),
-                       "new 6\n" + text("a servo answers before this board listens")
+                       "new 6\n" + text("a servo answers too early")
                        + text("servo 6 is set up") + servo("1 RETURN_DELAY 1") + "ping 6\n"):
             with tempfile.TemporaryDirectory() as folder:
                 run = controller("write 1 RETURN_DELAY 0\n", "arbotix", "1", "--state", folder)
@@ -416,9 +416,6 @@ class Scripts(unittest.TestCase):
                   + text("servo 1 is set up and joins the robot, at 19417bps") + error(95, "new 2"))
         run = controller("echo off\n" + said_by("full", script), "atmega128", "1", "--rules", "warn")
         self.assertEqual(run.status, 0, run.output[-3000:])
-
-    def test_move_without_speed_takes_that_of_limits(self):
-        self.run_on("atmega128", "scan\nlimits 2 60 240 31rpm\nmove 2 100\n" + servo("2 MOVING_SPEED 512"))
 
     def test_new_servo_is_found_at_unlisted_rates(self):
         """36 and 99 to 107 are near listed rates, where the servo is found but may not be understood."""

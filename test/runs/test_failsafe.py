@@ -80,7 +80,7 @@ class Settings(unittest.TestCase):
     def test_power_lost_in_any_write_of_the_first_save(self):
         saved = (SECOND, "as saved")
         nothing = [(DEFAULTS, "defaults: nothing saved before"),
-                   (DEFAULTS, "defaults: what was saved is damaged")]
+                   (DEFAULTS, "defaults: saved ones damaged")]
         writes, found = self.cut_everywhere([], [saved, *nothing])
         self.assertGreaterEqual(writes, 15) # all but those that are FF
         for outcome in [saved, *nothing]:
@@ -126,7 +126,7 @@ class Settings(unittest.TestCase):
             bad[80 + 5] ^= 1
             file.write_bytes(bad)
             found = listed(self.run_script("settings\n", "atmega128", "--eeprom", file))
-            self.assertEqual(found, (DEFAULTS, "defaults: what was saved is damaged"))
+            self.assertEqual(found, (DEFAULTS, "defaults: saved ones damaged"))
 
     def start_with(self, record, script):
         """The output of a run that finds these bytes in the first place for a record."""
@@ -140,10 +140,10 @@ class Settings(unittest.TestCase):
         for record, values, origin in [
                 (f"01 0C 01 {ten}", FIRST, "as saved"),
                 (f"01 0A 01 {ten[:-6]}", FIRST[:9] + DEFAULTS[9:],
-                 "saved by an older firmware; new ones: defaults"),
+                 "of an older firmware; new ones: defaults"),
                 (f"01 0E 01 {ten} 55 AA", FIRST, "saved by a newer firmware"),
                 (f"02 0C 01 {ten}", DEFAULTS,
-                 "defaults: saved by another version")]:
+                 "defaults: another version's")]:
             data = bytes.fromhex(record)
             output = self.start_with(data + crc(data), "settings\nsave\n@reset power\nsettings\n")
             first, again = output.split(" reset\n")

@@ -42,7 +42,7 @@ class Inhibit(unittest.TestCase):
 
     def test_inhibit_without_a_scan_holds_every_servo(self):
         for board in boards.CONSOLES:
-            run = run_script(self, "stop\n@expect text up to 254 more servos were not checked\n" +
+            run = run_script(self, "stop\n@expect text IDs not checked: 254\n" +
                              DRIVING + STILL.format("1-3"), board)
             self.assertEqual([p for _, way, p in run.packets if way == "->in" and drives(p)], [], board)
 
@@ -50,10 +50,10 @@ class Inhibit(unittest.TestCase):
         run_script(self, "scan\nstop\nservos forget\n" + DRIVING + STILL.format("1-3"))
 
     def test_inhibit_holds_servos_beyond_the_list(self):
-        run_script(self, "scan\nstop\n@expect text up to 4 more servos were not checked\n" + DRIVING +
+        run_script(self, "scan\nstop\n@expect text IDs not checked: 4\n" + DRIVING +
                    "".join(f"! torque {servo} on\n! move {servo} 90deg\n" for servo in (18, 19, 22)) +
                    STILL.format("1-22") + "status\n@expect text driving: inhibited until 'release'\n"
-                   "@expect text last stop: 18 of 18 servos read back as off; up to 4 more were not checked\n"
+                   "@expect text last stop: 18 of 18 servos read back as off; IDs not checked: 4\n"
                    "release\nstatus\n@expect text driving: allowed\ntorque 22 on\n@expect servo 22 torque on\n",
                    servos="1-22")
 

@@ -161,7 +161,7 @@ test("new servo: its steps, then it is the chosen one", async () => {
         onText: (line, at) => {
             if (line !== "new 4") return false;
             at.servos.set(4, at.servos.get(1).slice());
-            at.say("step 1 of 4: search for the servo at the six listed rates, about 4 s; a key ends it", "step 2 of 4: return delay 2 us", "ok");
+            at.say("step 1 of 4: search at six rates, about 4 s; a key ends it", "step 2 of 4: return delay 2 us", "ok");
             return true;
         },
     });

@@ -17,7 +17,7 @@
       "write 90, 90.5deg, 512raw, -30rpm, 0x1F, without a blank")                                  \
     X(ERROR_OUT_OF_RANGE, 33, "number out of range",                                               \
       "'help COMMAND' or docs/console.md has the range")                                           \
-    X(ERROR_UNKNOWN_REGISTER, 34, "unknown register", "'info ID' lists names and addresses") \
+    X(ERROR_UNKNOWN_REGISTER, 34, "unknown register", "'info ID' lists names and addresses")       \
     X(ERROR_LINE_TOO_LONG, 35, "line too long", "send at most 1400 characters in a line")          \
     X(ERROR_INPUT_LOST, 36, "input lost", "send the next line only after the reply to this one")   \
     X(ERROR_BLOCK, 37, "malformed block", "write ID:BYTE,BYTE,... with as many bytes as LENGTH")   \

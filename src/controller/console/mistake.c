@@ -11,7 +11,7 @@
 #include "console/servo_list.h" // servo_list_is_all()
 
 static const CDS_FLASH char message_one_servo[] = "one servo here, no list; send a line for each";
-static const CDS_FLASH char message_blank[] = "no blank behind a comma: 1,2,3";
+static const CDS_FLASH char message_blank[] = "no space after a comma: 1,2,3";
 static const CDS_FLASH char message_reversed[] =
     "the range begins with the larger ID; write the smaller one first";
 static const CDS_FLASH char message_comma[] = "write a point, not a comma: ";
@@ -22,7 +22,8 @@ static const CDS_FLASH char message_known_id[] =
     "ID %u is in the robot's list; choose another ID, or empty it by 'servos forget'";
 static const CDS_FLASH char message_usage_due[] = "wrong number of arguments; usage: %s";
 static const CDS_FLASH char message_limits[] =
-    "its limits are %a to %a and %r: stay within them; 'torque on' needs 'info ID' first";
+    "its limits are %a to %a and %r: stay within them; 'move' needs a SPEED, and 'torque on' needs "
+    "'info ID' first";
 static const CDS_FLASH char message_not_driven[] =
     "not driven, as it gives no good answer; check its power, plug and rate";
 

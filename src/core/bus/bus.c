@@ -53,7 +53,7 @@ static NOCLONE uint8_t must_rest(const struct cds_bus *bus, const struct cds_req
 static NOCLONE enum cds_result wait_for_line(struct cds_bus *bus, struct cds_request *request)
 {
     if (bus->state != CDS_BUS_WAITING_FOR_LINE)
-        bus->phase = request->is_overdue ? WAIT_LAST_LOOK : WAIT_BEGINS; // its timer has expired
+        bus->phase = WAIT_BEGINS;
     bus->state = CDS_BUS_WAITING_FOR_LINE;
     bus->request = request;
     request->result = CDS_PENDING;

@@ -11,7 +11,6 @@ static void cancel_all(struct cds_request *request, const struct cds_bus_hooks *
     if (request) {
         request->result = CDS_CANCELLED;
         request->retries = 0;
-        request->is_overdue = false;
     }
     if (hooks)
         hooks->cancel(hooks->context, NULL);

@@ -16,8 +16,7 @@ static void insert(struct cds_queue *queue, struct cds_request *request, uint8_t
     *place = request;
 }
 
-/* A request of a higher priority also goes before the one that waits for the line, unless that one
- * ends at the next poll: it would wait without end beside a cycle on a line that is never quiet. */
+/* A request of a higher priority also goes before the one that waits for the line. */
 static enum cds_result submit(void *context, struct cds_request *request)
 {
     struct cds_queue *queue = (struct cds_queue *)context;
@@ -25,7 +24,7 @@ static enum cds_result submit(void *context, struct cds_request *request)
     struct cds_request *waiting = bus->request;
 
     request->result = CDS_PENDING;
-    if (request->priority > waiting->priority && !waiting->is_overdue && cds_bus_take_back(bus)) {
+    if (request->priority > waiting->priority && cds_bus_take_back(bus)) {
         insert(queue, waiting, (uint8_t)(waiting->priority + 1u));
         cds_bus_start(bus, request);
     } else {
@@ -46,7 +45,6 @@ static bool cancel(void *context, struct cds_request *request)
     do {
         (*place)->result = CDS_CANCELLED;
         (*place)->retries = 0;
-        (*place)->is_overdue = false;
         *place = (*place)->next;
     } while (*place && !request);
     return true;
@@ -87,17 +85,34 @@ static bool retry(struct cds_queue *queue, struct cds_request *request, enum cds
     return true;
 }
 
+/* Ends all waiting requests that were never sent: the line was in use for as long as a request may
+ * wait. Beside a cycle, whose goals go first, they would wait without end. */
+static void end_unsent(struct cds_queue *queue)
+{
+    struct cds_request **place = &queue->first;
+
+    while (*place) {
+        struct cds_request *waiting = *place;
+
+        if (waiting->retries) {
+            place = &waiting->next;
+        } else {
+            *place = waiting->next;
+            waiting->result = CDS_LINE_BUSY;
+        }
+    }
+}
+
 static enum cds_result request_ended(void *context, struct cds_request *request,
                                      enum cds_result result)
 {
     struct cds_queue *queue = (struct cds_queue *)context;
     bool is_kept = retry(queue, request, result);
-    struct cds_request *first = queue->first;
+    struct cds_request *first;
 
-    if (result == CDS_LINE_BUSY) // for those that wait, too
-        for (struct cds_request *other = first; other; other = other->next)
-            other->is_overdue = true;
-    request->is_overdue = false;
+    if (result == CDS_LINE_BUSY)
+        end_unsent(queue);
+    first = queue->first;
     if (first) {
         queue->first = first->next;
         cds_bus_start(queue->bus, first);

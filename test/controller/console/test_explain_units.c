@@ -38,8 +38,7 @@ void test_setting_is_taken_and_shown_with_its_unit(void)
 
 void test_change_of_host_rate_warns_a_person_only(void)
 {
-    static const char warning[] =
-        "the host link changes behind the next line; a reset undoes this until 'save'\r\n";
+    static const char warning[] = "the host link has the new rate after this; 'save' keeps it\r\n";
 
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("settings host_baud 255"));
     settings.echo = SETTINGS_ECHO_PERSON;
@@ -70,7 +69,8 @@ void test_refusal_of_limits_names_them(void)
     assert_reply("error 11: servo 4: its limits are 60.117deg to 200deg and 3",
                  "write 4 GOAL_POSITION 1000");
     TEST_ASSERT_NOT_NULL(
-        strstr(said, "rpm: stay within them; 'torque on' needs 'info ID' first\r\n"));
+        strstr(said, "rpm: stay within them; 'move' needs a SPEED, and 'torque on' needs "
+                     "'info ID' first\r\n"));
     reply_to("servos");
     TEST_ASSERT_NOT_NULL(strstr(said, ", limits 60.117deg to 200deg and 3"));
 }

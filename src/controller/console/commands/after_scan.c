@@ -10,9 +10,9 @@
 #include "console/messages.h"
 
 static const CDS_FLASH char message_early[] =
-    "servo %u answers %u us after a packet, this board needs %u: 'set %u RETURN_DELAY %uus'";
+    "servo %u answers after %u us, this board needs %u: 'set %u RETURN_DELAY %uus'";
 static const CDS_FLASH char message_return_delay[] =
-    "servo %u: 'write %u RETURN_DELAY %u' mends it, though its reply is lost; then 'scan'";
+    "servo %u answers too early: 'write %u RETURN_DELAY %u', then 'scan'";
 
 #define TRIES 3 // of a READ: a damaged reply alone is no finding
 

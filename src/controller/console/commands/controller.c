@@ -12,8 +12,7 @@
 static const CDS_FLASH char message_origin[] = "settings at start: %s";
 static const CDS_FLASH char message_of_others[] = "of others";
 static const CDS_FLASH char message_decimal[] = "%u";
-static const CDS_FLASH char message_alarm[] = "alarm %s: %s";
-static const CDS_FLASH char message_alarm_remedy[] = "alarm %s: %s%s";
+static const CDS_FLASH char message_alarm[] = "alarm %s: %s%s";
 static const CDS_FLASH char message_reset[] = "reset by%s%s%s%s%s";
 static const CDS_FLASH char message_link_lost[] = "host link: lost";
 static const CDS_FLASH char message_link_on[] = "host link: watched";
@@ -23,27 +22,25 @@ static const CDS_FLASH char message_torque_never[] = "last stop: none";
 static const CDS_FLASH char message_torque_read[] =
     "last stop: %u of %u servos read back as off%s%s";
 static const CDS_FLASH char message_some_on[] = ", some are on";
-static const CDS_FLASH char message_unlisted[] = "; up to %u more were not checked";
+static const CDS_FLASH char message_unlisted[] = "; IDs not checked: %u";
 static const CDS_FLASH char message_inhibit_off[] = "driving: allowed";
 static const CDS_FLASH char message_inhibit_link[] = "driving: inhibited until 'clear'";
 static const CDS_FLASH char message_inhibit_on[] = "driving: inhibited until 'release'";
-static const CDS_FLASH char message_delays[] = "RETURN_DELAY refused: %u; lowest here %u";
+static const CDS_FLASH char message_delays[] = "RETURN_DELAY refused: %u; lowest %u";
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, inhibited %u, offline %u";
-static const CDS_FLASH char message_servos_explained[] =
-    "servos: %u%s, inhibited %u ('servos' tells why), offline %u";
 static const CDS_FLASH char message_host_rate[] =
-    "the host link changes behind the next line; a reset undoes this until 'save'";
+    "the host link has the new rate after this; 'save' keeps it";
 static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes never used";
 
 /* ---- settings, save, defaults ---- */
 
 static const CDS_FLASH char *const CDS_FLASH origins[] = {
     [SETTINGS_NONE] = FLASH_TEXT("defaults: nothing saved before"),
-    [SETTINGS_DAMAGED] = FLASH_TEXT("defaults: what was saved is damaged"),
-    [SETTINGS_OTHER_VERSION] = FLASH_TEXT("defaults: saved by another version"),
-    [SETTINGS_OLDER] = FLASH_TEXT("saved by an older firmware; new ones: defaults"),
+    [SETTINGS_DAMAGED] = FLASH_TEXT("defaults: saved ones damaged"),
+    [SETTINGS_OTHER_VERSION] = FLASH_TEXT("defaults: another version's"),
+    [SETTINGS_OLDER] = FLASH_TEXT("of an older firmware; new ones: defaults"),
     [SETTINGS_NEWER] = FLASH_TEXT("saved by a newer firmware"),
     [SETTINGS_STORED] = FLASH_TEXT("as saved"),
     [SETTINGS_CORRECTED] = FLASH_TEXT("as saved; one was out of range: default"),
@@ -179,7 +176,6 @@ static bool save_poll(struct console *console)
 NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t bits, bool is_new)
 {
     union printer_value *value = printer->values;
-    bool has_remedy = command_set.explain && is_new;
 
     if (id == CDS_BROADCAST_ID) {
         (value++)->text = message_of_others;
@@ -187,10 +183,9 @@ NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t 
         (value++)->text = message_decimal;
         (value++)->number = id;
     }
-    if (has_remedy)
-        value[1].text = reply_remedy(bits);
+    value[1].text = is_new && command_set.explain ? reply_remedy(bits) : message_nothing;
     bits = reply_condition(bits, &value->text);
-    printer_line(printer, has_remedy ? message_alarm_remedy : message_alarm);
+    printer_line(printer, message_alarm);
     return bits;
 }
 
@@ -288,7 +283,7 @@ static const CDS_FLASH char *stop_text(const struct robot *robot)
     return message_torque_read;
 }
 
-/* "last stop: 2 of 3 servos read back as off; up to 251 more were not checked". A servo that
+/* "last stop: 2 of 3 servos read back as off; IDs not checked: 251". A servo that
  * joined the robot after the stop was not read back. */
 static void print_torque(struct printer *printer, const struct robot *robot)
 {
@@ -345,7 +340,7 @@ static void print_servos(struct printer *printer, const struct cds_servos *servo
     printer->values[3].number = offline;
     if (servos_line_is_low(servos))
         printer->values[3].number = servos->count; // no servo can be asked
-    printer_line(printer, command_set.explain ? message_servos_explained : message_servos);
+    printer_line(printer, message_servos);
 }
 
 static void print_stack(struct printer *printer, const struct failsafe *failsafe)

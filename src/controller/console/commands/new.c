@@ -6,16 +6,14 @@
 #include "console/messages.h"
 
 static const CDS_FLASH char message_search[] =
-    "step 1 of 4: search for the servo at the six listed rates, about 4 s; a key ends it";
-static const CDS_FLASH char message_search_any[] =
-    "not there: search at all 255 rates, about 3 s; a key ends it";
+    "step 1 of 4: search at six rates, about 4 s; a key ends it";
+static const CDS_FLASH char message_search_any[] = "not there: search at all 255 rates, about 3 s";
 static const CDS_FLASH char message_mend_all[] =
-    "a servo answers before this board listens: return delay is written, then search again";
+    "a servo answers too early: its return delay is raised, then search again";
 static const CDS_FLASH char message_delay_written[] =
     "its reply is damaged: return delay is written without a reply";
 static const CDS_FLASH char message_new_found_at[] =
-    "one ID answers: ID %u at %b; if several servos are connected, unplug all but one: identical "
-    "servos cannot be told apart";
+    "one ID answers: ID %u at %b; connect one servo only: equal ones cannot be told apart";
 static const CDS_FLASH char message_delay[] = "step 2 of 4: return delay %u us";
 static const CDS_FLASH char message_step_id[] = "step 3 of 4: ID %u becomes %u";
 static const CDS_FLASH char message_rate[] = "step 4 of 4: rate %b becomes %b";

@@ -69,29 +69,13 @@ void servo_failed(struct console *console, uint8_t error)
     printer_line(&console->printer, message_servo);
 }
 
-/* Without a SPEED the servo moves at the speed that `limits` permits, if there is such a limit. */
-static void take_limit(struct console *console)
-{
-    const struct cds_servo_state *servo = console_servo(console);
-    uint8_t *data = set_job(console)->data;
-
-    if (servo == NULL || !servo->has_limits || servo->fastest == CDS_VALUE_MAX)
-        return;
-    data[2] = (uint8_t)servo->fastest;
-    data[3] = (uint8_t)(servo->fastest >> 8);
-    console->part = 4; // bytes to be written
-}
-
 static uint8_t move_begin(struct console *console)
 {
     struct command_line *line = &console->line;
     uint8_t result = take_raw(console, 0, CDS_UNIT_MDEG);
 
-    console->part = (uint8_t)(2 * line->numbers);
     if (result == 0 && line->numbers == 2)
         result = take_raw(console, 1, CDS_UNIT_MRPM);
-    else if (command_set.explain)
-        take_limit(console);
     if (result == 0)
         result = cycled(console);
     if (result)
@@ -99,7 +83,7 @@ static uint8_t move_begin(struct console *console)
     if (line->id != CDS_BROADCAST_ID)
         result = servo_read(console, LOOK_FROM, LOOK_SIZE);
     if (line->id == CDS_BROADCAST_ID || result == CDS_NO_REPLY_DUE)
-        result = servo_write(console, CDS_REG_GOAL_POSITION, console->part);
+        result = servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * console->line.numbers));
     return result;
 }
 
@@ -113,7 +97,8 @@ static void look(struct console *console)
         console->error = ERROR_ENDLESS;
         return;
     }
-    console->error = servo_write(console, CDS_REG_GOAL_POSITION, console->part);
+    console->error =
+        servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * console->line.numbers));
     if (off && console->error == 0)
         printer_line(&console->printer, message_torque_is_off);
 }
@@ -177,8 +162,8 @@ static const CDS_FLASH struct command servo_rows[] = {
         .what = FLASH_TEXT("go to an angle"),
         .details =
             COMMAND_DETAILS("ANGLE: 0 to 300deg, or 0raw to 1023raw. SPEED: 0 to 62rpm, 0 "
-                            "as fast as it can; default: that of 'limits', else it stays. ID 254: "
-                            "all"),
+                            "as fast as it can; without it the speed stays; needed if 'limits' has "
+                            "a speed. ID 254: all"),
         .example = COMMAND_DETAILS("move 1 90deg 30rpm"),
         .begin = move_begin,
         .poll = move_poll,

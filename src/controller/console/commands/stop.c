@@ -12,7 +12,7 @@
 #include "console/reply.h"
 #include "console/messages.h"
 
-static const CDS_FLASH char message_stop_unlisted[] = "up to %u more servos were not checked";
+static const CDS_FLASH char message_stop_unlisted[] = "IDs not checked: %u";
 static const CDS_FLASH char message_stop_done[] =
     "robot stopped: torque off, driving inhibited until 'release'";
 static const CDS_FLASH char message_stop_failed[] =
