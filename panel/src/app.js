@@ -36,7 +36,7 @@ class App extends View {
         this.#keepFocus();
         this.session.addEventListener("disconnect", answerNo);
         globalThis.addEventListener("hashchange", () => this.#show(this.#tabOfAddress()));
-        globalThis.addEventListener("keydown", (event) => this.#key(event), { capture: true });
+        for (const name of ["keydown", "keyup"]) globalThis.addEventListener(name, (event) => this.#key(event), { capture: true });
         globalThis.addEventListener("pagehide", () => this.session.disconnect()); // a page that the browser keeps would keep the port
         if (this.#parameters.has("connect")) this.session.connectAtLoad(() => new WebSocketPort(this.address));
     }
@@ -48,11 +48,18 @@ class App extends View {
 
     /* ---- keys ---- */
 
+    #isEscapeDown = false;
+
+    /* Esc that closes the list of a <select> has a keyup only. */
     #key(event) {
-        if (event.repeat || event.isComposing) return;
+        const isEscape = event.key === "Escape";
+        const isKnown = isEscape && this.#isEscapeDown;
+
+        if (isEscape) this.#isEscapeDown = event.type === "keydown";
+        if (event.repeat || event.isComposing || (event.type === "keyup" && (!isEscape || isKnown))) return;
         const isSpace = event.key === " " && !(event.ctrlKey || event.altKey || event.metaKey || takesSpace(event.target));
 
-        if (event.key !== "Escape" && !isSpace) return;
+        if (!isEscape && !isSpace) return;
         if (isSpace) event.preventDefault(); // the page would scroll
         else answerNo();
         this.session.stop();

@@ -187,10 +187,14 @@ class Stored(Motion):
                     "pose show stand\n@expect text pose set stand 307raw 341raw 375raw\n"
                     "! pose save other\n! pose show other\n@expect text error 74:\n")
 
+    def test_play_ends_while_the_line_is_held_low(self):
+        self.run_on("group 1-3\ntorque 1-3 on\npose set a 90 90 90\nsequence w new a 1s\n@fault stuck low 4000\n@wait 10\n"
+                    "! play w\n@expect text error 9:\n@wait 6000\n@expect servo 1 PRESENT_POSITION 510..514\n", MOVING[0])
+
     def test_names_that_are_none_are_refused(self):
         self.run_on("".join(f"! {line}\n@expect text error {number}:\n" for line, number in [
             ("pose save a_b", 71), ("pose save 1st", 71), ("pose save abcdefghi", 72),
-            ("pose save " + "x" * 30, 72), ("pose save move", 73), ("pose save dwell", 73),
+            ("pose save " + "x" * 30, 72), ("pose save move", 73), ("pose save dwell", 73), ("pose save OK", 73),
             ("pose set on 1 2 3", 73), ("pose show abcdefghi", 74), ("pose delete stand", 74),
             ("pose stand in 1s", 74), ("sequence show walk", 75), ("sequence delete walk", 75),
             ("sequence walk add stand 1s", 74)])

@@ -21,11 +21,11 @@ export class MotionError extends Error {
     }
 }
 
-/* The words of all commands: no pose and no sequence may have such a name. */
+/* The words of all commands, and those that begin the last line of a reply: no pose and no sequence may have such a name. */
 export function keywordsOf(tables) {
     const words = tables.commands.flatMap(({ usage }) => usage.replace(/[[\]]/g, "").split(" "));
 
-    return new Set(words.filter((word) => /^[a-z]/.test(word)).flatMap((word) => word.replace(/\.+$/, "").split("|")));
+    return new Set(["ok", "error", ...words.filter((word) => /^[a-z]/.test(word)).flatMap((word) => word.replace(/\.+$/, "").split("|"))]);
 }
 
 /* Throws MotionError if the board does not take `name`. */

@@ -37,6 +37,8 @@ const PORT_RETRY_MS = 250;
 const BANNER = /^cds55xx \d/; // a controller in the mode for people tells it after a reset
 const PORT_TAKEN = /another client is connected/; // the simulator says so, then hangs up
 
+const isStopDue = ({ code }) => code === "stop-not-sent";
+
 export class Session extends EventTarget {
     #stopping = null; // promise of the last stop
     #staleAt = 0; // when the confirmed stop is no longer shown, unless feedback comes
@@ -109,6 +111,7 @@ export class Session extends EventTarget {
             await wire.open();
             await this.#setUp();
             this.#setState("connected");
+            if (isPatient && this.notices.some(isStopDue)) this.stop(); // the user pressed it before the port was there
             this.#tellFirmware();
             await this.robot.findServos();
             this.robot.start();
@@ -148,7 +151,7 @@ export class Session extends EventTarget {
     #clear(port, isPatient) {
         this.isWaiting &&= isPatient;
         this.portName = port.name ?? "";
-        this.notices = [];
+        this.notices = isPatient ? this.notices.filter(isStopDue) : [];
         this.stopState = "none";
         this.#isRetrying = false;
         this.capture = new CapturePort(port);

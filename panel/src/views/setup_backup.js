@@ -27,6 +27,7 @@ class BackupPart extends SetupPart {
 
         target.value = ""; // the same file can be chosen again
         if (!file) return;
+        this.setup.forgetPlan(); // it is of another file
         this.#file = file.name;
         const scope = this.#isAll ? null : this.setup.id;
         const text = await this.session.attempt(() => textOfFile(file, SIZE_MAX));

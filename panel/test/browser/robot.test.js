@@ -129,6 +129,17 @@ test("keys: Up and Down step the goal, Home goes to the limit", async (t) => {
     await waitForPosition(page, 1, "below", 150);
 });
 
+test("Stop: Esc that closes the list of a select stops, too", async (t) => {
+    const { page } = await startRobot(t, { count: 1 });
+
+    await page.focus("select");
+    await page.keyboard.down("Alt");
+    await page.keyboard.press("ArrowDown");
+    await page.keyboard.up("Alt");
+    await page.keyboard.press("Escape");
+    await shows(page, "Torque is off", ".stop-state.verified");
+});
+
 test("Stop: Esc in mid-motion, torque is off and the servo stands", async (t) => {
     const { page } = await startRobot(t, { count: 3 });
 

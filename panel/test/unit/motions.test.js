@@ -82,6 +82,7 @@ test("text: a rule that a line breaks is told with the line", () => {
         ["pose set stop 1 2 3", "motion-name"],
         ["pose set 1st 1 2 3", "motion-name"],
         ["pose set abcdefghi 1 2 3", "motion-name"],
+        ["group 7\npose set ok 90deg", "motion-name"],
         ["sequence wave add nopose 1s", "motion-no-pose"],
         ["sequence wave add left 0.805s", "motion-time"],
         ["sequence wave add left 0s", "motion-time"],

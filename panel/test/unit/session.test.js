@@ -34,15 +34,21 @@ async function rig({ hasConsole = true, onText = null, onPacket = null, ids = [1
 
 /* Connects at the load of the page; another client has the port for `ms`. At `leaveAt` the user disconnects.
  * Returns the states and the codes of the notices. */
-async function load(ms, { leaveAt } = {}) {
+async function load(ms, { leaveAt, stopAt } = {}) {
     const clock = new FakeClock();
     const session = new Session({ tables: tables(), clock });
     const states = [];
+    let sent = "";
 
     session.addEventListener("change", () => states.at(-1) !== session.state && states.push(session.state));
     session.connectAtLoad(() => {
         const port = new FakePort();
+        const write = port.write.bind(port);
 
+        port.write = (bytes) => {
+            sent += String.fromCharCode(...bytes);
+            return write(bytes);
+        };
         port.open = async () => {
             port.isOpen = true;
             port.isMute = clock.now() < ms;
@@ -56,8 +62,12 @@ async function load(ms, { leaveAt } = {}) {
         await clock.advance(leaveAt);
         await session.disconnect();
     }
+    if (stopAt) {
+        await clock.advance(stopAt);
+        session.stop();
+    }
     await clock.advance(20000);
-    return { states, codes: session.notices.map(({ code }) => code) };
+    return { states, codes: session.notices.map(({ code }) => code), ...(stopAt && { sent }) };
 }
 
 test("connectAtLoad: waits 5 s for a taken port, then tells; the state does not change meanwhile", async () => {
@@ -66,6 +76,13 @@ test("connectAtLoad: waits 5 s for a taken port, then tells; the state does not 
     assert.deepEqual(late.states, ["connecting", "connected"]);
     assert.ok(!late.codes.includes("port-taken"));
     assert.deepEqual(await load(Infinity), { states: ["connecting", "disconnected"], codes: ["port-taken"] });
+});
+
+test("connectAtLoad: a stop before the port is there stays told, and is sent when it is there", async () => {
+    const { sent, codes } = await load(4000, { stopAt: 1000 });
+
+    assert.ok(sent.includes("\x18"));
+    assert.ok(codes.some((code) => code.startsWith("stop-")), codes.join());
 });
 
 test("connectAtLoad: Disconnect ends it", async () => {

@@ -75,6 +75,9 @@ static uint8_t error_of_name(const struct console *console)
     return motion_store_is_name(parse_name(&console->line, 0), length) ? 0 : (uint8_t)ERROR_NAME;
 }
 
+/* A line of `sequence list` that is such a name would look like the end of the reply. */
+static const CDS_FLASH char stored_reply_words[] = "ok|error";
+
 bool stored_name_poll(struct console *console)
 {
     const CDS_FLASH struct command_group *group = command_set.groups[console->part];
@@ -84,7 +87,8 @@ bool stored_name_poll(struct console *console)
     if (console->error || group == NULL)
         return false;
     memcpy(token.text, parse_name(&console->line, 0), PARSE_NAME_SIZE);
-    if (parse_is_keyword(group->rows[console->index].usage, &token)) {
+    if (parse_is_keyword(stored_reply_words, &token) ||
+        parse_is_keyword(group->rows[console->index].usage, &token)) {
         console->error = ERROR_KEYWORD;
         return false;
     }
