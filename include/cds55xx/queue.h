@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Requests that wait behind the one in flight, in the order of their priority, and retries of
- * requests that got no good reply. If the line stays in use until a request ends as CDS_LINE_BUSY,
- * all that wait behind it and were never sent end so, too. A bus without a queue refuses a second
- * request as CDS_BUSY.
+ * requests that got no good reply. A bus without a queue refuses a second request as CDS_BUSY.
  *
  *     static struct cds_queue queue;
  *     cds_queue_attach(&queue, &bus);

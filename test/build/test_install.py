@@ -122,7 +122,7 @@ class Files(unittest.TestCase):
     def test_man_page_has_the_options_of_help(self):
         options = re.compile(r"--[a-z]+(?:-[a-z]+)*")
         page = (PREFIX / "share/man/man1/cds55xx-sim.1").read_text().replace("\\-", "-")
-        self.assertEqual(set(options.findall(page)) - {"--help"},
+        self.assertEqual(set(options.findall(page)),
                          set(options.findall(call(PREFIX / "bin/cds55xx-sim", "--help")[1])))
 
 

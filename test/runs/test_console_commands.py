@@ -439,10 +439,6 @@ class Scripts(unittest.TestCase):
         run = controller("echo off\nwrite 1 RETURN_DELAY 10\n" + said_by("full", script), "atmega128", "1")
         self.assertEqual(run.status, 0, run.output[-3000:])
 
-    def test_command_beside_a_cycle_ends_while_the_line_is_held_low(self):
-        self.run_on("atmega128", "scan\ntorque 1-3 on\ngroup 2 3\ncycle every 2ms\n@fault stuck low 3000\n@wait 10\n"
-                    "! move 1 30\n" + text("error 9:") + "@wait 5000\n@expect servo 1 PRESENT_POSITION 510..514\n")
-
     def test_a_servo_that_does_not_answer(self):
         self.run_on("atmega128", MUTE)
 

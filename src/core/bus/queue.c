@@ -85,34 +85,13 @@ static bool retry(struct cds_queue *queue, struct cds_request *request, enum cds
     return true;
 }
 
-/* Ends all waiting requests that were never sent: the line was in use for as long as a request may
- * wait. Beside a cycle, whose goals go first, they would wait without end. */
-static void end_unsent(struct cds_queue *queue)
-{
-    struct cds_request **place = &queue->first;
-
-    while (*place) {
-        struct cds_request *waiting = *place;
-
-        if (waiting->retries) {
-            place = &waiting->next;
-        } else {
-            *place = waiting->next;
-            waiting->result = CDS_LINE_BUSY;
-        }
-    }
-}
-
 static enum cds_result request_ended(void *context, struct cds_request *request,
                                      enum cds_result result)
 {
     struct cds_queue *queue = (struct cds_queue *)context;
     bool is_kept = retry(queue, request, result);
-    struct cds_request *first;
+    struct cds_request *first = queue->first;
 
-    if (result == CDS_LINE_BUSY)
-        end_unsent(queue);
-    first = queue->first;
     if (first) {
         queue->first = first->next;
         cds_bus_start(queue->bus, first);

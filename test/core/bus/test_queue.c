@@ -397,21 +397,6 @@ void test_request_that_found_no_quiet_line_is_not_retried(void)
     TEST_ASSERT_NULL(bus.request);
 }
 
-/* As goals of a cycle whose period is shorter than the wait for the line. */
-void test_waiting_request_ends_beside_one_of_higher_priority(void)
-{
-    port_fake.low = true;
-    requests[0].priority = CDS_PRIORITY_HIGH;
-    ping(1);
-    for (uint16_t us = 0; us < 3000; us += 10) {
-        if (requests[0].result != CDS_PENDING)
-            ping(0);
-        port_fake.now_us += 10;
-        cds_bus_poll(&bus);
-    }
-    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, requests[1].result);
-}
-
 /* Attached again while requests wait: they are not lost. */
 void test_attach_again_while_requests_wait_is_refused(void)
 {
