@@ -36,7 +36,8 @@ class App extends View {
         this.#keepFocus();
         this.session.addEventListener("disconnect", answerNo);
         globalThis.addEventListener("hashchange", () => this.#show(this.#tabOfAddress()));
-        for (const name of ["keydown", "keyup"]) globalThis.addEventListener(name, (event) => this.#key(event), { capture: true });
+        globalThis.addEventListener("keydown", (event) => this.#key(event), { capture: true });
+        globalThis.addEventListener("keyup", (event) => this.#keyUp(event), { capture: true });
         globalThis.addEventListener("pagehide", () => this.session.disconnect()); // a page that the browser keeps would keep the port
         if (this.#parameters.has("connect")) this.session.connectAtLoad(() => new WebSocketPort(this.address));
     }
@@ -50,18 +51,26 @@ class App extends View {
 
     #isEscapeDown = false;
 
-    /* Esc that closes the list of a <select> has a keyup only. */
     #key(event) {
-        const isEscape = event.key === "Escape";
-        const isKnown = isEscape && this.#isEscapeDown;
-
-        if (isEscape) this.#isEscapeDown = event.type === "keydown";
-        if (event.repeat || event.isComposing || (event.type === "keyup" && (!isEscape || isKnown))) return;
+        this.#isEscapeDown ||= event.key === "Escape";
+        if (event.repeat || event.isComposing) return;
         const isSpace = event.key === " " && !(event.ctrlKey || event.altKey || event.metaKey || takesSpace(event.target));
 
-        if (!isEscape && !isSpace) return;
-        if (isSpace) event.preventDefault(); // the page would scroll
-        else answerNo();
+        if (event.key === "Escape") this.#stopByEscape();
+        if (!isSpace) return;
+        event.preventDefault(); // the page would scroll
+        this.session.stop();
+    }
+
+    /* The Escape that closes the list of a <select> gives a keyup, and no keydown. */
+    #keyUp(event) {
+        if (event.key !== "Escape") return;
+        if (!this.#isEscapeDown) this.#stopByEscape();
+        this.#isEscapeDown = false;
+    }
+
+    #stopByEscape() {
+        answerNo();
         this.session.stop();
     }
 

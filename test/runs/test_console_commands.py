@@ -303,7 +303,7 @@ LISTS = ("info 1-2\n" + text("servo 1: 0x00 ") + text("servo 2: 0x1E GOAL_POSITI
 # A line that is held low, and a servo that is unplugged: what is not known is not shown. In mode person, whose
 # replies are the same but for the last lines of stop.
 LINE_LOW = ("scan\ntorque 1 on\n@fault stuck low 3000\n@wait 1500\nservos\n" + text("servo 1: line held low, torque unknown") + "status\n"
-            + text("servos: 3, inhibited 0")
+            + text("servos: 3, inhibited 0, offline 3")
             + error(9, "stop") + text("torque may still be on: switch off the supply; driving is inhibited until 'release'")
             + "@wait 2000\nservos\n" + text("servo 1: online, torque off, inhibited: stopped")
             + "release\n@power 3 off\n@wait 2500\nservos\n" + text("servo 3: offline, torque unknown")
@@ -463,9 +463,13 @@ TYPED = {35, 36, 49, 54}
 PACKETS = {"ping", "read", "write", "regwrite", "action", "reset", "sync"}  # the line itself is a packet
 
 
+CYCLES_PER_MS = 16000
+
+
 class Terminal:
     """The firmware's console at a pty, in real time. When it is closed, `packets` are those that were
-    on the wire, and `sent_at` has the CPU cycle at which each instruction packet began. Without mode="program" the console is in the mode of a new controller."""
+    on the wire, and `sent_at` has the CPU cycle at which each instruction packet began. Without
+    mode="program" the console is in the mode of a new controller."""
 
     def __init__(self, board, servos="1-3", *options, mode="program"):
         self.profile = boards.BOARDS[board].profile
@@ -668,7 +672,7 @@ class Typed(unittest.TestCase):
         # nothing but its READs
         self.assertEqual(set(terminal.packets[0::2]),
                          {packet(1, READ, [0x24, 11]).hex(" ").upper()})
-        gaps_ms = [(later - sooner) / 16000 for sooner, later in zip(terminal.sent_at, terminal.sent_at[1:])]
+        gaps_ms = [(later - sooner) / CYCLES_PER_MS for sooner, later in zip(terminal.sent_at, terminal.sent_at[1:])]
         self.assertGreaterEqual(len(gaps_ms), 11)
         for gap_ms in gaps_ms:
             self.assertAlmostEqual(gap_ms, 100, delta=1)

@@ -143,7 +143,7 @@ class Settings(unittest.TestCase):
                  "of an older firmware; new ones: defaults"),
                 (f"01 0E 01 {ten} 55 AA", FIRST, "saved by a newer firmware"),
                 (f"02 0C 01 {ten}", DEFAULTS,
-                 "defaults: another version's")]:
+                 "defaults: of another version")]:
             data = bytes.fromhex(record)
             output = self.start_with(data + crc(data), "settings\nsave\n@reset power\nsettings\n")
             first, again = output.split(" reset\n")

@@ -10,8 +10,7 @@
 static const CDS_FLASH char ok[] = "ok";
 static const CDS_FLASH char failed[] = "error %u: %s";
 static const CDS_FLASH char failed_too[] = "also %u: %s";
-static const CDS_FLASH char warning[] = "warning: %s";
-static const CDS_FLASH char warning_remedy[] = "warning: %s%s";
+static const CDS_FLASH char warning[] = "warning: %s%s";
 
 const CDS_FLASH char *const CDS_FLASH reply_conditions[] = {
     FLASH_TEXT("input voltage"), FLASH_TEXT("angle limit"), FLASH_TEXT("overheating"),
@@ -19,17 +18,19 @@ const CDS_FLASH char *const CDS_FLASH reply_conditions[] = {
     FLASH_TEXT("instruction"),   FLASH_TEXT("offline"),
 };
 
-/* The error whose remedy helps against each condition. */
-static const CDS_FLASH uint8_t remedies[] = {
+/* For each condition, the error whose remedy helps against it. */
+static const CDS_FLASH uint8_t reply_remedies[] = {
     ERROR_VOLTAGE, ERROR_SERVO_ANGLE,       ERROR_ALARM, ERROR_SERVO_RANGE, ERROR_SERVO_CHECKSUM,
     ERROR_ALARM,   ERROR_SERVO_INSTRUCTION, CDS_TIMEOUT,
 };
 
 const CDS_FLASH char *reply_remedy(uint8_t bits)
 {
-    const CDS_FLASH uint8_t *number = remedies;
+    const CDS_FLASH uint8_t *number = reply_remedies;
     const CDS_FLASH char *text;
 
+    if (!command_set.explain)
+        return message_nothing;
     for (; !(bits & 1); bits >>= 1)
         number++;
     for (text = error_text(*number); *text != ';'; text++)
@@ -56,9 +57,8 @@ static bool warn(struct console *console)
         return false;
     console->servo_error = (uint8_t)((console->servo_error & ~CDS_ERRORS_OF_CONDITION) |
                                      reply_condition(conditions, &console->printer.values[0].text));
-    if (command_set.explain)
-        console->printer.values[1].text = reply_remedy(conditions);
-    printer_line(&console->printer, command_set.explain ? warning_remedy : warning);
+    console->printer.values[1].text = reply_remedy(conditions);
+    printer_line(&console->printer, warning);
     return true;
 }
 

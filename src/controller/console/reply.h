@@ -20,7 +20,8 @@ extern const CDS_FLASH char *const CDS_FLASH reply_conditions[];
  * *text; returns the bits that are left. */
 uint8_t reply_condition(uint8_t bits, const CDS_FLASH char **text);
 
-/* The remedy for the lowest bit, with "; " in front. Only where errors have remedies. */
+/* The remedy for the lowest of `bits`, which are not 0, with "; " in front. Returns "" in a
+ * firmware profile whose errors have no remedies. */
 const CDS_FLASH char *reply_remedy(uint8_t bits);
 
 #endif

@@ -47,8 +47,8 @@ static void search_at_all_rates(struct new_servo *servo)
 }
 
 /* The step has ended as `result`. Returns true if it was well; else the step is tried again, or
- * everything ends. A servo at a neighbour of a listed rate can be found there and not be
- * understood: then its own rate is searched for. */
+ * everything ends. A servo whose rate is a neighbour of a listed rate may answer there with damaged
+ * replies: then its own rate is searched for. */
 static bool is_well(struct new_servo *servo, enum cds_result result)
 {
     bool is_retried = result == CDS_TIMEOUT || result == CDS_CORRUPT;

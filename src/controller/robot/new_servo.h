@@ -2,12 +2,12 @@
 /* Sets up a new servo that is alone on the bus: finds it at whatever rate, then gives it the return
  * delay that this board needs, an ID, and the rate of the bus.
  *
- * A search at the six listed rates asks every ID. If no servo answers, or cannot be understood
- * since its rate is a neighbour of the listed one, a PING to all is sent at each of the 255 rates,
- * and every ID is asked at the rate of the servo that answers. If more than
- * one servo answers, nothing is written; nor if the servo has an ID of the robot and the rate of
- * the bus: it may be one of the robot's. What may be retried is tried NEW_SERVO_TRIES times. At the
- * end the bus has its own rate back.
+ * A search at the six listed rates asks every ID. If no servo answers, or the replies are damaged
+ * since the rate of the servo is a neighbour of the listed one, a PING to all is sent at each of
+ * the 255 rates, and every ID is asked at the rate of the servo that answers. If more than one
+ * servo answers, nothing is written; nor if the servo has an ID of the robot and the rate of the
+ * bus: it may be one of the robot's. What may be retried is tried NEW_SERVO_TRIES times. At the end
+ * the bus has its own rate back.
  *
  * Main context. */
 #ifndef CONTROLLER_NEW_SERVO_H

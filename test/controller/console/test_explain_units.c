@@ -38,7 +38,7 @@ void test_setting_is_taken_and_shown_with_its_unit(void)
 
 void test_change_of_host_rate_warns_a_person_only(void)
 {
-    static const char warning[] = "the host link has the new rate after this; 'save' keeps it\r\n";
+    static const char warning[] = "the host link has the new rate after 'ok'; 'save' keeps it\r\n";
 
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("settings host_baud 255"));
     settings.echo = SETTINGS_ECHO_PERSON;

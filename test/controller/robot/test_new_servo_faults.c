@@ -75,6 +75,7 @@ void test_two_servos_with_one_id_end_as_damaged(void)
     rig_begin_new_servo();
     TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_DAMAGED, rig_run_new_servo());
     TEST_ASSERT_TRUE(servo.searched_any);
+    TEST_ASSERT_EQUAL_UINT8(NEW_SERVO_SEARCH_ANY, servo.step);
 }
 
 /* Aborts `turns` turns of the main loop after `step` has begun. The servo is at an unlisted rate; a

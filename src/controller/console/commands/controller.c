@@ -31,7 +31,7 @@ static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, inhibited %u, offline %u";
 static const CDS_FLASH char message_host_rate[] =
-    "the host link has the new rate after this; 'save' keeps it";
+    "the host link has the new rate after 'ok'; 'save' keeps it";
 static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes never used";
 
 /* ---- settings, save, defaults ---- */
@@ -39,7 +39,7 @@ static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes never used"
 static const CDS_FLASH char *const CDS_FLASH origins[] = {
     [SETTINGS_NONE] = FLASH_TEXT("defaults: nothing saved before"),
     [SETTINGS_DAMAGED] = FLASH_TEXT("defaults: saved ones damaged"),
-    [SETTINGS_OTHER_VERSION] = FLASH_TEXT("defaults: another version's"),
+    [SETTINGS_OTHER_VERSION] = FLASH_TEXT("defaults: of another version"),
     [SETTINGS_OLDER] = FLASH_TEXT("of an older firmware; new ones: defaults"),
     [SETTINGS_NEWER] = FLASH_TEXT("saved by a newer firmware"),
     [SETTINGS_STORED] = FLASH_TEXT("as saved"),
@@ -183,7 +183,7 @@ NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t 
         (value++)->text = message_decimal;
         (value++)->number = id;
     }
-    value[1].text = is_new && command_set.explain ? reply_remedy(bits) : message_nothing;
+    value[1].text = is_new ? reply_remedy(bits) : message_nothing;
     bits = reply_condition(bits, &value->text);
     printer_line(printer, message_alarm);
     return bits;

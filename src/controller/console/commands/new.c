@@ -151,7 +151,7 @@ static bool poll(struct console *console)
     const struct new_servo *servo = &console->robot->work.new_servo;
 
     if (servo->step == NEW_SERVO_SEARCH_ANY && console->index > NEW_SERVO_CHECK)
-        console->index = NEW_SERVO_SEARCH_ANY; // it was found, and not understood
+        console->index = NEW_SERVO_SEARCH_ANY; // the servo was found, but its replies are damaged
     if (console->index <= servo->step) {
         print_step(&console->printer, servo, console->index++);
         return true;

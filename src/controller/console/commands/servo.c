@@ -83,7 +83,7 @@ static uint8_t move_begin(struct console *console)
     if (line->id != CDS_BROADCAST_ID)
         result = servo_read(console, LOOK_FROM, LOOK_SIZE);
     if (line->id == CDS_BROADCAST_ID || result == CDS_NO_REPLY_DUE)
-        result = servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * console->line.numbers));
+        result = servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * line->numbers));
     return result;
 }
 
@@ -162,8 +162,8 @@ static const CDS_FLASH struct command servo_rows[] = {
         .what = FLASH_TEXT("go to an angle"),
         .details =
             COMMAND_DETAILS("ANGLE: 0 to 300deg, or 0raw to 1023raw. SPEED: 0 to 62rpm, 0 "
-                            "as fast as it can; without it the speed stays; needed if 'limits' has "
-                            "a speed. ID 254: all"),
+                            "as fast as it can; without it the speed stays; needed if 'limits' "
+                            "has a speed. ID 254: all"),
         .example = COMMAND_DETAILS("move 1 90deg 30rpm"),
         .begin = move_begin,
         .poll = move_poll,
