@@ -67,6 +67,12 @@ class Inhibit(unittest.TestCase):
         run_script(self, "turn 1 20rpm\ntorque 1 on\n@fault stuck low 2000\n! stop\n@wait 3000\n"
                    "@expect servo 1 torque off\n")
 
+    def test_command_beside_a_fast_cycle_ends_on_a_line_held_low(self):
+        for command in ("move 1 30", "torque 1 off", "read 1 30"):
+            run_script(self, "scan\ntorque 1-3 on\ngroup 2 3\ncycle every 2ms\n@fault stuck low 3000\n"
+                       f"! {command}\n@expect text error 9: servo 1\n@wait 5000\n"
+                       "@expect servo 1 PRESENT_POSITION 510..514\n@expect servo 1 torque on\n")
+
     def test_stop_after_a_whole_scan_names_no_strangers(self):
         run = run_script(self, "scan\nstop\nstatus\n@expect text last stop: 3 of 3 servos read back as off\n")
         self.assertNotIn("not checked", run.output)

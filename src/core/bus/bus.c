@@ -482,8 +482,10 @@ static COLD bool wait_on(struct cds_bus *bus)
     } else if (!cds_line_check_deadline(bus)) {
         return true;
     } else if (phase == WAIT_LAST_LOOK) {
-        bus->stats.line_busy++;
-        return finish(bus, CDS_LINE_BUSY);
+        do
+            bus->stats.line_busy++;
+        while (finish(bus, CDS_LINE_BUSY) && bus->request->gave_way);
+        return bus->request;
     } else {
         from = cds_port_ticks();
     }

@@ -406,7 +406,7 @@ static const CDS_FLASH struct command controller_rows[] = {
     },
     {
         .usage = FLASH_TEXT("clear"),
-        .what = FLASH_TEXT("acknowledge alarms and a lost host link"),
+        .what = FLASH_TEXT("acknowledge alarms, lost host link"),
         .details = COMMAND_DETAILS(
             "Servos inhibited for that or by stop may be driven again; nothing moves"),
         .example = COMMAND_DETAILS("clear"),

@@ -102,7 +102,7 @@ static uint8_t begin(struct console *console)
 static const CDS_FLASH struct command monitor_table_rows[] = {
     {
         .usage = FLASH_TEXT("monitor ID... [every MS [as plot]]"),
-        .what = FLASH_TEXT("print feedback of servos until a key"),
+        .what = FLASH_TEXT("feedback of servos until a key"),
         .details = COMMAND_DETAILS(
             "Up to 8 servos; MS: 10 to 60000ms, default 100. With echo a table that stays "
             "in place, else, and as plot, one line each period"),

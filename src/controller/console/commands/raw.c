@@ -106,7 +106,7 @@ static const CDS_FLASH struct command raw_rows[] = {
     },
     {
         .usage = FLASH_TEXT("regwrite ID|254 REG VALUE..."),
-        .what = FLASH_TEXT("write later: kept until action"),
+        .what = FLASH_TEXT("write, kept until action"),
         .details = COMMAND_DETAILS("As write"),
         .example = COMMAND_DETAILS("regwrite 2 GOAL_POSITION 700"),
         .begin = raw_begin,
