@@ -32,8 +32,9 @@ extern "C" {
  * READ the servo is told itself. */
 #define CDS_TORQUE_OFF_ROUNDS 3
 
-/* So many requests may find the line in use before torque off ends as CDS_LINE_BUSY. */
-#define CDS_TORQUE_OFF_TRIES 1000
+/* Torque off ends as CDS_LINE_BUSY when its requests have waited for a quiet line in vain for so
+ * long, in units of 56 us: 1.1 s at each rate. */
+#define CDS_TORQUE_OFF_LINE_WAIT 20000
 
 /* What became of one servo: `torque_off` of struct cds_servo_state. */
 enum cds_torque_off_outcome {
@@ -48,7 +49,7 @@ enum cds_torque_off_outcome {
 struct cds_torque_off {
     struct cds_steps steps;    // steps.result: enum cds_result of the whole
     struct cds_servos *servos; // whose torque is switched off
-    uint16_t tries;            // requests that found the line in use until they were given up
+    uint16_t line_wait;        // time that requests waited for a quiet line in vain, x 56 us
     uint8_t broadcasts;        // of TORQUE_ENABLE = 0 that were sent
     // internal:
     uint8_t submitted; // broadcasts
@@ -81,7 +82,7 @@ enum cds_result cds_torque_off_begin(struct cds_torque_off *off, struct cds_serv
  *   CDS_REFUSED       all were sent; torque of a servo is still on
  *   CDS_TIMEOUT       all were sent; a servo did not answer well
  *   CDS_NO_REPLY_DUE  all were sent; a servo answers no READ
- *   CDS_LINE_BUSY     CDS_TORQUE_OFF_TRIES requests were not sent; `broadcasts` were sent
+ *   CDS_LINE_BUSY     the line was in use for CDS_TORQUE_OFF_LINE_WAIT; `broadcasts` were sent
  *   CDS_CANCELLED     aborted
  *   CDS_BAD_ARGUMENT  the bus is not open
  *

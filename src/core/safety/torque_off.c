@@ -65,8 +65,8 @@ static void on_end(struct cds_request *request)
 {
     struct cds_torque_off *off = (struct cds_torque_off *)request->context;
 
-    if (request->result == CDS_LINE_BUSY) {
-        off->tries++;
+    if (request->result == CDS_LINE_BUSY) { // it waited for 56 byte times and 608 us
+        off->line_wait = (uint16_t)(off->line_wait + off->servos->bus->byte_time_us + 11u);
         return;
     }
     if (is_torque_broadcast(request))
@@ -153,7 +153,7 @@ static enum cds_result send(void *operation)
     struct cds_bus *bus = off->servos->bus;
     uint8_t id;
 
-    if (off->tries >= CDS_TORQUE_OFF_TRIES) {
+    if (off->line_wait >= CDS_TORQUE_OFF_LINE_WAIT) {
         take_back(off);
         cds_steps_end(&off->steps, CDS_LINE_BUSY);
         return CDS_BUSY;
@@ -217,7 +217,7 @@ enum cds_result cds_torque_off_begin(struct cds_torque_off *off, struct cds_serv
     off->servos = servos;
     if (off->requests[0].result == CDS_PENDING || off->requests[1].result == CDS_PENDING)
         take_back(off); // of the last begin; what is on the wire stays
-    off->tries = 0;
+    off->line_wait = 0;
     off->broadcasts = off->submitted = off->round = 0;
     off->phase = TELL_ALL;
     take_up(off, &off->requests[0], off->packets[0]); // before all that can wait

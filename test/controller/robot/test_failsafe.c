@@ -238,7 +238,7 @@ void test_torque_off_waits_until_low_line_is_free(void)
     meet(1);
     port_fake.low = true;
     lose_link(FAILSAFE_TORQUE_OFF);
-    for (uint16_t i = 0; i < 3000; i++) { // CDS_TORQUE_OFF_TRIES and more
+    for (uint16_t i = 0; i < 3000; i++) { // more than CDS_TORQUE_OFF_LINE_WAIT
         port_fake.now_us += 3000;
         run(1);
     }

@@ -317,7 +317,7 @@ void test_stop_that_gave_up_is_kept_for_a_reset(void)
     robot_resume(&robot, &kept, true);
     port_fake.low = true;
     robot_stop(&robot);
-    for (uint16_t i = 0; i < 3 * CDS_TORQUE_OFF_TRIES && robot_is_stopping(&robot); i++) {
+    for (uint16_t i = 0; i < 3000 && robot_is_stopping(&robot); i++) {
         port_fake.now_us += 3000;
         cds_bus_poll(&bus);
         robot_poll(&robot);

@@ -330,8 +330,7 @@ static uint16_t turns_until_given_up(uint16_t released_at)
 
     port_fake.low = true;
     begin();
-    while (cds_torque_off_poll(&torque_off) == CDS_PENDING && turns < 4 * CDS_TORQUE_OFF_TRIES &&
-           port_fake.low) {
+    while (cds_torque_off_poll(&torque_off) == CDS_PENDING && turns < 4000 && port_fake.low) {
         port_fake.now_us += 4000;
         cds_bus_poll(&bus);
         if (++turns == released_at)
@@ -340,15 +339,18 @@ static uint16_t turns_until_given_up(uint16_t released_at)
     return turns;
 }
 
-void test_a_line_in_use_is_tried_a_thousand_times(void)
+/* A request waits for 1168 us, counted as 21 x 56 us. */
+void test_a_line_in_use_is_given_up_after_1100_ms(void)
 {
+    const uint16_t requests = (CDS_TORQUE_OFF_LINE_WAIT + 20) / 21;
+
     cds_bus_poll(&bus);
     port_fake.low = true;
     cds_bus_poll(&bus); // seen
-    TEST_ASSERT_LESS_OR_EQUAL_UINT16(3 * CDS_TORQUE_OFF_TRIES + 3, turns_until_given_up(0));
+    TEST_ASSERT_LESS_OR_EQUAL_UINT16(3 * requests + 3, turns_until_given_up(0));
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, cds_torque_off_poll(&torque_off));
-    TEST_ASSERT_EQUAL_UINT16(CDS_TORQUE_OFF_TRIES, torque_off.tries);
-    TEST_ASSERT_EQUAL_UINT16(CDS_TORQUE_OFF_TRIES, bus.stats.line_busy);
+    TEST_ASSERT_EQUAL_UINT16(21 * requests, torque_off.line_wait);
+    TEST_ASSERT_EQUAL_UINT16(requests, bus.stats.line_busy);
     TEST_ASSERT_EQUAL_UINT8(0, torque_off.broadcasts);
     TEST_ASSERT_EQUAL_UINT8(0, wire.count);
     TEST_ASSERT_EQUAL(CDS_TORQUE_OFF_UNKNOWN, states[0].torque_off);
@@ -356,7 +358,7 @@ void test_a_line_in_use_is_tried_a_thousand_times(void)
     TEST_ASSERT_NULL(bus.request); // nothing comes after all when the line is free
     port_fake.low = false;
     TEST_ASSERT_EQUAL(CDS_OK, cds_torque_off_begin(&torque_off, &servos));
-    TEST_ASSERT_EQUAL_UINT16(0, torque_off.tries);
+    TEST_ASSERT_EQUAL_UINT16(0, torque_off.line_wait);
     TEST_ASSERT_EQUAL(CDS_OK, run());
     assert_all_told(0);
     begin();
@@ -388,7 +390,7 @@ void test_a_read_that_was_not_sent_is_sent_again(void)
         port_fake.low = false;
         memset(&wire.talking, 0, sizeof wire.talking);
         TEST_ASSERT_EQUAL(CDS_OK, run());
-        TEST_ASSERT_EQUAL_UINT16(reopened ? 0 : 1, torque_off.tries);
+        TEST_ASSERT_EQUAL_UINT16(reopened ? 0 : 21, torque_off.line_wait);
         TEST_ASSERT_EQUAL(CDS_TORQUE_OFF_OFF, states[0].torque_off);
     }
 }
@@ -399,7 +401,7 @@ void test_a_line_that_is_free_again_is_used(void)
     cds_bus_poll(&bus);
     turns_until_given_up(400);
     TEST_ASSERT_EQUAL(CDS_OK, run());
-    TEST_ASSERT_GREATER_THAN_UINT16(100, torque_off.tries);
+    TEST_ASSERT_GREATER_THAN_UINT16(2100, torque_off.line_wait);
     assert_all_told(0);
 }
 
@@ -479,11 +481,28 @@ void test_second_begin_goes_right_behind_a_read_in_flight(void)
     TEST_ASSERT_EQUAL_UINT8(TOLD + 1 + TOLD + 1 + TORQUE_SERVOS, wire.count);
 }
 
+void test_a_line_in_use_is_given_up_as_soon_at_the_slowest_rate(void)
+{
+    uint32_t from_us;
+
+    cds_bus_open(&bus, 0, CDS_BAUD_MAX);
+    port_fake.low = true;
+    from_us = port_fake.now_us;
+    begin();
+    while (cds_torque_off_poll(&torque_off) == CDS_PENDING &&
+           port_fake.now_us - from_us < 5000000) {
+        port_fake.now_us += 500;
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, torque_off.steps.result);
+    TEST_ASSERT_UINT32_WITHIN(100000, 1200000, port_fake.now_us - from_us);
+}
+
 void test_after_the_last_try_nothing_is_sent(void)
 {
     begin();
     run_for(20);
-    torque_off.tries = CDS_TORQUE_OFF_TRIES;
+    torque_off.line_wait = CDS_TORQUE_OFF_LINE_WAIT;
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, cds_torque_off_poll(&torque_off));
     run_for(1000);
     TEST_ASSERT_EQUAL_UINT8(1, wire.count);
@@ -498,7 +517,7 @@ void test_a_bus_opened_anew_is_told_all_again(void)
     memset(&wire.talking, 0, sizeof wire.talking);
     TEST_ASSERT_EQUAL(CDS_OK, run());
     assert_all_told(0);
-    TEST_ASSERT_EQUAL_UINT16(0, torque_off.tries);
+    TEST_ASSERT_EQUAL_UINT16(0, torque_off.line_wait);
 }
 
 void test_a_closed_bus_is_refused(void)
@@ -538,7 +557,7 @@ void test_without_a_queue_all_are_told_and_read(void)
     TEST_ASSERT_EQUAL(CDS_OK, requests[0].result);
     assert_all_told(1);
     TEST_ASSERT_EQUAL_UINT8(1 + TOLD + TORQUE_SERVOS, wire.count);
-    TEST_ASSERT_EQUAL_UINT16(0, torque_off.tries);
+    TEST_ASSERT_EQUAL_UINT16(0, torque_off.line_wait);
 }
 
 /* ---- abort ---- */

@@ -231,7 +231,7 @@ bool setup_poll(struct console *console)
 static const CDS_FLASH struct command setup_rows[] = {
     {
         .usage = FLASH_TEXT("id OLD NEW"),
-        .what = FLASH_TEXT("give a servo another ID"),
+        .what = FLASH_TEXT("set a servo's ID"),
         .details = COMMAND_DETAILS("0 to 253. Checks that NEW is free, then where the servo "
                                    "answers. NEW may be OLD: nothing is written"),
         .example = COMMAND_DETAILS("id 1 5"),
@@ -240,7 +240,7 @@ static const CDS_FLASH struct command setup_rows[] = {
     },
     {
         .usage = FLASH_TEXT("baud ID RATE"),
-        .what = FLASH_TEXT("give a servo another baud rate"),
+        .what = FLASH_TEXT("set a servo's baud rate"),
         .details = COMMAND_DETAILS("RATE: 7843 to 2000000bps, or the register, 0raw to 254raw. The "
                                    "bus changes with it: others answer after 'bus' has changed it "
                                    "back. Names the servos of a list that did not follow"),
