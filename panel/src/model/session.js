@@ -238,7 +238,7 @@ export class Session extends EventTarget {
 
     /* Stops the robot. Never throws; `stopState` is "verified" only when device and servos were asked. */
     stop() {
-        if (!this.wire || this.wire.state === "closed") {
+        if (!this.wire || this.wire.state === "closed" || this.capture.port.isReplay) {
             this.notify({ code: "stop-not-sent" });
             return Promise.resolve();
         }

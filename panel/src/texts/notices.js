@@ -195,7 +195,7 @@ export const notice = {
     }),
     "stop-no-inhibit": () => ({ text: "The controller does not confirm the stop.", remedy: STOP_AGAIN }),
     "stop-not-sent": () => ({
-        text: "Not connected: the stop was not sent.",
+        text: "Not connected to a robot: the stop was not sent.",
         remedy: "Switch off the power of the servos.",
     }),
     "stop-failed": () => ({
