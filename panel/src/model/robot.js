@@ -485,7 +485,7 @@ export class Robot extends EventTarget {
             state: [SLOW_MS, () => this.#readAll(STATE, (servo, bytes) => servo.takeState(bytes))],
             device: [SLOW_MS, () => this.#readDevice()],
             motion: [SLOW_MS, () => this.#readMotion()],
-            limits: [LIMITS_MS, () => this.#readAll(LIMITS, (servo, bytes) => servo.takeLimits(bytes))],
+            limits: [LIMITS_MS, () => this.#readAll(LIMITS, (servo, bytes) => this.#takeLimits(servo, bytes))],
             text: [this.#isWell() ? TEXT_MS : TEXT_ALARM_MS, () => this.#readText()],
         };
         const now = this.#clock.now();
@@ -497,6 +497,14 @@ export class Robot extends EventTarget {
             this.#change();
             return;
         }
+    }
+
+    /* State is read before limits. */
+    #takeLimits(servo, bytes) {
+        const isNew = servo.low === null;
+
+        servo.takeLimits(bytes);
+        if (isNew && servo.isEndless && servo.torque && servo.goalSpeed) this.#notice({ code: "turning", id: servo.id });
     }
 
     #isWell() {
