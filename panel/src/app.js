@@ -222,6 +222,7 @@ class App extends View {
                     <button aria-label=${texts.dismiss} title=${texts.dismiss} @click=${() => this.session.dismiss(notice)}>×</button>
                 </div>`,
             )}
+            ${notices.length > 2 ? html`<button class="dismiss-all" @click=${() => notices.forEach((notice) => this.session.dismiss(notice))}>${texts.dismissAll}</button>` : nothing}
         </section>`;
     }
 

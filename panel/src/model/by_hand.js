@@ -8,15 +8,15 @@ import { isForgetting, silenceOf } from "./console_line.js";
 
 const MANY_MS = 3000; // for the replies of many servos
 
-/* True for a packet to the device that changes or saves the mode of the console, or that changes the ID of the device: as
- * changesOwnMode() for a line. Without a console there is no mode. */
+/* True for a packet to the device that changes or saves the mode of the console, or that changes the ID of the device or the rate
+ * of the host link: as changesOwnMode() for a line. Without a console there is no mode. */
 export function packetChangesOwnMode({ wire }, bytes) {
     if (!wire?.hasConsole || !wire.hasDevice || bytes[AT_ID] !== wire.deviceId) return false;
     const first = bytes[AT_PARAMETERS];
     const written = bytes.length - AT_PARAMETERS - 2; // without address and checksum
     const isWritten = (register) => register >= first && register < first + written;
 
-    if (bytes[AT_INSTRUCTION] === INSTRUCTION.WRITE) return [DEVICE.ID, DEVICE.ECHO, DEVICE.SAVE].some(isWritten);
+    if (bytes[AT_INSTRUCTION] === INSTRUCTION.WRITE) return [DEVICE.ID, DEVICE.HOST_BAUD, DEVICE.ECHO, DEVICE.SAVE].some(isWritten);
     return bytes[AT_INSTRUCTION] === INSTRUCTION.RESET;
 }
 

@@ -5,13 +5,13 @@ const HISTORY_MAX = 100;
 const SILENT_MS = 10000;
 const LONG_MS = 600000; // `motion wait` says nothing while a sequence plays
 const LONG = /^(?:scan|motion +wait|new|diagnose)\b/i;
-const OWN_MODE = /^(?:mode|echo|defaults|save)\b|^settings +(?:echo|device_id) +\S/i;
+const OWN_MODE = /^(?:mode|echo|defaults|save)\b|^settings +(?:echo|device_id|host_baud) +\S/i;
 
 /* The longest time without a line of the reply. */
 export const silenceOf = (line) => (LONG.test(line.trim()) ? LONG_MS : SILENT_MS);
 
-/* True for a line that changes or saves the mode of the console, or that changes the ID of the device. The page needs its own
- * mode and the device. The view Board has these settings, and keeps both. */
+/* True for a line that changes or saves the mode of the console, or that changes the ID of the device or the rate of the host
+ * link. The page needs all three. The view Board has these settings. */
 export const changesOwnMode = (line) => OWN_MODE.test(line.trim());
 
 /* The operation of a line: the line without the value that a user changes when he tries again, as "id 1" of "id 1 9". */

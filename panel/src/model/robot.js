@@ -225,8 +225,8 @@ export class Robot extends EventTarget {
     }
 
     /* Ends a movement: the goal becomes the present position; in endless turn the speed becomes 0. Unlike
-     * another goal it is never dropped; another hold of the servo meanwhile is this one. Does nothing while torque is
-     * off, or if a stop comes first. */
+     * another goal it is never dropped: it waits for a controller that does not answer. Another hold of the servo meanwhile
+     * is this one. Does nothing while torque is off, or if a stop comes first. */
     hold(id) {
         this.#goals.delete(id);
         if (!this.#holds.has(id)) {
@@ -249,28 +249,40 @@ export class Robot extends EventTarget {
         return this.#clock.now() - (this.#holds.get(id)?.since ?? -Infinity) <= HOLD_MS;
     }
 
+    /* A servo that does not answer is asked twice: the first packet may have met a controller that did not answer. */
     async #hold(id) {
         const stops = this.#stops;
         const wait = this.#waitOf(id);
 
         if (wait > 0) await pause(this.#clock, wait);
-        const servo = this.servos.get(id);
+        for (let tries = 2; ; await this.#wire.whenReady()) {
+            const servo = this.servos.get(id);
 
-        if (!servo || servo.torque === false || stops !== this.#stops) return;
-        try {
-            if (servo.isEndless) await writeRegisters(this.#wire, id, REGISTER.MOVING_SPEED, word(0));
-            else await this.#holdWithin(servo);
-            if (!this.#goals.has(id)) {
-                servo.goalState = "confirmed";
-                this.#turning.delete(id);
+            if (!servo || servo.torque === false || stops !== this.#stops) return;
+            try {
+                await this.#endMovement(servo);
+                return;
+            } catch (error) {
+                if (error.code === "stopped") return;
+                servo.goalState = "unconfirmed";
+                if (error.code === "servo-silent") tries--;
+                if (tries && /silent$/.test(error.code)) continue;
+                if (!tries && !servo.isEndless && (await this.#isServoInhibited(id))) return;
+                throw servo.isEndless ? new Failure("turn-not-ended", { id }) : error;
             }
-        } catch (error) {
-            if (error.code === "stopped") return;
-            servo.goalState = "unconfirmed";
-            throw servo.isEndless ? new Failure("turn-not-ended", { id }) : error;
-        } finally {
-            this.#goalSentAt.set(id, this.#clock.now());
         }
+    }
+
+    async #endMovement(servo) {
+        try {
+            if (servo.isEndless) await writeRegisters(this.#wire, servo.id, REGISTER.MOVING_SPEED, word(0));
+            else await this.#holdWithin(servo);
+        } finally {
+            this.#goalSentAt.set(servo.id, this.#clock.now());
+        }
+        if (this.#goals.has(servo.id)) return;
+        servo.goalState = "confirmed";
+        this.#turning.delete(servo.id);
     }
 
     /* Time until the servo may get another goal, in ms. */
@@ -278,9 +290,12 @@ export class Robot extends EventTarget {
         return (this.#goalSentAt.get(id) ?? -Infinity) + GOAL_PERIOD_MS - this.#clock.now();
     }
 
-    /* If the write would leave late, the position is old: it is read again. */
+    /* If the write would leave late, the position is old: it is read again. Torque may have gone off meanwhile. */
     async #holdWithin(servo) {
-        const position = wordAt(await readRegisters(this.#wire, servo.id, FEEDBACK.address, 2), 0);
+        const block = await readRegisters(this.#wire, servo.id, REGISTER.TORQUE_ENABLE, FEEDBACK.address + 2 - REGISTER.TORQUE_ENABLE);
+
+        if (!block[0]) return;
+        const position = wordAt(block, FEEDBACK.address - REGISTER.TORQUE_ENABLE);
         const raw = Math.min(Math.max(position, servo.raw.low ?? 0), servo.raw.high ?? RAW_MAX);
 
         const bytes = [...word(raw), ...word(servo.raw.goalSpeed || rawOfRpm(GOAL_RPM))];
@@ -470,7 +485,7 @@ export class Robot extends EventTarget {
             state: [SLOW_MS, () => this.#readAll(STATE, (servo, bytes) => servo.takeState(bytes))],
             device: [SLOW_MS, () => this.#readDevice()],
             motion: [SLOW_MS, () => this.#readMotion()],
-            limits: [LIMITS_MS, () => this.#readAll(LIMITS, (servo, bytes) => servo.takeLimits(bytes))],
+            limits: [LIMITS_MS, () => this.#readAll(LIMITS, (servo, bytes) => this.#takeLimits(servo, bytes))],
             text: [this.#isWell() ? TEXT_MS : TEXT_ALARM_MS, () => this.#readText()],
         };
         const now = this.#clock.now();
@@ -482,6 +497,14 @@ export class Robot extends EventTarget {
             this.#change();
             return;
         }
+    }
+
+    /* State is read before limits. */
+    #takeLimits(servo, bytes) {
+        const isNew = servo.low === null;
+
+        servo.takeLimits(bytes);
+        if (isNew && servo.isEndless && servo.torque && servo.goalSpeed) this.#notice({ code: "turning", id: servo.id });
     }
 
     #isWell() {

@@ -20,10 +20,10 @@ import { Traffic } from "./traffic.js";
 const NOTICES_MAX = 20;
 const INFO_MS = 8000; // information then goes away by itself
 const INFO_TO_DO_MS = 20000; // one with a remedy or a button
-const LISTS_SERVOS = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "joint-moves", "refused", "servo-silent", "turn-not-ended"]); // one notice lists all servos
+const LISTS_SERVOS = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "joint-moves", "refused", "servo-silent", "turn-not-ended", "turning"]); // one notice lists all servos
 const WITHDRAWN_BY = { // notices that an event withdraws
     release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-no-inhibit", "stop-unverified", "stopped", 12], // a number: of an error of the controller
-    stop: ["lost-stopping", "stop-failed", "stop-no-inhibit", "stop-not-sent", "stop-unverified"],
+    stop: ["lost-stopping", "stop-failed", "stop-no-inhibit", "stop-not-sent", "stop-unverified", "turning"],
     back: ["silent"],
     motion: ["motion-ended"],
 };
@@ -238,7 +238,7 @@ export class Session extends EventTarget {
 
     /* Stops the robot. Never throws; `stopState` is "verified" only when device and servos were asked. */
     stop() {
-        if (!this.wire || this.wire.state === "closed") {
+        if (!this.wire || this.wire.state === "closed" || this.capture.port.isReplay) {
             this.notify({ code: "stop-not-sent" });
             return Promise.resolve();
         }

@@ -165,7 +165,7 @@ export class Settings {
 
         if (this.#wire.hasConsole) await this.#defaultsByConsole(initial);
         else if ((await this.#wire.request(packet(this.#wire.deviceId, INSTRUCTION.RESET))).error)
-            throw settingError("setting-refused", "defaults");
+            throw settingError("defaults-refused");
         const before = this.values;
 
         this.values = initial;

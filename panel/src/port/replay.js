@@ -10,6 +10,7 @@ import { fromHex, toHex } from "./hex.js";
 import { PortError } from "./web_serial.js";
 
 const LINES_MAX = 50000; // the page saves 40400 pieces at most
+const LINE_MAX = 200000; // characters: a piece of a WebSocket has 64 KB at most; with a much longer one the RegExp overflows
 
 /* Returns [{bytes, answers}], each write with what came before the next one. Throws PortError. */
 export function parseCapture(text) {
@@ -19,7 +20,7 @@ export function parseCapture(text) {
     if (lines.length > LINES_MAX) throw new PortError("bad-capture", `it has more than ${LINES_MAX} lines`);
     lines.forEach((line, index) => {
         if (!line.trim() || line.startsWith("#")) return;
-        const match = /^(out|in) ((?:[0-9A-F]{2} *)+)$/i.exec(line.trim());
+        const match = line.length <= LINE_MAX && /^(out|in) ((?:[0-9A-F]{2} *)+)$/i.exec(line.trim());
 
         if (!match) throw new PortError("bad-capture", `line ${index + 1}`);
         const bytes = fromHex(match[2]);
@@ -97,6 +98,7 @@ export class ReplayPort {
     constructor(capture, { later = (call) => setTimeout(call, 0) } = {}) {
         this.steps = parseCapture(capture);
         this.name = "capture";
+        this.isReplay = true; // no robot: a stop reaches nothing
         this.later = later;
         this.at = 0; // step that is expected next
         this.indices = new Map(); // of the written bytes as text: the indices of their steps, in order

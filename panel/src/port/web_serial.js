@@ -8,6 +8,8 @@
  * With isStop, write() drops the earlier writes that wait in the page, and returns them. Only Web Serial can: a WebSocket
  * sends all that it has taken, so Ctrl-X follows what waits in the browser. */
 
+const DRAIN_MS = 1000; // a port that takes nothing is then closed all the same
+
 export class PortError extends Error {
     /* `code` names an entry of texts.port. */
     constructor(code, detail = "") {
@@ -25,6 +27,7 @@ export class WebSerialPort {
     #writer = null;
     #readLoop = null; // ends when the last read has ended
     #isLost = false;
+    #sending = Promise.resolve(); // ends when the port has taken all writes
     #queue = null; // writes behind the one that the port has not taken yet; null: there is none
 
     /* `serial`: navigator.serial or a fake of it. */
@@ -67,7 +70,7 @@ export class WebSerialPort {
         const dropped = isStop ? this.#queue?.splice(0) : [];
 
         if (this.#queue) this.#queue.push(bytes);
-        else this.#send(this.#writer, bytes);
+        else this.#sending = this.#send(this.#writer, bytes);
         return dropped;
     }
 
@@ -131,8 +134,11 @@ export class WebSerialPort {
         await port.close().catch(() => {});
     }
 
+    /* close() of the port would drop what has not left yet; close() of the writer waits for it. */
     async #finishWriting(writer) {
-        if (this.#isLost) await writer.abort().catch(() => {});
+        const end = this.#isLost ? writer.abort() : this.#sending.then(() => writer.close());
+
+        await Promise.race([end.catch(() => {}), new Promise((resolve) => setTimeout(resolve, DRAIN_MS))]);
         try {
             writer.releaseLock();
         } catch {

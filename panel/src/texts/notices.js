@@ -124,6 +124,7 @@ export const notice = {
         text: `The controller did not take the setting ${setting}.`,
         remedy: "Use a value within the range. While a motion is under way, end it first.",
     }),
+    "defaults-refused": () => ({ text: "The controller did not take the defaults.", remedy: "End a motion that is under way, then try again." }),
     "device-id-taken": ({ setting }) => ({
         text: `A servo has the ID ${setting}: with this device_id it could not be reached.`,
         remedy: "Choose an ID that no servo has.",
@@ -161,6 +162,11 @@ export const notice = {
         text: `${servo(detail)} did not confirm the end of ${detail.ids?.length > 1 ? "their" : "its"} endless turn.`,
         remedy: "If it still turns, press Stop.",
     }),
+    turning: (detail) => ({
+        text: `${servo(detail)} ${detail.ids?.length > 1 ? "turn" : "turns"} without end.`,
+        remedy: "Press Stop if it must not turn.",
+        level: "warning",
+    }),
     "goal-refused": (detail) => ({
         text: `${servo(detail)} refused a goal: ${detail.why} error.`,
         remedy: "Keep the goal within the angle limits of the servo.",
@@ -195,7 +201,7 @@ export const notice = {
     }),
     "stop-no-inhibit": () => ({ text: "The controller does not confirm the stop.", remedy: STOP_AGAIN }),
     "stop-not-sent": () => ({
-        text: "Not connected: the stop was not sent.",
+        text: "Not connected to a robot: the stop was not sent.",
         remedy: "Switch off the power of the servos.",
     }),
     "stop-failed": () => ({

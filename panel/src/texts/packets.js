@@ -162,7 +162,7 @@ export const packets = {
     keys: "Up and Down: earlier lines. Tab completes.",
     choices: (words) => `One of: ${words.join("  ")}`,
     commands: "All commands",
-    ownMode: "Not sent: this changes or saves the mode or the device that the page works with. Use the view Board.",
+    ownMode: "Not sent: this changes or saves how the controller answers the page. Use the view Board.",
     ended: "Cancelled: the robot was stopped.",
     notText: "The console takes letters, digits and signs of ASCII only.",
 };

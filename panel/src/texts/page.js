@@ -63,6 +63,7 @@ export const page = {
 
     notices: "Notices",
     dismiss: "Dismiss",
+    dismissAll: "Dismiss all",
     undo: "Undo",
     remedy: "What to do:",
 };

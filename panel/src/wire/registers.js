@@ -16,6 +16,7 @@ export const REGISTER = {
 export const DEVICE = {
     VERSION: 0x02,
     ID: 0x03,
+    HOST_BAUD: 0x04,
     ECHO: 0x08,
     SAVE: 0x10,
     LINK_LOST: 0x13,

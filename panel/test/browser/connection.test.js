@@ -139,4 +139,7 @@ for (const [name, viewport] of Object.entries({ "a desktop at 200 %": ZOOMED, "a
 
         assert.ok(text <= button, `text ends at ${text}, the button begins at ${button}`);
         assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "scrolls sideways");
+        await page.evaluate(() => ["back", "silent"].forEach((code) => document.querySelector("panel-app").session.notify({ code })));
+        await page.click("button.dismiss-all");
+        await page.waitForFunction(() => !document.querySelector(".notice"));
     });

@@ -169,12 +169,16 @@ test("capture: a session can be played again", async (t) => {
     const { session } = await connected(t);
 
     while (session.robot.rate < 5) await new Promise((resolve) => session.addEventListener("feedback", resolve, { once: true }));
+    await session.stop();
     const { ReplayPort } = await import("../../src/port/replay.js");
     const replayed = new Session({ tables: tables() });
 
+    t.after(() => replayed.disconnect());
     await replayed.connect(new ReplayPort(session.capture.text));
     assert.equal(replayed.state, "connected");
     assert.deepEqual(replayed.robot.ids, [1, 2, 3]);
     while (replayed.robot.rate < 5) await new Promise((resolve) => replayed.addEventListener("feedback", resolve, { once: true }));
-    await replayed.disconnect();
+    await replayed.stop(); // the capture has the stop of the robot
+    assert.equal(replayed.stopState, "none");
+    assert.equal(replayed.notices.at(-1).code, "stop-not-sent");
 });

@@ -10,7 +10,7 @@ import { Settings, risksOf } from "../../src/model/settings.js";
 import { INSTRUCTION } from "../../src/wire/packet.js";
 import { texts } from "../../src/texts/texts.js";
 import { FakeClock } from "../support/fake_clock.js";
-import { FakePort } from "../support/fake_port.js";
+import { FakePort, status } from "../support/fake_port.js";
 import { tables } from "../support/tables.js";
 
 const all = tables();
@@ -255,6 +255,13 @@ test("bridge: a failed EEPROM and a refused value are errors", async () => {
     port.device[0x10] = 2;
     await clock.advance(100); // long before the page gives up
     await failed;
+});
+
+test("bridge: refused defaults are told as such", async () => {
+    const { port, settings } = await rig({ hasConsole: false });
+
+    port.onPacket = (bytes) => bytes[4] === INSTRUCTION.RESET && (port.answer(status(253, 0x40)), true);
+    await assert.rejects(settings.defaults(), { code: "defaults-refused" });
 });
 
 test("readCounters: the device's and the console's together", async () => {

@@ -48,8 +48,8 @@ test("history: at most 100 lines", () => {
 });
 
 test("changesOwnMode: lines that take mode or device of the page away", () => {
-    for (const line of ["mode person", " echo on", "settings echo 2", "MODE", "defaults", "settings device_id 200", "save", "SAVE "]) assert.ok(changesOwnMode(line), line);
-    for (const line of ["settings", "settings echo", "settings device_id", "help defaults", "help save", "settings cycle_us 4000", "move 1 90"]) assert.ok(!changesOwnMode(line), line);
+    for (const line of ["mode person", " echo on", "settings echo 2", "MODE", "defaults", "settings device_id 200", "settings host_baud 16", "save", "SAVE "]) assert.ok(changesOwnMode(line), line);
+    for (const line of ["settings", "settings echo", "settings device_id", "settings host_baud", "help defaults", "help save", "settings cycle_us 4000", "move 1 90"]) assert.ok(!changesOwnMode(line), line);
 });
 
 test("silenceOf: commands that say nothing for long", () => {

@@ -145,6 +145,31 @@ test("jog: a hold that waits for its turn is void after a stop", async () => {
     assert.deepEqual(session.notices.map(({ code }) => code).filter((code) => code !== "other-version" && code !== "console"), []);
 });
 
+/* The key is released while the controller is silent. Returns the goals that leave when it answers. */
+async function endInSilence(meanwhile) {
+    const it = await rig();
+    const { clock, port, jog, goals } = it;
+
+    jog.start(1, 1, 20);
+    await clock.advance(200);
+    port.isMute = true;
+    await clock.advance(50);
+    jog.stop();
+    await clock.advance(5000);
+    const before = goals().length;
+
+    await meanwhile(it);
+    port.isMute = false;
+    await clock.advance(3000);
+    return goals().slice(before);
+}
+
+test("jog: its end reaches a controller that was silent", async () => {
+    assert.deepEqual(await endInSilence(({ registers }) => registers.set(word(570), 0x24)), [570]);
+    assert.deepEqual(await endInSilence(({ registers }) => (registers[0x18] = 0)), [], "torque went off");
+    assert.deepEqual(await endInSilence(({ session }) => void session.stop()), [], "a stop came first");
+});
+
 test("jog: a servo in endless turn is not moved", async () => {
     const { clock, jog, goals, speeds } = await rig({ isEndless: true });
 

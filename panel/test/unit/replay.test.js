@@ -54,6 +54,11 @@ test("capture: half a byte is refused with its line", () => {
     assert.deepEqual([...parseCapture("out FF 01\nout ff01")].map(({ bytes }) => [...bytes]), [[255, 1], [255, 1]]);
 });
 
+test("capture: a very long line is refused with its number, 64 KB are read", () => {
+    assert.equal(parseCapture(`out FF\nin ${"41 ".repeat(65536)}`)[0].answers[0].length, 65536);
+    assert.throws(() => parseCapture(`out FF\nin ${"41 ".repeat(6000000)}`), { code: "bad-capture", detail: "line 2" });
+});
+
 test("replay: a long capture is not searched in full for each write", async () => {
     const pieces = Array.from({ length: 20000 }, (_, index) => `out ${(index % 256).toString(16).padStart(2, "0")} 01\nin 55\n`).join("");
     const port = new ReplayPort(pieces, { later: (call) => call() });

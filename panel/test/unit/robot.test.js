@@ -262,6 +262,18 @@ test("turn: the speed has a sign, and hold ends it", async () => {
     assert.deepEqual(goals(port), []);
 });
 
+test("turn: a servo that turns already is told once", async () => {
+    const { robot, port, clock, notices } = await rig({ start: false });
+
+    for (const id of [1, 2]) port.servos.get(id).fill(0, 6, 10);
+    port.servos.get(1).set([0x4a, 0x05], SPEED);
+    robot.start();
+    await clock.advance(3000);
+    robot.setTurn(2, 20);
+    await clock.advance(3000);
+    assert.deepEqual(notices, [{ code: "turning", id: 1 }]);
+});
+
 test("hold: makes the position the goal, drops the waiting goal", async () => {
     const { robot, port, clock } = await rig();
 

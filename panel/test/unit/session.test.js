@@ -197,7 +197,7 @@ test("traffic: a marker that gets no reply later is an error", async () => {
 
 test("packets by hand: those that change or save the page's own mode belong to the view Board", async () => {
     const packets = {
-        save: write(253, 0x10, [1]), within: write(253, 0x0c, [0, 0, 0, 0, 1]), mode: write(253, 0x08, [2]), id: write(253, 3, [254]), reset: reset(253),
+        save: write(253, 0x10, [1]), within: write(253, 0x0c, [0, 0, 0, 0, 1]), mode: write(253, 0x08, [2]), id: write(253, 3, [254]), rate: write(253, 4, [16]), reset: reset(253),
         read: read(253, 0x10, 1), before: write(253, 0x0c, [0x10, 0x27, 0, 0]), behind: write(253, 0x14, [0]), servo: write(1, 0x10, [1]), servoReset: reset(1),
     };
     const ofBoard = async (options) => {
@@ -206,7 +206,7 @@ test("packets by hand: those that change or save the page's own mode belong to t
         return Object.keys(packets).filter((name) => packetChangesOwnMode(session, packets[name]));
     };
 
-    assert.deepEqual(await ofBoard({}), ["save", "within", "mode", "id", "reset"]);
+    assert.deepEqual(await ofBoard({}), ["save", "within", "mode", "id", "rate", "reset"]);
     assert.deepEqual(await ofBoard({ hasConsole: false }), []);
 });
 

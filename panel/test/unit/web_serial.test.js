@@ -29,7 +29,7 @@ class FakeSerial {
         this.options = options;
         this.isOpen = true;
         this.newStream();
-        this.writable = new WritableStream({ write: (bytes) => this.take(bytes) });
+        this.writable = new WritableStream({ write: (bytes) => this.take(bytes), close: () => this.drain?.() });
     }
 
     take(bytes) {
@@ -154,6 +154,30 @@ test("web serial: close releases the streams and is no loss", async () => {
     assert.deepEqual(fake.written, [0x18]);
     assert.deepEqual(reasons, []);
     await port.close();
+});
+
+test("web serial: close waits until all that was written has left", async () => {
+    const { port, fake } = rig();
+    const later = (call = () => {}) => new Promise((resolve) => setTimeout(() => resolve(call()), 20));
+    const events = [];
+
+    fake.take = (bytes) => later(() => events.push(bytes[0]));
+    fake.drain = () => later(() => events.push("drained"));
+    await port.open();
+    for (const byte of [1, 2, 3]) port.write(Uint8Array.of(byte));
+    await port.close();
+    assert.deepEqual(events, [1, 2, 3, "drained"]);
+    assert.equal(fake.isOpen, false);
+});
+
+test("web serial: a port that takes nothing is closed after a second", async () => {
+    const { port, fake } = rig();
+
+    fake.take = () => new Promise(() => {});
+    await port.open();
+    port.write(Uint8Array.of(1));
+    await port.close();
+    assert.equal(fake.isOpen, false);
 });
 
 test("web serial: opens again after a loss", async () => {
