@@ -677,6 +677,14 @@ class Typed(unittest.TestCase):
         for gap_ms in gaps_ms:
             self.assertAlmostEqual(gap_ms, 100, delta=1)
 
+    def test_scan_takes_as_long_as_the_help_says(self):
+        text = next(row[3] for row in COMMANDS["scan"])
+        seconds, minutes = (float(re.search(end, text)[1]) for end in [r"([\d.]+) s\.", r"(\d+) minutes"])
+        # all 255 rates take the mean of the first and the last, since the time of a bit is linear in the register
+        slowest_ms = int(2 * minutes * 60_000 / 255) - 280
+        run = controller(f"scan all within {int(1000 * seconds) + 50}\nsettings bus_baud 254\nscan within {slowest_ms}\n", "arduino-mega")
+        self.assertEqual(run.status, 0, run.output)
+
     def test_a_key_ends_scan_and_diagnose(self):
         def check(terminal):
             for line in ["scan all", "scan rescue"] + ["diagnose 77"] * (terminal.profile == "full"):
