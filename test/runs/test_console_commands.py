@@ -303,7 +303,7 @@ LISTS = ("info 1-2\n" + text("servo 1: 0x00 ") + text("servo 2: 0x1E GOAL_POSITI
 # A line that is held low, and a servo that is unplugged: what is not known is not shown. In mode person, whose
 # replies are the same but for the last lines of stop.
 LINE_LOW = ("scan\ntorque 1 on\n@fault stuck low 3000\n@wait 1500\nservos\n" + text("servo 1: line held low, torque unknown") + "status\n"
-            + text("servos: 3, inhibited 0, offline 3")
+            + text("servos: 3, offline 3")
             + error(9, "stop") + text("torque may still be on: switch off the supply; driving is inhibited until 'release'")
             + "@wait 2000\nservos\n" + text("servo 1: online, torque off, inhibited: stopped")
             + "release\n@power 3 off\n@wait 2500\nservos\n" + text("servo 3: offline, torque unknown")

@@ -280,7 +280,7 @@ const CDS_FLASH struct command stop_rows[] = {
     },
     {
         .usage = FLASH_TEXT("servos [forget]"),
-        .what = FLASH_TEXT("servos of the robot and their state"),
+        .what = FLASH_TEXT("state of the robot's servos"),
         .details = COMMAND_DETAILS("scan finds servos, the state check reads each once a second. "
                                    "forget: empties the list"),
         .example = COMMAND_DETAILS("servos"),
