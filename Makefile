@@ -5,20 +5,26 @@
 #   BOARD_DIR=   or the folder of a board of yours
 #   PROFILE=name bridge, console, full   UNITY=dir  your own copy of Unity 2.7 (its src/ and auto/)
 
+# Paths of the user. Recipes put PREFIX, DESTDIR and PORT between quotes; the others are names of files in rules, too.
+QUOTED_BAD := ' " $$
+NAME_BAD := $(QUOTED_BAD) \# : ; % & ( ) * ? [ ] { } | < > = \ `
+# $(1): a variable, $(2): characters. Returns the first of them in its value, which is not expanded: it may have a $.
+bad_in = $(firstword $(foreach c,$(2),$(findstring $(c),$(value $(1)))) $(if $(word 2,$(3)),blank))
+refuse_path = $(if $(2),$(error $(1)=$(value $(1)) has a $(2), which has a meaning in make or the shell; \
+  rename the file or folder, or name another one))
+$(foreach v,PREFIX DESTDIR PORT,$(call refuse_path,$(v),$(call bad_in,$(v),$(QUOTED_BAD))))
+$(foreach v,BOARD_DIR ELF EXAMPLE UNITY,$(call refuse_path,$(v),$(call bad_in,$(v),$(NAME_BAD),$(value $(v)))))
+
 ifneq ($(BOARD_DIR),)
 ifneq ($(filter command%,$(origin BOARD)),)
 $(error BOARD names a board of boards/, BOARD_DIR the folder of another one: leave one of them out)
 endif
-ifneq ($(words $(BOARD_DIR)),1)
-$(error BOARD_DIR='$(BOARD_DIR)' has a blank, which make takes for the end of a name)
-endif
 override BOARD_DIR := $(abspath $(BOARD_DIR))
 override BOARD := $(notdir $(BOARD_DIR))
+ifeq ($(BOARD),)
+$(error BOARD_DIR=$(BOARD_DIR) is no folder of a board; name the folder that has board.mk and board.h)
 endif
-# The recipes put these paths between quotes, or into flags.
-$(foreach v,BOARD_DIR PREFIX DESTDIR ELF EXAMPLE PORT UNITY,$(if $(findstring ',$($(v)))$(findstring ",$($(v))),$(error \
-  $(v)=$($(v)) has a quote, which ends a word in the shell; give the path another name)))
-
+endif
 BOARD_IS_ASKED_FOR := $(BOARD)
 BOARD ?= atmega128
 BOARDS := $(sort $(notdir $(patsubst %/board.mk,%,$(wildcard boards/*/board.mk))))

@@ -278,6 +278,8 @@ def main():
     if letter and options.order != "uninstall":
         refuse(f"PREFIX={options.prefix} has '{letter[0]}'; use ASCII letters, digits and /._+,=@~- only, or no program can link")
     prefix = pathlib.Path(options.destdir + options.prefix) # as in GNU make: the one before the other
+    if ".." in prefix.parts: # the folder before it need not exist
+        prefix = pathlib.Path(os.path.realpath(prefix))
     try:
         if options.order == "check":
             check(prefix)

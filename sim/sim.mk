@@ -51,9 +51,6 @@ SECONDS ?= 5
 EXAMPLE ?= two_joints
 OWN_PROGRAM := $(filter %.c,$(EXAMPLE))
 ifneq ($(filter run-example,$(MAKECMDGOALS)),)
-ifneq ($(words $(EXAMPLE)),1)
-$(error EXAMPLE=$(EXAMPLE) has a blank, which make takes for the end of a name)
-endif
 ifneq ($(OWN_PROGRAM),)
 ifeq ($(wildcard $(OWN_PROGRAM)),)
 $(error EXAMPLE=$(EXAMPLE) does not exist: name a C file of yours, or an example without .c)

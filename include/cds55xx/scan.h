@@ -2,9 +2,9 @@
 /* Finds the servos on the bus: PING of every ID at every baud rate asked for (manual 2.4.5; rates:
  * 3.1, register 0x04).
  *
- * At the listed rates a silent ID costs 0.79 ms at 1 Mbps and 6.9 ms at 19200 bit/s: 254 IDs take
- * 0.20 s and 1.8 s, and all six rates 3.6 s. All 255 rates take nine minutes for all IDs, and two
- * seconds for one. A servo whose reply is lost is not found, unless the queue retries
+ * In the controller's firmware a silent ID costs 1.1 ms at 1 Mbps and 8 ms at 19200 bit/s: 254 IDs
+ * take 0.28 s and 2.0 s, and all six listed rates 4.2 s. All 255 rates take 10.5 minutes for all
+ * IDs, and 2.5 s for one. A servo whose reply is lost is not found, unless the queue retries
  * (cds_queue_set_retries()).
  *
  * The scan holds the bus from begin to end (cds_bus_lock()). Main context.

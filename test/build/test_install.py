@@ -104,6 +104,14 @@ class Files(unittest.TestCase):
             self.assertEqual(path.stat().st_mode & 0o044, 0o044, path)
             self.assertEqual(path.stat().st_mode & 0o011, 0o011 if path.is_dir() or path.parent.name == "bin" else 0, path)
 
+    def test_prefix_with_dots_behind_a_folder_that_does_not_exist(self):
+        for order in ["install", "uninstall"]:
+            status, output = make(order, f"PREFIX={FOLDER}/absent/../dots", "MCUS=atmega328p")
+            self.assertEqual(status, 0, output)
+            self.assertIn(f" {FOLDER}/dots", output)
+            self.assertFalse((FOLDER / "absent").exists())
+        self.assertFalse((FOLDER / "dots").exists())
+
     def test_uninstall_keeps_files_and_folders_of_others(self):
         prefix = FOLDER / "shared"
         (prefix / "lib").mkdir(parents=True)

@@ -523,7 +523,7 @@ class Build(unittest.TestCase):
     def test_board_dir_that_cannot_be_is_refused(self):
         board = self.make_board()
         self.assert_one_line("leave one of them out", f"BOARD_DIR={board}", "BOARD=cm510")
-        self.assert_one_line("has a blank", "BOARD_DIR=a b")
+        self.assert_one_line("BOARD_DIR=/ is no folder of a board; name the folder that has board.mk", "BOARD_DIR=/")
         for chip, message in [("atmega32", "there is no library for MCU 'atmega32'; MCU := one of: at90can128 "),
                               ("atmega328p", "the controller does not fit the RAM of atmega328p; name a program")]:
             (board / "board.mk").write_text(f"MCU := {chip}\n")
@@ -535,13 +535,16 @@ class Build(unittest.TestCase):
             self.assert_one_line(f"build/{name} has other files than those of a board: give the folder {board} another name",
                                  f"BOARD_DIR={board}")
 
-    def test_path_with_a_quote_is_refused(self):
-        for name in ["BOARD_DIR", "PREFIX", "DESTDIR", "ELF", "EXAMPLE", "PORT", "UNITY"]:
-            for path in ["/tmp/it's", '/tmp/"best"']:
-                self.assert_one_line(f"{name}={path} has a quote, which ends a word in the shell; give the path another "
-                                     "name", f"{name}={path}")
+    def test_path_with_a_character_of_make_or_the_shell(self):
+        rows = [(name, "'\"$") for name in ["PREFIX", "DESTDIR", "PORT"]]
+        rows += [("BOARD_DIR", "'\"$#:;%&()*?[]{}|<>=\\` "), *((name, "'$#: ") for name in ["ELF", "EXAMPLE", "UNITY"])]
+        for name, characters in rows:
+            for character in characters:
+                path = f"/tmp/a{character}b"
+                told = f"{name}={path} has a {character.replace(' ', 'blank')}, which has a meaning in make or the shell; rename "
+                self.assert_one_line(told, f"{name}={path}")
         status, output = self.make("-n", "uninstall", PREFIX="/tmp/it's")
-        self.assertIn("PREFIX=/tmp/it's has a quote", output)
+        self.assertIn("PREFIX=/tmp/it's has a ', ", output)
         self.assertNotEqual(status, 0)
 
     def test_flash_writes_another_elf(self):

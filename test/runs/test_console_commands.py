@@ -303,7 +303,7 @@ LISTS = ("info 1-2\n" + text("servo 1: 0x00 ") + text("servo 2: 0x1E GOAL_POSITI
 # A line that is held low, and a servo that is unplugged: what is not known is not shown. In mode person, whose
 # replies are the same but for the last lines of stop.
 LINE_LOW = ("scan\ntorque 1 on\n@fault stuck low 3000\n@wait 1500\nservos\n" + text("servo 1: line held low, torque unknown") + "status\n"
-            + text("servos: 3, inhibited 0, offline 3")
+            + text("servos: 3, offline 3")
             + error(9, "stop") + text("torque may still be on: switch off the supply; driving is inhibited until 'release'")
             + "@wait 2000\nservos\n" + text("servo 1: online, torque off, inhibited: stopped")
             + "release\n@power 3 off\n@wait 2500\nservos\n" + text("servo 3: offline, torque unknown")
@@ -676,6 +676,14 @@ class Typed(unittest.TestCase):
         self.assertGreaterEqual(len(gaps_ms), 11)
         for gap_ms in gaps_ms:
             self.assertAlmostEqual(gap_ms, 100, delta=1)
+
+    def test_scan_takes_as_long_as_the_help_says(self):
+        text = next(row[3] for row in COMMANDS["scan"])
+        seconds, minutes = (float(re.search(end, text)[1]) for end in [r"([\d.]+) s\.", r"(\d+) minutes"])
+        # all 255 rates take the mean of the first and the last, since the time of a bit is linear in the register
+        slowest_ms = int(2 * minutes * 60_000 / 255) - 280
+        run = controller(f"scan all within {int(1000 * seconds) + 50}\nsettings bus_baud 254\nscan within {slowest_ms}\n", "arduino-mega")
+        self.assertEqual(run.status, 0, run.output)
 
     def test_a_key_ends_scan_and_diagnose(self):
         def check(terminal):

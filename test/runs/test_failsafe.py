@@ -200,10 +200,10 @@ class HostLink(unittest.TestCase):
             run = self.run_script(
                 self.START + "settings link_loss_action 1\n@wait 90\nwrite 1 GOAL_POSITION 301\n"
                 "@wait 300\n@expect silence 50\n@expect servo 1-2 torque on\nstatus\n"
-                "@expect text host link: lost\n@expect text servos: 2, inhibited 2\n"
+                "@expect text host link: lost\n@expect text driving: inhibited until 'clear'\n"
                 "! write 1 GOAL_POSITION 400\n! sync GOAL_POSITION 2 2:0,2\nread 1 ID\nclear\n"
                 "write 1 GOAL_POSITION 401\nsync GOAL_POSITION 2 2:0,2\n@expect servo 2 GOAL_POSITION 512\n"
-                "status\n@expect text host link: watched\n@expect text servos: 2, inhibited 0\n", board)
+                "status\n@expect text host link: watched\n@expect text driving: allowed\n", board)
             sent = [packet for _, way, packet in run.packets if way == "->in"]
             self.assertFalse([p for p in sent if p.startswith("FF FF 01 05 03 1E 90 01")])
             self.assertEqual(len(sent), 7)

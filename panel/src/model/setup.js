@@ -326,7 +326,7 @@ export class Setup extends EventTarget {
         });
     }
 
-    /* `who` (an ID, "all", or none) has another ID or rate. Servos that were found at rates of their own stay: a rescue takes 9 minutes. */
+    /* `who` (an ID, "all", or none) has another ID or rate. Servos that were found at rates of their own stay: a rescue takes 11 minutes. */
     #dropFound(who) {
         const kept = this.found?.filter(({ id, rate }) => rate && who !== "all" && String(id) !== who) ?? [];
 

@@ -19,7 +19,7 @@ export const setup = {
     hows: {
         "": "rate of the bus, 1 s",
         all: "six listed rates, 4 s",
-        rescue: "all 255 rates, 9 minutes",
+        rescue: "all 255 rates, 11 minutes",
     },
     search: "Search",
     searching: "Searching …",

@@ -374,6 +374,8 @@ test("clear: refused without device while inhibited", async () => {
     session.wire.hasDevice = false;
     port.onText = (line) => line === "status" && (port.say(`driving: ${driving}`, "ok"), true);
     assert.deepEqual(await Promise.all([clear(), clock.advance(1000)]), ["clear-inhibited", undefined]);
+    driving = "allowed; inhibited: 1";
+    assert.deepEqual(await Promise.all([clear(), clock.advance(1000)]), ["clear-inhibited", undefined]);
     assert.ok(!port.lines.includes("clear"));
     driving = "allowed";
     assert.deepEqual(await Promise.all([clear(), clock.advance(1000)]), ["ok", undefined]);

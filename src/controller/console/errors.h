@@ -56,8 +56,7 @@
     X(ERROR_TOO_FAST, 57, "too fast for a servo",                                                  \
       "give it more time: the line above, or 'motion wait', names the shortest")                   \
     X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \
-    X(ERROR_SETTING_RANGE, 61, "value out of range of the setting",                                \
-      "docs/settings.md has the ranges")                                                           \
+    X(ERROR_SETTING_RANGE, 61, "setting out of range", "docs/settings.md has the ranges")          \
     X(ERROR_NOT_SAVED, 62, "the EEPROM keeps nothing new",                                         \
       "the older data stay valid; try again, or replace the chip")                                 \
     X(ERROR_SAVING, 63, "the EEPROM is being written", "try again in 0.2 s")                       \

@@ -225,12 +225,20 @@ void test_status_tells_all_there_is(void)
                              "settings at start: defaults: nothing saved before\r\n"
                              "host link: not watched\r\ndriving: allowed\r\n"
                              "last stop: none\r\nCtrl-X in damaged packets: 0\r\n"
-                             "bus: busy\r\nservos: 1, inhibited 0, offline 0\r\n"
+                             "bus: busy\r\nservos: 1, offline 0\r\n"
                              "RETURN_DELAY refused: 0; lowest 0\r\n"
                              "poses: 0, room for 20; sequences: 0, room for 8\r\n"
                              "EEPROM: 0 saves of motion data, 0 records are damaged\r\n"
                              "stack: 1234 of 2000 bytes never used\r\nok\r\n",
                              reply_to("status"));
+}
+
+void test_status_counts_servos_that_are_inhibited_while_others_are_not(void)
+{
+    cds_servos_add(&robot.servos, 7);
+    cds_servos_add(&robot.servos, 8);
+    robot.states[1].inhibits = CDS_INHIBIT_STATE_LOST;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "driving: allowed; inhibited: 1\r\n"));
 }
 
 void test_status_prints_link_inhibit_and_last_stop(void)
@@ -247,7 +255,7 @@ void test_status_prints_link_inhibit_and_last_stop(void)
     TEST_ASSERT_NOT_NULL(strstr(said, "driving: inhibited until 'clear'\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "Ctrl-X in damaged packets: 7\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "host link: lost\r\n"));
-    TEST_ASSERT_NOT_NULL(strstr(said, "servos: 18 and more, inhibited 18, offline 0\r\n"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "servos: 18 and more, offline 0\r\n"));
     robot.stop.servos = &robot.servos;
     robot.stop.steps.result = CDS_TIMEOUT;
     for (uint8_t i = 0; i < 17; i++)

@@ -31,7 +31,7 @@ void test_setting_is_taken_and_shown_with_its_unit(void)
         TEST_ASSERT_EQUAL_STRING(lines[i][1], reply_to(lines[i][0]));
     assert_reply("error 33: VALUE 66s is out of range: 0 to 65535ms\r\n",
                  "settings link_loss_ms 66s");
-    assert_reply("error 61: value out of range of the setting; ", "settings cycle_us 1ms");
+    assert_reply("error 61: setting out of range; ", "settings cycle_us 1ms");
     assert_reply("error 33: VALUE 600us is out of range: 0 to 508us\r\n",
                  "settings return_delay 600us");
 }

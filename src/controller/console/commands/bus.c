@@ -278,7 +278,7 @@ static const CDS_FLASH struct command bus_rows[] = {
         .what = FLASH_TEXT("find servos on the bus"),
         .details = COMMAND_DETAILS(
             "At the rate of the bus; servos found join the robot. all: at the six listed rates, "
-            "3.5 s. rescue: at all 255 rates, nine minutes. A key ends it. Tells which servo at "
+            "4.2 s. rescue: at all 255 rates, 11 minutes. A key ends it. Tells which servo at "
             "the rate of the bus answers too soon, and which ID two seem to have"),
         .example = COMMAND_DETAILS("scan"),
         .begin = scan_begin,

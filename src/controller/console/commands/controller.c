@@ -24,12 +24,14 @@ static const CDS_FLASH char message_torque_read[] =
 static const CDS_FLASH char message_some_on[] = ", some are on";
 static const CDS_FLASH char message_unlisted[] = "; IDs not checked: %u";
 static const CDS_FLASH char message_inhibit_off[] = "driving: allowed";
-static const CDS_FLASH char message_inhibit_link[] = "driving: inhibited until 'clear'";
-static const CDS_FLASH char message_inhibit_on[] = "driving: inhibited until 'release'";
+static const CDS_FLASH char message_inhibit_some[] = "driving: allowed; inhibited: %u";
+static const CDS_FLASH char message_inhibit_on[] = "driving: inhibited until '%s'";
+static const CDS_FLASH char message_until_clear[] = "clear";
+static const CDS_FLASH char message_until_release[] = "release";
 static const CDS_FLASH char message_delays[] = "RETURN_DELAY refused: %u; lowest %u";
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
-static const CDS_FLASH char message_servos[] = "servos: %u%s, inhibited %u, offline %u";
+static const CDS_FLASH char message_servos[] = "servos: %u%s, offline %u";
 static const CDS_FLASH char message_host_rate[] =
     "the host link has the new rate after 'ok'; 'save' keeps it";
 static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes never used";
@@ -302,11 +304,29 @@ static void print_torque(struct printer *printer, const struct robot *robot)
     printer_line(printer, stop_text(robot));
 }
 
-static const CDS_FLASH char *inhibit_text(const struct failsafe *failsafe)
+/* The servos that have inhibits of their own. */
+static uint8_t inhibited_servos(const struct cds_servos *servos)
 {
-    if (!robot_is_inhibited(failsafe->robot))
-        return message_inhibit_off;
-    return failsafe->link_lost ? message_inhibit_link : message_inhibit_on;
+    const struct cds_servo_state *servo = servos->states;
+    uint8_t count = 0;
+
+    for (uint8_t left = servos->count; left; left--, servo++)
+        count = (uint8_t)(count + (servo->inhibits != 0));
+    return count;
+}
+
+/* The control panel takes "driving: allowed" for: `clear` ends no inhibit. */
+static void print_inhibit(struct printer *printer, const struct failsafe *failsafe)
+{
+    const CDS_FLASH char *message = message_inhibit_on;
+
+    if (robot_is_inhibited(failsafe->robot)) {
+        printer->values[0].text = failsafe->link_lost ? message_until_clear : message_until_release;
+    } else {
+        printer->values[0].number = inhibited_servos(&failsafe->robot->servos);
+        message = printer->values[0].number ? message_inhibit_some : message_inhibit_off;
+    }
+    printer_line(printer, message);
 }
 
 static void print_delays(struct printer *printer, const struct cds_servos *servos)
@@ -322,24 +342,20 @@ static void print_stops(struct printer *printer, const struct failsafe *failsafe
     printer_line(printer, message_stops);
 }
 
-/* "servos: 18, inhibited 0, offline 1" */
+/* "servos: 18, offline 1" */
 static void print_servos(struct printer *printer, const struct cds_servos *servos)
 {
     const struct cds_servo_state *servo = servos->states;
-    uint8_t inhibited = 0, offline = 0;
+    uint8_t offline = 0;
 
-    for (uint8_t left = servos->count; left; left--, servo++) {
-        if (cds_servos_inhibits(servos, servo))
-            inhibited++;
+    for (uint8_t left = servos->count; left; left--, servo++)
         if (servo->presence == CDS_PRESENCE_OFFLINE)
             offline++;
-    }
     printer->values[0].number = servos->count;
     printer->values[1].text = servos->is_full ? message_and_more : message_nothing;
-    printer->values[2].number = inhibited;
-    printer->values[3].number = offline;
+    printer->values[2].number = offline;
     if (servos_line_is_low(servos))
-        printer->values[3].number = servos->count; // no servo can be asked
+        printer->values[2].number = servos->count; // no servo can be asked
     printer_line(printer, message_servos);
 }
 
@@ -361,7 +377,7 @@ static bool status_poll(struct console *console)
         return true;
     case 1: print_origin(console); return true;
     case 2: printer_line(printer, link_text(console->failsafe)); return true;
-    case 3: printer_line(printer, inhibit_text(console->failsafe)); return true;
+    case 3: print_inhibit(printer, console->failsafe); return true;
     case 4: print_torque(printer, console->robot); return true;
     case 5: print_stops(printer, console->failsafe); return true;
     case 6: printer_line(printer, bus_states[cds_bus_line(console->bus)]); return true;
@@ -406,7 +422,7 @@ static const CDS_FLASH struct command controller_rows[] = {
     },
     {
         .usage = FLASH_TEXT("clear"),
-        .what = FLASH_TEXT("acknowledge alarms, lost host link"),
+        .what = FLASH_TEXT("acknowledge alarms and a lost link"),
         .details = COMMAND_DETAILS(
             "Servos inhibited for that or by stop may be driven again; nothing moves"),
         .example = COMMAND_DETAILS("clear"),
@@ -414,7 +430,7 @@ static const CDS_FLASH struct command controller_rows[] = {
     },
     {
         .usage = FLASH_TEXT("settings [SETTING [VALUE]]"),
-        .what = FLASH_TEXT("the controller's settings, or one"),
+        .what = FLASH_TEXT("all settings, or one"),
         .details = COMMAND_DETAILS("As in docs/settings.md; a rate as the register or in bps, as "
                                    "500000. A value is in force at once, and after power-off only "
                                    "if saved"),

@@ -237,7 +237,7 @@ static bool pose_poll(struct console *console)
 static const CDS_FLASH struct command group_rows[] = {
     {
         .usage = FLASH_TEXT("group [ID... [sync|action]]"),
-        .what = FLASH_TEXT("the servos of pose and cycle"),
+        .what = FLASH_TEXT("servos of pose and cycle"),
         .details = COMMAND_DETAILS(
             "sync: one SYNC WRITE, without replies. action: each servo confirms a REG WRITE, then "
             "one ACTION starts all; if a servo fails, none starts. Default: sync"),
