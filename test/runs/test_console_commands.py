@@ -242,7 +242,7 @@ SCRIPT = {
                + "factory 1\n" + text("ID 1 at 1000000bps") + servo("1 MIN_VOLTAGE 60")
                + "servos forget\nservos\n" + text("no servo known") + "@servos 7\nfactory 254 force\n"
                + servo("7 ID 1"),
-    "reset": "@servos 8\nreset 8\n" + wire(8, 6) + servo("8 ID 1"),
+    "reset": error(50, "reset 3") + "@servos 8\nreset 8\n" + wire(8, 6) + servo("8 ID 1"),
 }
 
 # Commands that only the profile `full` has, and what it adds to others.

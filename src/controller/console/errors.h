@@ -49,7 +49,8 @@
     X(ERROR_FORCE, 53, "nothing was reset",                                                        \
       "all servos would get ID 1; 'factory 254 force' sends it")                                   \
     X(ERROR_STOPPED, 54, "stopped: driving is inhibited",                                          \
-      "remove the cause, then 'release', and set torque and goals again")                          \
+      "remove the cause, then 'release'; 'torque on' moves to the last goal, 'teach off' does "    \
+      "not")                                                                                       \
     X(ERROR_OMITTED, 55, "not in this firmware",                                                   \
       "boards with more flash and RAM have it, and so has the library")                            \
     X(ERROR_TIME, 56, "time out of range", "'help COMMAND' has the range")                         \
@@ -95,9 +96,10 @@
       "check what blocks it, its power and its torque")                                            \
     X(ERROR_TORQUE_OFF, 84, "torque of a servo is off",                                            \
       "switch it on where the servos are, as by 'teach off 1 2 3'")                                \
-    X(ERROR_ALARM, 85, "the servo reports an alarm", "take its load off and let it cool")          \
+    X(ERROR_ALARM, 85, "the servo reports an alarm",                                               \
+      "take its load off and let it cool, then 'clear'")                                           \
     X(ERROR_VOLTAGE, 86, "voltage outside of the servo's limits",                                  \
-      "charge the battery, or see its MIN_VOLTAGE and MAX_VOLTAGE")                                \
+      "charge the battery, or see its MIN_VOLTAGE and MAX_VOLTAGE; then 'clear'")                  \
     X(ERROR_OVERRIDE, 82, "percentage of the speed out of range", "give 10 to 200%")               \
     X(ERROR_ABSENT, 81, "a servo of the pose is not in the group",                                 \
       "'pose show NAME' prints the 'group' that the pose needs")                                   \

@@ -205,9 +205,10 @@ void test_alarm_report_prints_lines_between_replies(void)
     said[0] = '\0';
     says(7, 0x24);
     turns(30);
-    TEST_ASSERT_EQUAL_STRING("alarm 7: overheating; take its load off and let it cool\r\n"
-                             "alarm 7: overload; take its load off and let it cool\r\n",
-                             said);
+    TEST_ASSERT_EQUAL_STRING(
+        "alarm 7: overheating; take its load off and let it cool, then 'clear'\r\n"
+        "alarm 7: overload; take its load off and let it cool, then 'clear'\r\n",
+        said);
     eeprom_fake.slow = 3;
     reply_to("save");
     says(8, 0x01);

@@ -226,7 +226,7 @@ void test_warning_of_any_servo_stands_before_end(void)
     answer(1, CDS_ERROR_OVERHEATING, NULL, 0);
     acknowledge(2);
     TEST_ASSERT_EQUAL_STRING("servo 1: ok\r\nservo 2: ok\r\nwarning: overheating; take its load "
-                             "off and let it cool\r\nok\r\n",
+                             "off and let it cool, then 'clear'\r\nok\r\n",
                              said);
 }
 

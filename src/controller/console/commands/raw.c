@@ -2,6 +2,7 @@
 /* The instructions of the manual: ping, read, write, regwrite, action, reset, sync. */
 #include "cds55xx/control_table.h"
 #include "console/console.h"
+#include "console/errors.h" // ERROR_PLACE_TAKEN
 #include "console/commands/command_groups.h"
 #include "console/commands/shared.h" // register_raw_at()
 #include "console/messages.h"
@@ -15,6 +16,14 @@ static uint8_t raw_begin(struct console *console)
 {
     console->line.request->no_retry = true; // a typed packet is sent once
     return (uint8_t)cds_bus_submit(console->bus, console->line.request);
+}
+
+/* After RESET a servo has ID 1: the only limit that RESET can break. */
+static uint8_t reset_begin(struct console *console)
+{
+    uint8_t result = raw_begin(console);
+
+    return result == CDS_LIMIT ? (uint8_t)ERROR_PLACE_TAKEN : result;
 }
 
 /* After a broadcast PING: prints the ID that answered. */
@@ -115,7 +124,7 @@ static const CDS_FLASH struct command raw_rows[] = {
     },
     {
         .usage = FLASH_TEXT("action [ID|254]"),
-        .what = FLASH_TEXT("carry out what regwrite sent"),
+        .what = FLASH_TEXT("do what regwrite sent"),
         .details = COMMAND_DETAILS("All start at the same moment. No ID: all servos"),
         .example = COMMAND_DETAILS("action"),
         .begin = raw_begin,
@@ -127,7 +136,7 @@ static const CDS_FLASH struct command raw_rows[] = {
         .what = message_factory,
         .details = COMMAND_DETAILS("factory does the same and checks the result"),
         .example = COMMAND_DETAILS("reset 1"),
-        .begin = raw_begin,
+        .begin = reset_begin,
         .poll = console_waits,
         .instruction = CDS_RESET,
     },

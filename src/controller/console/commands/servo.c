@@ -181,7 +181,9 @@ static const CDS_FLASH struct command servo_rows[] = {
     {
         .usage = FLASH_TEXT("torque ID|254 on|off"),
         .what = FLASH_TEXT("torque on or off"),
-        .details = COMMAND_DETAILS("With torque off the output turns freely. ID 254: all"),
+        .details = COMMAND_DETAILS(
+            "on: the servo moves to its last goal; 'teach off ID' keeps it where it is. off: "
+            "the output turns freely. ID 254: all"),
         .example = COMMAND_DETAILS("torque 1 on"),
         .begin = torque_begin,
         .poll = console_waits,
