@@ -204,7 +204,7 @@ void test_alarm_report_prints_lines_between_replies(void)
     settings.alarm_report = 1;
     said[0] = '\0';
     says(7, 0x24);
-    turns(30);
+    turns(40);
     TEST_ASSERT_EQUAL_STRING(
         "alarm 7: overheating; take its load off and let it cool, then 'clear'\r\n"
         "alarm 7: overload; take its load off and let it cool, then 'clear'\r\n",
@@ -214,7 +214,7 @@ void test_alarm_report_prints_lines_between_replies(void)
     says(8, 0x01);
     turns(400);
     TEST_ASSERT_EQUAL_STRING("ok\r\nalarm 8: input voltage; charge the battery, or see its "
-                             "MIN_VOLTAGE and MAX_VOLTAGE\r\n",
+                             "MIN_VOLTAGE and MAX_VOLTAGE; then 'clear'\r\n",
                              said);
 }
 

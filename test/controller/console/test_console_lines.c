@@ -178,7 +178,7 @@ void test_conditions_are_warnings_and_ok(void)
     reply_to("ping 1");
     answer(1, CDS_ERROR_VOLTAGE | CDS_ERROR_OVERHEATING | CDS_ERROR_OVERLOAD, NULL, 0);
     next = assert_begins(said, "warning: input voltage; charge the battery, or see its MIN_VOLTAGE "
-                               "and MAX_VOLTAGE\r\n");
+                               "and MAX_VOLTAGE; then 'clear'\r\n");
     next = assert_begins(assert_begins(next, "warning: overheating"), load);
     next = assert_begins(assert_begins(next, "warning: overload"), load);
     TEST_ASSERT_EQUAL_STRING("ok\r\n", next);
