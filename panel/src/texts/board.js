@@ -15,7 +15,7 @@ export const board = {
     page: "This page is for",
     boardName: "Board",
     profile: "Profile",
-    deviceId: "ID of the virtual device",
+    deviceId: "ID of the controller itself",
     noDevice: "off",
     unknownBoard: "not told by this firmware",
     offered: "What works with this firmware",

@@ -97,6 +97,18 @@ function handshake(port, origin) {
     });
 }
 
+test("layout at a width of 200 pixels: no view scrolls sideways", async (t) => {
+    const panel = await startPanel(t);
+    const page = await openPage(t, await startBrowser(t), panel.url, { viewport: { width: 200, height: 600 } });
+
+    await shows(page, /Connected .* 3 servos/, ".state-line");
+    for (const id of await page.$$eval("nav a", (tabs) => tabs.map((tab) => tab.id))) {
+        await page.$eval(`#${id}`, (tab) => tab.click());
+        await page.waitForSelector(`#${id}[aria-selected=true]`);
+        assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), id);
+    }
+});
+
 test("only a page of this server gets the WebSocket", async (t) => {
     const { port } = await startPanel(t);
 
@@ -139,6 +151,9 @@ for (const [name, viewport] of Object.entries({ "a desktop at 200 %": ZOOMED, "a
 
         assert.ok(text <= button, `text ends at ${text}, the button begins at ${button}`);
         assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "scrolls sideways");
+        await page.click("button.stop");
+        await shows(page, "Torque is off", ".stop-state.verified");
+        assert.ok((await coveredBy(page)).part < (viewport === PHONE ? 0.21 : 1 / 3), "after Stop");
         await page.evaluate(() => ["back", "silent"].forEach((code) => document.querySelector("panel-app").session.notify({ code })));
         await page.click("button.dismiss-all");
         await page.waitForFunction(() => !document.querySelector(".notice"));
