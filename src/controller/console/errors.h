@@ -14,7 +14,7 @@
     X(ERROR_UNKNOWN_COMMAND, 30, "unknown command", "'help' lists the commands")                   \
     X(ERROR_COUNT, 31, "wrong number of arguments", "'help COMMAND' shows what it takes")          \
     X(ERROR_NOT_A_NUMBER, 32, "not a number",                                                      \
-      "write 90, 90.5deg, 512raw, -30rpm, 0x1F, without a blank")                                  \
+      "write 90, 90.5deg, 512raw, -30rpm, 0x1F; for ID: 1, 1-3 or all")                            \
     X(ERROR_OUT_OF_RANGE, 33, "number out of range",                                               \
       "'help COMMAND' or docs/console.md has the range")                                           \
     X(ERROR_UNKNOWN_REGISTER, 34, "unknown register", "'info ID' lists names and addresses")       \
@@ -52,7 +52,7 @@
       "remove the cause, then 'release'; 'torque on' moves to the last goal, 'teach off' does "    \
       "not")                                                                                       \
     X(ERROR_OMITTED, 55, "not in this firmware",                                                   \
-      "boards with more flash and RAM have it, and so has the library")                            \
+      "boards arduino-mega, atmega1284p, cm510 have it, and the library")                          \
     X(ERROR_TIME, 56, "time out of range", "'help COMMAND' has the range")                         \
     X(ERROR_TOO_FAST, 57, "too fast for a servo",                                                  \
       "give it more time: the line above, or 'motion wait', names the shortest")                   \

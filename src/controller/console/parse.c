@@ -295,6 +295,20 @@ static uint8_t take_length(struct command_line *line, const struct token *token)
     return error == 0 && line->length == 0 ? (uint8_t)ERROR_OUT_OF_RANGE : error;
 }
 
+/* True if a block before this one has the ID. */
+static bool is_twice(const struct command_line *line, uint8_t id)
+{
+    const uint8_t *begin = line->request->packet.bytes + CDS_AT_PARAMETERS + 2;
+    const uint8_t *end = begin + CDS_LENGTH_MAX - CDS_AT_PARAMETERS;
+
+    for (uint8_t left = line->values; left && begin < end; left--) {
+        if (*begin == id)
+            return true;
+        begin += line->length + 1;
+    }
+    return false;
+}
+
 /* A word of a block: the ID, ended by ':', or a byte, ended by ',' or, the last one, by a space. */
 static uint8_t take_block(struct command_line *line, const struct token *token, char separator)
 {
@@ -303,12 +317,16 @@ static uint8_t take_block(struct command_line *line, const struct token *token, 
     uint8_t error = take_byte(token, is_id ? CDS_ID_MAX : 255, &byte);
     char due = ':';
 
-    if (is_id)
+    if (is_id) {
+        if (command_set.explain &&
+            is_twice(line, byte)) // the profile `console` has no flash for it
+            error = ERROR_TWICE;
         line->remaining = line->length;
-    else
+        line->values++;
+    } else {
         due = --line->remaining ? ',' : ' ';
+    }
     cds_packet_put(&line->request->packet, byte);
-    line->values = 1;
     return separator == due ? error : (uint8_t)ERROR_BLOCK;
 }
 

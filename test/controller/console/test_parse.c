@@ -174,6 +174,8 @@ void test_lists_of_servos(void)
     TEST_ASSERT_EQUAL_UINT8(ERROR_COUNT, read_line("monitor 1 as"));
     TEST_ASSERT_EQUAL_UINT8(ERROR_OUT_OF_RANGE, read_line("group 254"));
     TEST_ASSERT_EQUAL_UINT8(ERROR_TWICE, read_line("group 1 2 1"));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_TWICE, read_line("sync GOAL_POSITION 2 1:2,0 2:0,2 1:2,0"));
+    TEST_ASSERT_EQUAL_UINT8(0, read_line("sync GOAL_POSITION 2 1:2,0 2:1,2"));
 }
 
 void test_lists_of_angles(void)

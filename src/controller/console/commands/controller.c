@@ -405,9 +405,8 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("status"),
         .what = FLASH_TEXT("state of the controller"),
-        .details = COMMAND_DETAILS(
-            "Reset, settings, host link, inhibit, torque off, bus, servos, poses and "
-            "sequences, stack"),
+        .details =
+            COMMAND_DETAILS("Reset, settings, host link, inhibit, stop, bus, servos, EEPROM"),
         .example = COMMAND_DETAILS("status"),
         .poll = status_poll,
     },

@@ -74,11 +74,11 @@ static uint8_t cycle_begin(struct console *console)
         error = period(console);
         return error ? error : cycle_start(console, console->raw);
     }
+    if (console->line.numbers)
+        return ERROR_COUNT;
     if (robot->cycle == NULL)
         return ERROR_NO_CYCLE;
     if (console->line.choice == CHOICE_OFF) {
-        if (console->line.numbers)
-            return ERROR_COUNT;
         robot_abort(robot);
         console->phase = CYCLE_END;
     }
