@@ -184,25 +184,33 @@ void test_conditions_are_warnings_and_ok(void)
     TEST_ASSERT_EQUAL_STRING("ok\r\n", next);
 }
 
+/* Reads a reply with these error bits. Each of `count` lines must be said, in this order. */
+static void assert_bits_are_named(uint8_t bits, const char *const *lines, uint8_t count)
+{
+    const char *from = said;
+
+    reply_to("ping 1");
+    answer(1, bits, NULL, 0);
+    for (uint8_t i = 0; i < count; i++) {
+        from = strstr(from, lines[i]);
+        TEST_ASSERT_NOT_NULL_MESSAGE(from, lines[i]);
+    }
+}
+
 void test_all_error_bits_are_named(void)
 {
     static const char *const lines[] = {
         "warning: input voltage; ",
         "\r\nwarning: overheating; ",
         "\r\nwarning: overload; ",
-        "\r\nalso 20: servo: instruction error; ",
+        "also 20: servo: instruction error; ",
         "\r\nalso 21: servo: range error; ",
         "\r\nalso 22: servo: checksum error; ",
         "\r\nerror 23: servo 1: angle limit error; ",
     };
-    const char *from = said;
 
-    reply_to("ping 1");
-    answer(1, 0x7F, NULL, 0);
-    for (uint8_t i = 0; i < sizeof lines / sizeof lines[0]; i++) {
-        from = strstr(from, lines[i]);
-        TEST_ASSERT_NOT_NULL_MESSAGE(from, lines[i]);
-    }
+    assert_bits_are_named(0x25, lines, 3);
+    assert_bits_are_named(0x5A, lines + 3, 4);
 }
 
 void test_several_packet_errors_end_in_one_error_line(void)
