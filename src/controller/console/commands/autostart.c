@@ -167,10 +167,9 @@ static const CDS_FLASH struct command autostart_rows[] = {
     {
         .usage = FLASH_TEXT("settings autostart NAME [DELAY]"),
         .what = FLASH_TEXT("play a sequence after power-up"),
-        .details =
-            COMMAND_DETAILS("Only if the reset was power-on, no byte comes from the host in DELAY "
-                            "(1s to 127s, default 3s) and during the check of the servos, every "
-                            "servo passes, and each pose is within its angle limits"),
+        .details = COMMAND_DETAILS("DELAY: 1s to 127s, default 3s. Only after power-on, if no byte "
+                                   "comes from the host until the motion begins, every servo "
+                                   "passes its check, and each pose is within its angle limits"),
         .example = COMMAND_DETAILS("settings autostart walk 5s"),
         .begin = once_begin,
         .poll = stored_save_poll,

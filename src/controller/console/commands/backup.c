@@ -136,8 +136,7 @@ static const CDS_FLASH struct command backup_rows[] = {
     {
         .usage = FLASH_TEXT("backup ID"),
         .what = FLASH_TEXT("print the lines that restore the registers"),
-        .details = COMMAND_DETAILS(
-            "The registers in EEPROM without ID and BAUD_RATE. Send the lines to restore them"),
+        .details = COMMAND_DETAILS("EEPROM without ID and BAUD_RATE. Send the lines to restore it"),
         .example = COMMAND_DETAILS("backup 1"),
         .begin = backup_begin,
         .poll = backup_poll,

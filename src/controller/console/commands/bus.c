@@ -278,8 +278,7 @@ static const CDS_FLASH struct command bus_rows[] = {
         .what = FLASH_TEXT("find servos on the bus"),
         .details = COMMAND_DETAILS(
             "At the rate of the bus; servos found join the robot. all: at the six listed rates, "
-            "4.2 s. rescue: at all 255 rates, 11 minutes. A key ends it. Tells which servo at "
-            "the rate of the bus answers too soon, and which ID two seem to have"),
+            "4.2 s. rescue: at all 255 rates, 11 minutes. A key ends it"),
         .example = COMMAND_DETAILS("scan"),
         .begin = scan_begin,
         .poll = scan_poll,
@@ -287,9 +286,8 @@ static const CDS_FLASH struct command bus_rows[] = {
     {
         .usage = FLASH_TEXT("counters [ID]"),
         .what = FLASH_TEXT("packets sent, answered, lost"),
-        .details = COMMAND_DETAILS(
-            "Of the bus since the reset, with the part of scan and diagnose; of a servo since it "
-            "joined the robot. Modulo 65536; some of a servo stop at 255"),
+        .details = COMMAND_DETAILS("Of the bus since the reset; of a servo since it joined the "
+                                   "robot. Modulo 65536; some of a servo stop at 255"),
         .example = COMMAND_DETAILS("counters"),
         .begin = counters_begin,
         .poll = counters_poll,
@@ -297,8 +295,8 @@ static const CDS_FLASH struct command bus_rows[] = {
     {
         .usage = FLASH_TEXT("bus [RATE]"),
         .what = FLASH_TEXT("baud rate of the bus"),
-        .details = COMMAND_DETAILS(
-            "RATE: 7843 to 2000000bps, or the register, 0raw to 254raw. No RATE: shows it"),
+        .details =
+            COMMAND_DETAILS("RATE: 7843 to 2000000bps, or 0raw to 254raw. No RATE: shows it"),
         .example = COMMAND_DETAILS("bus 1000000bps"),
         .begin = bus_begin,
         .poll = bus_poll,

@@ -430,16 +430,15 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("settings [SETTING [VALUE]]"),
         .what = FLASH_TEXT("all settings, or one"),
-        .details = COMMAND_DETAILS("As in docs/settings.md; a rate as the register or in bps, as "
-                                   "500000. A value is in force at once, and after power-off only "
-                                   "if saved"),
+        .details = COMMAND_DETAILS("See docs/settings.md; a rate as the register or in bps. In "
+                                   "force at once, after power-off only if saved"),
         .example = COMMAND_DETAILS("settings link_loss_ms 500"),
         .begin = settings_begin,
         .poll = settings_poll,
     },
     {
         .usage = FLASH_TEXT("save"),
-        .what = FLASH_TEXT("keep the settings over power-off"),
+        .what = FLASH_TEXT("keep settings over power-off"),
         .details = COMMAND_DETAILS("In the EEPROM; takes 0.2 s, the bus goes on"),
         .example = COMMAND_DETAILS("save"),
         .begin = save_begin,

@@ -123,9 +123,8 @@ static const CDS_FLASH struct command diagnose_rows[] = {
     {
         .usage = FLASH_TEXT("diagnose [ID|254]"),
         .what = FLASH_TEXT("find out why a servo does not answer"),
-        .details =
-            COMMAND_DETAILS("Tells apart silence, echo, noise, wrong rate, collision, two servos "
-                            "with one ID, low supply. No ID: any servo. A key ends it"),
+        .details = COMMAND_DETAILS("Tells echo, noise, rate, collision, equal IDs, low supply "
+                                   "apart. No ID: any servo. A key ends it"),
         .example = COMMAND_DETAILS("diagnose 1"),
         .begin = diagnose_servo,
         .poll = diagnose_poll,

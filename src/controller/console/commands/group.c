@@ -239,8 +239,8 @@ static const CDS_FLASH struct command group_rows[] = {
         .usage = FLASH_TEXT("group [ID... [sync|action]]"),
         .what = FLASH_TEXT("servos of pose and cycle"),
         .details = COMMAND_DETAILS(
-            "sync: one SYNC WRITE, without replies. action: each servo confirms a REG WRITE, then "
-            "one ACTION starts all; if a servo fails, none starts. Default: sync"),
+            "sync (default): one SYNC WRITE, no replies. action: each servo confirms a REG WRITE, "
+            "then one ACTION starts all; if a servo fails, none starts"),
         .example = COMMAND_DETAILS("group 1 2 3 action"),
         .begin = group_begin,
         .poll = group_poll,
@@ -248,10 +248,10 @@ static const CDS_FLASH struct command group_rows[] = {
     {
         .usage = FLASH_TEXT("pose ANGLE... [at|in SPEED|TIME]"),
         .what = FLASH_TEXT("move the servos of the group"),
-        .details = COMMAND_DETAILS(
-            "An angle for each servo of the group, in its order, 0 to 300deg; SPEED: 0 to 62rpm, 0 "
-            "as fast as it can, default 20rpm. In TIME, 1ms to 600s: all servos arrive together. A "
-            "running cycle takes over the goals"),
+        .details =
+            COMMAND_DETAILS("An angle for each servo, 0 to 300deg, in the order of the group. "
+                            "SPEED: 0 to 62rpm, 0 as fast as it can, default 20rpm. In TIME, 1ms "
+                            "to 600s: all arrive together. A running cycle takes over the goals"),
         .example = COMMAND_DETAILS("pose 90 150.5 210 at 20rpm"),
         .begin = pose_begin,
         .poll = pose_poll,

@@ -137,8 +137,8 @@ static const CDS_FLASH struct command help_rows[] = {
     {
         .usage = FLASH_TEXT("mode program|echo|person"),
         .what = FLASH_TEXT("bare replies, echo, or prompt too"),
-        .details = COMMAND_DETAILS("Is the setting echo: 0, 1 or 2. person also prints a banner "
-                                   "after a reset. save keeps the mode over power-off"),
+        .details = COMMAND_DETAILS("Is the setting echo: 0, 1 or 2; save keeps it. person also "
+                                   "prints a banner after a reset"),
         .example = COMMAND_DETAILS("mode program"),
         .begin = mode_begin,
     },

@@ -103,9 +103,8 @@ static const CDS_FLASH struct command monitor_table_rows[] = {
     {
         .usage = FLASH_TEXT("monitor ID... [every MS [as plot]]"),
         .what = FLASH_TEXT("feedback of servos until a key"),
-        .details = COMMAND_DETAILS(
-            "Up to 8 servos; MS: 10 to 60000ms, default 100. With echo a table that stays "
-            "in place, else, and as plot, one line each period"),
+        .details = COMMAND_DETAILS("Up to 8 servos; MS: 10 to 60000ms, default 100. With echo a "
+                                   "table in place; else, and as plot, a line each period"),
         .example = COMMAND_DETAILS("monitor 1 2 every 50ms"),
         .begin = begin,
         .poll = monitor_poll,

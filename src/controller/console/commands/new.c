@@ -163,9 +163,9 @@ static const CDS_FLASH struct command new_rows[] = {
     {
         .usage = FLASH_TEXT("new NEW"),
         .what = FLASH_TEXT("set up a new servo that is alone on the bus"),
-        .details = COMMAND_DETAILS("Finds it at any rate; gives it the return delay that this "
-                                   "board needs, the ID NEW, 0 to 253, and the rate of the bus. "
-                                   "Writes nothing if a servo of the robot or another one answers"),
+        .details =
+            COMMAND_DETAILS("NEW: 0 to 253. Finds the servo at any rate; sets its return delay, ID "
+                            "and rate for this bus. Writes nothing if another servo answers"),
         .example = COMMAND_DETAILS("new 5"),
         .begin = begin,
         .poll = poll,

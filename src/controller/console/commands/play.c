@@ -208,9 +208,8 @@ static const CDS_FLASH struct command play_rows[] = {
         .usage = FLASH_TEXT("play NAME [at PERCENT]"),
         .what = FLASH_TEXT("play a stored sequence"),
         .details =
-            COMMAND_DETAILS("Servos: the group; without one those of all stored poses. PERCENT: 10 "
-                            "to 200% of the speed, as far as the servos can. ok: the motion has "
-                            "begun. A cycle that play starts ends with the motion"),
+            COMMAND_DETAILS("PERCENT: 10 to 200% of the speed, as far as the servos can. ok: the "
+                            "motion has begun. Without a group: the servos of all stored poses"),
         .example = COMMAND_DETAILS("play walk at 80%"),
         .begin = once_begin,
         .poll = play_poll,
@@ -248,9 +247,8 @@ static const CDS_FLASH struct command play_rows[] = {
     {
         .usage = FLASH_TEXT("motion [wait|off]"),
         .what = FLASH_TEXT("show the motion, wait for its end, or end it"),
-        .details =
-            COMMAND_DETAILS("wait: answers at the end of the motion: ok, or its error; a key ends "
-                            "the wait. off: the servos come to rest on their way, with torque"),
+        .details = COMMAND_DETAILS("wait: answers at its end, with ok or its error; a key ends the "
+                                   "wait. off: all servos come to rest together, with torque"),
         .example = COMMAND_DETAILS("motion wait"),
         .begin = motion_begin,
         .poll = motion_poll,

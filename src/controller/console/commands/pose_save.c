@@ -227,9 +227,9 @@ static const CDS_FLASH struct command pose_save_rows[] = {
     {
         .usage = FLASH_TEXT("pose save NAME"),
         .what = FLASH_TEXT("store where the servos of the group are"),
-        .details = COMMAND_DETAILS("In the EEPROM, in place of a pose of this name. NAME: a "
-                                   "letter, then letters and digits, up to 8, no word of the "
-                                   "console. Refused if a servo does not answer, or in a motion"),
+        .details = COMMAND_DETAILS(
+            "Replaces a pose of this name. NAME: a letter, then letters and digits, up to 8, no "
+            "word of the console. Refused if a servo does not answer, or in a motion"),
         .example = COMMAND_DETAILS("pose save stand"),
         .begin = save_begin,
         .poll = save_poll,
@@ -237,8 +237,7 @@ static const CDS_FLASH struct command pose_save_rows[] = {
     {
         .usage = FLASH_TEXT("pose set NAME ANGLE..."),
         .what = FLASH_TEXT("store a pose by its angles"),
-        .details = COMMAND_DETAILS(
-            "An angle for each servo of the group, in its order, 0 to 300deg. As pose save"),
+        .details = COMMAND_DETAILS("Angles as for pose, NAME as for pose save"),
         .example = COMMAND_DETAILS("pose set stand 90 150.5 210"),
         .begin = set_begin,
         .poll = save_poll,
@@ -246,8 +245,8 @@ static const CDS_FLASH struct command pose_save_rows[] = {
     {
         .usage = FLASH_TEXT("pose delete NAME"),
         .what = FLASH_TEXT("delete a stored pose"),
-        .details = COMMAND_DETAILS("Sequences with this pose play no more, also if a new pose gets "
-                                   "the name. Tells if settings autostart has one"),
+        .details = COMMAND_DETAILS(
+            "Sequences with this pose play no more, also if a new pose gets the name"),
         .example = COMMAND_DETAILS("pose delete stand"),
         .begin = delete_begin,
         .poll = delete_poll,

@@ -98,7 +98,7 @@ static const CDS_FLASH struct command pose_show_rows[] = {
     {
         .usage = FLASH_TEXT("pose show [NAME]"),
         .what = FLASH_TEXT("lines that store a pose again, or all poses"),
-        .details = COMMAND_DETAILS("group, then pose set. Send them to store the poses elsewhere"),
+        .details = COMMAND_DETAILS("Send them to store the poses elsewhere"),
         .example = COMMAND_DETAILS("pose show stand"),
         .begin = show_begin,
         .poll = show_poll,

@@ -87,7 +87,7 @@ static bool read_poll(struct console *console)
 static const CDS_FLASH struct command raw_rows[] = {
     {
         .usage = FLASH_TEXT("ping ID|254"),
-        .what = FLASH_TEXT("check that a servo answers"),
+        .what = FLASH_TEXT("see if a servo answers"),
         .details = COMMAND_DETAILS("ID 254 finds a servo that is alone on the bus"),
         .example = COMMAND_DETAILS("ping 1"),
         .begin = raw_begin,

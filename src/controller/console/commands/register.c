@@ -155,8 +155,8 @@ static const CDS_FLASH struct command register_rows[] = {
     {
         .usage = FLASH_TEXT("get ID REG"),
         .what = FLASH_TEXT("a register, with its unit"),
-        .details = COMMAND_DETAILS("REG: its name as in docs/registers.md and info, or an address. "
-                                   "In brackets: the register value"),
+        .details = COMMAND_DETAILS(
+            "REG: its name or address, as info shows them. In brackets: the register value"),
         .example = COMMAND_DETAILS("get 1 PRESENT_VOLTAGE"),
         .begin = get_begin,
         .poll = get_poll,
@@ -164,10 +164,10 @@ static const CDS_FLASH struct command register_rows[] = {
     {
         .usage = FLASH_TEXT("set ID REG VALUE"),
         .what = FLASH_TEXT("set a register"),
-        .details = COMMAND_DETAILS(
-            "VALUE in the unit that get shows, or another of its kind (deg mdeg, rpm mrpm, V mV, "
-            "us ms s, bps kbps), or raw. A register in EEPROM is written only if its value "
-            "differs, and read back. ID and BAUD_RATE: use id and baud"),
+        .details =
+            COMMAND_DETAILS("VALUE in the unit that get shows, or another of its kind (deg mdeg, "
+                            "rpm mrpm, V mV, us ms s, bps kbps), or raw. EEPROM is written only if "
+                            "the value differs. ID and BAUD_RATE: use id and baud"),
         .example = COMMAND_DETAILS("set 1 MIN_VOLTAGE 6.5V"),
         .begin = set_begin,
         .poll = set_poll,

@@ -193,8 +193,8 @@ static const CDS_FLASH struct command sequence_rows[] = {
     {
         .usage = FLASH_TEXT("sequence show [NAME]"),
         .what = FLASH_TEXT("lines that store a sequence again, or all sequences"),
-        .details = COMMAND_DETAILS(
-            "Send them, behind those of pose show, to store the sequences elsewhere"),
+        .details =
+            COMMAND_DETAILS("Send them behind those of pose show to store the sequences elsewhere"),
         .example = COMMAND_DETAILS("sequence show walk"),
         .begin = show_begin,
         .poll = show_poll,
@@ -210,10 +210,9 @@ static const CDS_FLASH struct command sequence_rows[] = {
     {
         .usage = FLASH_TEXT("sequence NAME new|add POSE TIME [dwell TIME]"),
         .what = FLASH_TEXT("store a step of a sequence: the way to a stored pose"),
-        .details = COMMAND_DETAILS(
-            "new: the first step, in place of the sequence of this name; add: one more, up to 16. "
-            "TIME of the way: 10ms to 600s; dwell: rest at the pose, up to 65.53s; both are "
-            "multiples of 10ms"),
+        .details = COMMAND_DETAILS("new: the first step, replaces a sequence of this name; add: "
+                                   "one more, up to 16. TIME of the way: 10ms to 600s; dwell: rest "
+                                   "at the pose, up to 65.53s; both in steps of 10ms"),
         .example = COMMAND_DETAILS("sequence walk add stand 1.2s dwell 0.5s"),
         .begin = step_begin,
         .poll = step_poll,

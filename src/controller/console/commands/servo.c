@@ -171,9 +171,9 @@ static const CDS_FLASH struct command servo_rows[] = {
     {
         .usage = FLASH_TEXT("turn ID SPEED"),
         .what = FLASH_TEXT("turn without end"),
-        .details = COMMAND_DETAILS("SPEED: -62 to 62rpm, positive CCW, 0 stands still. Sets both "
-                                   "angle limits to 0, for which the servo must not be locked; "
-                                   "'set ID CCW_ANGLE_LIMIT 300' ends it"),
+        .details = COMMAND_DETAILS(
+            "SPEED: -62 to 62rpm, positive CCW, 0 stands still. Sets both angle limits to 0, so "
+            "not while locked; 'set ID CCW_ANGLE_LIMIT 300' ends it"),
         .example = COMMAND_DETAILS("turn 1 -20rpm"),
         .begin = turn_begin,
         .poll = turn_poll,

@@ -232,8 +232,7 @@ static const CDS_FLASH struct command setup_rows[] = {
     {
         .usage = FLASH_TEXT("id OLD NEW"),
         .what = FLASH_TEXT("set a servo's ID"),
-        .details = COMMAND_DETAILS("0 to 253. Checks that NEW is free, then where the servo "
-                                   "answers. NEW may be OLD: nothing is written"),
+        .details = COMMAND_DETAILS("0 to 253. NEW must be free; if it is OLD, nothing is written"),
         .example = COMMAND_DETAILS("id 1 5"),
         .begin = id_begin,
         .poll = identity_poll,
@@ -241,9 +240,8 @@ static const CDS_FLASH struct command setup_rows[] = {
     {
         .usage = FLASH_TEXT("baud ID RATE"),
         .what = FLASH_TEXT("set a servo's baud rate"),
-        .details = COMMAND_DETAILS("RATE: 7843 to 2000000bps, or the register, 0raw to 254raw. The "
-                                   "bus changes with it: others answer after 'bus' has changed it "
-                                   "back. Names the servos of a list that did not follow"),
+        .details = COMMAND_DETAILS("RATE: 7843 to 2000000bps, or 0raw to 254raw. The bus changes "
+                                   "with it: other servos answer after 'bus' has changed it back"),
         .example = COMMAND_DETAILS("baud 1 57600bps"),
         .begin = baud_begin,
         .poll = identity_poll,
@@ -251,8 +249,8 @@ static const CDS_FLASH struct command setup_rows[] = {
     {
         .usage = FLASH_TEXT("factory ID|254 [force]"),
         .what = message_factory,
-        .details = COMMAND_DETAILS("254 (all servos) only with force: then all have ID 1, the list "
-                                   "of servos is empty, and no servo can be addressed alone"),
+        .details = COMMAND_DETAILS("254 (all servos) only with force: then all have ID 1, and none "
+                                   "can be addressed alone"),
         .example = COMMAND_DETAILS("factory 1"),
         .begin = factory_begin,
         .poll = identity_poll,

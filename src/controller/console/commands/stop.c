@@ -254,8 +254,8 @@ const CDS_FLASH struct command stop_rows[] = {
     {
         .usage = FLASH_TEXT("stop"),
         .what = FLASH_TEXT("torque off for all servos"),
-        .details = COMMAND_DETAILS("Ctrl-X does the same at any time, before everything else. "
-                                   "Driving is inhibited until release"),
+        .details =
+            COMMAND_DETAILS("Ctrl-X does the same at any time. Driving is inhibited until release"),
         .example = COMMAND_DETAILS("stop"),
         .begin = stop_begin,
         .poll = stop_poll,
@@ -272,16 +272,15 @@ const CDS_FLASH struct command stop_rows[] = {
         .usage = FLASH_TEXT("limits ID LOW HIGH [SPEED]"),
         .what = FLASH_TEXT("limits of angle and speed"),
         .details = COMMAND_DETAILS(
-            "Angles, 0 to 300deg, and a speed, 0 to 62rpm, 0: no limit. The controller sends "
-            "nothing beyond them. Until power-off; 'servos' shows them, 'limits ID 0 300' removes "
-            "them"),
+            "Angles: 0 to 300deg. SPEED: 0 to 62rpm, 0: no limit. Nothing beyond them is sent. "
+            "Until power-off; 'servos' shows them, 'limits ID 0 300' removes them"),
         .example = COMMAND_DETAILS("limits 1 60 240 30rpm"),
         .begin = limits_begin,
     },
     {
         .usage = FLASH_TEXT("servos [forget]"),
         .what = FLASH_TEXT("servos and their state"),
-        .details = COMMAND_DETAILS("scan finds servos, the state check reads each once a second. "
+        .details = COMMAND_DETAILS("scan finds servos; the state check reads each once a second. "
                                    "forget: empties the list"),
         .example = COMMAND_DETAILS("servos"),
         .begin = servos_begin,

@@ -128,8 +128,8 @@ static const CDS_FLASH struct command teach_rows[] = {
     {
         .usage = FLASH_TEXT("teach on|off [ID...]"),
         .what = FLASH_TEXT("switch torque off to turn servos by hand, and on again where they are"),
-        .details = COMMAND_DETAILS("0 to 253; without IDs: the group. on: torque off. off: torque "
-                                   "on, each servo holds its present position"),
+        .details = COMMAND_DETAILS("Without IDs: the group. on: torque off. off: torque on, each "
+                                   "servo holds its present position"),
         .example = COMMAND_DETAILS("teach on 1 2 3"),
         .begin = teach_begin,
         .poll = teach_poll,
