@@ -50,10 +50,10 @@ void testbench_print_client(const struct testbench *bench)
         const char *path = bench->pty.path;
         printf("%s\n", path);
         if (!bench->options->bus) {
-            printf(
-                "open it in another terminal: picocom -q %s (apt-get install picocom); then press "
-                "Enter. Ctrl-C here ends the run\n",
-                path);
+            printf("open it in another terminal: picocom -q -e t %s (apt-get install picocom); "
+                   "then press "
+                   "Enter. Ctrl-T, then Ctrl-Q ends picocom. Ctrl-C here ends the run\n",
+                   path);
         }
     }
     if (bench->options->poke_hint) {

@@ -306,7 +306,7 @@ class Firmware(unittest.TestCase):
         self.assertIn("ok", self.ask(path, "ping 18"))
         run.send_signal(signal.SIGINT)
         output = run.communicate()[0].decode()
-        self.assertIn(f"picocom -q {path} (", output)
+        self.assertIn(f"picocom -q -e t {path} (", output)  # without -e t, Ctrl-A does not reach the console
         self.assertIn("1 packets in, 1 out", output)
 
 
