@@ -45,7 +45,7 @@ class SettingsPart extends Part {
         const isDone = await this.session.attempt(async () => {
             await call();
             return true;
-        });
+        }, "settings");
 
         this.#isBusy = false;
         for (const [name, text] of this.#changes) if (this.#isInForce(name, text)) this.#changes.delete(name);
