@@ -363,7 +363,7 @@ export class Session extends EventTarget {
         const isOfMany = LISTS_SERVOS.has(code);
         const key = `${code} ${isOfMany ? detail.why : detail.id ?? ""} ${detail.line ?? ""}`;
         const before = this.notices.find((shown) => shown.key === key)?.ids ?? [];
-        const ids = isOfMany ? [...new Set([...before, detail.id])].sort((one, other) => one - other) : detail.ids;
+        const ids = isOfMany ? [...new Set([...before, ...(detail.ids ?? [detail.id])])].sort((one, other) => one - other) : detail.ids;
         const operation = operationOf(detail.line === undefined ? "" : String(detail.line));
         const notice = { key, input, code, ids, operation, number: detail.number, time: this.clock.now(), undo: detail.undo, ...noticeText({ ...detail, code, ids }) };
 
