@@ -70,10 +70,11 @@ export function startOf(counters) {
     return { time: new Date().toTimeString().slice(0, 8), age: ageOf(counters), rows: new Map(counters.rows.map((row) => [row.key, row])) };
 }
 
-/* The rows without what was counted before `start`; null: all. A counter begins again behind 65535. */
-export function countedFrom(start, rows) {
-    const less = (count, before = 0) => (count - before) & 0xffff;
+/* A counter begins again at 0 behind 65535. */
+const less = (count, before = 0) => (count - before) & 0xffff;
 
+/* The rows without what was counted before `start`; null: all. */
+export function countedFrom(start, rows) {
     if (!start) return rows;
     return rows.map((row) => {
         const { count, ofScan } = start.rows.get(row.key) ?? {};
@@ -87,6 +88,6 @@ export function healthOf(rows) {
     return TROUBLES.map((key) => {
         const row = rows.find((one) => one.key === key);
 
-        return { key, count: row ? row.count - row.ofScan : 0 };
+        return { key, count: row ? less(row.count, row.ofScan) : 0 };
     }).filter(({ count }) => count > 0);
 }

@@ -98,7 +98,7 @@ export class MotionDesk extends MotionEditor {
         await this.attempt(async () => {
             if (!this.steps.length) throw new MotionError("motion-no-steps", { detail: this.sequence });
             await (this.playedBy === "board" ? this.#playByBoard() : this.#playByPage());
-        });
+        }, "play");
         this.#isStarting = false;
     }
 
@@ -274,7 +274,7 @@ export class MotionDesk extends MotionEditor {
                 this.#takeMotions(this.store.stored);
                 if (this.store.gone.length) this.session.notify({ code: "motion-gone", names: this.store.gone });
                 this.#notifyCounts("motion-loaded");
-            }),
+            }, "load"),
         );
     }
 
@@ -290,7 +290,7 @@ export class MotionDesk extends MotionEditor {
 
                 await store.load();
                 await this.#store(sent);
-            }),
+            }, "store"),
         );
     }
 
@@ -336,10 +336,9 @@ export class MotionDesk extends MotionEditor {
             if (read.motions.isEmpty) throw new MotionError("motion-file-empty");
             if (read.gone.length) this.session.notify({ code: "motion-gone", names: read.gone });
             return !this.motions.isChanged || (await this.#mayReplace(t.askReplacePage)) ? read.motions : null;
-        });
+        }, "open");
 
         if (!motions) return;
-        this.session.withdraw(["motion-file", "motion-file-empty"]);
         this.#takeMotions(motions);
         this.motions.isChanged = true; // the board does not have it
         this.#notifyCounts("motion-loaded");

@@ -23,8 +23,8 @@ export class MotionEditor {
         this.version = 0; // counts changes of what the charts show
     }
 
-    attempt(call) {
-        return this.session.attempt(call);
+    attempt(call, input) {
+        return this.session.attempt(call, input);
     }
 
     changed() {
@@ -39,7 +39,7 @@ export class MotionEditor {
 
             this.forgetUndo();
             return result;
-        }).finally(() => this.changed());
+        }, "edit").finally(() => this.changed());
     }
 
     /* As edit(). The notice that `what` is deleted offers Undo until the next edit. */

@@ -363,8 +363,8 @@ export class Robot extends EventTarget {
             try {
                 await this.#switchTorque(id, isOn, order);
             } catch (error) {
-                if (["stopped", "closed", "silent"].includes(error.code) || (error.code === "inhibited" && this.isInhibited)) throw error;
-                if (/^torque-.*late$/.test(error.code)) throw new Failure(error.code, { ids: ids.slice(index) });
+                if (["stopped", "closed", "silent"].includes(error.code)) throw error;
+                if (/^torque-.*late$/.test(error.code) || (error.code === "inhibited" && this.isInhibited)) throw new Failure(error.code, { ids: ids.slice(index) });
                 onError(error);
             }
         }

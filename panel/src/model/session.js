@@ -54,7 +54,7 @@ export class Session extends EventTarget {
         this.state = "disconnected"; // disconnected, connecting, connected, silent
         this.stopState = "none"; // none, stopping, verified, unchecked (no servo was asked), unverified, failed
         this.stopOutcome = null;
-        this.notices = []; // {key, code, ids, operation, number, text, remedy, level, time, undo}; undo(): the button Undo
+        this.notices = []; // {key, input, code, ids, operation, number, text, remedy, level, time, undo}; undo(): the button Undo
         this.traffic = new Traffic(new Decoder(tables, () => this.wire?.deviceId));
         this.capture = null; // the port of the last connection; `text` is the capture
         this.portName = "";
@@ -322,12 +322,8 @@ export class Session extends EventTarget {
     takeDone(line) {
         if (isForgetting(line)) this.withdraw([40, 95]);
         const done = operationOf(line);
-        const isOver = ({ code, operation }) => code === "command" && operation === done;
 
-        if (!this.notices.some(isOver)) return;
-        this.notices = this.notices.filter((notice) => !isOver(notice));
-        this.#followInfo();
-        this.#change();
+        this.#remove(({ code, operation }) => code === "command" && operation === done);
     }
 
     /* The board has taken a motion, or plays one. */
@@ -335,12 +331,16 @@ export class Session extends EventTarget {
         this.withdraw(WITHDRAWN_BY.motion);
     }
 
-    /* Runs `call`; a failure is a notice. Returns what `call` returns, or undefined. */
-    async attempt(call) {
+    /* Runs `call`; a failure is a notice. Returns what `call` returns, or undefined. `input`: a name of what the user has
+     * given. The notice that it was refused goes when it is given again. */
+    async attempt(call, input) {
         try {
-            return await call();
+            const value = await call();
+
+            if (input) this.#remove((notice) => notice.input === input);
+            return value;
         } catch (error) {
-            if (!this.#hasNoticeOfLoss(error)) this.notify(error);
+            if (!this.#hasNoticeOfLoss(error)) this.notify(error, input);
             return undefined;
         } finally {
             this.#change();
@@ -357,18 +357,18 @@ export class Session extends EventTarget {
     /* Shows a notice: {code, ...}, or an error of wire, port, console or robot. The same notice again only
      * renews the one that is shown; one of another servo joins it. Information goes away by itself; warnings and errors
      * stay until they are dismissed or withdrawn. */
-    notify(what) {
+    notify(what, input) {
         const detail = what.name === "CommandError" ? this.#ofCommand(what) : { ...what, message: what.message };
         const code = detail.code ?? "unexpected";
         const isOfMany = LISTS_SERVOS.has(code);
         const key = `${code} ${isOfMany ? detail.why : detail.id ?? ""} ${detail.line ?? ""}`;
         const before = this.notices.find((shown) => shown.key === key)?.ids ?? [];
-        const ids = isOfMany ? [...new Set([...before, detail.id])].sort((one, other) => one - other) : detail.ids;
+        const ids = isOfMany ? [...new Set([...before, ...(detail.ids ?? [detail.id])])].sort((one, other) => one - other) : detail.ids;
         const operation = operationOf(detail.line === undefined ? "" : String(detail.line));
-        const notice = { key, code, ids, operation, number: detail.number, time: this.clock.now(), undo: detail.undo, ...noticeText({ ...detail, code, ids }) };
+        const notice = { key, input, code, ids, operation, number: detail.number, time: this.clock.now(), undo: detail.undo, ...noticeText({ ...detail, code, ids }) };
 
         if (code === "unexpected") console.error(what);
-        this.notices = withoutOldest(NOTICES_MAX, [...this.notices.filter((shown) => shown.key !== key), notice]);
+        this.notices = withoutOldest(NOTICES_MAX, [...this.notices.filter((shown) => shown.key !== key && !(input && shown.input === input)), notice]);
         this.#followInfo();
         this.#change();
     }
@@ -386,8 +386,14 @@ export class Session extends EventTarget {
 
     /* Removes the notices of these codes, and of these errors of the controller. */
     withdraw(codes) {
-        this.notices = this.notices.filter(({ code, number }) => !codes.includes(code) && !codes.includes(number));
+        this.#remove(({ code, number }) => codes.includes(code) || codes.includes(number));
+    }
+
+    #remove(isOver) {
+        if (!this.notices.some(isOver)) return;
+        this.notices = this.notices.filter((notice) => !isOver(notice));
         this.#followInfo();
+        this.#change();
     }
 
     #ofCommand({ line, message, number, remedy }) {
@@ -395,9 +401,7 @@ export class Session extends EventTarget {
     }
 
     dismiss(notice) {
-        this.notices = this.notices.filter((shown) => shown !== notice);
-        this.#followInfo();
-        this.#change();
+        this.#remove((shown) => shown === notice);
     }
 
     #record(entry) {

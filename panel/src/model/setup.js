@@ -19,11 +19,13 @@ const ERROR_KEY = 49; // the user has ended a command
 const ENDED_CODES = new Set(["cancelled", "ended"]); // errors of the wire: the user has ended the command
 const ERROR_LIMIT = 11; // `new`: the ID is in the controller's list; `id`: it is, or the list is full
 const ERROR_NOT_NEW = 95; // `new`: the servo that answers may be one of the list
+const IS_SILENT = new Set([9, 10, 11, 12, 13, 18]); // findings: the servo gives no reply that the controller hears
 const FATAL_CODES = new Set(["stopped", "closed", "silent", "cancelled"]); // errors of the wire after which the next job would fail, too
 
 export class Setup extends EventTarget {
     #wire = null; // of the connection that the results belong to
     #servos = null; // servos of the robot after the last operation
+    #seen; // IDs that servos had since the connection began: a servo that the controller has forgotten may be unplugged only
 
     constructor(session) {
         super();
@@ -35,6 +37,7 @@ export class Setup extends EventTarget {
     }
 
     #clear() {
+        this.#seen = new Set();
         this.operation = null; // {kind, lines, done, total, signal, end(), isEnding()}
         this.found = null; // servos of the last search: [{id, model, rate}]; null: no search yet
         this.remarks = []; // lines of the last search behind the servos
@@ -42,7 +45,7 @@ export class Setup extends EventTarget {
         this.steps = []; // lines of the last set-up of a new servo
         this.outcome = null; // outcome of the last change: {kind, lines}
         this.isDiagnosisEnded = false; // the user has ended the last diagnosis
-        this.findings = []; // findings of the last diagnosis: [{id, number, text, remedy, measured, isGood}]
+        this.findings = []; // findings of the last diagnosis: [{id, number, text, remedy, measured, isGood, at}]
         this.chosen = null; // ID of the servo whose registers are shown
         this.registers = null; // {id, bytes, at, isOld}; isOld: a write since then, and no reply to the read behind it
         this.plan = null; // plan of a restore: {scope, servos: [{id, entry, changes}]}
@@ -60,15 +63,21 @@ export class Setup extends EventTarget {
             if (this.isRestoreEarlier) this.restored = restored;
         }
         if (!this.operation) this.#followServos();
+        this.findings = this.findings.filter(({ id, number, at }) => !(IS_SILENT.has(number) && this.session.robot?.servos.get(id)?.updatedAt > at));
         this.#change();
     }
 
     /* The servos of the robot are others, as by a search in the view Robot: what was found here before is old. */
     #followServos() {
-        const { servos } = this.session.robot ?? {};
+        if (this.session.robot?.servos === this.#servos) return;
+        this.#dropFound();
+        this.outcome = null;
+        this.#takeServos();
+    }
 
-        if (servos !== this.#servos) this.#dropFound();
-        this.#servos = servos;
+    #takeServos() {
+        this.#servos = this.session.robot?.servos;
+        for (const id of this.ids) this.#seen.add(id);
     }
 
     #change() {
@@ -117,9 +126,9 @@ export class Setup extends EventTarget {
         if (id === this.idOfDevice) throw new Failure("id-of-device", { id });
     }
 
-    /* The lowest ID from 2 on that no known servo has, or null. 1 comes last: new servos have it. */
+    /* The lowest ID from 2 on that no servo is known to have or to have had, or null. 1 comes last: new servos have it. */
     get freeId() {
-        const taken = new Set([...this.ids, ...(this.found ?? []).map(({ id }) => id)]);
+        const taken = new Set([...this.ids, ...this.#seen, ...(this.found ?? []).map(({ id }) => id)]);
 
         if (this.idOfDevice !== null) taken.add(this.idOfDevice);
         for (let id = 2; id <= ID_MAX; id++) if (!taken.has(id)) return id;
@@ -133,18 +142,18 @@ export class Setup extends EventTarget {
 
     /* ---- one operation at a time ---- */
 
-    /* Returns what `call` returns, or undefined if it failed. */
-    async #run(kind, call) {
+    /* Returns what `call` returns, or undefined if it failed. `input`: session.js. */
+    async #run(kind, call, input = kind) {
         if (this.operation) return undefined;
         const ending = new AbortController();
         const operation = { kind, lines: [], done: 0, total: 0, signal: ending.signal, end: () => ending.abort(), isEnding: () => ending.signal.aborted };
 
         this.operation = operation;
         this.#change();
-        const value = await this.session.attempt(() => call(operation));
+        const value = await this.session.attempt(() => call(operation), input);
 
         if (this.operation === operation) this.operation = null;
-        this.#servos = this.session.robot?.servos;
+        this.#takeServos();
         this.#change();
         return value;
     }
@@ -195,6 +204,7 @@ export class Setup extends EventTarget {
     search(how) {
         return this.#run("search", async (operation) => {
             this.found = [];
+            this.outcome = null;
             this.remarks = [];
             const { controller, robot, wire } = this.session;
             const scan = () =>
@@ -275,7 +285,7 @@ export class Setup extends EventTarget {
         if (number !== undefined) {
             const { text, remedy } = this.session.tables.findings[number] ?? { text: line, remedy: "" };
 
-            this.findings.push({ id: own === undefined ? id : Number(own), number: Number(number), text, remedy, measured: [], isGood: number === "1" });
+            this.findings.push({ id: own === undefined ? id : Number(own), number: Number(number), text, remedy, measured: [], isGood: number === "1", at: this.session.clock.now() });
         } else if (failed) {
             this.findings.push({ id: Number(failed[1]), number: null, text: failed[2], remedy: "", measured: [], isGood: false });
         } else {
@@ -290,7 +300,7 @@ export class Setup extends EventTarget {
         return this.session.attempt(() => {
             this.#checkNewId(to);
             return this.#changePlace("id", `id ${id} ${to}`, to);
-        });
+        }, "own id");
     }
 
     changeRate(id, rate) {
@@ -316,6 +326,7 @@ export class Setup extends EventTarget {
             try {
                 this.outcome = { kind, lines: await this.session.controller.order(command, { timeout: CHANGE_MS }) };
                 this.chosen = id;
+                if (kind === "id" || kind === "factory") this.#seen.delete(Number(command.split(" ")[1]));
                 this.#dropFound(command.split(" ")[1]);
             } catch (error) {
                 if (error instanceof CommandError) this.outcome = this.#outcomeOfFailure(kind, id, error);
@@ -343,7 +354,7 @@ export class Setup extends EventTarget {
     /* ---- registers ---- */
 
     readAll(id = this.id) {
-        return this.#run("read", () => this.#read(id));
+        return this.#run("read", () => this.#read(id), `read ${id}`);
     }
 
     async #read(id) {
@@ -361,7 +372,7 @@ export class Setup extends EventTarget {
                 if (this.session.isConnected) await this.#read(id).catch(() => this.#markOld()); // the first failure is told
             }
             return true;
-        });
+        }, `write ${id} ${row.name}`);
     }
 
     #markOld() {
@@ -433,7 +444,7 @@ export class Setup extends EventTarget {
             this.registers = null;
             operation.total = this.restored.length;
             for (const { id, entry, changes } of servos) if (changes.length) await this.#restoreServo(operation, id, entry);
-        });
+        }, "compare");
     }
 
     /* Torque may have been switched on since the file was compared, so the limits are checked again. A status return

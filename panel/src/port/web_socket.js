@@ -61,9 +61,9 @@ export class WebSocketPort {
         this.#socket = socket;
         socket.onerror = null;
         socket.onmessage = ({ data }) => typeof data !== "string" && this.onBytes(new Uint8Array(data)); // a frame of text has no bytes
-        socket.onclose = ({ code, reason }) => {
+        socket.onclose = ({ reason }) => {
             this.#socket = null;
-            this.onClose(reason || `closed by the other end (${code})`);
+            this.onClose(reason || "closed by the other end");
         };
     }
 

@@ -4,7 +4,7 @@
 export const alarms = {
     "input voltage": "Measure the supply at the servo. Set MIN_VOLTAGE and MAX_VOLTAGE if it is right.",
     "angle limit": "A goal was beyond the angle limits. Correct the goal or the limits.",
-    overheating: "Switch torque off and let the servo cool down. Look for a blocked or heavy joint.",
+    overheating: "Let the servo cool down, with torque off. Look for a blocked or heavy joint.",
     range: "A packet had a value out of range. Look at the view Packets for it.",
     checksum: "Packets come damaged. Look for noise and a loose wire; read the counters in the view Packets.",
     overload: "The servo has lowered its torque. Take the load off.",

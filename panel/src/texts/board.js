@@ -2,7 +2,7 @@
 /* The view Board. */
 
 import { alarms } from "./alarms.js";
-import { many } from "./words.js";
+import { many, servo } from "./words.js";
 
 export const board = {
     notConnected: "Connect to a controller, or to the simulator, to see its state and settings.",
@@ -50,6 +50,7 @@ export const board = {
     clear: "Clear alarms",
     clearHint: "Forgets the alarms. An inhibit stays until “Release”.",
     alarmOf: (who, what) => `${who}: ${what}`,
+    inhibitedAlone: (ids) => `${servo({ id: ids[0], ids })} inhibited:`,
     servoName: (id) => `Servo ${id}`,
     others: "Unlisted servo, ID not known",
     someServo: "One of the servos",
@@ -58,13 +59,13 @@ export const board = {
     range: (lowest, highest, initial) => `${lowest} to ${highest}, default ${initial}`,
     rate: (bps) => `${bps} bit/s`,
     ownRate: "the board’s own rate",
-    microseconds: (us) => `${us} µs`,
+    us: "µs",
     choices: {
         echo: ["bare replies, for programs", "echo of what is typed", "for people: banner, prompt, echo"],
         link_loss_action: ["only show it", "inhibit driving", "inhibit driving and torque off"],
         alarm_report: ["tell alarms to a person only", "tell each alarm at once"],
     },
-    echoHint: "Perhaps this page has set 0, before a reload. If you also use a terminal, choose 2 before you save.",
+    echoHint: "With 0 a terminal shows no prompt. If you also use a terminal, choose 2 before you save.",
     choice: (value, text) => `${value}: ${text}`,
     atStart: (origin) => `At the start of the controller: ${origin}.`,
     changed: (count) => `${many(count, "setting is", "settings are")} changed here, and not sent.`,

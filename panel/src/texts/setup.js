@@ -39,7 +39,7 @@ export const setup = {
     newServo: "New servo",
     newHint: "Unplug all servos of the robot, then connect the new one alone. The controller finds it at any rate, and gives it this ID and the rate of the bus.",
     newId: "Its ID",
-    newIdHint: (free) => (free === null ? "All IDs are taken." : `${free} is free.${free > 1 ? " 1 is not proposed: each new servo has it." : ""}`),
+    newIdHint: (free) => (free === null ? "All IDs are taken." : `No known servo has ${free}.${free > 1 ? " 1 is not proposed: each new servo has it." : ""}`),
     newStart: "Set up",
     newIdWrong: "An ID is a number from 0 to 253.",
     newIdOfDevice: (id) => `${id} is the ID of the controller itself. Choose another.`,

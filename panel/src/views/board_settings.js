@@ -22,6 +22,8 @@ function choicesOf(name, value) {
 }
 
 class SettingsPart extends Part {
+    static properties = ["onDone"]; // onDone(): settings may have changed
+
     #settings = null;
     #changes = new Map(); // of the name: what is typed
     #isBusy = false;
@@ -45,9 +47,10 @@ class SettingsPart extends Part {
         const isDone = await this.session.attempt(async () => {
             await call();
             return true;
-        });
+        }, "settings");
 
         this.#isBusy = false;
+        this.onDone?.();
         for (const [name, text] of this.#changes) if (this.#isInForce(name, text)) this.#changes.delete(name);
         this.requestUpdate();
         return isDone;
@@ -145,8 +148,8 @@ class SettingsPart extends Part {
         const isWrong = this.#isWrong(row);
         const value = Number(this.#changes.get(name) ?? this.#settings.values.get(name));
         const choices = choicesOf(name, this.#settings.values.get(name));
-        const meaning = name === "return_delay" && !isWrong ? t.microseconds(DELAY_US * value) : "";
-        const shownUnit = /^[a-z]+$/.test(unit) && !choices ? unit : "";
+        const meaning = name === "return_delay" && !isWrong ? `${DELAY_US * value} ${t.us}` : "";
+        const shownUnit = /^[a-z]+$/.test(unit) && !choices ? unit.replace("us", t.us) : "";
 
         return html`<div class="setting ${this.#changes.has(name) ? "changed" : ""}" data-name=${name}>
             <label for="setting-${name}">${name}</label>
@@ -154,7 +157,7 @@ class SettingsPart extends Part {
             <p class="help" id="help-${name}">
                 ${what}. ${choices ? nothing : html`<span class="soft">${t.range(lowest, highest, initial)}</span>`}
                 ${isWrong ? html`<strong class="bad">${t.notInRange(row)}</strong>` : nothing}
-                ${name === "echo" && value === 0 ? html`<strong class="warn">${t.echoHint}</strong>` : nothing}
+                ${name === "echo" && value === 0 && !this.#settings.isSaved ? html`<strong class="warn">${t.echoHint}</strong>` : nothing}
             </p>
         </div>`;
     }

@@ -15,7 +15,7 @@ export function factList(facts, name = "") {
 }
 
 class BoardStatePart extends Part {
-    static properties = ["alarms"];
+    static properties = ["alarms", "lost"]; // lost: IDs of servos whose torque went off by itself, in one text
 
     #isReading = false;
 
@@ -27,15 +27,15 @@ class BoardStatePart extends Part {
 
     connectedCallback() {
         super.connectedCallback();
-        this.#read();
+        this.read();
     }
 
-    /* The bits of the device have changed, or a stop, a release or another connection came. */
+    /* The bits of the device or a servo have changed, or a stop, a release or another connection came. */
     updated(changed) {
-        if (this.list && (changed.has("alarms") || changed.has("mode"))) this.#read();
+        if (this.list && (changed.has("alarms") || changed.has("lost") || changed.has("mode"))) this.read();
     }
 
-    #read = async () => {
+    read = async () => {
         const { session } = this;
 
         if (this.#isReading || !session.isConnected) return;
@@ -51,20 +51,18 @@ class BoardStatePart extends Part {
 
     #clear = async () => {
         await this.session.attempt(() => this.session.robot.clearAlarms());
-        await this.#read();
+        await this.read();
     };
 
     #alarms() {
+        const row = (what, advice) => html`<li><b>${what}</b> <span>${advice}</span></li>`;
+
         return html`<section aria-labelledby="alarms-title">
             <h2 id="alarms-title">${t.alarms}</h2>
-            ${this.list?.length
+            ${this.list?.length || this.lost
                 ? html`<ul class="alarms" role="status">
-                      ${this.list.map(
-                          ({ who, condition }) => html`<li>
-                              <b>${t.alarmOf(who, condition)}</b>
-                              <span>${t.conditions[condition] ?? ""}</span>
-                          </li>`,
-                      )}
+                      ${this.list?.map(({ who, condition }) => row(t.alarmOf(who, condition), t.conditions[condition] ?? ""))}
+                      ${this.lost ? row(t.inhibitedAlone(this.lost.split(" ")), texts.robot.lost) : nothing}
                   </ul>`
                 : html`<p role="status">${this.list ? t.noAlarms : t.notRead}</p>`}
             <button class="clear-alarms" @click=${this.#clear}>${t.clear}</button>
@@ -86,7 +84,7 @@ class BoardStatePart extends Part {
                 ? html`<details class="details"><summary>${t.details}</summary>${this.#facts(true)}</details>`
                 : nothing}
             <button class="read-status" ?disabled=${this.#isReading} aria-label=${this.#isReading ? t.reading : t.readAgainOf(t.status)}
-                @click=${this.#read}>${this.#isReading ? t.reading : t.readAgain}</button>
+                @click=${this.read}>${this.#isReading ? t.reading : t.readAgain}</button>
         </section>`;
     }
 

@@ -11,6 +11,8 @@ import { factList } from "./board_state.js";
 const t = texts.board;
 
 export class BoardView extends View {
+    #readStatus = () => this.querySelector("panel-board-state")?.read();
+
     #controller() {
         const { controller, wire } = this.session;
         const other = noticeText({ code: "other-version", version: controller.version, shown: controller.shownVersion });
@@ -60,11 +62,12 @@ export class BoardView extends View {
 
         if (!session.isConnected) return html`<p>${t.notConnected}</p>`;
         const mode = modeOf(session);
+        const lost = [...session.robot.servos.values()].filter(({ inhibit }) => inhibit === "lost").map(({ id }) => id);
 
         return html`
             <div class="board-top">${this.#controller()} ${this.#driving()}</div>
-            <panel-board-state .session=${session} .mode=${mode} .alarms=${session.robot.device?.alarms}></panel-board-state>
-            <panel-settings .session=${session} .mode=${mode}></panel-settings>
+            <panel-board-state .session=${session} .mode=${mode} .alarms=${session.robot.device?.alarms} .lost=${lost.join(" ")}></panel-board-state>
+            <panel-settings .session=${session} .mode=${mode} .onDone=${this.#readStatus}></panel-settings>
         `;
     }
 }

@@ -416,7 +416,7 @@ export class MotionView extends View {
         const [file] = target.files;
 
         target.value = "";
-        const text = file && (await this.session.attempt(() => textOfFile(file, FILE_MAX)));
+        const text = file && (await this.session.attempt(() => textOfFile(file, FILE_MAX), "open"));
 
         if (text !== undefined) await this.desk.open(text);
     };

@@ -82,6 +82,7 @@ class CountersPart extends Part {
                     </tbody>
                 </table>
             </div>
+            <p class="hint">${t.counterHint}</p>
         `;
     }
 

@@ -34,7 +34,7 @@ const within = (servo, degrees) => Math.min(Math.max(degrees, servo.low ?? 0), s
 export class RobotView extends View {
     #jog = null;
     #jogKey = "";
-    #drag = null; // {id, degrees}
+    #drag = null; // {id, degrees, top}; top: where its dial is on the screen
     #pendingGoals = new Map(); // by servo ID: the goal that a user asked for last, in degrees
     #ignored = new Set(); // IDs of servos whose drag was ignored, since torque is off
     #turns = new Map(); // by servo ID: the slider of a servo in an endless turn
@@ -109,13 +109,16 @@ export class RobotView extends View {
         dial.focus({ focusVisible: false });
         if (!this.#setGoal(servo, degrees)) return;
         event.currentTarget.setPointerCapture(event.pointerId);
-        this.#drag = { id: servo.id, degrees };
+        this.#drag = { id: servo.id, degrees, top: dial.getBoundingClientRect().top };
     }
 
     #pull(servo, event) {
-        if (!event.buttons) this.#letGo(); // the button was released where the page did not see it
+        const dial = event.currentTarget.ownerSVGElement;
+
+        // The button was released where the page did not see it, or a card above has grown.
+        if (!event.buttons || this.#drag?.top !== dial.getBoundingClientRect().top) this.#letGo();
         if (this.#drag?.id !== servo.id) return;
-        const { x, y } = pointIn(event.currentTarget.ownerSVGElement, event);
+        const { x, y } = pointIn(dial, event);
 
         this.#drag.degrees = within(servo, degreesOfDrag(this.#drag.degrees, x, y));
         this.#setGoal(servo, this.#drag.degrees);
@@ -357,7 +360,7 @@ export class RobotView extends View {
         </div>`;
     }
 
-    /* Each advice once, with its servos. The box has the height of the hint about the keys, so the cards stay where they are. */
+    /* Each advice once, with its servos. The box has a fixed height, so the cards stay where they are. */
     #hints(notes) {
         const servosOf = new Map();
 

@@ -30,7 +30,7 @@ class BackupPart extends SetupPart {
         this.setup.forgetPlan(); // it is of another file
         this.#file = file.name;
         const scope = this.#isAll ? null : this.setup.id;
-        const text = await this.session.attempt(() => textOfFile(file, SIZE_MAX));
+        const text = await this.session.attempt(() => textOfFile(file, SIZE_MAX), "compare");
 
         if (text !== undefined) await this.setup.compare(text, scope);
     };

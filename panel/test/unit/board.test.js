@@ -44,6 +44,10 @@ test("healthOf: ignores counts of a scan; each trouble has a text", () => {
     }
 });
 
+test("healthOf: is right behind 65535, too", () => {
+    assert.deepEqual(healthOf([{ key: "timeouts", count: 10, ofScan: 1000 }]), [{ key: "timeouts", count: 10 + 65536 - 1000 }]);
+});
+
 test("countedFrom: what was counted before is left out, also behind 65535", () => {
     const start = startOf({ since: "since the reset, 9 s ago", rows: [{ key: "timeouts", count: 65535, ofScan: 3 }] });
     const rows = [{ key: "timeouts", count: 1, ofScan: 3 }, { key: "sent", count: 7, ofScan: 0 }];

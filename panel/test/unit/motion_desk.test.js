@@ -81,17 +81,19 @@ for (const [what, call] of Object.entries(deletions))
         assert.deepEqual(session.notices, []);
     });
 
-test("undo: offered until the next edit, not after a refusal", async () => {
+test("undo: offered until the next edit, not after a refusal, which is told until then, too", async () => {
     const { session, desk } = deskWith("up", "down");
     const codes = () => session.notices.map(({ code }) => code);
 
     await desk.addStep();
     await desk.deletePose("up");
     assert.deepEqual(codes(), ["motion-pose-used"]);
+    await desk.setAngle(1, 400);
+    assert.deepEqual(codes(), ["motion-angle"]);
     await desk.deletePose("down");
-    assert.deepEqual(codes(), ["motion-pose-used", "motion-deleted"]);
+    assert.deepEqual(codes(), ["motion-deleted"]);
     await desk.addStep();
-    assert.deepEqual(codes(), ["motion-pose-used"]);
+    assert.deepEqual(codes(), []);
 });
 
 test("undo: after a saved deletion there is unsaved work", async () => {

@@ -362,6 +362,13 @@ test("torque of all: a servo that fails is told, the others go on", async () => 
     assert.deepEqual([1, 2, 3].map((id) => port.servos.get(id)[TORQUE]), [1, 0, 1]);
 });
 
+test("torque of all: while driving is inhibited each servo is named", async () => {
+    const { robot, clock } = await rig({ ids: [1, 2, 3], torque: 0 });
+
+    robot.device.inhibit = 1;
+    await Promise.all([assert.rejects(robot.setTorqueAll(true, () => {}), { code: "inhibited", ids: [1, 2, 3] }), clock.advance(10)]);
+});
+
 test("torque of all: a stop ends it", async () => {
     const { robot, port, wire, clock } = await rig({ ids: [1, 2, 3], torque: 0, start: false });
 

@@ -253,8 +253,10 @@ test("notices: one lists all servos; a release withdraws it", async () => {
 
     for (const id of [3, 1, 3]) session.notify({ code: "goal-unconfirmed", id });
     session.notify({ code: "inhibited", id: 2 });
+    session.notify({ code: "inhibited", ids: [3, 4] });
     assert.deepEqual(shown(), ["goal-unconfirmed", "inhibited"]);
     assert.match(session.notices.at(-2).text, /^Servos 1, 3 did not confirm/);
+    assert.match(session.notices.at(-1).text, /^Torque of servos 2, 3, 4 stays off/);
     await Promise.all([session.release(), clock.advance(1000)]);
     assert.deepEqual(shown(), []);
     session.notify({ code: "stop-no-inhibit" });

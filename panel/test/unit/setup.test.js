@@ -192,6 +192,25 @@ test("new servo: an ID of the list is refused, and set up once the list is forgo
     await finish(clock, setup.setUpNew(4, { forgets: true }));
     assert.equal(setup.outcome.kind, "new");
     assert.deepEqual(port.lines.filter((line) => /^new|forget/.test(line)), ["new 4", "servos forget", "new 4"]);
+    isListed = true;
+    await finish(clock, setup.setUpNew(4));
+    await finish(clock, setup.search(""));
+    assert.equal(setup.outcome, null); // the offer to forget the list is of the list before
+});
+
+test("freeId: not that of a servo that the controller has forgotten, but one that its servo has given up", async () => {
+    const { setup, port, clock } = await rig({ onText: (line, at) => (line === "servos forget" || line.startsWith("id ")) && (at.say("ok"), true) });
+
+    port.servos.delete(2);
+    port.servos.delete(3);
+    await finish(clock, setup.forgetList(), 8000);
+    assert.deepEqual(setup.ids, [1]);
+    assert.equal(setup.freeId, 4);
+    port.addServo(3);
+    await finish(clock, setup.search(""), 8000);
+    port.servos.delete(3);
+    await finish(clock, setup.changeId(3, 5), 8000);
+    assert.equal(setup.freeId, 3);
 });
 
 test("change of an ID: refused by a full list, until the list is forgotten", async () => {
@@ -280,6 +299,17 @@ test("diagnosis: findings with text and remedy of the tables", async () => {
     assert.deepEqual(measured.map(texts.setup.measured), ["Asked 4 times: 0 good replies, 0 damaged, 4 without reply.", "Servo 1 answers at 1000000 bit/s."]);
     assert.equal(text, tables().findings[11].text);
     assert.equal(remedy, tables().findings[11].remedy);
+});
+
+test("diagnosis: that a servo does not answer is told until it answers", async () => {
+    const { setup, port, clock } = await rig({ onText: (line, at) => line === "diagnose 2" && (at.say("finding 11: no servo has this ID", "ok"), true) });
+
+    port.offline.add(2);
+    await finish(clock, setup.diagnose(2));
+    assert.equal(setup.findings.length, 1);
+    port.offline.clear();
+    await clock.advance(1000);
+    assert.deepEqual(setup.findings, []);
 });
 
 test("rate of all: a servo that stays is named", async () => {
@@ -476,14 +506,22 @@ test("compare: file of another servo, model, or a silent servo", async () => {
     const { setup, port, clock, session } = await rig();
     const file = await finish(clock, setup.backup(1));
 
-    await finish(clock, setup.compare(file, 2));
+    const refused = async (text, id, ms) => {
+        await finish(clock, setup.compare(text, id), ms);
+        assert.equal(setup.plan, null);
+        return codes(session);
+    };
+
+    assert.deepEqual(await refused(file, 2), ["backup-other-id"]);
     port.servos.get(1)[1] = 9;
-    await finish(clock, setup.compare(file, 1));
+    assert.deepEqual(await refused(file, 1), ["backup-other-model"]);
     port.offline.add(1);
-    await finish(clock, setup.compare(file, null), 3000);
-    await finish(clock, setup.compare("{", 1));
-    assert.deepEqual(codes(session), ["backup-other-id", "backup-other-model", "servo-silent", "backup-foreign"]);
-    assert.equal(setup.plan, null);
+    assert.deepEqual(await refused(file, null, 3000), ["servo-silent"]);
+    assert.deepEqual(await refused("{", 1), ["backup-foreign"]);
+    port.offline.clear();
+    port.servos.get(1)[1] = 1;
+    await finish(clock, setup.compare(file, 1));
+    assert.deepEqual(codes(session), []); // a file that is accepted withdraws the notice of the one before
     assert.deepEqual(setLines(port), []);
 });
 

@@ -119,7 +119,7 @@ for (const [what, call] of Object.entries(letsGo))
 test("board: what is not known of driving is not shown as good", () => {
     const view = new BoardView();
     const shown = (device, hasDevice = true) => {
-        view.session = { isConnected: true, controller: { profile: "full" }, wire: { hasDevice }, robot: { device } };
+        view.session = { isConnected: true, controller: { profile: "full" }, wire: { hasDevice }, robot: { device, servos: new Map() } };
         const values = valuesOf(view.render());
         const at = values.findIndex(([before]) => before.endsWith('class="driving '));
 
@@ -130,6 +130,41 @@ test("board: what is not known of driving is not shown as good", () => {
     assert.deepEqual(shown(null, false), ["", texts.board.unknownState]);
     assert.deepEqual(shown({ inhibit: 1 }), ["bad", texts.board.inhibited]);
     assert.deepEqual(shown({ inhibit: 0 }), ["good", texts.board.allowed]);
+});
+
+test("board: a servo whose torque went off by itself is told beside the alarms", () => {
+    const view = new BoardView();
+    const part = new (customElements.get("panel-board-state"))();
+    const servos = new Map([[5, { id: 5, inhibit: "lost" }], [6, { id: 6, inhibit: "stopped" }]]);
+
+    view.session = { isConnected: true, controller: { profile: "full" }, wire: {}, robot: { device: null, servos } };
+    part.lost = attributeOf(view.render(), ".lost");
+    part.list = [];
+    const shown = valuesOf(part.render()).map(([, value]) => value);
+
+    assert.ok(shown.includes("Servo 5 inhibited:"));
+    assert.ok(shown.includes(texts.robot.lost));
+    assert.match(texts.robot.lost, /heat, overload or lost power/);
+});
+
+test("robot: a drag ends if its dial is moved on the screen, as by a card above that grows", () => {
+    const view = new RobotView();
+    let top = 0;
+    const dial = { focus: () => {}, getBoundingClientRect: () => ({ left: 0, top, width: 100 }) };
+    const at = (clientX) => ({ button: 0, buttons: 1, clientX, clientY: 0, preventDefault: () => {}, currentTarget: { ownerSVGElement: dial, setPointerCapture: () => {} } });
+
+    view.session = turning();
+    const { robot } = view.session;
+    const goals = [];
+
+    robot.servos.get(1).raw = { low: 0, high: 1023 };
+    robot.setGoal = (id, degrees) => goals.push(degrees);
+    attributeOf(view.render(), "@pointerdown")(at(40));
+    attributeOf(view.render(), "@pointermove")(at(60));
+    assert.equal(goals.length, 2);
+    top = 20;
+    for (const x of [60, 70]) attributeOf(view.render(), "@pointermove")(at(x));
+    assert.equal(goals.length, 2);
 });
 
 /* The settings of a controller that answers `settings NAME VALUE` when the test says so. */
@@ -154,7 +189,7 @@ async function settingsPart() {
     await settle();
     const apply = () => valuesOf(part.render()).filter(([before]) => before.endsWith("@click="))[0][1]();
 
-    return { apply, shown: (name) => field(name).value, type: (name, value) => field(name).input({ target: { value } }),
+    return { part, apply, shown: (name) => field(name).value, type: (name, value) => field(name).input({ target: { value } }),
         answer: async () => (answers.shift()(), settle()) };
 }
 
@@ -175,6 +210,21 @@ test("settings: read again after a first read that failed", async () => {
     button()();
     await settle();
     assert.ok(valuesOf(part.render()).some(([, value]) => value === "20000"));
+});
+
+test("settings: tells when they have changed, so that the status is read again", async () => {
+    const { part, apply, type, answer } = await settingsPart();
+    let isTold = false;
+
+    part.onDone = () => (isTold = true);
+    type("link_loss_ms", "1234");
+    const applied = apply();
+
+    await settle();
+    assert.ok(!isTold);
+    await answer();
+    await applied;
+    assert.ok(isTold);
 });
 
 test("settings: what is typed while an Apply is under way stays", async () => {
