@@ -68,8 +68,8 @@ class Inhibit(unittest.TestCase):
                    "@expect servo 1 torque off\n")
 
     def test_stop_on_a_line_held_low_says_so_as_soon_at_a_slow_rate(self):
-        run_script(self, "torque 1 on\nbaud 1 7843bps\n@fault stuck low 4000\nstop\n"
-                   "@expect text line in use within 2000\n")
+        run_script(self, "torque 1 on\nbaud 1 7843bps\n@fault stuck low 2500\n! stop\n"
+                   "@expect text error 9\n")
 
     def test_command_beside_a_fast_cycle_ends_on_a_line_held_low(self):
         for command in ("move 1 30", "torque 1 off", "read 1 30"):
