@@ -294,7 +294,7 @@ class Examples(unittest.TestCase):
         for makefile in sorted((ROOT / "examples").glob("*/Makefile")):
             name = makefile.parent.name
             mcu = re.search(r"cds55xx-(\w+)", makefile.read_text())[1]
-            board = re.search(r"boardsdir \S+\)/(\S+)", makefile.read_text())
+            board = re.search(r"^BOARD := .*boardsdir \S+\)/(\S+)", makefile.read_text(), re.M)
             place = f"`{board[1]}`" if board else "its folder `board`"
             self.assertRegex(text, rf"\| \[{name}\]\(../examples/{name}\) \|[^|]*\| {mcu}, {place} \|")
 
