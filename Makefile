@@ -20,7 +20,9 @@ ifneq ($(filter command%,$(origin BOARD)),)
 $(error BOARD names a board of boards/, BOARD_DIR the folder of another one: leave one of them out)
 endif
 override BOARD_DIR := $(abspath $(BOARD_DIR))
-override BOARD := $(notdir $(BOARD_DIR))
+# The last part of the path. Many robots have a folder `board`: that of .../robot/board is robot-board.
+override BOARD := $(patsubst %/board,$(notdir $(BOARD_DIR:/board=))-board,$(BOARD_DIR))
+override BOARD := $(patsubst -%,%,$(notdir $(BOARD)))
 ifeq ($(BOARD),)
 $(error BOARD_DIR=$(BOARD_DIR) is no folder of a board; name the folder that has board.mk and board.h)
 endif

@@ -47,7 +47,8 @@ sed -n '/^Example 3:/,/^ok$/p' "$out/manual.txt"
 cat <<'EOF'
 
 The line behind > is typed. ->in is the packet to the servo, <-out its reply. The number before a packet is
-the CPU cycle of its first bit, at 16 cycles per microsecond. The other examples ran in the same way:
+the CPU cycle of its first bit, at 16 cycles per microsecond. The other examples ran in the same way; the manual has
+no example 14 and no 17. build/demo/manual.txt has their commands, packets and replies:
 
 EOF
 sed -n '/^Example 3:/d; s/^Example /   /p' "$out/manual.txt"
@@ -61,6 +62,7 @@ passed "$out/manual.txt" | sed 's/passed:/parts 1 and 2 passed:/'
 cat <<'EOF'
 
 3 of 4: a hand teaches three poses to three servos; the controller stores them and plays them in a loop
+These are the commands; build/demo/taught.txt has their packets and replies, too.
 
 EOF
 run "$out/taught.txt" build/arduino-mega/controller.elf --board arduino-mega --servos 1-3 \
@@ -80,19 +82,19 @@ passed "$out/walk.txt"
 
 cat <<EOF
 
-Open the first three in a browser:
-$out/hexapod.svg     part 4: the robot from above; it walks
-$out/motion.svg      part 2: goal and present position of the 18 servos
-$out/taught.svg      part 3: what three servos are taught, and play
+Open the pictures (.svg) in a browser, bus.vcd in GTKWave.
 $out/manual.txt      parts 1 and 2: the console and its packets
-$out/taught.txt      part 3: the console and its packets
-$out/walk.txt        part 4: the summary of the run
 $out/transcript.txt  parts 1 and 2: every packet on the wire, with CPU cycles
 $out/demo.script     parts 1 and 2: the commands
+$out/bus.vcd         parts 1 and 2: wire, enables, interrupt handlers
+$out/motion.svg      part 2: goal and present position of the 18 servos
 $out/motion.csv      part 2 as numbers
+$out/taught.svg      part 3: what three servos are taught, and play
+$out/taught.txt      part 3: the console and its packets
 $out/taught.csv      part 3 as numbers
+$out/hexapod.svg     part 4: the robot from above; it walks
+$out/walk.txt        part 4: the summary of the run
 $out/walk.csv        part 4 as numbers
-$out/bus.vcd         parts 1 and 2: wire, enables, interrupt handlers; open it in GTKWave
 
 Type commands yourself: make run SERVOS=1-3. Other programs: examples/, docs/linking.md.
 

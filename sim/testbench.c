@@ -69,9 +69,19 @@ static void fault_acts(void *context, uint64_t from, uint64_t until, const char 
     plot_mark(&bus->bench->plot, bus->index, PLOT_FAULT, from);
 }
 
+static void note_pause(struct testbench_bus *bus, uint64_t start)
+{
+    uint64_t pause = bus->latest_packet ? start - bus->latest_packet : 0;
+    bus->longest_pause = pause > bus->longest_pause ? pause : bus->longest_pause;
+    bus->latest_packet = start;
+}
+
 static void line_recorded(void *context, const struct transcript *transcript)
 {
     struct testbench_bus *bus = context;
+    if (transcript->packet_from_controller) {
+        note_pause(bus, transcript->start);
+    }
     if (!transcript->good) {
         plot_mark(&bus->bench->plot, bus->index, PLOT_DAMAGED, transcript->start);
     }

@@ -114,6 +114,8 @@ struct testbench_bus {
     struct servo_eeprom eeprom;
     struct faults faults;
     struct transcript transcript;
+    uint64_t latest_packet; // of the controller: its begin; 0: none
+    uint64_t longest_pause; // from one of these begins to the next
     struct bus_trace trace;
 };
 

@@ -3,8 +3,11 @@
 #include "testbench.h"
 
 #include <inttypes.h>
+#include <string.h>
 
 #include "output/files.h"
+
+#define PAUSE_MS 8 // two periods of the cycle of a robot object
 
 /* --- run --- */
 
@@ -21,7 +24,9 @@ static bool run_controller(struct testbench *bench)
     bench->end = bench->machine.avr->cycle;
     bench->cpu_done = end == MACHINE_DONE;
     if (end == MACHINE_CRASHED) {
-        rules_record_breach(&bench->rules, RULE_CRASH, bench->end, "%s", bench->machine.crash);
+        const char *what = bench->machine.crash; // simavr: Invalid read (or write) address
+        rules_record_breach(&bench->rules, strstr(what, "address") ? RULE_BAD_ADDRESS : RULE_CRASH,
+                            bench->end, "%s", what);
     }
     return end != MACHINE_CRASHED;
 }
@@ -93,6 +98,34 @@ static void report_cpu(struct testbench *bench, FILE *out)
         fprintf(out, "host:    %" PRIu32 " bytes of the firmware with framing errors: baud rate?\n",
                 bench->host_link.adapter.framing_errors);
     }
+    if (bench->host_link.overruns) {
+        fprintf(out,
+                "host:    %" PRIu32
+                " bytes of the PC lost (overrun): the firmware had not read the "
+                "earlier ones\n",
+                bench->host_link.overruns);
+    }
+}
+
+/* Facts about the firmware that may be why an expectation was not met. */
+static void report_hints(const struct testbench *bench, FILE *out)
+{
+    bool has_console = adapter_end(&bench->host_link.adapter) > 0; // and waits for its lines
+    if (!bench->machine.interrupts_were_on) {
+        fputs("hint:    the firmware never turned interrupts on: sei()\n", out);
+    }
+    for (unsigned i = 0; i < bench->bus_count && !has_console; i++) {
+        const struct testbench_bus *bus = &bench->bus[i];
+        double pause_ms = (double)bus->longest_pause * 1000.0 / bench->clock_Hz;
+        if (bus->servos.count && !bus->transcript.packets_in) {
+            fprintf(out, "hint:    bus %u: the firmware sent no packet\n", i);
+        } else if (pause_ms > PAUSE_MS) {
+            fprintf(out,
+                    "hint:    bus %u: up to %.1f ms between two packets of the firmware, where a "
+                    "robot object has 4 ms: is the main loop slower?\n",
+                    i, pause_ms);
+        }
+    }
 }
 
 void testbench_report(struct testbench *bench, FILE *out)
@@ -124,6 +157,9 @@ void testbench_report(struct testbench *bench, FILE *out)
         fprintf(out, "script:  %u lines done\n", bench->script.next);
     }
     rules_report(&bench->rules, out);
+    if (bench->rules.breaches[RULE_EXPECTATION] && !bench->options->bus) {
+        report_hints(bench, out);
+    }
 }
 
 /* --- end --- */

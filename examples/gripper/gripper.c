@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* A gripper, servo 1, on a board of its own (board/): it closes slowly until it is closed, or until
  * it holds something: then the jaw does not follow its goal. It holds on with its goal a little
- * beyond the thing. */
+ * beyond the thing. If it stops, it says why on the host USART (stop_report.h). */
 #include <cds55xx/avr.h>
 #include <cds55xx/robot.h>
+
+#include "stop_report.h"
 
 #define OPEN_MDEG   60000
 #define CLOSED_MDEG 0
@@ -40,12 +42,15 @@ int main(void)
     cds_avr_clock_open();
     sei();
     cds_robot_open(&robot, &robot_config, 0, CDS_BAUD_1M);
+    robot.on_event = stop_report_note;
     cds_robot_start(&robot);
-    for (;;) // a robot that is not well stops, and stays so until power is switched off
+    for (;;) { // a robot that is not well stops, and stays so until power is switched off
+        stop_report_poll(&robot);
         if (cds_robot_poll(&robot) == CDS_ROBOT_RUNNING && robot.cycle.counters.periods != period) {
             period = robot.cycle.counters.periods;
             if (period > 500) // the jaw has 2 s to open
                 goal = next_goal_mdeg(goal, &is_holding);
             cds_robot_set_goal_mdeg(&robot, 0, goal);
         }
+    }
 }

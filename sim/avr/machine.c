@@ -319,6 +319,7 @@ static void check_jump(struct machine *machine, bool after_reset)
 static void interrupts_changed(struct machine *machine)
 {
     machine->interrupts = machine->avr->sreg[S_I];
+    machine->interrupts_were_on = true;
     if (machine->on_interrupts) {
         machine->on_interrupts(machine->log_context, machine->interrupts);
     }

@@ -51,6 +51,7 @@ struct machine {
     volatile sig_atomic_t stop; // a signal handler may set it
     char crash[240];            // what happened; "": no crash
     bool interrupts;            // they were on after the latest instruction
+    bool interrupts_were_on;    // at any time of the run
     void *log_context;
     void (*on_interrupts)(void *log_context, bool on); // interrupts were turned on or off; may be 0
     void (*on_step)(void *log_context, uint64_t now,

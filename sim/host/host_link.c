@@ -3,6 +3,13 @@
 
 #include <stdio.h>
 
+static void usart_has_event(void *context, enum usart_event event, uint64_t now)
+{
+    struct host_link *link = context;
+    (void)now;
+    link->overruns += event == USART_OVERRUN;
+}
+
 bool host_link_init(struct host_link *link, struct machine *machine, unsigned usart, uint32_t baud,
                     bool exact)
 {
@@ -15,6 +22,8 @@ bool host_link_init(struct host_link *link, struct machine *machine, unsigned us
                 usart);
         return false;
     }
+    link->usart.context = link;
+    link->usart.on_event = usart_has_event;
     adapter_init(&link->adapter, machine->schedule, &link->to_avr, &link->from_avr,
                  machine->avr->frequency, baud);
     return true;

@@ -17,6 +17,7 @@ struct host_link {
     struct net to_avr;
     struct net from_avr;
     struct adapter adapter;
+    uint32_t overruns; // bytes of the PC that the firmware did not read in time
 };
 
 /* Returns false, with one line on stderr, if the chip has no such USART. link->adapter.on_byte gets

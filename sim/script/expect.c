@@ -252,7 +252,7 @@ static enum expect_result check_text(const struct expectation *e,
     if (strstr(reply, e->text)) {
         return EXPECT_MET;
     }
-    snprintf(seen, capacity, "%s", *reply ? reply : "no reply");
+    snprintf(seen, capacity, "%s", *reply ? reply : "no line of text");
     for (char *c = seen; *c; c++) {
         *c = *c != '\n' ? *c : c[1] ? '|' : 0;
     }

@@ -167,6 +167,9 @@ static const char *parse_action(struct scenario_line *line, char *text)
             return verbs[i].parse(line, rest);
         }
     }
+    if (strcmp(text, "unplug") == 0) {
+        return "unknown @ command; to unplug servo 2: @power 2 off";
+    }
     line->verb = SCENARIO_ENVIRONMENT;
     line->property = environment_find(text);
     return line->property < ENVIRONMENT_COUNT

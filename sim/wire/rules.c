@@ -31,6 +31,8 @@ static const struct {
     [RULE_LOST_WRITE] = {"lost-write", "UDR was written while it was full (UDRE off)"},
     [RULE_FRAME_FORMAT] = {"frame-format", "a byte was sent in another format than 8N1"},
     [RULE_CRASH] = {"crash", "the firmware went where there is no code", true},
+    [RULE_BAD_ADDRESS] = {"bad-address", "the firmware used an address beyond the RAM of the chip",
+                          true},
     [RULE_REPLY_WAS_ERROR] = {"reply-was-error", "the firmware answered a command with an error",
                               true},
     [RULE_REPLY_WAS_OK] = {"reply-was-ok", "the script expected an error, the firmware said ok",

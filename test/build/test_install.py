@@ -220,7 +220,16 @@ class Examples(unittest.TestCase):
         self.make_test("wheels")
 
     def test_gripper_on_its_own_board(self):
-        self.make_test("gripper", runs=2)
+        self.make_test("gripper", runs=3)
+
+    def test_gripper_runs_all_its_tests_and_says_why_it_has_stopped(self):
+        folder = self.copy("gripper")
+        source = folder / "gripper.c"
+        source.write_text(source.read_text().replace("CDS_JOINT(1,", "CDS_JOINT(2,"))
+        status, output = shell("make test", cwd=folder)
+        self.assertNotEqual(status, 0)
+        self.assertEqual(output.count("servo 2 (joint 0, jaw): no reply\n"), 3, output)
+        self.assertIn("\n0 passed, 3 failed\n", output)
 
     def test_ci_job_of_the_gripper_installs_and_tests(self):
         """The lines `run:` of the job, in a copy of the example with a clone of the library in it, as a user with a home of
@@ -237,7 +246,8 @@ class Examples(unittest.TestCase):
             more = {name: value.replace("/home/runner", str(home))} if name else {}
             status, output = call("sh", "-c", command, cwd=folder, env={**environment, **more})
             self.assertEqual(status, 0, output)
-        self.assertEqual(output.count("rules:   none broken"), 2, output)
+        self.assertEqual(output.count("rules:   none broken"), 3, output)
+        self.assertIn("\n3 passed, 0 failed\n", output)
 
     def test_example_that_fails_its_script_fails_make(self):
         folder = self.copy("blink")
@@ -284,7 +294,7 @@ class Examples(unittest.TestCase):
         for makefile in sorted((ROOT / "examples").glob("*/Makefile")):
             name = makefile.parent.name
             mcu = re.search(r"cds55xx-(\w+)", makefile.read_text())[1]
-            board = re.search(r"boardsdir \S+\)/(\S+)", makefile.read_text())
+            board = re.search(r"^BOARD := .*boardsdir \S+\)/(\S+)", makefile.read_text(), re.M)
             place = f"`{board[1]}`" if board else "its folder `board`"
             self.assertRegex(text, rf"\| \[{name}\]\(../examples/{name}\) \|[^|]*\| {mcu}, {place} \|")
 

@@ -361,6 +361,13 @@ class Build(unittest.TestCase):
             self.assertEqual(hexes.setdefault(name, content), content)
         self.assertEqual(len(set(hexes.values())), 2)
 
+    def test_board_dir_named_board_has_the_name_of_the_folder_above(self):
+        board = self.make_board()
+        for name, parts in [("mine", "mine"), ("left-board", "left/board"), ("right-board", "right/board")]:
+            folder = shutil.copytree(board, board.parent / "robots" / parts)
+            self.assertIn(f"cp build/{name}/console.elf build/{name}/controller.elf\n",
+                          self.make("-n", "firmware", f"BOARD_DIR={folder}")[1])
+
     def test_board_mk_value_with_blanks_or_comment_behind_it_is_taken(self):
         board = self.make_board()
         for chip in ["MCU := atmega644p # the chip\nF_CPU := 16000000  \nPROFILES := bridge console # both\n"

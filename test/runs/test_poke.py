@@ -110,6 +110,7 @@ class Orders(Poke):
     def test_wrong_order_is_named_and_changes_nothing(self):
         with Console(self.start()) as console:
             for order, message in [("servo 3 unplug", "unknown command; there are servos power"),
+                                   ("unplug 2", "unknown command; to unplug servo 2: power 2 off"),
                                    ("ping 1", "unknown command"),
                                    ("# comment", "unknown command"),
                                    (" ", "unknown command"),

@@ -126,5 +126,49 @@ class Numbers(Refusal):
             self.assert_refused(self.firmware("--fault", order), "--fault")
 
 
+class Summary(unittest.TestCase):
+    """What the summary says of small firmwares that fail."""
+    SCRIPT = "@expect servo 1 torque on within 100\n"
+    SENDS = "static const uint8_t ping[] = {0xFF, 0xFF, 2, 2, 1, 0xFA}; for (;;) { bus_send(ping, 6); %s }"
+
+    def run_main(self, body, script=SCRIPT, option="--script"):
+        """The output of a firmware with this main(), which has servo 1, and fails."""
+        with tempfile.TemporaryDirectory() as folder:
+            source, elf, lines = (pathlib.Path(folder) / name for name in ["main.c", "main.elf", "lines.txt"])
+            source.write_text('#include "chip.h"\n#include <util/delay.h>\nint main(void) { %s for (;;); }' % body)
+            lines.write_text(script)
+            subprocess.run(["avr-gcc", "-std=gnu99", "-Os", "-mmcu=atmega128", "-DF_CPU=16000000UL",
+                            f"-I{ROOT}/test/firmware/registers", source, "-o", elf], check=True)
+            done = simulate("firmware", elf, "--board", "atmega128", "--servos", "1", option, lines)
+        self.assertEqual(done.returncode, 1, done)
+        return done.stdout
+
+    def hints(self, *arguments):
+        return re.findall("^hint: +(.*)$", self.run_main(*arguments), re.M)
+
+    def test_firmware_without_sei(self):
+        self.assertEqual(self.hints(""), ["the firmware never turned interrupts on: sei()", "bus 0: the firmware sent no packet"])
+
+    def test_firmware_without_a_packet(self):
+        self.assertEqual(self.hints("sei();"), ["bus 0: the firmware sent no packet"])
+
+    def test_firmware_with_a_slow_main_loop(self):
+        self.assertEqual(self.hints("sei();" + self.SENDS % "_delay_ms(3);"), [])
+        self.assertRegex(self.hints("sei();" + self.SENDS % "_delay_ms(20);")[0], r"^bus 0: up to 20\.\d ms between two packets")
+
+    def test_expected_text_that_never_comes(self):
+        self.assertIn("not met; seen: no line of text\n", self.run_main("", "@expect text ready within 10\n"))
+
+    def test_address_that_the_chip_lacks_is_no_jump(self):
+        summary = self.run_main("(void)*(volatile uint8_t *)0xF000;")
+        self.assertIn("bad-address, 1 times: the firmware used an address beyond the RAM", summary)
+        self.assertNotIn("no code", summary)
+        self.assertNotIn("hint", summary)
+
+    def test_bytes_of_the_pc_that_are_not_read(self):
+        summary = self.run_main("UCSR0A = 1 << U2X0; UBRR0L = 16; UCSR0B = 1 << RXEN0;", "text hello\nhear 1\n", "--host")
+        self.assertIn("host:    3 bytes of the PC lost (overrun)", summary)  # of 6
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -583,7 +583,7 @@ void test_expect_text_searches_the_whole_last_reply(void)
     setUp();
     answer = "id 7\nok\n";
     run("scan\n@wait 1\n@expect text id 7 within 3\n"); // dropped
-    TEST_ASSERT_NOT_NULL(strstr(log_text, "seen: no reply\n"));
+    TEST_ASSERT_NOT_NULL(strstr(log_text, "seen: no line of text\n"));
 }
 
 void test_expected_breach_is_not_counted(void)
