@@ -190,6 +190,9 @@ static inline void stop_report_event(const struct cds_robot *robot)
     case CDS_ROBOT_EVENT_START_FAILED: stop_report_reason(event->why); break;
     case CDS_ROBOT_EVENT_ALARM: stop_report_flash(PSTR("alarm")); break;
     case CDS_ROBOT_EVENT_OFFLINE: stop_report_flash(PSTR("offline")); break;
+    case CDS_ROBOT_EVENT_FEEDBACK_OLD:
+        stop_report_flash(PSTR("feedback too old, the main loop is too slow"));
+        break;
     default: stop_report_flash(PSTR("lost its state")); break;
     }
     stop_report_alarms(event->alarms);

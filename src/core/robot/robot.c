@@ -11,6 +11,9 @@
 #define FULL_AX12      113553 // mRPM at 1023
 #define WAS_OFFLINE    0x80   // in `reported`, beside the CDS_ERROR_* bits of conditions
 #define WAS_STATE_LOST 0x40
+#define WAS_OLD        0x10 // feedback
+#define LATE_US        250  // a poll that comes later after the one before ends a transaction
+#define LATE_POLLS     4    // of the bus: the packet has left, head, parameters, the next packet
 
 static const CDS_FLASH struct cds_joint *row_of(const struct cds_robot *robot, uint8_t joint)
 {
@@ -151,6 +154,14 @@ static void report(struct cds_robot *robot, uint8_t kind, uint8_t joint, uint8_t
     cds_robot_report(robot);
 }
 
+/* Returns the age from which on feedback is too old. */
+static uint32_t old_us(const struct cds_robot *robot)
+{
+    uint32_t us = (uint32_t)robot->period_us * (uint8_t)(CDS_SERVOS_MISSES * robot->count);
+
+    return us > CDS_ROBOT_FEEDBACK_US ? us : CDS_ROBOT_FEEDBACK_US;
+}
+
 static enum cds_result begin_cycle(struct cds_robot *robot)
 {
     const CDS_FLASH struct cds_robot_config *config = cds_robot_config_of(robot);
@@ -179,6 +190,7 @@ enum cds_result cds_robot_start(struct cds_robot *robot)
         return result;
     cds_servos_inhibit_all(&robot->servos);
     cds_servos_acknowledge(&robot->servos, NULL);
+    robot->old_us = old_us(robot);
     cds_robot_begin_steps(robot);
     robot->state = CDS_ROBOT_STARTING;
     return CDS_OK;
@@ -187,6 +199,10 @@ enum cds_result cds_robot_start(struct cds_robot *robot)
 /* Torque is on, and the cycle has its first goals. */
 static void run(struct cds_robot *robot)
 {
+    uint32_t now_us = cds_port_now_us();
+
+    for (uint8_t i = 0; i < robot->count; i++) // each joint has held the position since it was read
+        cds_robot_config_of(robot)->feedback[i].time_us = now_us;
     cds_cycle_commit(&robot->cycle);
     robot->has_goals = false;
     robot->next_checked_joint = 0;
@@ -231,17 +247,29 @@ static void report_new(struct cds_robot *robot, uint8_t joint, uint8_t found)
         report_trouble(robot, CDS_ROBOT_EVENT_OFFLINE, joint, 0);
     if (fresh & WAS_STATE_LOST)
         report_trouble(robot, CDS_ROBOT_EVENT_STATE_LOST, joint, 0);
+    if (fresh & WAS_OLD)
+        report_trouble(robot, CDS_ROBOT_EVENT_FEEDBACK_OLD, joint, 0);
 }
 
-/* Reports what is new of one joint. */
+static bool is_old(const struct cds_robot *robot, uint8_t joint)
+{
+    return cds_feedback_age_us(&cds_robot_config_of(robot)->feedback[joint]) > robot->old_us;
+}
+
+/* Reports what is new of one joint. While the line is blocked, no feedback can come. A joint that
+ * was OFFLINE counts as OFFLINE until it is read again. */
 static void check_joint(struct cds_robot *robot)
 {
     uint8_t joint = robot->next_checked_joint++;
     const struct cds_servo_state *servo = &robot->servos.states[joint];
     uint8_t found = servo->alarms & CDS_ERRORS_OF_CONDITION;
+    bool was_offline = cds_robot_config_of(robot)->reported[joint] & WAS_OFFLINE;
+    bool has_grown_old = !robot->is_line_blocked && is_old(robot, joint);
 
-    if (servo->presence >= CDS_PRESENCE_OFFLINE)
+    if (servo->presence >= CDS_PRESENCE_OFFLINE || (has_grown_old && was_offline))
         found |= WAS_OFFLINE;
+    else if (has_grown_old)
+        found |= WAS_OLD;
     if (servo->inhibits & CDS_INHIBIT_STATE_LOST)
         found |= WAS_STATE_LOST;
     report_new(robot, joint, found);
@@ -318,10 +346,25 @@ static void poll_stop(struct cds_robot *robot)
 
 /* ---- */
 
+/* Polls the bus. A transaction takes three polls and more: after a long turn of the main loop one
+ * call makes them all, so that the next packet can leave. All joints are checked again every 65 ms:
+ * feedback grows old without an event of the servos. */
+static void poll_transaction(struct cds_robot *robot)
+{
+    uint32_t now_us = cds_port_now_us(), before_us = robot->polled_us;
+    uint8_t polls = now_us - before_us > LATE_US ? LATE_POLLS : 1;
+
+    robot->polled_us = now_us;
+    if ((now_us ^ before_us) >> 16)
+        robot->last_event_count = (uint8_t)(robot->servos.event_count - 1u);
+    while (cds_bus_poll(&robot->bus) && --polls) {
+    }
+}
+
 enum cds_robot_state cds_robot_poll(struct cds_robot *robot)
 {
     OPTIMIZER_BARRIER(robot);
-    cds_bus_poll(&robot->bus);
+    poll_transaction(robot);
     if (robot->on_poll)
         robot->on_poll(robot);
     if (robot->state == CDS_ROBOT_RUNNING)
@@ -371,7 +414,7 @@ enum cds_result cds_robot_position_mdeg(const struct cds_robot *robot, uint8_t j
         return CDS_BAD_ARGUMENT;
     row = row_of(robot, joint);
     feedback = &cds_robot_config_of(robot)->feedback[joint];
-    if (!feedback->known)
+    if (is_old(robot, joint))
         return CDS_TIMEOUT;
     turned = (int32_t)to_mdeg(feedback->position) - row->offset_mdeg;
     *mdeg = row->direction < 0 ? -turned : turned;

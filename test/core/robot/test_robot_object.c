@@ -38,7 +38,8 @@ static struct {
 } told;
 
 static uint16_t stop_at; // packet of the servos after which the robot is stopped; 0: none
-static bool restarts, stops;
+static uint16_t turn_us; // time between two polls
+static bool restarts, stops, returns_at_ping; // servo 1 returns
 
 static void on_event(struct cds_robot *it)
 {
@@ -85,7 +86,8 @@ void setUp(void)
     memset(&seen, 0, sizeof seen);
     memset(&told, 0, sizeof told);
     stop_at = 0;
-    restarts = stops = false;
+    turn_us = 20;
+    restarts = stops = returns_at_ping = false;
     put_servo(0, 1, 500);
     put_servo(1, 2, 400);
     put_servo(2, 3, 300);
@@ -123,6 +125,8 @@ static void check_torque_on(uint8_t joint)
 /* Notes what the packet on the line does. */
 static void note(const uint8_t *packet)
 {
+    if (packet[4] == 1 && returns_at_ping)
+        servos.servo[0].there = true;
     if (packet[4] == 0x83) {
         seen.drives++;
         take_goals(packet);
@@ -153,7 +157,7 @@ static void turn(void)
     bool is_resting = cds_bus_is_resting(bus) && bus->state == CDS_BUS_WAITING_FOR_LINE;
 
     cds_robot_poll(&robot);
-    port_fake.now_us += is_resting ? 200 : 20;
+    port_fake.now_us += is_resting && turn_us < 200 ? 200 : turn_us;
     if (bus->link.state != CDS_LINK_TALKING || !port_fake_transmit(&bus->link, 0))
         return;
     port_fake.now_us += port_fake.sent_size * 10u;
@@ -679,13 +683,97 @@ void test_servo_that_does_not_answer_stops_the_robot(void)
     TEST_ASSERT_EQUAL_UINT8(3, told.count);
 }
 
+void test_tolerated_offline_servo_that_returns_is_told_once(void)
+{
+    start();
+    robot.tolerates = 1 << CDS_ROBOT_EVENT_OFFLINE;
+    servos.servo[0].there = false;
+    pass_ms(700);
+    assert_told(1, CDS_ROBOT_EVENT_OFFLINE, 0, CDS_REASON_NONE);
+    returns_at_ping = true; // the state check hears it first; its feedback is old
+    pass_ms(300);
+    TEST_ASSERT_TRUE(servos.servo[0].there);
+    TEST_ASSERT_EQUAL(CDS_ROBOT_RUNNING, robot.state);
+    TEST_ASSERT_EQUAL_UINT8(2, told.count);
+    returns_at_ping = false;
+    servos.servo[0].there = false;
+    pass_ms(200);
+    assert_told(2, CDS_ROBOT_EVENT_OFFLINE, 0, CDS_REASON_NONE);
+}
+
+/* A period is 4 ms long. */
+void test_slow_main_loop_finds_a_servo_offline(void)
+{
+    start();
+    turn_us = 2500;
+    pass_ms(2000);
+    TEST_ASSERT_EQUAL(CDS_ROBOT_RUNNING, robot.state);
+    TEST_ASSERT_EQUAL_UINT32(0, robot.cycle.counters.missed);
+    servos.servo[0].there = false;
+    run_until(CDS_ROBOT_STOPPED);
+    assert_told(1, CDS_ROBOT_EVENT_OFFLINE, 0, CDS_REASON_NONE);
+    TEST_ASSERT_EQUAL_UINT8(0, table_of(1)[CDS_REG_TORQUE_ENABLE]);
+}
+
+void test_slow_main_loop_finds_lost_torque(void)
+{
+    start();
+    turn_us = 2500;
+    pass_ms(100);
+    table_of(1)[CDS_REG_TORQUE_ENABLE] = 0;
+    pass_ms(1100);
+    assert_told(1, CDS_ROBOT_EVENT_STATE_LOST, 1, CDS_REASON_NONE);
+}
+
+void test_main_loop_too_slow_for_feedback_stops_the_robot(void)
+{
+    for (uint16_t us = 4000; us < 40000; us += 7300) {
+        int32_t mdeg;
+
+        setUp();
+        start();
+        turn_us = us;
+        pass_ms(400);
+        TEST_ASSERT_EQUAL(CDS_ROBOT_RUNNING, robot.state);
+        TEST_ASSERT_EQUAL(CDS_OK, cds_robot_position_mdeg(&robot, 0, &mdeg));
+        pass_ms(300);
+        TEST_ASSERT_EQUAL_UINT8(CDS_ROBOT_EVENT_FEEDBACK_OLD, told.events[1].kind);
+        TEST_ASSERT_EQUAL(CDS_TIMEOUT, cds_robot_position_mdeg(&robot, 0, &mdeg));
+        run_until(CDS_ROBOT_STOPPED);
+        TEST_ASSERT_EQUAL_UINT8(0, table_of(0)[CDS_REG_TORQUE_ENABLE]);
+        TEST_ASSERT_EQUAL_UINT8(0, table_of(1)[CDS_REG_TORQUE_ENABLE]);
+    }
+}
+
+void test_feedback_grows_old_from_the_end_of_a_slow_start_on(void)
+{
+    turn_us = 60000; // torque on for both joints takes longer than 500 ms
+    start();
+    turn_us = 20;
+    pass_ms(300);
+    TEST_ASSERT_EQUAL(CDS_ROBOT_RUNNING, robot.state);
+}
+
+void test_tolerated_old_feedback_is_told_once_a_joint(void)
+{
+    start();
+    robot.tolerates = 1 << CDS_ROBOT_EVENT_FEEDBACK_OLD;
+    turn_us = 5000;
+    pass_ms(2000);
+    TEST_ASSERT_EQUAL(CDS_ROBOT_RUNNING, robot.state);
+    TEST_ASSERT_EQUAL_UINT8(1 + JOINTS, told.count);
+}
+
 /* The line is low for 5 s: longer than one torque off tries. */
 void test_low_line_stops_the_robot_when_the_line_is_free(void)
 {
     start();
     pass_ms(100);
+    while ((port_fake.now_us + 499900) % 65536 > 100)
+        turn(); // feedback is checked just before the line has been low for 500 ms
     port_fake.low = true;
     pass_ms(5000);
+    TEST_ASSERT_EQUAL_UINT8(2, told.count);
     TEST_ASSERT_EQUAL(CDS_ROBOT_STOPPING, robot.state);
     assert_told((uint8_t)(told.count - 1), CDS_ROBOT_EVENT_LINE_BUSY, 0, 0);
     TEST_ASSERT_EQUAL_UINT8(1, table_of(0)[CDS_REG_TORQUE_ENABLE]);
