@@ -27,7 +27,7 @@ async function save(page, folder) {
         client.on("Browser.downloadProgress", ({ state }) => state === "completed" && resolve());
     });
 
-    await client.send("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: folder, eventsEnabled: true });
+    await client.send("Browser.setDownloadBehavior", { behavior: "allow", browserContextId: page.browserContext().id, downloadPath: folder, eventsEnabled: true });
     await page.click("button.save");
     await saved;
     assert.match(name, /^servos-\d{4}-\d\d-\d\dT\d{6}\.csv$/);

@@ -177,10 +177,10 @@ test("packets: the list follows again after a change of the view", async (t) => 
 test("packets: the capture is saved and can be read", async (t) => {
     const { browser, page } = await startRobot(t);
     const folder = mkdtempSync(join(tmpdir(), "panel-"));
-    const client = await browser.target().createCDPSession();
+    const client = await browser.browser().target().createCDPSession();
 
     t.after(() => rmSync(folder, { recursive: true }));
-    await client.send("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: folder, eventsEnabled: true });
+    await client.send("Browser.setDownloadBehavior", { behavior: "allow", browserContextId: browser.id, downloadPath: folder, eventsEnabled: true });
     const done = new Promise((resolve) => client.on("Browser.downloadProgress", ({ state }) => state === "completed" && resolve()));
 
     await openTab(page, "packets");

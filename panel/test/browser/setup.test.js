@@ -31,7 +31,7 @@ async function saveBy(page, folder, selector) {
         devtools.on("Browser.downloadProgress", ({ state }) => state === "completed" && resolve());
     });
 
-    await devtools.send("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: folder, eventsEnabled: true });
+    await devtools.send("Browser.setDownloadBehavior", { behavior: "allow", browserContextId: page.browserContext().id, downloadPath: folder, eventsEnabled: true });
     await press(page, selector);
     await saved;
     return join(folder, name);

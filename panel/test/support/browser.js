@@ -7,6 +7,7 @@ import { copyFileSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
 import { createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
+import { after } from "node:test";
 import puppeteer from "puppeteer-core";
 
 const ROOT = new URL("../../../", import.meta.url).pathname;
@@ -90,13 +91,23 @@ export function prints(panel, pattern) {
     });
 }
 
-/* Chromium. --no-sandbox only for root, who has no other way. */
-export async function startBrowser(t) {
-    const browser = await puppeteer.launch({
+let chromium = null; // one for all tests of a file: a start takes a second of CPU
+
+/* --no-sandbox only for root, who has no other way. */
+function launch() {
+    return puppeteer.launch({
         executablePath: "/usr/bin/chromium",
         args: process.getuid() === 0 ? ["--no-sandbox"] : [],
         protocolTimeout: PATIENCE_MS,
     });
+}
+
+after(async () => (await chromium)?.close());
+
+/* A browser of this test alone: a context of Chromium, which shares no storage with other tests. */
+export async function startBrowser(t) {
+    chromium ??= launch();
+    const browser = await (await chromium).createBrowserContext();
 
     atEnd(t, () => browser.close());
     return browser;
