@@ -83,7 +83,7 @@ static inline void stop_report_open(void)
 {
     STOP_REPORT_REGISTER(UCSR, A) = 1 << 1; // U2X
     STOP_REPORT_REGISTER(UBRR, L) = (F_CPU + 4ul * BOARD_HOST_BAUD) / (8ul * BOARD_HOST_BAUD) - 1;
-    STOP_REPORT_REGISTER(UCSR, B) = 1 << 3; // TXEN
+    STOP_REPORT_REGISTER(UCSR, B) |= 1 << 3; // TXEN
 }
 
 /* Sends the next character if the USART has room for it. */

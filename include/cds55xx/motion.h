@@ -244,7 +244,7 @@ static inline bool cds_motion_is_busy(const struct cds_motion *motion)
  * the goals of at most 6. Returns motion.result:
  *
  *   CDS_PENDING    a move is under way or paused
- *   CDS_OK         the last goals were sent, or nothing has moved yet
+ *   CDS_OK         the last goals were sent, or nothing has moved yet, or it was never begun
  *   CDS_CANCELLED  aborted; the joints stand still
  *   CDS_LIMIT      the permit refused a goal of motion.joint; the other joints have stopped where
  *                  they were

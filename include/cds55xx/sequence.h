@@ -91,7 +91,7 @@ enum cds_result cds_sequence_begin(struct cds_sequence *sequence,
 /* Moves sequence and motion on, in place of cds_motion_poll(). Returns sequence.result:
  *
  *   CDS_PENDING    it runs
- *   CDS_OK         all steps are over
+ *   CDS_OK         all steps are over, or it was never begun: then the motion is not polled
  *   CDS_CANCELLED  it was aborted
  *   else           why the move of sequence.step was refused or has ended: motion.h. A move behind
  *                  a passed pose is refused while the joints move: they come to rest */
@@ -99,11 +99,12 @@ enum cds_result cds_sequence_poll(struct cds_sequence *sequence);
 
 /* Brings the joints to rest on their way, at `deceleration` as for cds_motion_pause(), until
  * cds_sequence_resume(). If the joints rest at a pose already, or the steps are checked, the next
- * step does not begin. */
+ * step does not begin. Do nothing if the sequence does not run. */
 void cds_sequence_pause(struct cds_sequence *sequence, uint16_t deceleration);
 void cds_sequence_resume(struct cds_sequence *sequence);
 
-/* Ends the sequence: the joints come to rest as by cds_motion_abort(). */
+/* Ends the sequence: the joints come to rest as by cds_motion_abort(). Does nothing if it does not
+ * run. */
 void cds_sequence_abort(struct cds_sequence *sequence, uint16_t deceleration);
 
 #ifdef __cplusplus

@@ -355,6 +355,60 @@ class Readme(unittest.TestCase):
             self.assertEqual(run("avr-gcc", "-mmcu=atmega128", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", "-Wall", "-Wextra", "-Werror",
                                  "-Iinclude", "-Iexamples", "-Iboards/atmega128", "-fsyntax-only", f"{folder}/paused.c", cwd=ROOT), (0, ""))
 
+    def test_bytes_from_the_pc_of_motion_md_reach_a_moving_robot(self):
+        text = (ROOT / "docs/motion.md").read_text()
+        obey = re.search(r"### Pause a move.*?```c\n(.*?)```", text, re.S)[1]
+        block = re.search(r"### Bytes from the PC.*?```c\n(.*?)```", text, re.S)[1]
+        program = (ROOT / "examples/timed_move.c").read_text().replace("int main(void)", f"{obey}\n{block}\nint main(void)")
+        program = program.replace("    sei();\n", "    pc_open();\n    sei();\n")
+        program = program.replace("        stop_report_poll(&robot);\n", "stop_report_poll(&robot);\nif (UCSR0A & 1 << UDRE0)\npc_poll();\n")
+        program = program.replace("obey((char)ring[ring_begin]);", "obey((char)ring[ring_begin]); UDR0 = ring[ring_begin];")  # an echo
+        with tempfile.TemporaryDirectory() as folder:
+            said = pathlib.Path(folder, "pc.said")
+            said.write_text(f"wait 1500000\ntext {50 * 'x'}\nhear 51 within 100\n")
+            output = self.assert_runs(folder, program, "2", "--host", said)
+        self.assertEqual(re.search(r"heard \d+ \d+ 51 (.*)", output)[1].split(), 50 * ["78"] + ["0D"])
+
+    def test_joint_without_torque_of_library_md_leads(self):
+        """The functions of "One joint without torque" and "Keep something in the EEPROM", in two_joints.c."""
+        text = (ROOT / "docs/library.md").read_text()
+        blocks = [re.search(rf"### {name}.*?```c\n(.*?)```", text, re.S)[1]
+                  for name in ("One joint without torque", "Keep something in the EEPROM")]
+        program = (ROOT / "examples/two_joints.c").read_text()
+        program = re.sub(r"        for \(uint8_t i[^\n]*\n *cds_robot_set_goal[^\n]*\n", "        follow(), poll_eeprom();\n", program, flags=re.S)
+        program = re.sub(r"(    cds_robot_open.*\n)", r"\1    robot.on_event = on_event;\n    kept_size = 0;\n", program)
+        program = program.replace("int main(void)", "\n".join(blocks) + "\nint main(void)")
+        with tempfile.TemporaryDirectory() as folder:
+            script = pathlib.Path(folder, "lead.script")
+            script.write_text("@expect servo 2 torque on within 3000\n@wait 20\n@expect servo 1 torque off\n@load 1 60\n@wait 4000\n"
+                              "@expect servo 2 torque on\n@show servo 1-2 PRESENT_POSITION\n"
+                              "@fault brownout 2 1\n@expect servo 2 torque off within 2000\n")
+            output = self.assert_runs(folder, "#include <avr/eeprom.h>\n#include <cds55xx/servo.h>\n" + program, "2", "--script", script)
+        lever, follower = [int(value) for value in re.findall(r"PRESENT_POSITION (\d+)", output)]
+        self.assertLess(lever, 450) # 512 at the start
+        self.assertGreater(lever + follower, 1023 - 10)  # joint 1 is reversed
+        self.assertLess(lever + follower, 1023 + 10)
+
+    def test_program_of_the_readme_stops_in_a_slow_main_loop(self):
+        """A servo without power is found with turns of 2 ms; with turns of 5 ms no feedback is read."""
+        program = "#include <util/delay.h>\n" + (ROOT / "examples/two_joints.c").read_text()
+        for ms, script in [(2, "@wait 2000\n@expect servo 1 torque on\n@power 2 off\n@expect servo 1 torque off within 500\n"),
+                           (5, "@expect servo 1-2 torque off within 1000\n")]:
+            with self.subTest(ms=ms), tempfile.TemporaryDirectory() as folder:
+                path = pathlib.Path(folder, "slow.script")
+                path.write_text("@expect servo 1-2 torque on within 5000\n" + script)
+                slow = program.replace("for (;; cds_robot_poll", f"for (;; _delay_ms({ms}), cds_robot_poll")
+                self.assert_runs(folder, slow, "2", "--script", path)
+
+    def assert_runs(self, folder, program, servos, *options):
+        pathlib.Path(folder, "own.c").write_text(program)
+        self.assertEqual(run("avr-gcc", "-mmcu=atmega128", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", "-flto", "-Wall", "-Wextra",
+                             "-Werror", "-Wl,--relax", "-Wl,--gc-sections", "-Iinclude", "-Iexamples", "-Iboards/atmega128",
+                             f"{folder}/own.c", "build/lib/libcds55xx-atmega128.a", "-o", f"{folder}/own.elf", cwd=ROOT), (0, ""))
+        status, output = run(SIM, "firmware", f"{folder}/own.elf", "--board", "atmega128", "--servos", f"1-{servos}", *options)
+        self.assertEqual(status, 0, output)
+        return output
+
     def test_motion_calls_of_library_md_play_once_with_a_pause(self):
         """The functions of "Play once, pause, change the speed", in keyframes.c."""
         text = (ROOT / "docs/library.md").read_text()

@@ -350,6 +350,8 @@ static void end_without_cycle(struct cds_motion *motion)
 
 enum cds_result cds_motion_poll(struct cds_motion *motion)
 {
+    if (!motion->config.cycle)
+        return CDS_OK; // it was never begun
     if (cds_cycle_has_ended_since(motion->config.cycle, motion->cycle_begun))
         end_without_cycle(motion);
     else if (motion->index < motion->count)

@@ -245,7 +245,8 @@ enum cds_result cds_sequence_begin(struct cds_sequence *sequence,
 
 enum cds_result cds_sequence_poll(struct cds_sequence *sequence)
 {
-    cds_motion_poll(sequence->config.motion);
+    if (sequence->config.motion) // else it was never begun
+        cds_motion_poll(sequence->config.motion);
     if (sequence->result != CDS_PENDING)
         return (enum cds_result)sequence->result;
     switch (sequence->state) {
@@ -261,12 +262,16 @@ enum cds_result cds_sequence_poll(struct cds_sequence *sequence)
 
 void cds_sequence_pause(struct cds_sequence *sequence, uint16_t deceleration)
 {
+    if (sequence->result != CDS_PENDING)
+        return;
     sequence->is_paused = true;
     cds_motion_pause(sequence->config.motion, deceleration);
 }
 
 void cds_sequence_resume(struct cds_sequence *sequence)
 {
+    if (sequence->result != CDS_PENDING)
+        return;
     sequence->is_paused = false;
     cds_motion_resume(sequence->config.motion);
 }

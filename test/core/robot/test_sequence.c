@@ -414,3 +414,21 @@ void test_check_agrees_with_the_motion_at_random(void)
     TEST_ASSERT_GREATER_THAN_UINT8(RANDOM_SEQUENCES / 8, refused);
     TEST_ASSERT_GREATER_THAN_UINT8(RANDOM_SEQUENCES / 8, played);
 }
+
+void test_sequence_that_was_never_begun_does_nothing(void)
+{
+    cds_sequence_pause(&sequence, 1000);
+    cds_sequence_resume(&sequence);
+    cds_sequence_abort(&sequence, 1000);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sequence_poll(&sequence));
+}
+
+void test_motion_that_was_never_begun_does_nothing(void)
+{
+    memset(&motion, 0, sizeof motion);
+    cds_motion_pause(&motion, 1000);
+    cds_motion_resume(&motion);
+    cds_motion_abort(&motion, 1000);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_set_override(&motion, 50));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_poll(&motion));
+}
