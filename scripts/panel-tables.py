@@ -45,8 +45,9 @@ MOTION_ERRORS = {*map(str, range(20)), *enum_numbers("src/controller/robot/robot
 REMEDIES = {
     "12": "look for heat, overload or lost power, then press “Release” on its card in the view Robot, or beside Stop",
     "40": "the controller knows 18 servos at most: unplug one, then press “Forget the list” in the view Set-up",
-    "89": "leave only the new servo connected, then press “Set up” in the view Set-up",
+    "54": "remove the cause, press “Release”, then switch torque on",
     "84": "press “Torque on” in the view Motion",
+    "89": "leave only the new servo connected, then press “Set up” in the view Set-up",
 }
 
 
