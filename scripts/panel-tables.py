@@ -45,8 +45,9 @@ MOTION_ERRORS = {*map(str, range(20)), *enum_numbers("src/controller/robot/robot
 REMEDIES = {
     "12": "look for heat, overload or lost power, then press “Release” on its card in the view Robot, or beside Stop",
     "40": "the controller knows 18 servos at most: unplug one, then press “Forget the list” in the view Set-up",
-    "89": "leave only the new servo connected, then press “Set up” in the view Set-up",
+    "54": "remove the cause, press “Release”, then switch torque on",
     "84": "press “Torque on” in the view Motion",
+    "89": "leave only the new servo connected, then press “Set up” in the view Set-up",
 }
 
 
@@ -126,14 +127,15 @@ def table_of_commands():
 
 
 def table_of_errors():
-    """The profile `full` sends its remedies, `console` does not: a remedy that only `full` has is left out."""
+    """The profile `full` sends its remedies, `console` does not: one that only `full` has is left out, unless the page has words
+    of its own."""
     of_full = open(errors.SOURCES[1]).read().split("#define FULL_ERRORS")[1]
     found = {}
     for source in errors.SOURCES:
         for name, number, text, remedy in errors.rows(source):
             if number in MOTION_ERRORS:
                 found[number] = {"text": text, "remedy": REMEDIES.get(number, remedy)}
-            elif f"X({name}," not in of_full:
+            elif number in REMEDIES or f"X({name}," not in of_full:
                 found[number] = {"remedy": REMEDIES.get(number, remedy)}
     return found
 

@@ -3,10 +3,10 @@
  * the board, files. */
 
 import { texts } from "../texts/texts.js";
-import { linesOfSequence, linesOfPose, readMotions, textOfMotions } from "./motion_text.js";
+import { readMotions, textOfMotions } from "./motion_text.js";
 import { MotionEditor } from "./motion_editor.js";
 import { MotionStore } from "./motion_store.js";
-import { MotionError, Motions } from "./motions.js";
+import { MotionError } from "./motions.js";
 import { lastPositions, pathOfPoints, pathOfSequence } from "./path.js";
 import { Player } from "./player.js";
 import { compare } from "./recording.js";
@@ -18,9 +18,13 @@ const UNDER_WAY = 2;
 const WAIT_MS = 1000; // the motion has ended already
 const t = texts.motion;
 
+/* ["pose NAME", "sequence NAME"] */
+const namesOf = ({ poses, sequences }) => [...[...poses.keys()].map((name) => `pose ${name}`), ...[...sequences.keys()].map((name) => `sequence ${name}`)];
+
 export class MotionDesk extends MotionEditor {
     #loadedFrom = null; // the controller whose poses and sequences were read; null: none, or they may have changed since
     #isOld = false; // a line by hand came during the load
+    #onBoard = new Set(); // namesOf() what the page has loaded from the board, or stored there
     #shownOf = null; // the controller that was asked for them when the view was shown
     #motionState = 0;
     #isStopped = false; // the user has stopped the motion that is or was under way
@@ -104,7 +108,7 @@ export class MotionDesk extends MotionEditor {
 
     /* True if the board is known to lack the sequence, or to have it with other contents: play() stores it first. */
     get needsStore() {
-        return this.playedBy === "board" && this.#loadedFrom === this.session.controller && this.steps.length > 0 && !this.#newOf(this.#shown).isEmpty;
+        return this.playedBy === "board" && this.#loadedFrom === this.session.controller && this.steps.length > 0 && !this.store.newOf(this.#shown).isEmpty;
     }
 
     get #shown() {
@@ -115,9 +119,12 @@ export class MotionDesk extends MotionEditor {
         const { sequence, store, isLoop, times } = this;
         const { robot } = this.session;
         const part = this.#shown; // the user may go on editing
+        const off = part.joints.filter((id) => robot.servos.get(id)?.torque === false);
 
+        if (robot.isInhibited) throw new MotionError("motion-inhibited");
+        if (off.length) throw new MotionError("motion-torque", { ids: off });
         await this.#loadStored();
-        if (!this.#newOf(part).isEmpty && !(await this.#during("storing", () => this.#store(part)))) return;
+        if (!this.store.newOf(part).isEmpty && !(await this.#during("storing", () => this.#store(part)))) return;
         await store.play(sequence, { times: isLoop ? 0 : times, percent: this.percent });
         this.session.takeMotion();
         robot.motion = { ...robot.motion, state: BEGINS }; // until it is read
@@ -190,6 +197,7 @@ export class MotionDesk extends MotionEditor {
 
         if (robot !== this.#robot) {
             this.#robot = robot;
+            this.#onBoard.clear();
             this.#motionState = 0;
         }
         const before = this.#motionState;
@@ -245,12 +253,13 @@ export class MotionDesk extends MotionEditor {
         await this.#during("loading", () =>
             this.attempt(async () => {
                 await this.#loadStored();
-                if (this.motions.isEmpty) this.#takeMotions(this.store.stored);
+                if (this.motions.isEmpty) this.#takeMotions(this.store.stored, namesOf(this.store.stored));
             }),
         );
     }
 
-    #takeMotions(motions) {
+    #takeMotions(motions, onBoard) {
+        this.#onBoard = new Set(onBoard);
         this.motions = readMotions(textOfMotions(motions)).motions;
         this.motions.keywords = this.keywords;
         this.forgetUndo();
@@ -271,7 +280,7 @@ export class MotionDesk extends MotionEditor {
                 await this.store.load();
                 // Asks now: the user may have changed something during the load.
                 if (this.motions.isChanged && !(await this.#mayReplace(t.askReplacePage))) return;
-                this.#takeMotions(this.store.stored);
+                this.#takeMotions(this.store.stored, namesOf(this.store.stored));
                 if (this.store.gone.length) this.session.notify({ code: "motion-gone", names: this.store.gone });
                 this.#notifyCounts("motion-loaded");
             }, "load"),
@@ -289,34 +298,34 @@ export class MotionDesk extends MotionEditor {
                 const sent = readMotions(textOfMotions(motions)).motions; // the user may go on editing
 
                 await store.load();
-                await this.#store(sent);
+                if (await this.#store(sent)) await this.#removeGone(namesOf(sent));
             }, "store"),
         );
+    }
+
+    /* Offers to delete on the board what was renamed or deleted here. A pose that a sequence of the board needs stays. */
+    async #removeGone(names) {
+        const { stored } = this.store;
+        const isGone = (name) => this.#onBoard.has(name) && !names.includes(name);
+        const needed = [...stored.sequences].flatMap(([name, steps]) => (isGone(`sequence ${name}`) ? [] : steps.map(({ pose }) => `pose ${pose}`)));
+        const gone = namesOf(stored).filter((name) => isGone(name) && !needed.includes(name));
+
+        if (gone.length && (await this.ask(t.askRemove(gone), t.remove))) await this.store.remove(gone);
+        this.#onBoard = new Set(names);
     }
 
     /* Stores `sent`, a copy of motions or of a part. False: the user keeps what the board has. */
     async #store(sent) {
         const { motions, store } = this;
-        const { poses, sequences } = store.replaced(sent);
-        const names = [...poses, ...sequences];
+        const names = store.replaced(sent);
 
         if (names.length && !(await this.#mayReplace(t.askReplaceBoard(names)))) return false;
-        await store.store(this.#newOf(sent));
+        await store.store(store.newOf(sent));
+        for (const name of namesOf(sent)) this.#onBoard.add(name);
         motions.isChanged &&= textOfMotions(motions) !== textOfMotions(sent);
         this.session.takeMotion();
         this.#notifyCounts("motion-stored", sent);
         return true;
-    }
-
-    /* What the board has already need not be written again. */
-    #newOf(motions) {
-        const { stored } = this.store;
-        const part = new Motions({ keywords: this.keywords });
-        const isNew = (kept, lines) => ([name, now]) => !kept.has(name) || String(lines(name, now)) !== String(lines(name, kept.get(name)));
-
-        part.poses = new Map([...motions.poses].filter(isNew(stored.poses, linesOfPose)));
-        part.sequences = new Map([...motions.sequences].filter(isNew(stored.sequences, linesOfSequence)));
-        return part;
     }
 
     #notifyCounts(code, { poses, sequences } = this.motions) {

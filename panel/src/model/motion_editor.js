@@ -187,6 +187,7 @@ export class MotionEditor {
     deleteSequence() {
         return this.#remove(`${texts.motion.sequence} ${this.sequence}`, (motions) => {
             motions.deleteSequence(this.sequence);
+            if (!motions.poses.has(this.pose)) this.pose = "";
             this.showSequence([...motions.sequences.keys()][0] ?? "");
         });
     }

@@ -87,16 +87,26 @@ export class MotionStore {
 
     /* ---- store ---- */
 
-    /* Names that the board has with other contents: {poses, sequences}. Call load() first. */
-    replaced({ poses, sequences }) {
-        const isOther = (kept, lines) => ([name, now]) => kept.has(name) && String(lines(name, now)) !== String(lines(name, kept.get(name)));
+    /* The part of `motions` that the board does not have, or has with other contents. Call load() first. */
+    newOf(motions) {
         const { stored } = this;
-        const gone = [...sequences.keys()].filter((name) => this.gone.includes(name));
+        const part = new Motions({ keywords: this.keywords });
+        const isNew = (kept, lines) => ([name, now]) => !kept.has(name) || String(lines(name, now)) !== String(lines(name, kept.get(name)));
 
-        return {
-            poses: [...poses].filter(isOther(stored.poses, linesOfPose)).map(([name]) => name),
-            sequences: [...gone, ...[...sequences].filter(isOther(stored.sequences, linesOfSequence)).map(([name]) => name)],
-        };
+        part.poses = new Map([...motions.poses].filter(isNew(stored.poses, linesOfPose)));
+        part.sequences = new Map([...motions.sequences].filter(isNew(stored.sequences, linesOfSequence)));
+        return part;
+    }
+
+    /* Names that the board has with other contents. Call load() first. */
+    replaced(motions) {
+        const { poses, sequences } = this.newOf(motions);
+        const { stored, gone } = this;
+
+        return [
+            ...[...poses.keys()].filter((name) => stored.poses.has(name)),
+            ...[...sequences.keys()].filter((name) => stored.sequences.has(name) || gone.includes(name)),
+        ];
     }
 
     /* Stores poses and sequences, in place of those of the same name. Call load() first. Throws before it sends
@@ -121,6 +131,12 @@ export class MotionStore {
         } finally {
             if (before) await this.#run(before).catch(() => {});
         }
+    }
+
+    /* `names`: ["pose NAME", "sequence NAME"]. Sequences go first: they need the poses. */
+    async remove(names) {
+        for (const name of names.reverse()) await this.#run(name.replace(" ", " delete "));
+        await this.load();
     }
 
     #checkRoom(motions) {
@@ -159,14 +175,10 @@ export class MotionStore {
 
     async #checkKept(motions) {
         await this.load();
-        const { poses, sequences } = this.replaced(motions);
-        const missing = [
-            ...[...motions.poses.keys()].filter((name) => !this.stored.poses.has(name)),
-            ...[...motions.sequences.keys()].filter((name) => !this.stored.sequences.has(name)),
-        ];
+        const { poses, sequences } = this.newOf(motions);
+        const names = [...poses.keys(), ...sequences.keys()];
 
-        if (poses.length || sequences.length || missing.length)
-            throw new MotionError("motion-not-kept", { names: [...poses, ...sequences, ...missing] });
+        if (names.length) throw new MotionError("motion-not-kept", { names });
     }
 
     /* Puts back what was there before, `stored`. `error`: why. */

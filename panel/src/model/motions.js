@@ -13,6 +13,8 @@ export const TIME_MAX = 600000;
 export const DWELL_MAX = 65530;
 export const TIME_STEP = 10; // ms: the board stores multiples of it
 
+const RECORDED = /^rec\d+x\d+$/; // name of a pose that a recording has made
+
 export class MotionError extends Error {
     constructor(code, detail = {}) {
         super(code);
@@ -94,11 +96,15 @@ export class Motions {
 
     /* A pose that a sequence needs stays: a sequence without one of its poses does not play. */
     deletePose(name) {
-        const users = [...this.sequences].filter(([, steps]) => steps.some((step) => step.pose === name));
+        const users = this.#usersOf(name);
 
-        if (users.length) throw new MotionError("motion-pose-used", { detail: name, users: users.map(([user]) => user) });
+        if (users.length) throw new MotionError("motion-pose-used", { detail: name, users });
         this.poses.delete(name);
         this.isChanged = true;
+    }
+
+    #usersOf(pose) {
+        return [...this.sequences.keys()].filter((name) => this.sequences.get(name).some((step) => step.pose === pose));
     }
 
     /* A name that is free: `stem` and a number. */
@@ -161,8 +167,12 @@ export class Motions {
         this.isChanged = true;
     }
 
+    /* The poses of a recording go with the last sequence that has them. */
     deleteSequence(name) {
+        const steps = this.sequences.get(name);
+
         this.sequences.delete(name);
+        for (const { pose } of steps) if (RECORDED.test(pose) && !this.#usersOf(pose).length) this.poses.delete(pose);
         this.isChanged = true;
     }
 

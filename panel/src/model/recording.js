@@ -4,6 +4,17 @@
 
 export const LENGTH_MAX_MS = 120000; // then the recording ends by itself
 
+const STILL_RAW = 3; // 1 degree
+
+/* The samples without the standstill at begin and end; all if nothing moves. */
+export function moving(samples) {
+    const movesFrom = ({ raw }) => (sample) => sample.raw.some((position, joint) => Math.abs(position - raw[joint]) > STILL_RAW);
+    const first = samples.findIndex(movesFrom(samples[0])) - 1;
+    const kept = first < 0 ? samples : samples.slice(first, samples.findLastIndex(movesFrom(samples.at(-1))) + 2);
+
+    return kept.map(({ t, raw }) => ({ t: t - kept[0].t, raw }));
+}
+
 export class Recording {
     constructor(ids) {
         this.ids = ids;

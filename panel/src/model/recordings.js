@@ -6,7 +6,7 @@ import { pause } from "../wire/clock.js";
 import { MotionError, STEPS_MAX, stepOf } from "./motions.js";
 import { texts } from "../texts/texts.js";
 import { stepsTooFast } from "./path.js";
-import { Recorder } from "./recording.js";
+import { Recorder, moving } from "./recording.js";
 import { thin, thinTo } from "./thin.js";
 import { DEGREES_MAX, degreesOf, rawOfDegrees } from "./units.js";
 
@@ -68,6 +68,7 @@ export class Recordings {
     }
 
     #takeRecording(recording) {
+        recording.samples = moving(recording.samples);
         this.latest = recording;
         this.replay = null;
         this.setTolerance(this.tolerance);

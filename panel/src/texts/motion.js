@@ -114,6 +114,7 @@ export const motion = {
     storing: "Storing …",
     loading: "Loading …",
     askReplaceBoard: (names) => `The board has other contents for ${names.join(", ")}. Replace them?`,
+    askRemove: (names) => `Renamed or deleted here, and still on the board: ${names.join(", ")}. Remove there, too?`,
     askReplacePage: "Poses and sequences here have unsaved changes. Replace them?",
     replace: "Replace",
     cancel: "Cancel",
@@ -207,11 +208,11 @@ export const motionNotices = {
     }),
     "motion-playing": () => ({ text: "A motion plays already.", remedy: "End it, or wait for its end." }),
     "motion-inhibited": () => ({
-        text: "Driving is inhibited. The page sends no goals.",
+        text: "Driving is inhibited. No goal is sent.",
         remedy: "Remove the cause, press Release, then switch torque on.",
     }),
     "motion-torque": ({ ids }) => ({
-        text: `Torque is not on: ${list(ids)}. The page sends no more goals.`,
+        text: `Torque is not on: ${list(ids)}. No goal is sent.`,
         remedy: "Choose these servos and press “Torque on”.",
     }),
     "motion-endless": ({ ids }) => ({

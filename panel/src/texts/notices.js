@@ -233,8 +233,8 @@ export const notice = {
         level: "warning",
     }),
     console: () => ({
-        text: "This firmware has the profile console: it has no stored poses and sequences, and no diagnosis.",
-        remedy: "For these flash the profile full, on a board with 8 KB of RAM.",
+        text: "This firmware has the profile console.",
+        remedy: board.offers.console,
         level: "info",
     }),
     ...motionNotices,

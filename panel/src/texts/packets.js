@@ -133,7 +133,7 @@ export const packets = {
     ofScan: "Of these by scan",
     meaning: "Meaning",
     means: (unit, what) => (unit ? `${unit}${what.startsWith("good") ? ":" : ""} ${what}` : what),
-    counterHint: "Behind 65535 a counter begins again at 0: then a count is too small, as one below its part by scan. For a true count press “Count from now”, and read again within minutes.",
+    counterHint: "Behind 65535 a counter begins again at 0, after minutes perhaps. “Count from now” begins a new count.",
     noCounters: "Not read yet.",
     since: (text) => `Counted ${text}.`,
     scanCounts: "Every search for servos is counted, too: this firmware does not tell them apart.",

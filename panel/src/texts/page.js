@@ -6,7 +6,7 @@ import { many } from "./words.js";
 export const page = {
     name: "CDS55xx",
 
-    framed: "The control panel stands in a frame of another page. It does not connect: that page could lead your clicks. Open it in a tab of its own.",
+    framed: "Inside a frame of another page the control panel does not connect: that page could lead your clicks. Open it in a tab of its own.",
 
     connect: {
         serial: "Connect by USB",

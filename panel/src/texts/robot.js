@@ -37,7 +37,7 @@ export const robot = {
     inhibited: "Inhibited",
     stopped: "Driving is inhibited by a stop. Press Release to allow it.",
     host: "Driving is inhibited: the controller lost the link to this machine. Press Release to allow it.",
-    lost: "torque went off by itself, so the controller inhibits driving. Look for heat, overload or lost power, then press Release on its card in the view Robot.",
+    lost: "torque went off by itself. Look for heat, overload or lost power, then press Release on its card in the view Robot.",
     releaseOf: (id) => `Release servo ${id}`,
     goalStates: {
         unconfirmed: "Goal not confirmed",

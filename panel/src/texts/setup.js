@@ -48,7 +48,7 @@ export const setup = {
     listFull: (count) => `The controller knows ${count} servos, unplugged ones too, and refuses another ID. Unplug some, then press “Forget the list”.`,
     forgetList: "Forget the list",
     newDone: (id) => `Servo ${id} is set up. Plug in the others again, then press “Search”.`,
-    newKnown: "Nothing was written: the servo that answers has an ID of the controller’s list, which keeps unplugged servos, too. If it is a servo of the robot, unplug it and set up again. If it is the new one, let the controller forget the list:",
+    newKnown: "Nothing was written: the servo that answers has an ID of the controller’s list. If it is a servo of the robot, unplug it and set up again. If it is the new one, let the controller forget the list:",
     newForget: (id) => `Forget the list, set up servo ${id}`,
     newEnded: "You ended the set-up. Search for the servo before you try again.",
 
@@ -133,7 +133,7 @@ export const setup = {
     },
 
     backup: "Backup and restore",
-    backupHint: "A file holds all writable EEPROM registers except ID and BAUD_RATE. A restore shows the differences before it writes.",
+    backupHint: "A file holds all writable EEPROM registers except ID and BAUD_RATE.",
     saveOne: (id) => `Save servo ${id}`,
     saveAll: "Save the robot",
     saving: "Reading …",

@@ -194,7 +194,6 @@ class SettingsPart extends Part {
             <h2 id="settings-title">${t.settings}</h2>
             ${this.#settings.origin ? html`<p class="soft">${t.atStart(this.#settings.origin)}</p>` : nothing} ${this.#buttons()}
             <div class="settings">${this.#settings.rows.map((row) => this.#row(row))}</div>
-            <p class="hint">${t.modeNote}</p>
         </section>`;
     }
 }

@@ -2,7 +2,7 @@
 /* The controller: firmware, inhibit, alarms, status, settings. */
 
 import { html, nothing } from "lit/html.js";
-import { noticeText, texts } from "../texts/texts.js";
+import { texts } from "../texts/texts.js";
 import { modeOf } from "./part.js";
 import { View } from "./view.js";
 import "./board_settings.js";
@@ -15,7 +15,6 @@ export class BoardView extends View {
 
     #controller() {
         const { controller, wire } = this.session;
-        const other = noticeText({ code: "other-version", version: controller.version, shown: controller.shownVersion });
         const facts = [
             [t.firmware, controller.version],
             [t.page, controller.shownVersion],
@@ -27,9 +26,6 @@ export class BoardView extends View {
         return html`<section aria-labelledby="controller-title">
             <h2 id="controller-title">${t.controller}</h2>
             ${factList(facts, "firmware")}
-            ${controller.isOtherVersion
-                ? html`<p class="other-version">${other.text} ${other.remedy}</p>`
-                : nothing}
             <p class="offers"><b>${t.offered}:</b> ${t.offers[controller.profile]}</p>
         </section>`;
     }

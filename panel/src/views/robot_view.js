@@ -368,7 +368,7 @@ export class RobotView extends View {
             for (const { advice, namesNoServo } of list)
                 if (advice) servosOf.set(advice, namesNoServo ? [] : [...(servosOf.get(advice) ?? []), id]);
         return html`<div class="hints">
-            <p id="robot-keys" class=${servosOf.size ? "covered" : ""}>${t.keys}</p>
+            <p id="robot-keys" ?hidden=${servosOf.size}>${t.keys}</p>
             <div class="advice" role="status">
                 ${[...servosOf].map(([advice, ids]) => html`<p>${ids.length ? `${nameOf({ id: ids[0], ids })}: ` : ""}${advice}</p>`)}
             </div>

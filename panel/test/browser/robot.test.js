@@ -264,7 +264,7 @@ test("cards: with five alarms they grow, so each text and button stays in sight"
 
         return top >= card.top && bottom <= card.bottom && right <= card.right;
     })));
-    const hidden = await page.$eval(".advice", (advice) => [getComputedStyle(advice).overflowY, advice.scrollHeight > advice.clientHeight]);
+    const hidden = await page.$eval(".hints", (advice) => [getComputedStyle(advice).overflowY, advice.scrollHeight > advice.clientHeight]);
 
     assert.deepEqual(hidden, ["auto", true]);
 });

@@ -72,6 +72,8 @@ test("store: loads what it stored, leaves the group as it was", async (t) => {
     assert.equal(textOfMotions(store.stored), WAVE);
     assert.deepEqual(store.names, ["wave"]);
     assert.deepEqual(await session.controller.run("group"), ["group 2 3 sync"]);
+    await store.remove(["pose left", "sequence wave"]);
+    assert.deepEqual([[...store.stored.poses.keys()], store.names], [["middle"], []]);
 });
 
 test("store: 18 servos in lines of full length", async (t) => {
@@ -112,7 +114,7 @@ sequence second new fresh 1s
         assert.deepEqual(contents(store.stored), contents(read(WAVE)), bad);
         assert.ok(session.notices.some(({ code }) => code === "motion-taken-back"));
     }
-    assert.deepEqual(store.replaced(other), { poses: ["left"], sequences: ["wave"] });
+    assert.deepEqual(store.replaced(other), ["left", "wave"]);
 });
 
 test("store: a stop between the lines leaves what was there before", async (t) => {

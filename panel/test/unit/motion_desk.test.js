@@ -107,14 +107,17 @@ test("undo: after a saved deletion there is unsaved work", async () => {
 });
 
 /* A desk that records servo 1 for `ms`. */
-async function recording(ms) {
+async function recording(ms, positionAt = () => 512) {
     const { session, desk } = deskWith();
     const servo = { id: 1, presence: "online", isOld: () => false, raw: { position: 512 }, updatedAt: 0 };
     const robot = Object.assign(new EventTarget(), { ids: [1], servos: new Map([[1, servo]]) });
 
     Object.assign(session, { state: "connected", robot });
     await desk.recordings.begin();
-    for (; servo.updatedAt <= ms; servo.updatedAt += 20) robot.dispatchEvent(new Event("feedback"));
+    for (; servo.updatedAt <= ms; servo.updatedAt += 20) {
+        servo.raw.position = positionAt(servo.updatedAt);
+        robot.dispatchEvent(new Event("feedback"));
+    }
     return { session, desk };
 }
 
@@ -215,7 +218,7 @@ test("play: the board is asked again after a load that has failed", async () => 
     const outcomes = [Promise.reject(Object.assign(new Error(), { code: "timeout" })), Promise.resolve()];
     let loads = 0;
 
-    Object.assign(session, { controller: {}, robot: {} });
+    Object.assign(session, { controller: {}, robot: { servos: new Map() } });
     await desk.addStep();
     Object.assign(desk.store, { store: async () => {}, play: async () => {} });
     Object.defineProperties(desk.store, { canStore: { value: true }, canPlay: { value: true } });
@@ -274,6 +277,7 @@ async function deskWithBoard({ raw = null, answer = true } = {}) {
 
     Object.assign(session, { state: "connected", robot: { motion: { state: 0 }, servos: new Map(), ids: [] } });
     session.controller = { hasCommand: () => true, hasMotion: true };
+    session.wire = { hasDevice: true };
     await desk.addStep();
     if (raw !== null) {
         desk.store.stored = desk.motions.partOf(desk.sequence);
@@ -300,6 +304,110 @@ for (const [what, board, isNeeded, expected] of [
         await desk.play();
         assert.deepEqual(done, expected);
     });
+
+for (const [what, change, code] of [
+    ["torque is off", ({ session }) => session.robot.servos.set(1, { torque: false }), "motion-torque"],
+    ["driving is inhibited", ({ session }) => (session.robot.isInhibited = true), "motion-inhibited"],
+])
+    test(`play by the board: nothing is stored while ${what}`, async () => {
+        const { desk, done } = await deskWithBoard();
+
+        change(desk);
+        await desk.play();
+        assert.deepEqual(done, []);
+        assert.deepEqual(desk.session.notices.map((notice) => notice.code), [code]);
+    });
+
+/* A desk that has loaded poses up and down and sequence seq1 with up; other sequences of the board need `needed`. */
+async function deskThatLoaded({ needed = [], answer = true } = {}) {
+    const { desk, done } = await deskWithBoard();
+    const { store } = desk;
+    const board = (desk.motions.setPose("down", new Map([[1, 100]])), desk.motions.partOf("seq1"));
+
+    board.poses.set("down", desk.motions.poses.get("down"));
+    store.stored = board;
+    await desk.load();
+    done.length = 0;
+    for (const pose of needed) board.sequences.set("else", [{ pose, time: 1000, dwell: 0, passes: false }]);
+    store.store = async (part) => { // as the board does
+        for (const [name, pose] of part.poses) board.poses.set(name, pose);
+        for (const [name, steps] of part.sequences) board.sequences.set(name, steps);
+    };
+    store.remove = async (names) => done.push(...names);
+    desk.ask = async (question) => (done.push(question), answer);
+    return { desk, done };
+}
+
+test("store: what was renamed or deleted here is removed on the board, too, if the user says so", async () => {
+    const { desk, done } = await deskThatLoaded();
+
+    desk.showPose("up");
+    await desk.renamePose("top");
+    await desk.renameSequence("nod");
+    await desk.deletePose("down");
+    await desk.storeAll();
+    assert.deepEqual(done, [texts.motion.askRemove(["pose up", "pose down", "sequence seq1"]), "pose up", "pose down", "sequence seq1"]);
+    done.length = 0;
+    await desk.storeAll();
+    assert.deepEqual(done, []); // asked once
+});
+
+test("store: a pose that another sequence of the board needs stays, and all stays if the user says no", async () => {
+    const needed = await deskThatLoaded({ needed: ["down"] });
+
+    await needed.desk.deletePose("down");
+    await needed.desk.storeAll();
+    assert.deepEqual(needed.done, []);
+    const kept = await deskThatLoaded({ answer: false });
+
+    await kept.desk.deletePose("down");
+    await kept.desk.storeAll();
+    assert.deepEqual(kept.done, [texts.motion.askRemove(["pose down"])]);
+});
+
+test("store: what the page never had stays on the board unasked", async () => {
+    const { desk, done } = await deskThatLoaded();
+
+    desk.store.stored.setPose("other", new Map([[1, 7]]));
+    await desk.storeAll();
+    assert.deepEqual(done, []);
+});
+
+test("delete: the poses of a recording go with its sequence, and come back with it", async () => {
+    const { session, desk } = await recording(200);
+
+    desk.motions.setPose("up", new Map([[1, 512]]));
+    await desk.recordings.end();
+    await desk.recordings.toSequence();
+    const all = [...desk.motions.poses.keys()];
+
+    assert.ok(all.length > 2);
+    desk.showPose("rec1x1");
+    await desk.changeStep(0, { pose: "up" });
+    await desk.deleteSequence();
+    assert.deepEqual([...desk.motions.poses.keys()], ["up", "rec1x1"]); // the sequence did not use them, or they are no recording's
+    assert.equal(desk.pose, "rec1x1");
+    session.notices.at(-1).undo();
+    assert.deepEqual([...desk.motions.poses.keys()], all);
+});
+
+test("delete: a pose of a recording stays if another sequence has it, and one that goes is not shown", async () => {
+    const { desk } = await recording(400, (ms) => (ms > 100 ? 512 + Math.min(ms - 100, 200) : 512));
+
+    await desk.recordings.end();
+    assert.equal(desk.recordings.latest.length, 200); // without the standstill at begin and end
+    await desk.recordings.toSequence();
+    const [{ pose }] = desk.steps;
+
+    await desk.newSequence();
+    await desk.addStep();
+    assert.equal(desk.steps[0].pose, pose);
+    desk.showSequence("rec1");
+    desk.showPose("rec1x2");
+    await desk.deleteSequence();
+    assert.deepEqual([...desk.motions.poses.keys()], [pose]);
+    assert.equal(desk.pose, "");
+});
 
 test("playhead: the board's step, then the time since; none in another sequence", async () => {
     const { desk } = await deskWithBoard();

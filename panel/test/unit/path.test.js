@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { compare, Recorder } from "../../src/model/recording.js";
+import { compare, moving, Recorder } from "../../src/model/recording.js";
 import { pathOfPoints, pathOfSequence, positionsAt, stepsTooFast } from "../../src/model/path.js";
 import { thin, thinTo } from "../../src/model/thin.js";
 
@@ -196,4 +196,11 @@ test("compare: the largest error, its servo and the mean", () => {
     const result = compare(path, [{ t: 50, raw: [40, 0] }, { t: 100, raw: [100, 30] }, { t: 500, raw: [999, 999] }]);
 
     assert.deepEqual([result.largest, result.joint, result.mean], [30, 1, 10]);
+});
+
+test("moving: a standstill at begin and end is cut off, noise of 1 degree is none, and nothing if all stand", () => {
+    const samples = [500, 503, 500, 520, 530, 521, 531, 530, 530].map((raw, index) => ({ t: index * 20, raw: [100, raw] }));
+
+    assert.deepEqual(moving(samples).map(({ t, raw }) => [t, raw[1]]), [[0, 500], [20, 520], [40, 530], [60, 521], [80, 531]]);
+    assert.equal(moving(samples.slice(0, 3)).length, 3);
 });

@@ -271,6 +271,13 @@ test("change of an ID: a servo that stays as it was is not told as partly done",
     assert.equal(setup.outcome.kind, "unchanged");
 });
 
+test("new servo: one that is not alone is told in words of the page", async () => {
+    const { setup, clock } = await rig({ onText: (line, at) => line === "new 4" && (at.say("error 89: the new servo is not alone, nothing was written; then 'new' again"), true) });
+
+    await finish(clock, setup.setUpNew(4));
+    assert.match(setup.session.notices[0].remedy, new RegExp(`press “${texts.setup.newStart}”`));
+});
+
 test("new servo: waits through a silent search of 4 s", async () => {
     const { setup, port, clock } = await rig({ onText: (line) => line === "new 4" });
     const setUp = setup.setUpNew(4);

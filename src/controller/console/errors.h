@@ -49,8 +49,7 @@
     X(ERROR_FORCE, 53, "nothing was reset",                                                        \
       "all servos would get ID 1; 'factory 254 force' sends it")                                   \
     X(ERROR_STOPPED, 54, "stopped: driving is inhibited",                                          \
-      "remove the cause, then 'release'; 'torque on' moves to the last goal, 'teach off' does "    \
-      "not")                                                                                       \
+      "remove the cause, 'release'; 'torque on' moves to the last goal, 'teach off' does not")     \
     X(ERROR_OMITTED, 55, "not in this firmware",                                                   \
       "boards arduino-mega, atmega1284p, cm510 have it, and the library")                          \
     X(ERROR_TIME, 56, "time out of range", "'help COMMAND' has the range")                         \
