@@ -219,11 +219,16 @@ examples: $(call examples_of,$(BOARD))
 ## size: flash and RAM of each profile on every board, or of BOARD_DIR, beside its budget
 SIZED := $(if $(BOARD_DIR),$(BOARD),$(BOARDS))
 NOTED := $(if $(BOARD_DIR),,$(EXAMPLES))
-.PHONY: size
-size: $(foreach b,$(SIZED),$(call profile_elfs,$(b))) $(NOTED)
+.PHONY: size size-elfs
+size-elfs: $(foreach b,$(SIZED),$(call profile_elfs,$(b))) $(NOTED)
+	@:
+# -k: a program that does not fit takes no other row away.
+size:
+	@rm -f build/size-failed; $(MAKE) -k --no-print-directory size-elfs || touch build/size-failed
 	$(clear)
 	@scripts/size.py $(foreach b,$(SIZED),$(foreach f,$(call profile_elfs,$(b)),$(f) $($(b)_BUDGETS))) \
 	  --note $(NOTED) --too-large $(foreach b,$(SIZED),$(call too_large,$(b)))
+	@[ ! -e build/size-failed ] || { echo 'a build failed: its message is above the table'; false; }
 
 ## size-map: what the flash of BOARD's firmware is made of, by folder and file
 .PHONY: size-map

@@ -13,17 +13,28 @@ GENERATED_DOCS := errors registers settings console device
 
 ## check: format, layering, docs, headers, machine code; every board built
 .PHONY: check
-check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
-	$(clear)
+check: tools
 	@echo '  CHECK    format'; clang-format --dry-run --Werror $(FORMATTED)
 	@echo '  CHECK    licences'; scripts/spdx.py
 	@echo '  CHECK    layering'; scripts/layering.py
+	@$(MAKE) --no-print-directory check-docs
+	@$(MAKE) --no-print-directory check-builds
+	@$(MAKE) --no-print-directory size
+
+# Before the other builds, which take longer.
+.PHONY: check-docs
+check-docs: build/atmega128/controller.elf build/host/cds55xx-sim
+	$(clear)
 	@scripts/deps.sh docs
 	@echo '  CHECK    docs'; for d in $(GENERATED_DOCS); do scripts/$$d.py | diff -u docs/$$d.md - || \
 	  { echo "docs/$$d.md is out of date: run make docs"; exit 1; }; done
 	@echo '  CHECK    links'; scripts/links.py
 	@scripts/readme.py --check
 	@echo '  CHECK    docs/internals/conformance.md'; scripts/conformance.py
+
+.PHONY: check-builds
+check-builds: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
+	$(clear)
 	@echo '  CHECK    machine code'; scripts/elf.py $(sort $(foreach b,$(BOARDS),$(call library_of,$($(b)_MCU)))) \
 	  $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 	@echo '  CHECK    headers'; for h in $(PUBLIC_HEADERS); do \
@@ -31,7 +42,6 @@ check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
 	  echo 'extern int not_empty;' | avr-g++ -mmcu=atmega128 -std=c++11 $(ALONE) -include $$h -x c++ - || exit 1; done
 	@for h in $(PORT_HEADERS); do for l in 'c -std=gnu99' 'c++ -std=gnu++11'; do echo 'extern int not_empty;' | \
 	  $(AVR_CC) -mmcu=atmega128 -DF_CPU=16000000UL -Os -Iboards/atmega128 $(ALONE) -include $$h -x $$l - || exit 1; done; done
-	@$(MAKE) --no-print-directory size
 
 ## eva: Frama-C Eva looks for run-time errors in ring, parser, packet, link and bus (2 min)
 .PHONY: eva

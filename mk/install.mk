@@ -4,7 +4,7 @@
 PREFIX ?= /usr/local
 
 # Options that a program needs beside -mmcu. The handlers must be inlined, so the library refuses a program
-# without -Os. -flto: the compiler sees library and program at once.
+# without optimisation (-O0). -flto: the compiler sees library and program at once.
 INSTALLED_CFLAGS := -DF_CPU=16000000UL -Os -flto -ffunction-sections -fdata-sections -mstrict-X
 INSTALLED_LDFLAGS := -Os -flto -flto-partition=none -Wl,--gc-sections -Wl,--relax
 INSTALL := scripts/install.py

@@ -14,7 +14,9 @@ PANEL_TABLE_SOURCES := $(wildcard scripts/panel-tables.py scripts/registers.py s
 $(PANEL_MODULES): panel/package.json panel/package-lock.json
 	@scripts/deps.sh panel
 	$(call say,NPM,panel/node_modules)
-	$(Q)npm ci --prefix panel --no-audit --no-fund --no-update-notifier --loglevel=error
+	$(Q)why=$$(npm ci --prefix panel --no-audit --no-fund --no-update-notifier --loglevel=error --fetch-retry-mintimeout=500 \
+	  --fetch-retry-maxtimeout=2000 --fetch-timeout=60000 2>&1) || { echo "npm cannot install the packages of the control panel:" \
+	  "$$(printf '%s\n' "$$why" | head -1); connect the network, or copy panel/node_modules of another clone and touch $@" >&2; exit 1; }
 	$(Q)touch $@
 
 $(PANEL_TABLES): $(PANEL_TABLE_SOURCES) | tools

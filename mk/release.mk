@@ -13,11 +13,11 @@ RELEASE_NEEDS = $(foreach f,$(RELEASED),$(firstword $(subst :, ,$(f))))
 
 ## release: firmware, libraries, Arduino ZIP, sources of the last commit and SHA256SUMS, in build/release
 .PHONY: release
-release: may-release $$(RELEASE_NEEDS)
+release: may-release $(PANEL_MODULES) $$(RELEASE_NEEDS)
 	$(clear)
 	@scripts/release.py build/release cds55xx-$(VERSION) $(RELEASED)
 
-# Before the build, which takes longer.
+# Before the build, which takes longer, as the packages of the panel.
 .PHONY: may-release
 may-release:
 	@scripts/release.py --check

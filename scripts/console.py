@@ -57,17 +57,23 @@ def text_of(field, row):
     return "".join(part[1:-1] for part in re.findall(STRING, found[1])) if found else None
 
 
-def commands(profile="full"):
-    """(heading, usage, what, details, example) of each row, in the order of `help`."""
+def commands(profile="full", has_room=True):
+    """(heading, usage, what, details, example) of each row, in the order of `help`; has_room: on a chip with 256 KB of flash."""
     heading = None
-    for name in re.findall(r"&(\w+)_commands", (PROFILES / f"{profile}.c").read_text()):
+    groups = (PROFILES / f"{profile}.c").read_text()
+    if not has_room:
+        groups = re.sub(r"^#if HAS_ROOM\n.*?^#endif\n", "", groups, flags=re.M | re.S)
+    for name in re.findall(r"&(\w+)_commands", groups):
         if not (FOLDER / f"{name}.c").exists():
             continue  # of commands that the profile omits
         text = (FOLDER / f"{name}.c").read_text()
         heading = text_of("heading", text) or heading
         for row in re.findall(r"^    \{\n(        \.usage.*?)^    \},", text, re.M | re.S):
-            yield heading.rstrip(":"), *(text_of(field, row)
-                                         for field in ("usage", "what", "details", "example"))
+            texts = {field: text_of(field, row) for field in ("usage", "what", "details", "example")}
+            for field, text_of_field in texts.items():
+                if text_of_field is None:
+                    raise SystemExit(f"{name}.c: {texts['usage']}: .{field} is missing")
+            yield heading.rstrip(":"), *texts.values()
 
 
 def heard(typed, servos):
@@ -288,7 +294,10 @@ again.
 
 ## Commands""")
     last = None
+    everywhere = set(commands(has_room=False))
     for heading, usage, what, details, example in rows:
+        if (heading, usage, what, details, example) not in everywhere:
+            details += ". Only on chips with 256 KB of flash"
         if heading != last:
             print(f"\n### {heading}\n\n| command | what it does | ranges and remarks | example |")
             print("|---|---|---|---|")

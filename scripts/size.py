@@ -5,7 +5,9 @@ stack; exit 1 when one is over.
 
 usage: size.py ELF FLASH_MAX RAM_MAX [ELF FLASH_MAX RAM_MAX ...] [--note ELF ...] [--too-large NAME ...]
 Those after --note are shown without a budget; those after --too-large do not fit their chip and are not built.
+X.over beside X.elf has the bytes by which its link did not fit (scripts/link.sh).
 """
+import pathlib
 import re
 import struct
 import subprocess
@@ -36,6 +38,14 @@ def chip_of(elf):
     return struct.unpack_from("<4I", note, NOTE_HEAD)[1::2]
 
 
+def absence(elf):
+    """Why the ELF is not there, or not up to date; else None."""
+    over = pathlib.Path(elf).with_suffix(".over")
+    if over.exists():
+        return f"does not fit, {over.read_text().strip()} bytes over"
+    return None if pathlib.Path(elf).exists() else "is not built"
+
+
 def split(arguments, option):
     at = arguments.index(option) if option in arguments else len(arguments)
     return arguments[:at], arguments[at + 1:]
@@ -47,19 +57,20 @@ def main(arguments):
     rows = [budgeted[i:i + 3] for i in range(0, len(budgeted), 3)]
     over = False
     print(f"  {'bytes of':<36}{'flash':>8}{'budget':>8}{'RAM':>8}{'budget':>8}{'stack':>8}")
-    for elf, flash_max, ram_max in rows:
+    for elf, *limits in [*rows, *([elf] for elf in noted)]:
+        name = f"{elf.replace('build/', ''):<36}"
+        if why := absence(elf):
+            print(f"  {name}  {why}")
+            over = True
+            continue
         flash, ram = sizes(elf)
         chip_flash, chip_ram = chip_of(elf)
-        flash_max = chip_flash if flash_max == "-" else int(flash_max)
-        ram_max = chip_ram - STACK if ram_max == "-" else int(ram_max)
+        budgets = [chip if limit == "-" else int(limit) for limit, chip in zip(limits, (chip_flash, chip_ram - STACK))]
         verdict = ""
-        if flash > flash_max or ram > ram_max:
+        if any(used > budget for used, budget in zip((flash, ram), budgets)):
             verdict, over = "  OVER BUDGET", True
-        print(f"  {elf.replace('build/', ''):<36}{flash:>8}{flash_max:>8}{ram:>8}{ram_max:>8}"
-              f"{chip_ram - ram:>8}{verdict}")
-    for elf in noted:
-        flash, ram = sizes(elf)
-        print(f"  {elf.replace('build/', ''):<36}{flash:>8}{'-':>8}{ram:>8}{'-':>8}{chip_of(elf)[1] - ram:>8}")
+        flash_max, ram_max = budgets or ("-", "-")
+        print(f"  {name}{flash:>8}{flash_max:>8}{ram:>8}{ram_max:>8}{chip_ram - ram:>8}{verdict}")
     for name in absent:
         print(f"  {name:<36}  does not fit the chip")
     return 1 if over else 0

@@ -185,10 +185,29 @@ ifneq ($(UNKNOWN_WORDS),)
 test:
 	@echo "no suite has '$(firstword $(UNKNOWN_WORDS))' in its name; make list-tests lists the suites"; false
 else
-test: $$(test_programs)
+# If a profile does not fit the flash of a board, the suites that do not need it run, and the target fails.
+.PHONY: test-programs fitting-tests
+test-programs: $$(test_programs)
+	@:
+test:
+	@$(MAKE) --no-print-directory test-programs || { ! ls build/*/*.over > /dev/null 2>&1 || \
+	  $(MAKE) --no-print-directory fitting-tests; false; }
 	$(clear)
 	@$(run_tests) --times build/test-times.tsv $(TESTS) \
 	  $(if $(T)$(filter yes,$(PANEL)),,--skipped "$(words $(PANEL_SUITES)) suites of the control panel; 'make test-panel' installs Chromium and runs them")
+endif
+
+# After test-programs has failed. UNFIT: the profiles that do not fit (scripts/link.sh), and copies of them.
+ifneq ($(filter fitting-tests,$(MAKECMDGOALS)),)
+UNFIT := $(foreach b,$(BOARDS),$(foreach p,$($(b)_PROFILES),$(if $(wildcard build/$(b)/$(p).over),build/$(b)/$(p).elf \
+	$(if $(filter $(p),$($(b)_PROFILE)),build/$(b)/controller.elf))))
+suite_needs = $(if $(filter %.py,$(1)),$(call run_needs,$(1)),$(if $(filter %.js,$(1)),$(PANEL_NEEDS)))
+UNFIT_TESTS := $(foreach t,$(TESTS),$(if $(filter $(UNFIT),$(call suite_needs,$(t))),$(t)))
+TESTS := $(filter-out $(UNFIT_TESTS),$(TESTS))
+fitting-tests: $$(test_programs)
+	$(clear)
+	$(if $(TESTS),@$(run_tests) $(TESTS))
+	@echo 'not run, since they need $(firstword $(UNFIT)), which does not fit: $(basename $(notdir $(UNFIT_TESTS)))'
 endif
 
 ## list-tests: the names of the suites, for T=

@@ -514,6 +514,18 @@ class Recipes(unittest.TestCase):
         block = re.search(r"```c\n(.*?)```", text[begin:], re.S)[1]
         self.assertEqual(block.split("\n")[0].strip(), "/* SPDX-License-Identifier: MIT */")
 
+    def test_code_of_recipe_compiles(self):
+        """A command, and the functions of one that sends several packets."""
+        recipe = (ROOT / "CONTRIBUTING.md").read_text().split("### Add a command\n")[1].split("\n### ")[0]
+        command, functions = re.findall(r"^   ```c\n(.*?)^   ```", recipe, re.S | re.M)[:2]
+        headers = "".join(f'#include "console/{name}.h"\n' for name in ["commands/shared", "errors", "messages"])
+        for code in [command, headers + functions]:
+            with tempfile.NamedTemporaryFile("w", suffix=".c") as file:
+                file.write(code)
+                file.flush()
+                self.assertEqual(run("gcc", "-std=gnu99", "-fsyntax-only", "-Wall", "-Wextra", "-Wconversion", "-Werror",
+                                     "-Wno-unused-function", "-Iinclude", "-Isrc/core", "-Isrc/controller", file.name, cwd=ROOT), (0, ""))
+
 
 if __name__ == "__main__":
     unittest.main()

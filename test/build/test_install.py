@@ -273,6 +273,13 @@ class Examples(unittest.TestCase):
         self.assertNotEqual(status, 0)
         self.assertIn("there is no library for 'atmega32'; COMPONENTS are some of: at90can128", output)
 
+    def test_cmake_without_components_lists_the_chips(self):
+        source = self.copy("blink") / "CMakeLists.txt"
+        source.write_text(source.read_text().replace(" COMPONENTS atmega2560", ""))
+        status, output = self.cmake(source.parent)
+        self.assertEqual(status, 0, output)
+        self.assertIn("cds55xx: link cds55xx::<chip>, one of: at90can128", output)
+
     def test_cmake_without_toolchain_file_names_the_file(self):
         status, output = shell(f"cmake -DCMAKE_PREFIX_PATH={PREFIX} -S {self.copy('blink')} -B {self.folder}/build")
         self.assertNotEqual(status, 0)

@@ -6,7 +6,8 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-REMEDY = "profile 'full' does not fit the flash of 'myboard': 'make size-map BOARD=myboard PROFILE=full'"
+REMEDY = ("profile 'full' does not fit the flash of 'myboard', 660 bytes over: see 'Make room' in CONTRIBUTING.md; "
+          "for a new board: PROFILES := bridge console in its board.mk (docs/linking.md)\n")
 
 
 def link(command):

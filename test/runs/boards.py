@@ -7,8 +7,15 @@ import re
 from simulator import ROOT
 
 PROFILES = ["bridge", "console", "full"]
-# Chips with up to 64 KB of flash: their boards have no profile `full` by default, as make gives.
-SMALL = re.search(r"^avr5_MCUS *:= *(.*)$", (ROOT / "mk/library.mk").read_text(), re.M)[1].split()
+
+
+def chips(architecture):
+    return re.search(rf"^{architecture}_MCUS *:= *(.*)$", (ROOT / "mk/library.mk").read_text(), re.M)[1].split()
+
+
+# Chips with up to 64 KB of flash: their boards have no profile `full` by default, as make gives. Chips with 256 KB: their
+# profile `full` has all commands (HAS_ROOM of profiles/full.c).
+SMALL, LARGE = chips("avr5"), chips("avr6")
 
 # profile: of the controller; None: the board has no host link, its firmware is a program of its own.
 # profiles: those that its flash has room for. host_bps: rate of the host link, None without one.

@@ -3,11 +3,14 @@
  * a motion: there "pose ... in TIME" gives each servo one goal, as in the profile `console`. */
 #include <stddef.h>
 
+/* A group between `#if HAS_ROOM` and `#endif` is linked only on chips with 256 KB of flash. */
 #ifdef __AVR__
-#include <avr/io.h> // RAMEND
+#include <avr/io.h> // RAMEND, FLASHEND
 #define HAS_MOTION (RAMEND > 0x1FFF)
+#define HAS_ROOM   (FLASHEND > 0x1FFFF)
 #else
 #define HAS_MOTION 1
+#define HAS_ROOM   1
 #endif
 
 #include "console/commands/command_groups.h"
@@ -54,7 +57,9 @@ static const CDS_FLASH struct command_store store = {
 #endif
 };
 
-/* In the order of the list of `help`. clang-format would put several groups on a line. */
+/* In the order of the list of `help`. A new group that a chip with 128 KB of flash has no room for
+ * stands at its place, between `#if HAS_ROOM` and `#endif` (CONTRIBUTING.md, "Make room").
+ * clang-format would put several groups on a line. */
 // clang-format off
 static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &help_commands,
