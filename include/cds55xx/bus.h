@@ -306,7 +306,8 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
  *   CDS_BAD_ARGUMENT  the bus is not open, the packet was never ended, or reply_parameters is
  *                     above CDS_REPLY_MAX
  *   CDS_NO_ROOM       the reply would not fit reply_capacity
- *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY   the permit refuses it (servos.h)
+ *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY, CDS_RESERVED
+ *                     the permit refuses it (servos.h)
  *
  * With any result but CDS_OK nothing was sent, and request->result is that result, unless the
  * request is on its way. How it ends (request->result):
@@ -317,7 +318,7 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
  *   CDS_CORRUPT       no good reply by the deadline, and a byte or a packet was damaged
  *   CDS_LINE_BUSY     the line did not become quiet in time, nothing was sent
  *   CDS_CANCELLED     see cds_bus_cancel(), cds_bus_open()
- *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY
+ *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY, CDS_RESERVED
  *                     the permit refuses it since something has changed; nothing was sent
  *
  * The deadline is the time of packet and reply, the return delay and CDS_REPLY_MARGIN_US. */

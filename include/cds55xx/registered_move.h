@@ -100,6 +100,7 @@ enum cds_result cds_registered_move_begin(struct cds_registered_move *move,
  *   CDS_LIMIT         a goal is beyond a limit, a limit has changed, or ACTION would reach a servo
  *                     with limits that is not part of the move
  *   CDS_INHIBITED     a servo must not be driven, or an inhibit has changed
+ *   CDS_RESERVED      a servo is reserved for another request: cds_servos_reserve()
  *   CDS_CANCELLED     the move was aborted, or the bus opened again
  *
  * Then `acted` is false: nothing moves; or true: servos whose result is CDS_OK move, and of the

@@ -14,7 +14,9 @@
 extern "C" {
 #endif
 
-/* X(name, number, text, remedy) */
+/* X(name, number, text, remedy). The order matters: the packet of a request that ended as
+ * CDS_CORRUPT or lower was sent, from CDS_LINE_BUSY on it was not, and from CDS_NO_REPLY_DUE on the
+ * permit refused it. */
 #define CDS_RESULTS(X)                                                                             \
     X(CDS_OK, 0, "ok", "nothing to do")                                                            \
     X(CDS_PENDING, 1, "transaction in progress", "wait until it has ended")                        \

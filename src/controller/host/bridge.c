@@ -29,7 +29,7 @@ NOINLINE static void answer(struct bridge *bridge, uint8_t error, uint8_t *param
 
 /* ---- packets for the bus ---- */
 
-_Static_assert(CDS_RESERVED == CDS_TOO_EARLY + 1, "refuse() answers these two results");
+_Static_assert(CDS_RESERVED == CDS_TOO_EARLY + 1, "refuse() answers these two, the last results");
 
 /* The bus has refused the packet, at the submit or when its turn came. */
 static void refuse(struct bridge *bridge, uint8_t result)
@@ -73,7 +73,7 @@ static void await_reply(struct bridge *bridge)
         return;
     }
     bridge->state = BRIDGE_IDLE;
-    if (request->result > CDS_LINE_BUSY) { // the permit has refused the packet after the submit
+    if (request->result > CDS_LINE_BUSY) { // the permit has refused the packet: result.h
         refuse(bridge, request->result);
         return;
     }

@@ -100,7 +100,7 @@ static enum cds_result request_ended(void *context, struct cds_request *request,
     }
     if (is_kept)
         return CDS_PENDING;
-    if (request->retries && result > CDS_CORRUPT)
+    if (request->retries && result > CDS_CORRUPT) // the order of result.h
         result = CDS_TIMEOUT; // the retry was not sent, but the packet was before
     request->retries = 0;
     return result;

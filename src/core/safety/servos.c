@@ -185,7 +185,7 @@ static enum cds_result request_ended(void *context, struct cds_request *request,
     if (!cds_servos_take_routine(servos, request, (uint8_t)result)) {
         if (servos->walk_request == request) // the check of another one goes on
             servos->walk_request = NULL;
-        if (result <= CDS_CORRUPT) // it was sent
+        if (result <= CDS_CORRUPT) // it was sent: the order of result.h
             cds_servos_learn_end(servos, request, (uint8_t)result);
     }
     if (!queue)

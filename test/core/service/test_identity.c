@@ -507,6 +507,8 @@ void test_abort_at_any_poll_frees_the_bus_and_tells_what_it_wrote(void)
 
 static bool at_its_turn; // not when it is submitted
 
+static enum cds_result refusal;
+
 static enum cds_result refuse_writes(struct cds_request *asked)
 {
     bool waits = asked->result == CDS_PENDING;
@@ -514,17 +516,17 @@ static enum cds_result refuse_writes(struct cds_request *asked)
     if (asked->packet.bytes[CDS_AT_INSTRUCTION] != CDS_WRITE)
         return CDS_OK;
     port_fake.low_looks = at_its_turn && !waits; // it must wait for the line
-    return at_its_turn == waits ? CDS_INHIBITED : CDS_OK;
+    return at_its_turn == waits ? refusal : CDS_OK;
 }
 
 void test_change_write_refused_ends_with_nothing_written(void)
 {
-
-    for (uint8_t i = 0; i < 2; i++) {
+    for (uint8_t i = 0; i < 2 * (CDS_RESERVED - CDS_LINE_BUSY); i++) {
         begin(NEW_ID);
-        at_its_turn = i;
+        at_its_turn = i % 2;
+        refusal = (enum cds_result)(CDS_NO_REPLY_DUE + i / 2);
         permit_fake_attach(&bus, refuse_writes);
-        TEST_ASSERT_EQUAL(CDS_INHIBITED, run());
+        TEST_ASSERT_EQUAL(refusal, run());
         TEST_ASSERT_EQUAL(CDS_IDENTITY_UNCHANGED, identity.state);
         TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
         TEST_ASSERT_FALSE(identity.is_written);

@@ -222,6 +222,8 @@ void test_an_abort_at_any_poll_ends_it_as_cancelled(void)
 
 static bool at_its_turn; // not when it is submitted
 
+static enum cds_result refusal;
+
 static enum cds_result refuse_writes(struct cds_request *asked)
 {
     bool waits = asked->result == CDS_PENDING;
@@ -229,18 +231,18 @@ static enum cds_result refuse_writes(struct cds_request *asked)
     if (asked->packet.bytes[CDS_AT_INSTRUCTION] != CDS_WRITE)
         return CDS_OK;
     port_fake.low_looks = at_its_turn && !waits; // it must wait for the line
-    return at_its_turn == waits ? CDS_LIMIT : CDS_OK;
+    return at_its_turn == waits ? refusal : CDS_OK;
 }
 
 void test_what_is_not_admitted_was_not_written(void)
 {
-
-    for (uint8_t i = 0; i < 2; i++) {
+    for (uint8_t i = 0; i < 2 * (CDS_RESERVED - CDS_LINE_BUSY); i++) {
         setUp();
-        at_its_turn = i;
+        at_its_turn = i % 2;
+        refusal = (enum cds_result)(CDS_NO_REPLY_DUE + i / 2);
         permit_fake_attach(&bus, refuse_writes);
         TEST_ASSERT_EQUAL(CDS_OK, begin_limits());
-        TEST_ASSERT_EQUAL(CDS_LIMIT, run());
+        TEST_ASSERT_EQUAL(refusal, run());
         TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
         TEST_ASSERT_FALSE(setup.is_written);
     }

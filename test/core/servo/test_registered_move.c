@@ -1099,6 +1099,17 @@ void test_inhibit_before_action_calls_it_off(void)
     }
 }
 
+void test_reservation_before_action_calls_it_off(void)
+{
+    for (uint8_t at = 1; at <= 2 * SERVOS; at++) {
+        know_servos(SERVOS);
+        TEST_ASSERT_EQUAL(CDS_OK, begin_move(SERVOS, true));
+        run_until_sent(at);
+        cds_servos_reserve(&known, NULL, &states[2].id, 1);
+        assert_called_off_as(CDS_RESERVED);
+    }
+}
+
 void test_move_that_leaves_out_a_servo_with_limits(void)
 {
     know_servos(SERVOS + 1);
