@@ -13,7 +13,6 @@
 #define WAS_STATE_LOST 0x40
 #define WAS_OLD        0x10 // feedback
 #define LATE_US        250  // a poll that comes later after the one before ends a transaction
-#define LATE_POLLS     4    // of the bus: the packet has left, head, parameters, the next packet
 
 static const CDS_FLASH struct cds_joint *row_of(const struct cds_robot *robot, uint8_t joint)
 {
@@ -346,25 +345,33 @@ static void poll_stop(struct cds_robot *robot)
 
 /* ---- */
 
-/* Polls the bus. A transaction takes three polls and more: after a long turn of the main loop one
- * call makes them all, so that the next packet can leave. All joints are checked again every 65 ms:
- * feedback grows old without an event of the servos. */
-static void poll_transaction(struct cds_robot *robot)
+/* Polls the bus. A transaction takes four polls: the packet has left, head, parameters, the next
+ * packet. After a long turn of the main loop one call makes them all, so that the next packet can
+ * leave. */
+static void poll_bus(struct cds_robot *robot, bool is_late)
+{
+    struct cds_bus *bus = &robot->bus;
+
+    if (is_late && cds_bus_poll(bus) && cds_bus_poll(bus))
+        cds_bus_poll(bus);
+    cds_bus_poll(bus);
+}
+
+/* All joints are checked again every 65 ms: feedback grows old without an event of the servos. */
+static void poll_in_time(struct cds_robot *robot)
 {
     uint32_t now_us = cds_port_now_us(), before_us = robot->polled_us;
-    uint8_t polls = now_us - before_us > LATE_US ? LATE_POLLS : 1;
 
     robot->polled_us = now_us;
     if ((now_us ^ before_us) >> 16)
         robot->last_event_count = (uint8_t)(robot->servos.event_count - 1u);
-    while (cds_bus_poll(&robot->bus) && --polls) {
-    }
+    poll_bus(robot, now_us - before_us > LATE_US);
 }
 
 enum cds_robot_state cds_robot_poll(struct cds_robot *robot)
 {
     OPTIMIZER_BARRIER(robot);
-    poll_transaction(robot);
+    poll_in_time(robot);
     if (robot->on_poll)
         robot->on_poll(robot);
     if (robot->state == CDS_ROBOT_RUNNING)
