@@ -2,7 +2,7 @@
 /* Tells on the host USART of the board why a robot has stopped, as in
  *
  *     servo 2 (joint 1, elbow): offline
- *     step 2: servo 1 (joint 0, base): the limits of the servo do not permit this, it needs 1282 ms
+ *     step 2: servo 1 (joint 0, base): not within the servo's limits, it needs 1282 ms
  *
  * Joints and steps count from 0, as in their tables. stop_report_note() is the program's on_event,
  * or is called from it. Call stop_report_poll() in the main loop, also after the robot has stopped.

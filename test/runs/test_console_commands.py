@@ -145,7 +145,7 @@ SCRIPT = {
             + error(33, "move 1 90 63rpm") + error(33, "move 1 1024raw")
             + "write 1 CCW_ANGLE_LIMIT 511\n" + error(23, "move 1 512raw")
             + "write 1 CCW_ANGLE_LIMIT 1023\n",
-    "turn": "torque 2 on\nturn 2 -20rpm\n" + text("angle limits are 0: endless turn")
+    "turn": "torque 2 on\nturn 2 -20rpm\n" + text("limits are 0: endless turn")
             + servo("2 CCW_ANGLE_LIMIT 0") + servo(f"2 MOVING_SPEED {0x400 + 330}")
             + servo("2 PRESENT_SPEED 1345..1364") + "turn 2 0\n" + servo("2 MOVING_SPEED 0")
             + error(47, "move 2 90") + error(33, "turn 2 63") + "torque 2 off\n",

@@ -140,7 +140,7 @@ class Settings(unittest.TestCase):
         for record, values, origin in [
                 (f"01 0C 01 {ten}", FIRST, "as saved"),
                 (f"01 0A 01 {ten[:-6]}", FIRST[:9] + DEFAULTS[9:],
-                 "of an older firmware; new ones: defaults"),
+                 "older firmware; new ones: defaults"),
                 (f"01 0E 01 {ten} 55 AA", FIRST, "saved by a newer firmware"),
                 (f"02 0C 01 {ten}", DEFAULTS,
                  "defaults: of another version")]:
@@ -241,6 +241,15 @@ class HostLink(unittest.TestCase):
         run = self.run_script(self.START + "settings link_loss_action 0\n@wait 200\n@expect silence 50\nstatus\n"
                               "@expect text host link: lost\nwrite 1 GOAL_POSITION 400\n", "atmega128")
         self.assertIn("host link: lost", run.output)
+
+    def test_an_action_chosen_after_a_loss_is_taken_at_the_next(self):
+        self.run_script("scan\nsettings link_loss_action 0\nsettings link_loss_ms 100\n@wait 200\n"
+                        "settings link_loss_action 2\ntorque 1 on\n@wait 300\n@expect servo 1 torque off\n",
+                        "atmega128")
+
+    def test_command_that_a_lost_link_ends_names_the_link(self):
+        self.run_script("scan\ngroup 1\ntorque 1 on\nsettings link_loss_action 2\nsettings link_loss_ms 100\n"
+                        "pose 100 in 3s\n! motion wait\n@expect text error 65\n", "arduino-mega")
 
 
 class Resets(unittest.TestCase):
@@ -367,7 +376,7 @@ class Memory(unittest.TestCase):
                              f"sync GOAL_POSITION 2 {goals}\nsave\n@wait 200\nclear\nhelp\nalarms\n"
                              "! action 1\n! reset 2\n@wait 50\nstatus\n", board, "1-18", "--echo")
             self.assertEqual(run.status, 0, run.output)
-            spare, room = map(int, re.search(r"^stack: (\d+) of (\d+) bytes never used$", run.output,
+            spare, room = map(int, re.search(r"^stack: (\d+) of (\d+) bytes unused$", run.output,
                                              re.M).groups())
             self.assertGreater(room, spare)
             self.assertGreater(room - spare, 40)

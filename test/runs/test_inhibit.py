@@ -77,6 +77,14 @@ class Inhibit(unittest.TestCase):
                        f"! {command}\n@expect text error 9: servo 1\n@wait 5000\n"
                        "@expect servo 1 PRESENT_POSITION 510..514\n@expect servo 1 torque on\n")
 
+    def test_turn_that_loses_packets_leaves_no_servo_at_the_speed_of_its_last_movement(self):
+        for packet in range(1, 9):
+            run = controller("scan\ntorque 1 on\nmove 1 200 60rpm\n@wait 1500\n"
+                             f"@fault lose in {packet} 3\nturn 1 -1rpm\n@wait 500\n@show servo 1 PRESENT_SPEED\n",
+                             "atmega128", "1-3", "--rules", "warn")
+            speed = int(re.search(r"^servo 1 PRESENT_SPEED (\d+)$", run.output, re.M).group(1))
+            self.assertLess(speed & 0x3FF, 30, (packet, run.output))  # 990 is 58 rpm, 16 is 1 rpm
+
     def test_stop_after_a_whole_scan_names_no_strangers(self):
         run = run_script(self, "scan\nstop\nstatus\n@expect text last stop: 3 of 3 servos read back as off\n")
         self.assertNotIn("not checked", run.output)
@@ -154,6 +162,13 @@ class HostBytes(unittest.TestCase):
                             "text scan\nhear 8 within 2000\nwait 900000\n",
                             options=("--fault", "baud 1 103", "--fault", "stuck low 1000", "--rules", "warn"))
         self.assertNotIn("FF FF 01 05 03 1E 00 01 D7", [packet for _, packet in sent])
+
+    def test_stop_lets_the_host_ask_on_a_line_held_low(self):
+        sync_read = "FF FF FE 0A 84 24 08 01 02 03 04 05 06 32"
+        program = (f"wait 100000\nsay {sync_read}\nwait 2000\nsay 18\n" +
+                   "wait 100000\nsay FF FF FD 04 02 17 01 E4\nhear 7 within 50000\n" * 5)
+        self.wire(program, options=("--fault", "stuck low", "--rules", "warn"))
+        self.assertEqual(self.last.output.count("FF FF FD 03 00 01"), 5, self.last.output)
 
     def test_stop_in_a_good_packet_is_none(self):
         sent, _ = self.wire("wait 20000\nsay FF FF 02 04 02 18 01 DE\nhear 7\nwait 30000\n")

@@ -60,10 +60,10 @@ test("countedFrom: what was counted before is left out, also behind 65535", () =
 /* ---- status and alarms ---- */
 
 test("parseStatus: what an owner needs with its meaning, the rest as details", () => {
-    assert.deepEqual(parseStatus(["reset by watchdog", "bus: ok", "stack: 1 of 2 bytes never used", "odd"]), [
+    assert.deepEqual(parseStatus(["reset by watchdog", "bus: ok", "stack: 1 of 2 bytes unused", "odd"]), [
         { label: "Last reset by", text: "watchdog: the firmware hung", isDetail: false },
         { label: "Bus", text: "ok", isDetail: false },
-        { label: "stack", text: "1 of 2 bytes never used", isDetail: true },
+        { label: "stack", text: "1 of 2 bytes unused", isDetail: true },
         { label: "odd", text: "", isDetail: true },
     ]);
 });

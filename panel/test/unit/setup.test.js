@@ -80,7 +80,7 @@ test("search: progress, servos and remarks; a key ends it", async () => {
     setup.end();
     await clock.advance(10);
     assert.equal(port.written.at(-1)[0], 0x0d);
-    port.say("servo 9: finding 8: two servos seem to have this ID", "error 49: ended by a key or a packet");
+    port.say("servo 9: finding 8: two servos seem to have this ID", "error 49: ended by a key or packet");
     await finish(clock, search);
     assert.deepEqual(setup.found, [{ id: 9, model: 1, rate: 57143 }]);
     assert.deepEqual(setup.remarks, ["servo 9: finding 8: two servos seem to have this ID"]);

@@ -131,7 +131,7 @@ static void feed(struct console *console, char c)
 
 uint8_t console_remedied(const struct console *console, uint8_t error)
 {
-    if (error != CDS_INHIBITED || !robot_is_inhibited(console->robot))
+    if ((error != CDS_INHIBITED && error != ERROR_STOPPED) || !robot_is_inhibited(console->robot))
         return error; // CDS_INHIBITED: only this servo is inhibited
     return console->failsafe->link_lost ? ERROR_LINK_LOST : ERROR_STOPPED;
 }
@@ -359,7 +359,7 @@ static void interrupt(struct console *console)
         printer_end_of_line(&console->printer);
     if (command_set.store)
         command_set.store->abort(command_set.store->motions);
-    conclude(console, ERROR_STOPPED);
+    conclude(console, CDS_INHIBITED); // by a stop or a lost link
 }
 
 /* ---- a command ---- */

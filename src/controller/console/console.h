@@ -132,8 +132,8 @@ static inline void *console_job(struct console *console)
     return console->buffer.command.job.bytes;
 }
 
-/* The error to print: in place of CDS_INHIBITED the error of the inhibit of all servos, whose
- * remedy is its own; other errors as they are. */
+/* The error to print: in place of CDS_INHIBITED and ERROR_STOPPED the error of what inhibits all
+ * servos, a stop or a lost host link; other errors as they are. */
 uint8_t console_remedied(const struct console *console, uint8_t error);
 
 /* Clears console_job(), and step, phase, index and part of the console; the command is under way.

@@ -63,7 +63,8 @@ static void watch_link(struct failsafe *failsafe)
 {
     uint32_t limit_us = failsafe->settings->link_loss_ms * (uint32_t)1000;
 
-    if (limit_us && failsafe->watching && !failsafe->link_lost &&
+    if (limit_us && failsafe->watching &&
+        !(failsafe->link_lost && robot_is_inhibited(failsafe->robot)) &&
         cds_port_now_us() - failsafe->heard_us >= limit_us)
         lose_link(failsafe);
 }

@@ -230,7 +230,7 @@ void test_status_tells_all_there_is(void)
                              "RETURN_DELAY refused: 0; lowest 0\r\n"
                              "poses: 0, room for 20; sequences: 0, room for 8\r\n"
                              "EEPROM: 0 saves of motion data, 0 records are damaged\r\n"
-                             "stack: 1234 of 2000 bytes never used\r\nok\r\n",
+                             "stack: 1234 of 2000 bytes unused\r\nok\r\n",
                              reply_to("status"));
 }
 

@@ -34,7 +34,7 @@ static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, offline %u";
 static const CDS_FLASH char message_host_rate[] =
     "the host link has the new rate after 'ok'; 'save' keeps it";
-static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes never used";
+static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes unused";
 
 /* ---- settings, save, defaults ---- */
 
@@ -42,10 +42,10 @@ static const CDS_FLASH char *const CDS_FLASH origins[] = {
     [SETTINGS_NONE] = FLASH_TEXT("defaults: nothing saved before"),
     [SETTINGS_DAMAGED] = FLASH_TEXT("defaults: saved ones damaged"),
     [SETTINGS_OTHER_VERSION] = FLASH_TEXT("defaults: of another version"),
-    [SETTINGS_OLDER] = FLASH_TEXT("of an older firmware; new ones: defaults"),
+    [SETTINGS_OLDER] = FLASH_TEXT("older firmware; new ones: defaults"),
     [SETTINGS_NEWER] = FLASH_TEXT("saved by a newer firmware"),
     [SETTINGS_STORED] = FLASH_TEXT("as saved"),
-    [SETTINGS_CORRECTED] = FLASH_TEXT("as saved; one was out of range: default"),
+    [SETTINGS_CORRECTED] = FLASH_TEXT("as saved; one out of range: default"),
 };
 
 static void print_origin(struct console *console)

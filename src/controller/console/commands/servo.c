@@ -9,13 +9,13 @@
 #include "console/messages.h"
 
 static const CDS_FLASH char message_torque_is_off[] = "moves once torque is on";
-static const CDS_FLASH char message_limits_are_off[] = "angle limits are 0: endless turn";
+static const CDS_FLASH char message_limits_are_off[] = "limits are 0: endless turn";
 
 /* Registers that move reads first. */
 #define LOOK_FROM CDS_REG_CW_ANGLE_LIMIT
 #define LOOK_SIZE (CDS_REG_TORQUE_ENABLE - CDS_REG_CW_ANGLE_LIMIT + 1)
 
-enum phase { LOOK, WRITE } __attribute__((packed));
+enum phase { LOOK, WRITE, SLOW, LIMITS } __attribute__((packed));
 
 /* Puts number `index` of the line into the data to be written. Returns an error or 0. */
 static uint8_t take_raw(struct console *console, uint8_t index, enum cds_unit unit)
@@ -113,30 +113,47 @@ static bool move_poll(struct console *console)
     return console->error == 0;
 }
 
-/* Both angle limits 0 select the endless turn (manual 3.2). */
+/* Both angle limits 0 select the endless turn (manual 3.2). Before that the speed is set to 1, 0.1
+ * rpm: if a later packet is lost, the servo does not turn at the speed of its last movement. */
 static uint8_t turn_begin(struct console *console)
 {
-    const uint8_t *no_limits = set_job(console)->no_limits; // a job begins zeroed
+    uint8_t *data = set_job(console)->data;
     uint8_t error = take_raw(console, 0, CDS_UNIT_SIGNED_MRPM);
 
     if (error == 0)
         error = cycled(console);
     if (error)
         return error;
-    return setup_write(console, CDS_REG_CW_ANGLE_LIMIT, no_limits, 4);
+    data[0] = 1;
+    data[1] = 0;
+    error = servo_write(console, CDS_REG_MOVING_SPEED, 2);
+    console->phase = SLOW;
+    return error;
+}
+
+/* The next step, after one that went well. Returns an error or 0. */
+static uint8_t turn_on(struct console *console)
+{
+    uint8_t *data = set_job(console)->data;
+
+    if (console->phase == SLOW) {
+        console->phase = LIMITS;
+        data[0] = 0; // a job begins zeroed: now all four bytes are 0
+        return setup_write(console, CDS_REG_CW_ANGLE_LIMIT, data, 4);
+    }
+    if (set_job(console)->setup.is_written)
+        printer_line(&console->printer, message_limits_are_off);
+    take_raw(console, 0, CDS_UNIT_SIGNED_MRPM);
+    return servo_write(console, CDS_REG_MOVING_SPEED, 2);
 }
 
 static bool turn_poll(struct console *console)
 {
-    if (console->phase == WRITE)
-        return console_waits(console);
-    if (setup_waits(console))
+    if (console->phase == LIMITS ? setup_waits(console) : console_waits(console))
         return true;
-    if (console->error)
+    if (console->phase == WRITE || console->error)
         return false;
-    if (set_job(console)->setup.is_written)
-        printer_line(&console->printer, message_limits_are_off);
-    console->error = servo_write(console, CDS_REG_MOVING_SPEED, 2);
+    console->error = turn_on(console);
     return console->error == 0;
 }
 
@@ -173,7 +190,8 @@ static const CDS_FLASH struct command servo_rows[] = {
         .what = FLASH_TEXT("turn without end"),
         .details = COMMAND_DETAILS(
             "SPEED: -62 to 62rpm, positive CCW, 0 stands still. Sets both angle limits to 0, so "
-            "not while locked; 'set ID CCW_ANGLE_LIMIT 300' ends it"),
+            "not while locked; 'set ID CCW_ANGLE_LIMIT 300' ends it, "
+            "with torque off: with torque on the servo moves to its old goal"),
         .example = COMMAND_DETAILS("turn 1 -20rpm"),
         .begin = turn_begin,
         .poll = turn_poll,

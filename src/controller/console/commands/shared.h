@@ -78,8 +78,7 @@ uint8_t torque_on_error(uint8_t reason);
 /* The job of a command that writes registers. */
 struct set_job {
     struct cds_setup setup;
-    uint8_t data[4];      // what servo_write() writes
-    uint8_t no_limits[4]; // angle limits that make an endless turn: 0
+    uint8_t data[4]; // what servo_write() writes
 };
 
 static inline struct set_job *set_job(struct console *console)

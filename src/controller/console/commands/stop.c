@@ -30,7 +30,7 @@ static const CDS_FLASH char message_off[] = "off";
 static const CDS_FLASH char message_lost[] = ", inhibited: lost its state";
 static const CDS_FLASH char message_stopped[] = ", inhibited: stopped";
 static const CDS_FLASH char message_link[] = ", inhibited: host link lost";
-static const CDS_FLASH char message_no_servo[] = "no servo known: 'scan' finds servos";
+static const CDS_FLASH char message_no_servo[] = "no servo known: 'scan' first";
 
 /* ---- stop ---- */
 
@@ -273,7 +273,7 @@ const CDS_FLASH struct command stop_rows[] = {
         .what = FLASH_TEXT("limits of angle and speed"),
         .details = COMMAND_DETAILS(
             "Angles: 0 to 300deg. SPEED: 0 to 62rpm, 0: no limit. Nothing beyond them is sent. "
-            "Until power-off; 'servos' shows them, 'limits ID 0 300' removes them"),
+            "Until a reset; 'servos' shows them, 'limits ID 0 300' removes them"),
         .example = COMMAND_DETAILS("limits 1 60 240 30rpm"),
         .begin = limits_begin,
     },
