@@ -50,7 +50,7 @@ PANEL_PORT ?= 8055
 # Settings of the simulated controller: 1 Mbps to the page. `make panel` keeps what is saved from run to run.
 build/panel.eeprom: sim/panel.script | build/$(PANEL_BOARD)/controller.elf build/host/cds55xx-sim
 	@rm -f $@; build/host/cds55xx-sim firmware build/$(PANEL_BOARD)/controller.elf --board $(PANEL_BOARD) --servos 1 \
-	  --eeprom $@ --script $< >/dev/null 2>&1
+	  --eeprom $@ --script $< >/dev/null
 
 ## panel: the control panel with a simulated robot (SERVOS=1-18), at an address of this machine (PANEL_PORT=8055)
 .PHONY: panel

@@ -36,7 +36,7 @@ extern "C" {
 /* From a READ without a good reply to the next READ of this servo, at most, until it is OFFLINE. */
 #define CDS_HEALTH_AGAIN_US 20000ul
 
-/* All of it stays in place. */
+/* Copied; `servos` stays in place. */
 struct cds_health_config {
     struct cds_servos *servos; // begun
     uint32_t period_us;        // 10 000 to 1 000 000 000

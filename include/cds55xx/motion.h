@@ -266,6 +266,10 @@ void cds_motion_resume(struct cds_motion *motion);
  * CDS_CANCELLED. A move that is checked is not begun. */
 void cds_motion_abort(struct cds_motion *motion, uint16_t deceleration);
 
+/* Range of cds_motion_override(), in percent. */
+#define CDS_MOTION_OVERRIDE_MIN 10
+#define CDS_MOTION_OVERRIDE_MAX 200
+
 /* Lets the time of this and later moves run at `percent`, 10 to 200, as far as speed limits and
  * config.acceleration permit. Changes within a quarter of a second. CDS_OK; CDS_BAD_ARGUMENT: out
  * of range. */

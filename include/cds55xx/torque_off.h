@@ -23,9 +23,10 @@
 extern "C" {
 #endif
 
-/* A broadcast is not answered, so each is sent several times: TORQUE_ENABLE = 0 so often, */
+/* How many times TORQUE_ENABLE = 0 is sent to all servos: no servo answers a broadcast. */
 #define CDS_TORQUE_OFF_BROADCASTS 3
-/* and REGISTERED_INSTRUCTION = 0 after that so often. A locked servo (R6) ignores the latter. */
+
+/* How many times REGISTERED_INSTRUCTION = 0 is sent after that. A locked servo (R6) ignores it. */
 #define CDS_TORQUE_OFF_CLEARS 3
 
 /* TORQUE_ENABLE of a servo is read so many times until it is 0. Before the second and the third

@@ -97,8 +97,8 @@ static bool overlaps(const struct table_row *row, uint8_t address, unsigned coun
     return row->address < address + count && row->address + row->width > address;
 }
 
-/* Writes the table after the write to `after`. Returns an error: after a range error no byte is
- * stored (R4, R5); an angle error leaves the goal as it was (R15). */
+/* Stores in `after` the registers that the write leaves. Returns the error bits: after a range
+ * error no byte is stored (R4, R5); an angle error leaves the goal as it was (R15). */
 static uint8_t try_write(const struct servo *servo, uint8_t address, const uint8_t *data,
                          unsigned count, uint8_t after[SERVO_REGISTERS])
 {

@@ -80,7 +80,7 @@ CDS_AVR_BUS(controller.bus, 0)
 CDS_AVR_CLOCK()
 AVR_SERIAL(controller.serial)
 
-/* True once `us` microseconds, at most 16000, have passed since `from_ticks`. */
+/* True if `us` microseconds, 0 to 16000, have passed since `from_ticks`. */
 static bool is_over(uint16_t from_ticks, uint16_t us)
 {
     return (uint16_t)(cds_port_ticks() - from_ticks) >= us * CDS_PORT_TICKS_PER_US;

@@ -42,7 +42,7 @@ class Faults(unittest.TestCase):
     def test_lost_and_inserted_bytes_are_noticed(self):
         script = "".join(f"@fault lose out 1 {byte}\n! ping 1\nping 1\n" for byte in range(6))
         script += "".join(f"@fault insert out 1 {byte} 0x55\n! ping 1\nping 1\n"
-                          for byte in range(1, 6) if byte != 1)
+                          for byte in range(2, 6))
         self.passes(script)
 
     def test_any_number_of_header_bytes_is_harmless(self):

@@ -17,6 +17,7 @@ COXA, FEMUR = 512, 400
 PERIOD = 250  # of the gait, in periods of the cycle
 STEADY = slice(300, 740)  # periods in which the robot walks forwards
 TURNING = slice(1050, 1490)
+SWING_MIN = 100  # steps of a coxa in the air, in STEADY or TURNING
 STEP_MAX = 5.08  # position steps in a period at full speed
 LAG_MAX = 20  # steps
 ARRIVED = 3  # steps: the compliance margin of a servo is 2
@@ -70,9 +71,10 @@ class Gait(unittest.TestCase):
 
     def swings(self, leg, part, direction):
         coxa, femur = self.joint(leg, part), self.joint(leg + 1, part)
-        for before, after, lift in zip(coxa, coxa[1:], femur):
-            if lift > FEMUR + 2:
-                self.assertGreaterEqual(direction * (after - before), 0)
+        moves = [direction * (after - before)
+                 for before, after, lift in zip(coxa, coxa[1:], femur) if lift > FEMUR + 2]
+        self.assertGreaterEqual(min(moves), 0)
+        self.assertGreater(sum(moves), SWING_MIN)
 
     def test_goals_do_not_jump_and_servos_follow(self):
         self.assertLess(min(map(min, self.goals)), COXA - 70)

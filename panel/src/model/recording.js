@@ -33,7 +33,7 @@ export class Recording {
     }
 }
 
-/* Calls `onEnd` if the recording ends by itself: it has become as long as it may be. */
+/* `onEnd(recording)` is called when the recording ends by itself, after LENGTH_MAX_MS. */
 export class Recorder {
     #robot;
     #clock;
@@ -90,7 +90,7 @@ export class Recorder {
     }
 }
 
-/* How well `replayed` follows `wanted` (samples with the same joints): differences at the times of
+/* How well `replayed`, samples with the joints of `path`, follows `path`: differences at the times of
  * `replayed`, in raw: {largest, mean, joint, samples}. `joint` is the index of the worst one. */
 export function compare(path, replayed) {
     let largest = 0;

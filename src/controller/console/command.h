@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* A command of the console. It is a row of a table in flash, in the file with the code that carries
- * it out (commands/). A profile (profiles/) names the groups of rows that its firmware links. The
- * console itself knows no command. */
+ * it out (commands/). A profile (profiles/) names the groups of rows that its firmware links. Of
+ * all commands the console itself knows one, the monitor: Ctrl-X ends its table. */
 #ifndef CONTROLLER_COMMAND_H
 #define CONTROLLER_COMMAND_H
 

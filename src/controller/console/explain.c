@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "cds55xx/control_table.h"    // cds_register_at()
+#include "cds55xx/motion.h"           // CDS_MOTION_OVERRIDE_MIN
 #include "console/commands/monitor.h" // MONITOR_MS_MIN
 #include "console/commands/shared.h"  // setting_is_rate()
 #include "console/console.h"
@@ -57,7 +58,7 @@ static const CDS_FLASH struct {
     {"MS", FLASH_TEXT("monitor"), {MONITOR_MS_MIN, MONITOR_MS_MAX, UNIT_MS}},
     {"MS", FLASH_TEXT("cycle"), {CYCLE_MS_MIN, CYCLE_MS_MAX, UNIT_MS}},
     {"N", FLASH_TEXT("play"), {1, UINT16_MAX, CDS_UNIT_NUMBER}},
-    {"PERCENT", NULL, {10, 200, UNIT_PERCENT}},
+    {"PERCENT", NULL, {CDS_MOTION_OVERRIDE_MIN, CDS_MOTION_OVERRIDE_MAX, UNIT_PERCENT}},
     {"DELAY", NULL, {1, AUTOSTART_DELAY_MAX, UNIT_S}},
     {"TIME", NULL, {0, 0, UNIT_MS}}, // its range depends on the command
     {"SPEED|TIME", NULL, {0, 0, UNIT_MS}},
@@ -283,7 +284,7 @@ static bool is_of_servo(const struct console *console)
     for (uint8_t i = 0; i < sizeof errors; i++)
         if (errors[i] == error)
             return true;
-    return error < ERROR_UNKNOWN_COMMAND && error != CDS_NO_ROOM;
+    return error < ERROR_UNKNOWN_COMMAND && error != CDS_NO_ROOM; // enum cds_result
 }
 
 uint8_t explain_servo(const struct console *console)

@@ -65,8 +65,10 @@ void failsafe_begin(struct failsafe *failsafe, uint8_t reset_cause);
 /* Bytes came from the host. */
 void failsafe_heard(struct failsafe *failsafe);
 
-/* Checks the host link, and the alarms of one servo. If an operation has left the bus at another
- * rate, that rate becomes the setting. Call it often, after failsafe_heard(). */
+/* Applies settings of the bus that wait. If an operation has left the bus at another rate, that
+ * rate becomes the setting. Sets which servos the list takes up: `grows` of the servos. Checks the
+ * host link. Begins a stop again that has not reached every servo. Checks the alarms of one servo.
+ * Call it often, after failsafe_heard(). */
 void failsafe_poll(struct failsafe *failsafe);
 
 /* Applies the settings of the bus: rate, return delay and retries. Call it when they have changed.

@@ -16,7 +16,8 @@
 
 #define RECORD(data) (AT_DATA + (data) + 2)
 
-/* The areas stand one behind the other, behind the settings. They have so many places: */
+/* The areas lie one behind the other, behind the settings. AREAS() has the number of places of each
+ * area. */
 #define BEGIN                        144
 #define JOINT_PLACES                 2
 #define START_PLACES                 2

@@ -83,8 +83,10 @@ union robot_work {
 /* In `unlisted`: no scan has ended since the robot was begun or forgotten, or the rate changed. */
 #define ROBOT_NOT_SCANNED UINT8_MAX
 
-/* The robot. Other modules only read the fields, with two exceptions: the operation writes `work`,
- * and the scan writes `unlisted`. */
+/* The robot. Other modules only read the fields, but for these: the operation writes `work`; the
+ * scan and failsafe.c write `unlisted`; main.c writes `moves`; `group` writes `group_acts`, and the
+ * autostart writes the group; failsafe.c writes servos.grows, and motions write servos.refused_id.
+ */
 struct robot {
     struct cds_bus *bus;
     struct inhibit_copy *inhibit_copy;                 // survives a reset; NULL: there is no copy

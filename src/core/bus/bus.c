@@ -16,6 +16,8 @@ enum {
                     // the previous poll may be old.
 };
 
+#define LAST_LOOK_BYTES 2
+
 /* From AWAITING_REPLY or SENDING_ONLY to the end of the transaction, bus->phase is a sum of these
  * bits. */
 enum {
@@ -463,7 +465,7 @@ static COLD bool wait_on(struct cds_bus *bus)
     struct cds_request *request = bus->request;
     uint8_t result = CDS_PENDING, phase = bus->phase;
     uint16_t from = cds_port_ticks();
-    uint16_t bytes = 2, more_us = 0; // length of WAIT_LAST_LOOK
+    uint16_t bytes = LAST_LOOK_BYTES, more_us = 0;
 
     // Unread bytes at WAIT_LAST_LOOK show that the line is in use. This poll may then end the
     // request, so a later poll examines the bytes: a poll does one thing of bounded length.
@@ -477,11 +479,13 @@ static COLD bool wait_on(struct cds_bus *bus)
         return result == CDS_OK || result == CDS_PENDING ? true : finish(bus, result);
     }
     if (phase == WAIT_BEGINS) {
-        bytes = CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u;
-        more_us = CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US;
+        bytes = CDS_LINE_WAIT_BYTES - LAST_LOOK_BYTES;
+        more_us = CDS_LINE_WAIT_US;
     } else if (!cds_line_check_deadline(bus)) {
         return true;
     } else if (phase == WAIT_LAST_LOOK) {
+        // A request that gave way to this one has waited for the line as long: it ends, too. If it
+        // began its wait again behind each goal of a cycle, its wait would never end.
         do
             bus->stats.line_busy++;
         while (finish(bus, CDS_LINE_BUSY) && bus->request->gave_way);

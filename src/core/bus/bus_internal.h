@@ -23,6 +23,11 @@ static inline bool cds_was_not_sent(uint8_t result)
     return result >= CDS_LINE_BUSY;
 }
 
+/* A request ends as CDS_LINE_BUSY when it has waited for a quiet line for so many byte times and
+ * microseconds: the longest reply. */
+#define CDS_LINE_WAIT_BYTES CDS_PACKET_SIZE(CDS_REPLY_MAX)
+#define CDS_LINE_WAIT_US    (CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US)
+
 /* Adds the counts of the handlers to the stats. Call it before `broken` of the link is cleared. */
 void cds_stats_add_link(struct cds_bus *bus);
 

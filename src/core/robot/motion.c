@@ -398,7 +398,7 @@ void cds_motion_abort(struct cds_motion *motion, uint16_t deceleration)
 
 enum cds_result cds_motion_set_override(struct cds_motion *motion, uint8_t percent)
 {
-    if (percent < 10 || percent > 200)
+    if (percent < CDS_MOTION_OVERRIDE_MIN || percent > CDS_MOTION_OVERRIDE_MAX)
         return CDS_BAD_ARGUMENT;
     motion->override = CDS_MOTION_RATE_1 * percent / 100;
     if (motion->rate_goal && !motion->is_paused) {

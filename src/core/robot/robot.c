@@ -357,21 +357,22 @@ static void poll_bus(struct cds_robot *robot, bool is_late)
     cds_bus_poll(bus);
 }
 
-/* All joints are checked again every 65 ms: feedback grows old without an event of the servos. */
-static void poll_in_time(struct cds_robot *robot)
+/* Every 65 ms lets poll_run() check all joints, as after an event of the servos: feedback grows old
+ * without an event. */
+static void schedule_checks(struct cds_robot *robot, uint32_t now_us)
 {
-    uint32_t now_us = cds_port_now_us(), before_us = robot->polled_us;
-
-    robot->polled_us = now_us;
-    if ((now_us ^ before_us) >> 16)
+    if ((now_us ^ robot->polled_us) >> 16)
         robot->last_event_count = (uint8_t)(robot->servos.event_count - 1u);
-    poll_bus(robot, now_us - before_us > LATE_US);
 }
 
 enum cds_robot_state cds_robot_poll(struct cds_robot *robot)
 {
+    uint32_t now_us = cds_port_now_us();
+
     OPTIMIZER_BARRIER(robot);
-    poll_in_time(robot);
+    schedule_checks(robot, now_us);
+    poll_bus(robot, now_us - robot->polled_us > LATE_US);
+    robot->polled_us = now_us;
     if (robot->on_poll)
         robot->on_poll(robot);
     if (robot->state == CDS_ROBOT_RUNNING)

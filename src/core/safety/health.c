@@ -146,8 +146,8 @@ static void take_answer(struct cds_health *health, uint32_t now_us)
     health->asked = CDS_PRESENCE_OFFLINE;
 }
 
-/* Chooses the servo to seek: the next one that is RETURNED, else the next one that is OFFLINE. A
- * RETURNED servo is asked at once when news have come. */
+/* Chooses the servo to seek: the next one that is RETURNED, else the next one that is OFFLINE. The
+ * servo is asked at once if it is RETURNED and the servos have had an event. */
 static void choose(struct cds_health *health, uint32_t now_us)
 {
     const struct cds_servos *servos = health->servos;

@@ -190,8 +190,10 @@ static enum cds_result request_ended(void *context, struct cds_request *request,
     }
     if (!queue)
         return result;
+    // While torque off waits nothing is retried: a retry leaves before all of its own priority, so
+    // that of a READ of torque off would leave before the broadcasts of the next torque off.
     if (result <= CDS_CORRUPT && queue->first && queue->first->priority == CDS_PRIORITY_TORQUE_OFF)
-        request->retries = queue->retries; // all count as used: torque off waits
+        request->retries = queue->retries;
     return queue->hooks.request_ended(queue, request, result);
 }
 

@@ -2,6 +2,7 @@
 /* Torque off for all; see torque_off.h. */
 #include "cds55xx/torque_off.h"
 
+#include "bus/bus_internal.h"      // CDS_LINE_WAIT_US
 #include "bus/steps_internal.h"    // cds_steps_poll()
 #include "cds55xx/control_table.h" // CDS_REG_*
 #include "cds55xx/servo.h"         // cds_servo_read(), cds_servo_write_byte()
@@ -13,9 +14,9 @@ enum phase {
     TELL,     // a servo that is not known to be off; then READ
 } __attribute__((packed));
 
-/* True if the bus has the servos' own rate. An operation at another rate is aborted; it restores
- * the rate now, or when its transaction on the wire has ended. */
-static bool has_own_rate(const struct cds_bus *bus)
+/* Aborts an operation at another rate than the servos' own; it restores the rate now, or when its
+ * transaction on the wire has ended. True if the bus has the servos' own rate. */
+static bool claim_own_rate(const struct cds_bus *bus)
 {
     const struct cds_bus_lock *lock = bus->lock;
 
@@ -42,7 +43,7 @@ static void tell_next(struct cds_torque_off *off, struct cds_request *request)
 
     if (off->submitted >= CDS_TORQUE_OFF_BROADCASTS)
         reg = CDS_REG_REGISTERED_INSTRUCTION;
-    if (off->submitted == CDS_TORQUE_OFF_BROADCASTS + CDS_TORQUE_OFF_CLEARS || !has_own_rate(bus))
+    if (off->submitted == CDS_TORQUE_OFF_BROADCASTS + CDS_TORQUE_OFF_CLEARS || !claim_own_rate(bus))
         return;
     result = cds_servo_write_byte(bus, request, CDS_BROADCAST_ID, reg, 0);
     if (result == CDS_OK)
@@ -59,14 +60,18 @@ static bool is_torque_broadcast(const struct cds_request *request)
            bytes[CDS_AT_PARAMETERS] == CDS_REG_TORQUE_ENABLE;
 }
 
+#define LINE_WAIT_UNIT_US 56 // of line_wait: then each byte time of the wait counts as one
+_Static_assert(CDS_LINE_WAIT_BYTES == LINE_WAIT_UNIT_US, "on_end() adds one byte time");
+
 /* A request has ended. If it was a broadcast, the next broadcast is submitted behind that of the
  * other request. */
 static void on_end(struct cds_request *request)
 {
     struct cds_torque_off *off = (struct cds_torque_off *)request->context;
 
-    if (request->result == CDS_LINE_BUSY) { // it waited for 56 byte times and 608 us
-        off->line_wait = (uint16_t)(off->line_wait + off->servos->bus->byte_time_us + 11u);
+    if (request->result == CDS_LINE_BUSY) {
+        off->line_wait = (uint16_t)(off->line_wait + off->servos->bus->byte_time_us +
+                                    (CDS_LINE_WAIT_US + LINE_WAIT_UNIT_US / 2) / LINE_WAIT_UNIT_US);
         return;
     }
     if (is_torque_broadcast(request))
@@ -88,7 +93,7 @@ static bool tell_all(struct cds_torque_off *off)
 
         if (!is_unsent)
             tell_next(off, request);
-        else if (has_own_rate(bus))
+        else if (claim_own_rate(bus))
             cds_bus_submit(bus, request);
         if (is_unsent || request->result == CDS_PENDING)
             is_done = false;
@@ -160,7 +165,7 @@ static enum cds_result send(void *operation)
     }
     if (off->phase == TELL_ALL && tell_all(off))
         choose_from(off, 0);
-    if (off->phase == TELL_ALL || !has_own_rate(bus))
+    if (off->phase == TELL_ALL || !claim_own_rate(bus))
         return CDS_BUSY;
     off->requests->servo_index = off->index;
     id = servo_of(off)->id;

@@ -136,7 +136,8 @@ enum cds_result cds_servo_units_write(struct cds_bus *bus, struct cds_request *r
                          : cds_servo_write_word(bus, request, id, address, raw);
 }
 
-/* Of a register of `width` bytes at `index`. What cannot be converted is no value of a servo's. */
+/* Converts the register of `width` bytes at `index` of the reply to `unit`. CDS_CORRUPT: it has no
+ * value that a servo may have. */
 static enum cds_result value_of(const struct cds_request *request, uint8_t index, uint8_t width,
                                 const struct cds_register_profile *profile, enum cds_unit unit,
                                 int32_t *value)

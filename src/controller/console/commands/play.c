@@ -2,6 +2,7 @@
 /* play, pause, resume, motion: plays a stored sequence, and what goes on. */
 #include <stddef.h>
 
+#include "cds55xx/motion.h" // CDS_MOTION_OVERRIDE_MIN
 #include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
 #include "console/commands/stored.h"
@@ -44,7 +45,8 @@ static uint8_t take_options(struct console *console, uint16_t repeats, uint8_t i
     job->percent = 100;
     if (index < console->line.numbers)
         error = number_percent(&console->line.number[index], &job->percent);
-    return error == ERROR_OUT_OF_RANGE || (error == 0 && (job->percent < 10 || job->percent > 200))
+    return error == ERROR_OUT_OF_RANGE || (error == 0 && (job->percent < CDS_MOTION_OVERRIDE_MIN ||
+                                                          job->percent > CDS_MOTION_OVERRIDE_MAX))
                ? (uint8_t)ERROR_OVERRIDE
                : error;
 }
