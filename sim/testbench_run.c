@@ -122,7 +122,7 @@ static void report_hints(const struct testbench *bench, FILE *out)
         } else if (pause_ms > PAUSE_MS) {
             fprintf(out,
                     "hint:    bus %u: up to %.1f ms between two packets of the firmware, where a "
-                    "robot object has 4 ms: is the main loop slower?\n",
+                    "robot object has 4 ms: is the main loop slower, or had the robot stopped?\n",
                     i, pause_ms);
         }
     }
