@@ -47,18 +47,22 @@ build/panel.zip: build/panel/app.js
 PANEL_BOARD := arduino-mega
 PANEL_PORT ?= 8055
 
-# Settings of the simulated controller: 1 Mbps to the page. `make panel` keeps what is saved from run to run.
-build/panel.eeprom: sim/panel.script | build/$(PANEL_BOARD)/controller.elf build/host/cds55xx-sim
-	@rm -f $@; build/host/cds55xx-sim firmware build/$(PANEL_BOARD)/controller.elf --board $(PANEL_BOARD) --servos 1 \
-	  --eeprom $@ --script $< >/dev/null
+# Settings of the simulated controller: 1 Mbps to the page. `make panel` keeps what is saved from run to run: all that it
+# needs is order-only, so that no newer file makes it again.
+build/panel.eeprom: | sim/panel.script build/$(PANEL_BOARD)/controller.elf build/host/cds55xx-sim
+	@build/host/cds55xx-sim firmware build/$(PANEL_BOARD)/controller.elf --board $(PANEL_BOARD) --servos 1 \
+	  --eeprom $@ --script sim/panel.script >/dev/null
+
+# Of each simulator a socket for make poke: PANEL_PORT chooses it.
+POKE_OF_PORT = $(addprefix -,$(filter-out 8055,$(PANEL_PORT)))
 
 ## panel: the control panel with a simulated robot (SERVOS=1-18), at an address of this machine (PANEL_PORT=8055)
 .PHONY: panel
 panel: build/panel/app.js build/$(PANEL_BOARD)/controller.elf build/host/cds55xx-sim build/panel.eeprom
 	$(clear)
-	@scripts/panel.py build/$(PANEL_BOARD)/controller.elf --board $(PANEL_BOARD) --servos $(SERVOS) \
-	  --eeprom build/panel.eeprom --port $(PANEL_PORT) -- --poke build/$(PANEL_BOARD)/poke \
-	  --poke-hint 'make poke BOARD=$(PANEL_BOARD) DO="load 1 300"'
+	@scripts/panel.py build/$(PANEL_BOARD)/controller.elf --board $(PANEL_BOARD) --servos '$(SERVOS)' \
+	  --eeprom build/panel.eeprom --port '$(PANEL_PORT)' -- --poke build/$(PANEL_BOARD)/poke$(POKE_OF_PORT) --poke-hint \
+	  'make poke BOARD=$(PANEL_BOARD) $(if $(POKE_OF_PORT),PANEL_PORT=$(PANEL_PORT) )DO="load 1 300"'
 
 # Suites: `unit` has no simulator.
 # `session` has the firmware in the simulator, and no browser.

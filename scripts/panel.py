@@ -25,14 +25,18 @@ def fail(text):
     sys.exit(1)
 
 
-def check_port(port):
-    """The page's port must be free: websockify itself would only print a traceback."""
+def check_port(text):
+    """The port of the page. It must be free: websockify itself would only print a traceback."""
+    if not re.fullmatch("[0-9]{1,5}", text) or not 1 <= int(text) <= 65535:
+        fail(f"no port '{text}': give a number of 1 to 65535, as in make panel PANEL_PORT=8056")
+    port = int(text)
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind(("127.0.0.1", port))
         except OSError as error:
             fail(f"port {port}: {error.strerror}; end the other program, or choose a port: make panel PANEL_PORT=8056")
+    return port
 
 
 def start_simulator(options):
@@ -75,7 +79,7 @@ def parse(arguments):
     parser.add_argument("--board", required=True)
     parser.add_argument("--servos", default="1-18")
     parser.add_argument("--eeprom", required=True)
-    parser.add_argument("--port", type=int, default=8055, help="of the page")
+    parser.add_argument("--port", default="8055", help="of the page")
     options = parser.parse_args(arguments[:split])
     options.more = arguments[split + 1:]
     return options
@@ -86,8 +90,10 @@ def main():
 
     if not shutil.which("websockify"):
         fail("websockify is missing: make deps-panel installs it")
-    check_port(options.port)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    options.port = check_port(options.port)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) != signal.SIG_IGN:  # as by nohup
+            signal.signal(number, signal.default_int_handler)
     simulator, target = start_simulator(options)
     server = start_server(options, target)
     try:

@@ -44,6 +44,9 @@ demo: $(addprefix build/,atmega128/controller.elf arduino-mega/controller.elf at
 	@scripts/demo.sh
 
 SERVOS ?= 1-18
+ifeq ($(strip $(SERVOS)),)
+$(error SERVOS= names no servo: give IDs, as in SERVOS=1-6)
+endif
 SECONDS ?= 5
 
 ## run-example: EXAMPLE=two_joints of examples/, or a C file of yours, on BOARD, simulated for SECONDS=5; draws the servos
@@ -68,7 +71,7 @@ build/$(BOARD)/own/%.elf: $(OWN_PROGRAM) build/$(BOARD)/flags build/$(BOARD)/boa
 
 run-example: build/$(BOARD)/$(if $(OWN_PROGRAM),own,examples)/$(EXAMPLE_NAME).elf build/host/cds55xx-sim
 	$(clear)
-	@build/host/cds55xx-sim firmware $< --board $(or $(BOARD_DIR),$(BOARD)) --servos $(SERVOS) --seconds $(SECONDS) $(if $(shell grep -l BOARD_HOST_USART $(BOARD_FOLDER)/board.h),--host stdout) --follow --plot build/$(EXAMPLE_NAME).svg
+	@build/host/cds55xx-sim firmware $< --board $(or $(BOARD_DIR),$(BOARD)) --servos '$(SERVOS)' --seconds $(SECONDS) $(if $(shell grep -l BOARD_HOST_USART $(BOARD_FOLDER)/board.h),--host stdout) --follow --plot build/$(EXAMPLE_NAME).svg
 	@echo "picture: build/$(EXAMPLE_NAME).svg"
 
 HOST_BAUD ?= board
@@ -82,7 +85,7 @@ POKE = make poke$(if $(BOARD_DIR), BOARD_DIR=$(BOARD_DIR),$(if $(filter-out atme
 .PHONY: run
 run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
 	$(clear)
-	@build/host/cds55xx-sim firmware $< --board $(or $(BOARD_DIR),$(BOARD)) --servos $(SERVOS) --allow-duplicates --host pty \
+	@build/host/cds55xx-sim firmware $< --board $(or $(BOARD_DIR),$(BOARD)) --servos '$(SERVOS)' --allow-duplicates --host pty \
 	  --rules warn --host-baud $(HOST_BAUD) --eeprom build/$(BOARD)/run.eeprom --poke build/$(BOARD)/poke \
 	  --poke-hint '$(POKE) DO="load 1 300"' $(if $(filter 1,$(FOLLOW)),--follow)
 
@@ -91,9 +94,9 @@ run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
 # The shell takes the order from the environment, and so does not change it. The simulator runs, so nothing is built.
 poke:
 	@[ -n "$$DO" ] || { echo 'say what to do, as in: $(POKE) DO="load 1 300" (docs/simulator.md)'; exit 1; }
-	@[ -S build/$(BOARD)/poke ] || \
+	@[ -S build/$(BOARD)/poke$(POKE_OF_PORT) ] || \
 	  { echo 'no simulator of $(BOARD) runs: start one with $(subst make poke,make run,$(POKE)), or name its board with BOARD='; exit 1; }
-	@build/host/cds55xx-sim poke build/$(BOARD)/poke "$$DO"
+	@build/host/cds55xx-sim poke build/$(BOARD)/poke$(POKE_OF_PORT) "$$DO"
 
 ## sim-speed: how many times real time the simulator runs at on this machine
 .PHONY: sim-speed

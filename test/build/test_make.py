@@ -229,6 +229,16 @@ class Make(unittest.TestCase):
                                    "build/host/cds55xx-sim")
         self.assertIn("""--poke-hint 'make poke BOARD=arduino-mega DO="load 1 300"'""", output)
 
+    def test_panel_keeps_its_eeprom_and_has_a_socket_of_each_port(self):
+        saved = self.root / "build/panel.eeprom"
+        saved.parent.mkdir(exist_ok=True)
+        saved.write_text("poses")
+        for port, socket in [("8055", "poke "), ("8056", "poke-8056 ")]:
+            output = self.make("panel", "-n", "-W", "sim/panel.script", f"PANEL_PORT={port}", "-o", "build/arduino-mega/controller.elf",
+                               "-o", "build/host/cds55xx-sim", "-o", "build/panel/app.js")[1]
+            self.assertIn(f" --poke build/arduino-mega/{socket}", output)
+            self.assertNotIn("--script", output)
+
     def test_poke_without_order_or_simulator_says_what_to_do(self):
         for words, message in [([], 'say what to do, as in: make poke DO="load 1 300"'),
                                (["DO=load 1 300"], "no simulator of atmega128 runs: start one with make run")]:
@@ -553,6 +563,10 @@ class Build(unittest.TestCase):
         status, output = self.make("-n", "uninstall", PREFIX="/tmp/it's")
         self.assertIn("PREFIX=/tmp/it's has a ', ", output)
         self.assertNotEqual(status, 0)
+
+    def test_servos_for_the_simulator_are_no_shell_words(self):
+        self.assert_one_line("SERVOS=1;id has a ;, which has a meaning in make or the shell; leave it out", "SERVOS=1;id")
+        self.assert_one_line("SERVOS= names no servo: give IDs, as in SERVOS=1-6", "SERVOS=")
 
     def test_flash_writes_another_elf(self):
         output = self.make("-n", "flash", "ELF=README.md")[1]

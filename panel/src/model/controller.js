@@ -133,6 +133,17 @@ export class Controller {
         return lines;
     }
 
+    /* Runs a command that needs a silent page. Fails as `link-watched` if the controller would stop the robot meanwhile. */
+    async runLong(line, options) {
+        if (await this.#isWatched()) throw new Failure("link-watched");
+        return this.run(line, options);
+    }
+
+    /* True if the controller stops the robot as soon as the page is silent for link_loss_ms. */
+    async #isWatched() {
+        return this.#wire.hasConsole && /loss_ms = [1-9].*loss_action = [12]/.test(await this.run("settings"));
+    }
+
     /* As run(), for what a user orders: fails as `late` if other commands have the wire for ORDER_MS. */
     order(line, options) {
         return this.run(line, { notAfter: this.#wire.clock.now() + ORDER_MS, ...options });
@@ -152,11 +163,15 @@ export class Controller {
         return (await this.#wire.request(write(this.#wire.deviceId, address, bytes), { notAfter })).error;
     }
 
-    /* Finds servos: at the rate of the bus; `how` = "all": at the listed rates; "rescue": at all rates.
+    /* Finds servos: at the rate of the bus; `how` = "all": at the listed rates; "rescue": at all rates. If the link is
+     * watched, a search by the console would stop the robot: packets take its place, or it fails as `link-watched`.
      * onFound({id, ...}) is called for each servo, onProgress(text) for each line. Returns the lines, or,
      * without a console, nothing. */
     async scan({ how = "", onFound = () => {}, onProgress = () => {}, signal } = {}) {
-        if (!this.#wire.hasConsole) return this.scanByPackets({ onFound, onProgress, signal });
+        const isWatched = await this.#isWatched();
+
+        if (isWatched && (how || !this.#wire.hasDevice)) throw new Failure("link-watched");
+        if (isWatched || !this.#wire.hasConsole) return this.scanByPackets({ onFound, onProgress, signal });
         let listed = 0;
         const onLine = (line) => {
             const found = /^id (\d+) model (\d+)(?:.*? at (\d+)bps)?/.exec(line);

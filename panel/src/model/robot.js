@@ -9,7 +9,7 @@
  * Events: `feedback` after each round, `change` when anything else has changed, `notice`, `reset` when the
  * controller has been reset: its RESET_CAUSE is another one, it echoes a line, or it has forgotten its servos. */
 
-import { ERRORS_OF_PACKET, FAILED, ID_MAX, errorNames, syncRead, word, wordAt, write } from "../wire/packet.js";
+import { AT_INSTRUCTION, AT_PARAMETERS, ERRORS_OF_PACKET, FAILED, ID_MAX, INSTRUCTION, errorNames, syncRead, word, wordAt, write } from "../wire/packet.js";
 import { DEVICE, REGISTER } from "../wire/registers.js";
 import { groupsOfIds } from "../wire/stop.js";
 import { pause } from "../wire/clock.js";
@@ -39,6 +39,8 @@ const POSITION_AT = REGISTER.PRESENT_POSITION - REGISTER.GOAL_POSITION; // in a 
 const DEVICE_FIRST = DEVICE.SAVE;
 const MOTION_COUNT = 6;
 
+const CHANGES_SERVO = /^(scan|new|set|id|baud)\b/; // lines of the page
+
 export class Robot extends EventTarget {
     #wire;
     #controller;
@@ -48,6 +50,7 @@ export class Robot extends EventTarget {
     #goalSentAt = new Map(); // time of the last goal, by servo ID
     #holds = new Map(); // hold under way, by servo ID: {promise, since}
     #turning = new Set(); // IDs of servos that setTurn() turns, until they have confirmed the end
+    #modes = new AbortController(); // another one as soon as a servo may have begun or ended endless turn
     #stops = 0; // counts the stops and resets: a hold from before one does nothing
     #torqueOrders = new Map(); // newest torque command, by servo ID
     #due = new Map(); // time of the next slow read, by its name
@@ -64,10 +67,16 @@ export class Robot extends EventTarget {
         this.motion = null; // {play, override, paused, state, step, error}; null: the firmware has none
     }
 
-    /* Called for each line that is sent. After `scan` or `servos forget` an empty list of servos does not mean a
-     * reset. */
-    noteLine(text) {
+    /* Called for each line and packet that is sent. After `scan` or `servos forget` an empty list of servos does not mean a
+     * reset. What a user sends, and what changes a servo, may begin or end endless turn: goals that wait are dropped. */
+    note({ source, text, bytes }) {
         if (/^\s*(scan|servos\s+forget)\b/i.test(text)) this.#isListed = false;
+        const isWrite = bytes[AT_INSTRUCTION] === INSTRUCTION.WRITE && bytes[AT_PARAMETERS] < REGISTER.TORQUE_ENABLE;
+
+        if (source !== "hand" && !isWrite && !CHANGES_SERVO.test(text)) return;
+        this.#modes.abort();
+        this.#modes = new AbortController();
+        this.#due.delete("limits");
     }
 
     get ids() {
@@ -275,6 +284,7 @@ export class Robot extends EventTarget {
 
     async #endMovement(servo) {
         try {
+            await this.#knowsMode(servo);
             if (servo.isEndless) await writeRegisters(this.#wire, servo.id, REGISTER.MOVING_SPEED, word(0));
             else await this.#holdWithin(servo);
         } finally {
@@ -559,15 +569,32 @@ export class Robot extends EventTarget {
 
             if (this.#goals.get(id) !== goal) continue; // a stop has dropped it, or a newer one waits
             if (this.#isBehindHold(id)) continue;
-            if (now - goal.at <= GOAL_AGE_MS && (this.#holds.has(id) || this.#waitOf(id) > 0)) continue;
+            const isOld = now - goal.at > GOAL_AGE_MS;
+
+            if (!isOld && (this.#holds.has(id) || this.#waitOf(id) > 0 || !(await this.#knowsMode(servo)))) continue;
+            if (this.#goals.get(id) !== goal) continue; // as above, meanwhile
             this.#goals.delete(id);
-            if (servo.torque !== true || now - goal.at > GOAL_AGE_MS) {
+            if (servo.torque !== true || isOld || servo.isEndless !== (goal.raw === null)) {
                 servo.goalState = "dropped";
                 continue;
             }
             this.#goalSentAt.set(id, now);
             await this.#sendGoal(servo, goal);
         }
+    }
+
+    /* Reads whether the servo turns without end, unless it is known. False: the next round reads it again. */
+    async #knowsMode(servo) {
+        const modes = this.#modes;
+
+        if (servo.modes === modes) return true;
+        try {
+            this.#takeLimits(servo, await readRegisters(this.#wire, servo.id, LIMITS.address, LIMITS.count));
+            servo.modes = modes;
+        } catch (error) {
+            if (error instanceof WireError) throw error;
+        }
+        return modes === this.#modes && servo.modes === modes;
     }
 
     /* Sends the goal once. Without an answer it is shown as not confirmed. */
@@ -578,14 +605,14 @@ export class Robot extends EventTarget {
                 : write(servo.id, REGISTER.GOAL_POSITION, [...word(raw), ...word(speed)]);
 
         try {
-            const { error } = await this.#wire.request(bytes, { notAfter: at + GOAL_AGE_MS });
+            const { error } = await this.#wire.request(bytes, { notAfter: at + GOAL_AGE_MS, signal: this.#modes.signal });
 
             if (error & ERRORS_OF_PACKET) this.#goalFailed(servo, "refused", errorNames(error & ERRORS_OF_PACKET).join(", "));
             else this.#goalTaken(servo, raw, speed);
         } catch (error) {
             if (error.code === "timeout") this.#goalFailed(servo, "unconfirmed");
             else servo.goalState = "dropped";
-            if (error.code !== "timeout" && error.code !== "late") throw error;
+            if (!["timeout", "late", "cancelled"].includes(error.code)) throw error;
         }
     }
 

@@ -406,9 +406,9 @@ export class Session extends EventTarget {
 
     #record(entry) {
         this.dispatchEvent(new CustomEvent("traffic", { detail: this.traffic.take(entry) }));
-        if (entry.kind !== "line" || entry.direction !== "out") return;
-        this.robot.noteLine(entry.text);
-        this.#change(); // isBusy begins
+        if (entry.direction !== "out") return;
+        this.robot.note(entry);
+        if (entry.kind === "line") this.#change(); // isBusy begins
     }
 
     #setState(state) {

@@ -245,7 +245,7 @@ export class Setup extends EventTarget {
                 if (step) [operation.done, operation.total] = step.slice(1).map(Number);
                 this.#take(operation, line);
             };
-            const run = () => this.session.controller.run(`new ${id}`, { onLine, signal: operation.signal, timeout: SEARCH_MS });
+            const run = () => this.session.controller.runLong(`new ${id}`, { onLine, signal: operation.signal, timeout: SEARCH_MS });
 
             try {
                 if (!(await this.#endable(operation, run))) {
@@ -272,7 +272,7 @@ export class Setup extends EventTarget {
             this.findings = [];
             this.isDiagnosisEnded = false;
             const onLine = (line) => this.#takeFinding(line, typeof who === "number" ? who : null);
-            const run = () => this.session.controller.run(`diagnose ${who}`.trim(), { onLine, signal: operation.signal, timeout: SEARCH_MS });
+            const run = () => this.session.controller.runLong(`diagnose ${who}`.trim(), { onLine, signal: operation.signal, timeout: SEARCH_MS });
 
             this.isDiagnosisEnded = !(await this.#endable(operation, run));
         });

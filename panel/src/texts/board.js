@@ -30,10 +30,9 @@ export const board = {
     linkLost: "The controller lost the link to this machine.",
     unknownState: "Not known: the virtual device is off.",
     release: "Release",
-    releaseHint: "Allows driving again, also after a lost link. Nothing moves; torque stays as it is.",
     status: "Status",
     notRead: "Not read yet.",
-    details: "More, for developers",
+    details: "More",
     /* What an owner of the robot needs of the status. */
     labels: { reset: "Last reset by", "host link": "Link to this page", bus: "Bus", servos: "Servos", poses: "Stored poses" },
     meanings: {
@@ -82,8 +81,8 @@ export const board = {
     confirmYes: "Set defaults",
     /* What is lost by a setting. */
     risks: {
-        bus_baud: "bus_baud: servos that have another rate no longer answer and cannot be switched off one by one; a stop cannot be confirmed for them.",
-        device_id: "device_id 254 switches the virtual device off: there is no feedback, and no stop can be confirmed. Setting it to 253 here ends it.",
+        bus_baud: "bus_baud: servos that have another rate no longer answer; a stop cannot be confirmed for them.",
+        device_id: "device_id 254 switches the virtual device off: there is no feedback, and a stop cannot be confirmed. 253 switches it on.",
     },
     applyAllTheSame: "Apply all the same",
     cancel: "Cancel",

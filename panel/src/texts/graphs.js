@@ -22,7 +22,7 @@ export const graphs = {
     earlier: { sign: "←", label: "Earlier" },
     later: { sign: "→", label: "Later" },
     save: "Save as CSV",
-    saveHint: "Saves what is shown: the chosen servos and graphs, and the time on the screen",
+    saveHint: "Saves the chosen servos and graphs, and the time on the screen",
     fileName: (time) => `servos-${time}.csv`,
     hint: "Drag in a graph to zoom.",
     paused: "Paused. Recording goes on. A double click shows the present again.",

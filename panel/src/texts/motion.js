@@ -6,8 +6,8 @@ import { list, many } from "./words.js";
 const NAME = "up to 8 letters and digits, first a letter, no word of the console";
 
 export const motion = {
-    notConnected: "Connect to a controller, or to the simulator, to teach and play. Poses and sequences can be edited without it.",
-    noStore: "This firmware stores no poses and sequences. They stay in this page: save them as a file. The page itself plays them.",
+    notConnected: "Connect to a controller, or to the simulator, to teach and play. Editing needs no connection.",
+    noStore: "This firmware stores no poses and sequences. Save them as a file. The page itself plays them.",
     noPlay: "This board stores poses and sequences, and has no room to play them. The page itself plays them.",
 
     noValue: "–",
@@ -29,7 +29,7 @@ export const motion = {
     captureHint: "Keeps where the chosen servos are now",
     record: "Record",
     recordHint: "Keeps how you lead the chosen servos by hand, torque off",
-    askTorqueOff: (ids) => `Torque is on: ${list(ids)}. A servo with torque cannot be led by hand. Without torque the robot may fall: support it first.`,
+    askTorqueOff: (ids) => `Torque is on: ${list(ids)}. Without torque the robot may fall: support it first.`,
     torqueOffAndRecord: "Torque off and record",
     endRecording: "End recording",
 
@@ -54,7 +54,7 @@ export const motion = {
     fitHint: "A sequence of the board has at most 16 steps: these, with the smallest error",
     thinned: ({ steps, error }) => `${many(steps, "step")}, at most ${error}° from the recording when they play.`,
     tooLong: "A sequence has at most 16 steps: press “Fit into 16 steps”, or permit a larger error.",
-    coarse: ({ error, chosen }) => `The steps are up to ${error}° from the recording, not ${chosen}° as chosen. Record a shorter movement, or fewer turns.`,
+    coarse: ({ error, chosen }) => `The steps are up to ${error}° from the recording, not ${chosen}° as chosen. Record a shorter movement.`,
     replay: "Replay the recording",
     replayHint: "The page sends the recording as goals, once, at the Speed of the box Play",
     replayed: ({ largest, id, mean }) => `Replay: largest error ${largest}° (servo ${id}), mean ${mean}°`,
@@ -75,7 +75,7 @@ export const motion = {
     pass: "Pass",
     passHint: "Pass: goes through the pose without a stop",
     addStep: "Add step",
-    stepsHint: "Time: from the pose before; in step 1 from where the servos are. Rest: the wait at the pose. Pass: no stop there. A click in the curves chooses a step.",
+    stepsHint: "Time: from the pose before; in step 1 from where the servos are. Rest: the wait at the pose. A click in the curves chooses a step.",
     up: "Up",
     down: "Down",
     remove: "Remove",

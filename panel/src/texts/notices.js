@@ -79,7 +79,7 @@ export const notice = {
         remedy: "See whether the servo is locked. Switch its power off and on, then try again.",
     }),
     "level-silent": ({ id }) => ({
-        text: `Servo ${id} was told STATUS_RETURN_LEVEL 0 and now answers PING only: the level could not be read back.`,
+        text: `Servo ${id} was told STATUS_RETURN_LEVEL 0: now it answers PING only.`,
         remedy: `To read it again, send “write ${id} STATUS_RETURN_LEVEL 2” by the console, or its packet by hand.`,
         level: "warning",
     }),
@@ -134,8 +134,8 @@ export const notice = {
         remedy: "Choose another ID.",
     }),
     "servo-behind-device": ({ id }) => ({
-        text: `Servo ${id} has the ID of the controller itself: the page cannot show it, and no stop is confirmed for it.`,
-        remedy: `Give it another ID: send “id ${id} 1” by the console of the view Packets, with 1 or another free ID. Then find servos.`,
+        text: `Servo ${id} has the ID of the controller itself: the page can neither show it nor confirm its stop.`,
+        remedy: `Give it another ID: send “id ${id} 1” by the console, with 1 or another free ID. Then find servos.`,
     }),
     "not-saved": () => ({
         text: "The settings were not saved: the EEPROM has failed, or a motion is under way.",
@@ -146,8 +146,12 @@ export const notice = {
         remedy: "If the controller no longer answers, disconnect and connect at the new rate.",
         level: "warning",
     }),
+    "link-watched": () => ({
+        text: "Not started: the page would be silent, and the controller would stop the robot.",
+        remedy: "Set link_loss_ms to 0 in the view Board, then try again.",
+    }),
     "clear-inhibited": () => ({
-        text: "The alarms were not cleared: driving is inhibited, and the command “clear” would end that, too.",
+        text: "The alarms were not cleared: driving is inhibited, and “clear” would end that, too.",
         remedy: "Remove the cause, press Release, then clear the alarms.",
     }),
     "release-refused": () => ({
@@ -210,7 +214,7 @@ export const notice = {
     }),
     "other-version": ({ version, shown }) => ({
         text: `The firmware has version ${version}, this page is made for ${shown}.`,
-        remedy: "Flash the firmware of this page, or open the page of that version. Commands that differ answer with an error.",
+        remedy: "Flash the firmware of this page, or open the page of that version. Commands may differ.",
         level: "warning",
     }),
     "port-taken": () => ({
@@ -218,8 +222,8 @@ export const notice = {
         remedy: "Close it, then connect again.",
     }),
     reset: () => ({
-        text: "The controller was reset. A movement of a servo that was under way goes on.",
-        remedy: "Press Stop if the robot must not move. Check the supply and the cable of the controller; the view Board tells what has reset it. Then set torque and goals again.",
+        text: "The controller was reset. Movements under way go on.",
+        remedy: "Press Stop if the robot must not move. The view Board tells the cause. Then set torque and goals again.",
         level: "warning",
     }),
     bridge: () => ({

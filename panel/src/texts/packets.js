@@ -40,10 +40,10 @@ export const decode = {
 };
 
 export const packets = {
-    notConnected: "Nothing is connected. What the page has sent and received before is still shown.",
+    notConnected: "Nothing is connected. What came before is still shown.",
     traffic: "Traffic",
     list: "Packets and lines, newest at the end",
-    empty: "Nothing to show: no packet or line fits the filter.",
+    empty: "No packet or line fits the filter.",
     out: "to the controller",
     in: "to the page",
     arrows: { out: "→", in: "←" },
@@ -63,7 +63,7 @@ export const packets = {
     goOn: "Resume",
     clear: "Clear",
     save: "Save capture",
-    saveHint: "A file that “Play a capture” reads: the start of the connection and the last minutes",
+    saveHint: "A file that “Play a capture” reads",
     fileName: "capture.txt",
 
     send: "Send by hand",
@@ -97,7 +97,7 @@ export const packets = {
     sending: "Sending …",
     sent: "Sent. No reply is due.",
     reply: (who, name, text) => `Reply of ${who}: ${name}${text ? ". " + text : ""}`,
-    inhibited: "Driving is inhibited: the controller does not send packets that can move a servo. Press “Release” first.",
+    inhibited: "Driving is inhibited: the controller sends no packet that can move a servo. Press “Release” first.",
     confirmReset: (who) => `Set ${who} back to factory values? A servo then has ID 1 at 1000000 bit/s.`,
     resetAll: "all servos",
     resetOne: (ids) => `servo ${ids}`,
@@ -133,7 +133,7 @@ export const packets = {
     ofScan: "Of these by scan",
     meaning: "Meaning",
     means: (unit, what) => (unit ? `${unit}${what.startsWith("good") ? ":" : ""} ${what}` : what),
-    counterHint: "Behind 65535 a counter begins again at 0, after minutes perhaps. “Count from now” begins a new count.",
+    counterHint: "Behind 65535 a counter begins again at 0.",
     noCounters: "Not read yet.",
     since: (text) => `Counted ${text}.`,
     scanCounts: "Every search for servos is counted, too: this firmware does not tell them apart.",

@@ -6,7 +6,7 @@ import { many } from "./words.js";
 export const page = {
     name: "CDS55xx",
 
-    framed: "Inside a frame of another page the control panel does not connect: that page could lead your clicks. Open it in a tab of its own.",
+    framed: "Inside a frame of another page the control panel does not connect. Open it in a tab of its own.",
 
     connect: {
         serial: "Connect by USB",
@@ -32,7 +32,7 @@ export const page = {
         unverified: "Stop not confirmed",
         failed: "Stop not confirmed",
         release: "Release",
-        releaseHint: "Allow driving again. Nothing moves, torque stays off",
+        releaseHint: "Allows driving again, also after a lost link. Nothing moves; torque stays as it is.",
     },
 
     state: {

@@ -18,7 +18,7 @@ export const robot = {
     speedOfMoves: "Speed of moves",
     speedHint: "Speed of each goal that this page sends",
     clearAlarms: "Clear alarms",
-    keys: "Drag a dial, or focus it: ← → jog while held, ↑ ↓ step 1°, Page keys 10°, Home and End to the limits. Digits choose a servo: 1 2 is servo 12. Esc or Space stops. ▲ position, ● goal, ○ goal not confirmed.",
+    keys: "Drag a dial, or focus it: ← → jog while held, ↑ ↓ step 1°, Page keys 10°, Home and End to the limits. Digits choose a servo: 1 2 is servo 12. ▲ position, ● goal, ○ goal not confirmed.",
     step: (degrees) => `${degrees > 0 ? "+" : "−"}${Math.abs(degrees)}°`,
     stepOf: (id, degrees) => `Servo ${id}: ${robot.step(degrees)}`,
     dialOf: (id) => `Goal of servo ${id}`,

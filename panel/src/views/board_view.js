@@ -49,7 +49,7 @@ export class BoardView extends View {
             <p class="driving ${style}" role="status">${text} ${device?.linkLost ? t.linkLost : nothing}</p>
             <button class="board-release" ?disabled=${device?.inhibit === 0 && !device.linkLost}
                 @click=${() => session.release()}>${t.release}</button>
-            <p class="hint">${t.releaseHint}</p>
+            <p class="hint">${texts.stop.releaseHint}</p>
         </section>`;
     }
 

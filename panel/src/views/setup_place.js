@@ -66,7 +66,7 @@ class PlacePart extends SetupPart {
         const { outcome } = this.setup;
 
         if (outcome?.kind === "full")
-            return html`<div class="place-outcome" role="status"><p class="warn">${t.listFull(this.setup.ids.length)}</p>
+            return html`<div class="place-outcome" role="status"><p class="warn">${t.listFull}</p>
                 ${this.setup.isFull ? this.forgetButton() : nothing}</div>`;
         if (!outcome || !t.outcomes[outcome.kind]) return nothing;
         return html`<div class="place-outcome" role="status">

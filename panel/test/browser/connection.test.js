@@ -32,6 +32,12 @@ test("panel.py: Ctrl-C ends it with status 0, also after a collision on the bus"
     assert.equal(await panel.end(), 0);
 });
 
+test("panel.py: SIGHUP ends the simulator, too", async (t) => {
+    const panel = await startPanel(t);
+
+    assert.equal(await panel.end("SIGHUP"), 0);
+});
+
 test("second page is told that the first one has the port", async (t) => {
     const { panel, browser, page } = await startRobot(t);
     const second = await openPage(t, browser, panel.url);

@@ -228,7 +228,7 @@ test("other ID: a full list is told, and can be forgotten", async (t) => {
     await press(page, ".change-id");
     await page.keyboard.type("50");
     await page.keyboard.press("Enter");
-    await shows(page, "The controller knows 18 servos", ".place-outcome");
+    await shows(page, "The controller’s list is full", ".place-outcome");
     await press(page, ".place-outcome .forget-list");
     await page.waitForFunction(() => !document.querySelector(".place-outcome"));
     await shows(page, "Forget the list, set up servo 19", ".set-up-new"); // all servos are plugged in, and found again

@@ -60,7 +60,7 @@ export async function startPanel(
         { cwd: ROOT, stdio: ["ignore", "pipe", "pipe"] },
     );
     const ended = new Promise((resolve) => simulation.on("close", resolve));
-    const panel = { url: "", port: ownPort, folder, output: "", onOutput: () => {}, end: () => (simulation.kill("SIGINT"), ended) };
+    const panel = { url: "", port: ownPort, folder, output: "", onOutput: () => {}, end: (signal = "SIGINT") => (simulation.kill(signal), ended) };
 
     atEnd(t, async () => {
         await panel.end();

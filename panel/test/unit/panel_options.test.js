@@ -2,7 +2,7 @@
 /* scripts/panel.py hands what stands behind `--` over to the simulator. */
 
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
+import { execFileSync, spawnSync } from "node:child_process";
 import test from "node:test";
 
 const SCRIPTS = new URL("../../../scripts", import.meta.url).pathname;
@@ -15,9 +15,18 @@ function parse(...options) {
 test("panel.py: options behind -- are for the simulator", () => {
     const options = parse("a.elf", "--board", "arduino-mega", "--eeprom", "e", "--", "--poke", "socket", "--servos", "9");
 
-    assert.deepEqual(options, { elf: "a.elf", board: "arduino-mega", servos: "1-18", eeprom: "e", port: 8055, more: ["--poke", "socket", "--servos", "9"] });
+    assert.deepEqual(options, { elf: "a.elf", board: "arduino-mega", servos: "1-18", eeprom: "e", port: "8055", more: ["--poke", "socket", "--servos", "9"] });
 });
 
 test("panel.py: works without --", () => {
     assert.deepEqual(parse("a.elf", "--board", "b", "--eeprom", "e", "--servos", "1-3").more, []);
+});
+
+test("panel.py: a port that cannot be is refused in one line", () => {
+    for (const port of ["70000", "-1", "0", "", "x"]) {
+        const { status, stderr } = spawnSync("python3", ["-c", "import panel, sys; panel.check_port(sys.argv[1])", port], { cwd: SCRIPTS, encoding: "utf8" });
+
+        assert.equal(status, 1);
+        assert.equal(stderr, `panel: no port '${port}': give a number of 1 to 65535, as in make panel PANEL_PORT=8056\n`);
+    }
 });

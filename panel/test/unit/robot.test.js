@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { Controller } from "../../src/model/controller.js";
 import { GOAL_AGE_MS, GOAL_PERIOD_MS, Robot } from "../../src/model/robot.js";
-import { INSTRUCTION, wordAt } from "../../src/wire/packet.js";
+import { INSTRUCTION, wordAt, write } from "../../src/wire/packet.js";
 import { Wire } from "../../src/wire/wire.js";
 import { FakeClock } from "../support/fake_clock.js";
 import { FakePort, status } from "../support/fake_port.js";
@@ -135,6 +135,59 @@ test("feedback: ends when the port is lost", async () => {
 
     await clock.advance(10000);
     assert.equal(port.written.length, count);
+});
+
+test("goal: the mode of the servo is read again after what a user sends, and what changes a servo", async () => {
+    for (const sent of [{ source: "hand", text: "turn 1 0", bytes: [] }, { source: "hand", bytes: [] }, { source: "page", text: "id 2 1", bytes: [] },
+        { source: "page", bytes: write(1, 6, [0, 0, 0, 0]) }]) {
+        const { robot, port, clock, servo } = await rig();
+
+        robot.setGoal(1, 160);
+        await clock.advance(100);
+        port.servos.get(1).set([0, 0, 0, 0], 6); // endless turn
+        robot.note(sent);
+        robot.setGoal(1, 170);
+        await clock.advance(20);
+        assert.equal(goals(port).length, 1);
+        assert.equal(servo.goalState, "dropped");
+        assert.equal(servo.isEndless, true);
+    }
+});
+
+test("goal: one that waits behind a line by hand does not leave", async () => {
+    const { robot, port, clock, wire, servo } = await rig();
+
+    wire.addEventListener("traffic", ({ detail }) => detail.direction === "out" && robot.note(detail));
+    robot.setGoal(1, 160);
+    await clock.advance(100);
+    port.onText = (line) => line === "ping 1";
+    const order = () => {
+        wire.command("ping 1"); // of the page: the mode stays known
+        wire.command("turn 1 0", { source: "hand" });
+        robot.setGoal(1, 170);
+    };
+
+    robot.addEventListener("feedback", order, { once: true });
+    await clock.advance(50);
+    port.servos.get(1).set([0, 0, 0, 0], 6);
+    port.say("ok"); // of ping
+    await clock.advance(500);
+    assert.ok(port.lines.includes("turn 1 0"));
+    assert.equal(goals(port).length, 1);
+    assert.equal(servo.goalState, "dropped");
+});
+
+test("hold: ends the turn of a servo that has just begun endless turn", async () => {
+    const { robot, port, clock } = await rig();
+
+    port.servos.get(1).set([0, 0, 0, 0], 6);
+    port.servos.get(1).set([0xff, 0], SPEED);
+    robot.note({ source: "hand", text: "turn 1 50", bytes: [] });
+    const held = robot.hold(1);
+
+    await clock.advance(100);
+    await held;
+    assert.equal(wordAt(port.servos.get(1), SPEED), 0);
 });
 
 test("goal: sent once, at 20 rpm", async () => {

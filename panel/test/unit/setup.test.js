@@ -108,6 +108,20 @@ for (const [what, { line: command, start, told }] of Object.entries(deaf))
         assert.deepEqual(codes(session), []);
     });
 
+for (const action of [0, 1])
+    test(`search, new servo, diagnosis: ${action ? "refused" : "run"} with link_loss_action ${action}`, async () => {
+        const onText = (line, at) => line === "settings" && (at.say("link_loss_ms = 1000 ms", `link_loss_action = ${action}`, "ok"), true);
+        const { setup, clock, session, port } = await rig({ onText });
+
+        for (const start of Object.values(deaf).map((each) => each.start)) await finish(clock, start(setup), 5000);
+        assert.deepEqual(codes(session), action ? ["link-watched"] : []);
+        await finish(clock, setup.search(""), 5000); // watched: by packets
+        const lines = port.lines.filter((line) => /^(scan|new|diagnose)/.test(line));
+
+        assert.deepEqual(lines, action ? [] : ["scan rescue", "new 4", "diagnose 9", "scan"]);
+        assert.deepEqual(setup.ids, [1, 2, 3]);
+    });
+
 test("search: no scan follows one that was ended", async () => {
     const { setup, clock, port } = await rig({ ids: [], onText: (line, at) => line === "scan all" || (line === "" && (at.say("error 49: ended"), true)) });
     const search = setup.search("all");

@@ -5,7 +5,6 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { sendLine, sendPacket } from "../../src/model/by_hand.js";
 import { Session } from "../../src/model/session.js";
-import { Setup } from "../../src/model/setup.js";
 import { INSTRUCTION, word, wordAt, write } from "../../src/wire/packet.js";
 import { FakeClock } from "../support/fake_clock.js";
 import { FakePort } from "../support/fake_port.js";
@@ -31,7 +30,7 @@ async function rig({ ids = [1], torque = 0, delay = 3 } = {}) {
     await connected;
     port.written = [];
     const search = async (ms) => {
-        const done = new Setup(session).search("");
+        const done = session.controller.run("scan", { timeout: 30000 });
 
         for (const end = clock.now() + ms; clock.now() < end; await clock.advance(1000)) port.say("1 of 254 asked");
         port.say("0 found", "ok");
