@@ -280,7 +280,8 @@ class Scripts(unittest.TestCase):
         self.assertGreater(flash["strings in tables"], 5000, output)
         self.assertNotIn("servos.c", tables)
         self.assertTrue({"bus.c", "servos.c", "console.c", "serial.c", "ring.h"} < set(flash), output)
-        self.assertLess(flash["compiler and C library"] + flash["vectors and start-up"], 1024, output)
+        # Functions of libgcc and vectors: if a hundredth of the flash has no source, the map has lost a file.
+        self.assertLess(flash["compiler and C library"] + flash["vectors and start-up"], (text + data) / 100, output)
 
 
 class Links(unittest.TestCase):

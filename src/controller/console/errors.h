@@ -19,7 +19,8 @@
       "'help COMMAND' or docs/console.md has the range")                                           \
     X(ERROR_UNKNOWN_REGISTER, 34, "unknown register", "'info ID' lists names and addresses")       \
     X(ERROR_LINE_TOO_LONG, 35, "line too long", "send at most 1400 characters in a line")          \
-    X(ERROR_INPUT_LOST, 36, "input lost", "send the next line only after the reply to this one")   \
+    X(ERROR_INPUT_LOST, 36, "input lost",                                                          \
+      "send the next line after the reply to this one, as scripts/send-lines.py does")             \
     X(ERROR_BLOCK, 37, "malformed block", "write ID:BYTE,BYTE,... with as many bytes as LENGTH")   \
     X(ERROR_UNKNOWN_WORD, 38, "unknown word", "'help COMMAND' shows the words it takes")           \
     X(ERROR_UNIT, 39, "wrong unit", "give the unit that 'help COMMAND' shows, or raw")             \

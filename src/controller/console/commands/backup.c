@@ -136,7 +136,8 @@ static const CDS_FLASH struct command backup_rows[] = {
     {
         .usage = FLASH_TEXT("backup ID"),
         .what = FLASH_TEXT("print the lines that restore the registers"),
-        .details = COMMAND_DETAILS("EEPROM without ID and BAUD_RATE. Send the lines to restore it"),
+        .details = COMMAND_DETAILS("EEPROM without ID and BAUD_RATE. To restore it, "
+                                   "scripts/send-lines.py sends the lines, not a paste"),
         .example = COMMAND_DETAILS("backup 1"),
         .begin = backup_begin,
         .poll = backup_poll,

@@ -7,7 +7,7 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
-#include "console/commands/shared.h" // servos_line_is_low()
+#include "console/commands/shared.h" // servos_line_is_in_use()
 #include "compiler.h"                // NOINLINE
 #include "console/reply.h"
 #include "console/messages.h"
@@ -18,6 +18,7 @@ static const CDS_FLASH char message_stop_done[] =
 static const CDS_FLASH char message_stop_failed[] =
     "torque may still be on: switch off the supply; driving is inhibited until 'release'";
 static const CDS_FLASH char message_presence_low[] = "line held low";
+static const CDS_FLASH char message_presence_busy[] = "line not quiet";
 static const CDS_FLASH char message_presence_rate[] = "not at the rate of the bus";
 static const CDS_FLASH char message_torque_unknown[] = "unknown";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
@@ -185,8 +186,9 @@ ALWAYS_INLINE void print_presence(struct printer *printer, const struct robot *r
         presence = message_presence_rate;
         is_unknown = true;
     }
-    if (servos_line_is_low(&robot->servos)) {
-        presence = message_presence_low;
+    if (servos_line_is_in_use(&robot->servos)) {
+        presence = cds_bus_line(robot->bus) == CDS_BUS_LINE_FAULT ? message_presence_low
+                                                                  : message_presence_busy;
         is_unknown = true;
     }
     printer->values[0].number = servo->id;
