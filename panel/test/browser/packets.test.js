@@ -133,7 +133,7 @@ test("packets: a SAVE by hand is not sent, and names the view Board", async (t) 
     await page.click(".send-button");
     await shows(page, "Use the view Board", ".outcome");
     await page.type(".filter-text", "SAVE 1");
-    await shows(page, "Nothing to show", ".traffic");
+    await shows(page, "No packet or line fits", ".traffic");
 });
 
 test("packets: filter, pause and clear", async (t) => {
@@ -143,7 +143,7 @@ test("packets: filter, pause and clear", async (t) => {
     await command(page, "ping 2");
     await shows(page, "ping 2", ".traffic");
     await page.select(".filter-group", "SYNC READ");
-    await shows(page, "Nothing to show", ".traffic");
+    await shows(page, "No packet or line fits", ".traffic");
     await page.click(".withPolling");
     await shows(page, "PRESENT_POSITION to PRESENT_TEMPERATURE", ".traffic");
     await page.waitForFunction(() => document.querySelectorAll(".traffic .row").length === 200);
@@ -152,7 +152,7 @@ test("packets: filter, pause and clear", async (t) => {
     await page.click(".pause");
     await shows(page, "Resume", ".pause");
     await page.click(".clear");
-    await shows(page, "Nothing to show", ".traffic");
+    await shows(page, "No packet or line fits", ".traffic");
     await page.click(".pause");
     await shows(page, "PRESENT_POSITION", ".traffic");
 });
