@@ -7,7 +7,7 @@
 
 import { writeFileSync } from "node:fs";
 import { Ending } from "./support/ending.js";
-import { openPage, shows, startBrowser, startPanel } from "./support/browser.js";
+import { openPage, shows, startChromium, startPanel } from "./support/page.js";
 
 const CASES = [
     { count: 1, rate: 1000000 },
@@ -56,7 +56,7 @@ async function measureAll({ count, rate }) {
 
     try {
         const panel = await startPanel(ending, { servos: `1-${count}`, isFast: rate === 1000000, slow: 1 });
-        const browser = await startBrowser(ending);
+        const browser = await startChromium(ending);
         const browserSession = await browser.target().createCDPSession();
         const page = await openPage(ending, browser, panel.url, { slow: 1 });
 
@@ -90,7 +90,7 @@ async function measureStops() {
 
     try {
         const panel = await startPanel(ending, { servos: "1-18", isFast: true, slow: 1, more: ["--echo"] });
-        const page = await openPage(ending, await startBrowser(ending), panel.url, { slow: 1 });
+        const page = await openPage(ending, await startChromium(ending), panel.url, { slow: 1 });
 
         await shows(page, "18 servos", ".state-line");
         for (let count = 0; count < STOPS; count++) {

@@ -6,7 +6,7 @@
 import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import { Ending } from "./support/ending.js";
-import { DESKTOP, PHONE, openPage, shows, startBrowser, startPanel } from "./support/browser.js";
+import { DESKTOP, PHONE, openPage, shows, startChromium, startPanel } from "./support/page.js";
 
 const VIEWS = ["robot", "graphs", "setup", "motion", "packets", "board"];
 const SIZES = { desktop: DESKTOP, phone: PHONE };
@@ -74,7 +74,7 @@ async function takePictures(browser, url, size) {
 try {
     mkdirSync(folder, { recursive: true });
     const { url } = await startPanel(ending, { servos: "1-18", isFast: true, slow: 1 });
-    const browser = await startBrowser(ending);
+    const browser = await startChromium(ending);
 
     for (const size of Object.keys(SIZES)) await takePictures(browser, url, size);
 } finally {
