@@ -40,7 +40,7 @@ POINTERS = {
     r"permit\.o: cds_servos_permit_goal|servos\.o: changed_since": r"cycle_goals\.o: \w+",
     r"servos\.o: set_move": r"registered_move\.o: set_move",
     r"(?:steps|torque_off|read_pipeline)\.o: on_end|cycle\.o: goals_ended": r"bus\.o: finish", # of requests
-    r"steps\.o: abort_steps": r"torque_off\.o: has_own_rate", # of a lock
+    r"steps\.o: abort_steps": r"torque_off\.o: claim_own_rate", # of a lock
     r"robot_motion\.o: poll_motion": r"robot\.o: cds_robot_poll", # on_poll
     r"group_read\.o: (?:next|take)": r"read_pipeline\.o: \w+",
     r"\w+\.o: (?:send|ended|send_packet|packet_ended)": r"steps\.o: cds_steps_poll",

@@ -115,8 +115,6 @@ struct cds_request {
     bool no_retry : 1;            // is never sent again by the queue
     bool ignores_servo_state : 1; // READ or PING: the permit does not use the return delay and
                                   // status return level known of the servo. For diagnose.h
-    bool gave_way : 1;            // the queue's: a request of a higher priority came while this one
-                                  // waited for the line
     uint8_t priority;             // enum cds_priority
     uint8_t servo_index;          // hint for the permit: index of the servo it is for
 
@@ -139,8 +137,8 @@ struct cds_request {
 #define CDS_REQUEST(packet_buffer, reply_buffer)                                                   \
     {                                                                                              \
         0, 0, 0, 0, {(packet_buffer), sizeof(packet_buffer), 0}, (reply_buffer),                   \
-            sizeof(reply_buffer), 0, false, false, false, false, false, false, 0, 0, NULL, NULL,   \
-            0, false, 0, 0, NULL                                                                   \
+            sizeof(reply_buffer), 0, false, false, false, false, false, 0, 0, NULL, NULL, 0,       \
+            false, 0, 0, NULL                                                                      \
     }
 
 /* A request over the array `packet_buffer` whose replies have no parameters: PING, WRITE, SYNC
@@ -148,7 +146,7 @@ struct cds_request {
 #define CDS_REQUEST_WITHOUT_DATA(packet_buffer)                                                    \
     {                                                                                              \
         0, 0, 0, 0, {(packet_buffer), sizeof(packet_buffer), 0}, NULL, 0, 0, false, false, false,  \
-            false, false, false, 0, 0, NULL, NULL, 0, false, 0, 0, NULL                            \
+            false, false, 0, 0, NULL, NULL, 0, false, 0, 0, NULL                                   \
     }
 
 /* Counted modulo 65536 from cds_bus_open() on. After the end of each transaction

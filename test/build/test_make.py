@@ -207,7 +207,7 @@ class Make(unittest.TestCase):
         status, output = self.make("run", "-n", "SERVOS=1,1,1", "-o", "build/atmega128/controller.elf", "-o",
                                    "build/host/cds55xx-sim")
         self.assertEqual(status, 0, output)
-        self.assertIn(" --servos 1,1,1 --allow-duplicates ", output)
+        self.assertIn(" --servos '1,1,1' --allow-duplicates ", output)
 
     def test_test_build_with_a_word_runs_suites_of_that_name(self):
         names = "test/build/test_packing.py test/build/test_make.py"
@@ -415,7 +415,7 @@ class Build(unittest.TestCase):
         for target, line in [
                 ("firmware", f" -I{board} "),
                 ("run", f"--board {board} --servos 1-18"),
-                ("run-example", f"--board {board} --servos 1-18"),
+                ("run-example", f"--board {board} --servos '1-18'"),
                 ("size", "scripts/size.py build/mine/bridge.elf - - build/mine/console.elf - -   --note  --too-large mine/full.elf"),
                 ("examples", "-o build/mine/examples/robot.elf"),
                 ("flash", "scripts/avrdude.sh 'usb' -p atmega644p -c usbasp  -U flash:w:build/mine/controller.hex:i")]:

@@ -71,12 +71,6 @@ class Inhibit(unittest.TestCase):
         run_script(self, "torque 1 on\nbaud 1 7843bps\n@fault stuck low 2500\n! stop\n"
                    "@expect text error 9\n")
 
-    def test_command_beside_a_fast_cycle_ends_on_a_line_held_low(self):
-        for command in ("move 1 30", "torque 1 off", "read 1 30"):
-            run_script(self, "scan\ntorque 1-3 on\ngroup 2 3\ncycle every 2ms\n@fault stuck low 3000\n"
-                       f"! {command}\n@expect text error 9: servo 1\n@wait 5000\n"
-                       "@expect servo 1 PRESENT_POSITION 510..514\n@expect servo 1 torque on\n")
-
     def test_turn_that_loses_packets_leaves_no_servo_at_the_speed_of_its_last_movement(self):
         for packet in range(1, 9):
             run = controller("scan\ntorque 1 on\nmove 1 200 60rpm\n@wait 1500\n"

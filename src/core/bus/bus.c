@@ -484,12 +484,8 @@ static COLD bool wait_on(struct cds_bus *bus)
     } else if (!cds_line_check_deadline(bus)) {
         return true;
     } else if (phase == WAIT_LAST_LOOK) {
-        // A request that gave way to this one has waited for the line as long: it ends, too. If it
-        // began its wait again behind each goal of a cycle, its wait would never end.
-        do
-            bus->stats.line_busy++;
-        while (finish(bus, CDS_LINE_BUSY) && bus->request->gave_way);
-        return bus->request;
+        bus->stats.line_busy++;
+        return finish(bus, CDS_LINE_BUSY);
     } else {
         from = cds_port_ticks();
     }

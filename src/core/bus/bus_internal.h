@@ -9,12 +9,6 @@
 #include "cds55xx/bus.h" // struct cds_bus
 #include "compiler.h"    // ALWAYS_INLINE
 
-#define CDS_COUNT_RESULT(name, number, text, remedy) +1
-_Static_assert(CDS_CORRUPT < CDS_REFUSED && CDS_REFUSED < CDS_LINE_BUSY &&
-                   CDS_CANCELLED < CDS_LINE_BUSY && CDS_LINE_BUSY + 1 == CDS_NO_REPLY_DUE &&
-                   CDS_RESERVED + 1 == 0 CDS_RESULTS(CDS_COUNT_RESULT),
-               "the order of the results (result.h)");
-
 /* True if a request that ended with this result sent no packet, not even as a retry. False for
  * CDS_CANCELLED, which does not tell: cds_bus_open() also cancels a packet on the wire, and
  * cds_bus_cancel() a retry whose first packet was sent. */

@@ -24,9 +24,7 @@ static enum cds_result submit(void *context, struct cds_request *request)
     struct cds_request *waiting = bus->request;
 
     request->result = CDS_PENDING;
-    request->gave_way = false;
     if (request->priority > waiting->priority && cds_bus_take_back(bus)) {
-        waiting->gave_way = true;
         insert(queue, waiting, (uint8_t)(waiting->priority + 1u));
         cds_bus_start(bus, request);
     } else {

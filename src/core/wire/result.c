@@ -12,6 +12,13 @@ CDS_RESULTS(TEXT_OF)
 static const CDS_FLASH char *const CDS_FLASH texts[] = {CDS_RESULTS(ENTRY_OF)};
 #undef ENTRY_OF
 
+#define ONE_MORE(name, number, text, remedy) +1
+_Static_assert(CDS_CORRUPT < CDS_REFUSED && CDS_REFUSED < CDS_LINE_BUSY &&
+                   CDS_CANCELLED < CDS_LINE_BUSY && CDS_LINE_BUSY + 1 == CDS_NO_REPLY_DUE &&
+                   CDS_RESERVED + 1 == 0 CDS_RESULTS(ONE_MORE),
+               "the order of the results (result.h)");
+#undef ONE_MORE
+
 uint8_t cds_result_text(uint8_t result, char *text, uint8_t capacity)
 {
     uint8_t length = 0;

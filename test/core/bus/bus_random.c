@@ -62,7 +62,7 @@ struct job {
     struct cds_request request;
     uint8_t buffer[CDS_PACKET_SIZE(6)], sent[CDS_PACKET_SIZE(6)];
     uint8_t *reply; // CDS_REPLY_ANY bytes; the request uses the last ones
-    bool is_submitted, waits, gave_way, is_idempotent, mutes;
+    bool is_submitted, waits, is_idempotent, mutes;
     uint8_t retries, permit_result, permit_polls; // permit_result: enum cds_result
     // the packet in flight:
     uint32_t tag, begun_us, first_poll_us, complete_us, good_us, delay_us, longest_gap_us;
@@ -756,8 +756,7 @@ static void note_line_and_begin(void)
 
 /* ---- a transaction ends ---- */
 
-static struct job *wait_job;   // the request that has waited for the line
-static bool line_was_given_up; // in this poll, a request ended as CDS_LINE_BUSY
+static struct job *wait_job; // the request that has waited for the line
 static uint32_t wait_from_us, wait_least_us, wait_last_us, wait_overdue_us;
 static uint16_t wait_overdue;
 static bool wait_is_sloppy, wait_is_last, wait_restarts;
@@ -852,10 +851,8 @@ static void check_end_unsent(struct job *job, enum cds_result result)
 
         RULE((is_active && since(active_us) < quiet_us()) || rests, job,
              "given up on a quiet line");
-        RULE((wait_job == job && wait_is_last && since(wait_last_us) >= quiet_us()) ||
-                 (line_was_given_up && job->gave_way),
-             job, "given up too early, or without a last look");
-        line_was_given_up = true;
+        RULE(wait_job == job && wait_is_last && since(wait_last_us) >= quiet_us(), job,
+             "given up too early, or without a last look");
         count.line_busy++;
     } else {
         RULE(mode == WITH_PERMIT && job->permit_result == result, job, "ended unsent as %u",
@@ -914,9 +911,6 @@ static enum cds_result submit_hook(void *context, struct cds_request *request)
         result = permit_hook(context, request);
     if (result != CDS_OK && result != CDS_PENDING)
         return result;
-    ((struct job *)request->context)->gave_way = false;
-    if (bus.state == CDS_BUS_WAITING_FOR_LINE && request->priority > bus.request->priority)
-        ((struct job *)bus.request->context)->gave_way = true;
     return queue.hooks.submit(context, request);
 }
 
@@ -1445,10 +1439,7 @@ static void poll(void)
         since(deadline_us(flying)) >= 0)
         port_fake.late = &bus.link;
     check_invariants();
-    line_was_given_up = false;
     busy = cds_bus_poll(&bus);
-    RULE(!line_was_given_up || !bus.request || !((struct job *)bus.request->context)->gave_way,
-         NULL, "a request waits on that gave way to the one that was given up");
     check_invariants();
     port_fake.late = NULL;
     if (mode == QUIET)

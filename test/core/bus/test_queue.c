@@ -485,44 +485,6 @@ void test_retry_that_waits_for_the_line_is_overtaken_in_order(void)
     assert_ended_in_order(order, sizeof order);
 }
 
-/* ---- a line in use ---- */
-
-/* A new goal every 1 ms, where the bus waits 1.2 ms for the line. */
-void test_goals_that_never_end_do_not_let_a_request_wait_without_end(void)
-{
-    port_fake.low = true;
-    requests[1].priority = CDS_PRIORITY_HIGH;
-    ping(0);
-    ping(2);
-    for (uint16_t us = 0; us < 6000; us += 10) {
-        if (us % 1000 == 0 && requests[1].result != CDS_PENDING)
-            ping(1);
-        port_fake.now_us += 10;
-        cds_bus_poll(&bus);
-        ended_count = 0;
-    }
-    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, requests[0].result);
-    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, requests[2].result);
-}
-
-void test_request_that_gave_way_ends_with_the_one_that_found_no_quiet_line(void)
-{
-    const uint8_t order[] = {1, 0};
-
-    port_fake.low = true;
-    requests[1].priority = CDS_PRIORITY_HIGH;
-    ping(0);
-    ping(1);
-    ping(2);
-    for (uint16_t us = 0; us < 1300; us += 10) {
-        port_fake.now_us += 10;
-        cds_bus_poll(&bus);
-    }
-    assert_ended_in_order(order, sizeof order);
-    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, requests[0].result);
-    TEST_ASSERT_EQUAL(CDS_PENDING, requests[2].result);
-}
-
 /* ---- taking back ---- */
 
 void test_cancel_gives_the_next_request_its_full_time(void)
