@@ -295,6 +295,10 @@ static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request
         servos->refused_id = bytes[CDS_AT_ID];
         return CDS_RESERVED;
     }
+    if (!servo &&
+        (bytes[CDS_AT_INSTRUCTION] == CDS_WRITE || bytes[CDS_AT_INSTRUCTION] == CDS_REG_WRITE))
+        servo = cds_servos_meet(servos, bytes[CDS_AT_ID],
+                                bytes[CDS_AT_PARAMETERS] <= CDS_REG_STATUS_RETURN_LEVEL);
     check.bytes = bytes;
     check.refused_id = bytes[CDS_AT_ID];
     check.walk.written.sets = check.walk.written.left = 0;
@@ -319,15 +323,10 @@ static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request
     }
     if (servos->walk_request == request)
         servos->walk_request = NULL; // the next check of this request begins again
-    if (result == CDS_OK) {
-        if (!servo &&
-            (bytes[CDS_AT_INSTRUCTION] == CDS_WRITE || bytes[CDS_AT_INSTRUCTION] == CDS_REG_WRITE))
-            cds_servos_meet(servos, bytes[CDS_AT_ID],
-                            bytes[CDS_AT_PARAMETERS] <= CDS_REG_STATUS_RETURN_LEVEL);
+    if (result == CDS_OK)
         request->permit_epoch = servos->epoch;
-    } else {
+    else
         servos->refused_id = check.refused_id;
-    }
     if (result == CDS_TOO_EARLY)
         servos->too_early++;
     return result;
