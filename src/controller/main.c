@@ -241,15 +241,12 @@ static uint8_t send_to_host(void)
 }
 
 /* While an operation has the bus to itself, perhaps at another rate, a packet of the host waits. It
- * ends the operation as soon as possible (robot_abort()). A bulk read does not wait for the end of
- * a stop: on a line held low the host could not ask how the stop goes. */
+ * ends the operation as soon as possible (robot_abort()). */
 static void poll_bridge(void)
 {
     bool is_exclusive = robot_is_exclusive(&controller.robot);
-    bool goes_on = (is_exclusive || robot_is_stopping(&controller.robot)) &&
-                   bridge_goes_on(&controller.bridge);
 
-    if (!is_exclusive || goes_on)
+    if (!is_exclusive || bridge_goes_on(&controller.bridge))
         bridge_poll(&controller.bridge);
     if (is_exclusive && controller.host.has_packet)
         robot_abort(&controller.robot);
