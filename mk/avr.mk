@@ -77,7 +77,7 @@ build/$(1)/board-checked: $(2)/board.h $(wildcard include/cds55xx/avr/board_chec
 build/$(1)/obj/%.o: %.c build/$(1)/flags | tools build/$(1)/board-checked
 	$$(call say,CC,$$@)
 	@mkdir -p $$(@D)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(if $$(filter src/controller/%,$$<),$$(CONTROLLER_CFLAGS)) -iquote examples $$(DEPFILES) -c $$< -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(if $$(filter src/controller/%,$$<),$$(CONTROLLER_CFLAGS))$$(if $$(filter examples/%,$$<), -iquote examples) $$(DEPFILES) -c $$< -o $$@
 
 build/$(1)/console/%.o: %.c build/$(1)/flags | tools build/$(1)/board-checked
 	$$(call say,CC,$$@)

@@ -266,7 +266,7 @@ void cds_motion_resume(struct cds_motion *motion);
  * CDS_CANCELLED. A move that is checked is not begun. */
 void cds_motion_abort(struct cds_motion *motion, uint16_t deceleration);
 
-/* Range of cds_motion_override(), in percent. */
+/* Range of `percent` of cds_motion_set_override(). */
 #define CDS_MOTION_OVERRIDE_MIN 10
 #define CDS_MOTION_OVERRIDE_MAX 200
 

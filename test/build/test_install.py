@@ -216,6 +216,15 @@ class Examples(unittest.TestCase):
     def test_teach(self):
         self.make_test("teach")
 
+    def output_of_broken(self, name, text, other):
+        """What `make test` of an example prints with `other` in place of `text` in its source. It must fail."""
+        folder = self.copy(name)
+        source = folder / f"{name}.c"
+        source.write_text(source.read_text().replace(text, other))
+        status, output = shell("make test", cwd=folder)
+        self.assertNotEqual(status, 0)
+        return output
+
     def test_wheels(self):
         self.make_test("wheels")
 
@@ -223,11 +232,7 @@ class Examples(unittest.TestCase):
         self.make_test("gripper", runs=3)
 
     def test_gripper_runs_all_its_tests_and_says_why_it_has_stopped(self):
-        folder = self.copy("gripper")
-        source = folder / "gripper.c"
-        source.write_text(source.read_text().replace("CDS_JOINT(1,", "CDS_JOINT(2,"))
-        status, output = shell("make test", cwd=folder)
-        self.assertNotEqual(status, 0)
+        output = self.output_of_broken("gripper", "CDS_JOINT(1,", "CDS_JOINT(2,")
         self.assertEqual(output.count("servo 2 (joint 0, jaw): no reply\n"), 3, output)
         self.assertIn("\n0 passed, 3 failed\n", output)
 
@@ -250,11 +255,7 @@ class Examples(unittest.TestCase):
         self.assertIn("\n3 passed, 0 failed\n", output)
 
     def test_example_that_fails_its_script_fails_make(self):
-        folder = self.copy("blink")
-        source = folder / "blink.c"
-        source.write_text(source.read_text().replace("led = !led", "led = 0"))
-        status, output = shell("make test", cwd=folder)
-        self.assertNotEqual(status, 0)
+        output = self.output_of_broken("blink", "led = !led", "led = 0")
         self.assertIn("@expect servo 1 led on within 0: not met", output)
 
     def cmake(self, source):

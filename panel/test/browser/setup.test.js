@@ -87,7 +87,7 @@ test("question: another connection, Esc at Stop and another tab answer no", asyn
         await page.waitForSelector("dialog[open]");
         await call();
         await page.waitForSelector("dialog", { hidden: true });
-        await page.waitForFunction(() => !document.querySelector("main").inert, {}); // else the test ends by its patience
+        await page.waitForFunction(() => !document.querySelector("main").inert);
     }
 });
 

@@ -59,6 +59,8 @@ static void lose_link(struct failsafe *failsafe)
         robot_inhibit(failsafe->robot);
 }
 
+/* A link stays lost until failsafe_clear(). If driving is allowed all the same, as link_loss_action
+ * was 0, the next silence of the host takes the action that is set by then. */
 static void watch_link(struct failsafe *failsafe)
 {
     uint32_t limit_us = failsafe->settings->link_loss_ms * (uint32_t)1000;

@@ -12,7 +12,7 @@
 #define WAS_OFFLINE    0x80   // in `reported`, beside the CDS_ERROR_* bits of conditions
 #define WAS_STATE_LOST 0x40
 #define WAS_OLD        0x10 // feedback
-#define LATE_US        250  // a poll that comes later after the one before ends a transaction
+#define LATE_US        250 // if more time is between two calls of cds_robot_poll(), the main loop is late
 
 static const CDS_FLASH struct cds_joint *row_of(const struct cds_robot *robot, uint8_t joint)
 {

@@ -3,9 +3,9 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
-#include "console/commands/shared.h"
-#include "compiler.h"      // ALWAYS_INLINE, NOINLINE
-#include "console/reply.h" // reply_condition()
+#include "console/commands/shared.h" // servos_line_is_low()
+#include "compiler.h"                // ALWAYS_INLINE, NOINLINE
+#include "console/reply.h"           // reply_condition()
 #include "console/messages.h"
 #include "console/number_format.h" // number_print()
 
@@ -315,7 +315,7 @@ static uint8_t inhibited_servos(const struct cds_servos *servos)
     return count;
 }
 
-/* The control panel takes "driving: allowed" for: `clear` ends no inhibit. */
+/* The control panel compares the line "driving: allowed": after it, `clear` ends no inhibit. */
 static void print_inhibit(struct printer *printer, const struct failsafe *failsafe)
 {
     const CDS_FLASH char *message = message_inhibit_on;
@@ -354,7 +354,7 @@ static void print_servos(struct printer *printer, const struct cds_servos *servo
     printer->values[0].number = servos->count;
     printer->values[1].text = servos->is_full ? message_and_more : message_nothing;
     printer->values[2].number = offline;
-    if (command_set.explain && cds_bus_line(servos->bus) == CDS_BUS_LINE_FAULT)
+    if (servos_line_is_low(servos))
         printer->values[2].number = servos->count; // no servo can be asked
     printer_line(printer, message_servos);
 }

@@ -132,7 +132,7 @@ static uint8_t turn_begin(struct console *console)
 }
 
 /* The next step, after one that went well. Returns an error or 0. */
-static uint8_t turn_on(struct console *console)
+static uint8_t continue_turn(struct console *console)
 {
     uint8_t *data = set_job(console)->data;
 
@@ -153,7 +153,7 @@ static bool turn_poll(struct console *console)
         return true;
     if (console->phase == WRITE || console->error)
         return false;
-    console->error = turn_on(console);
+    console->error = continue_turn(console);
     return console->error == 0;
 }
 

@@ -22,11 +22,11 @@ static inline struct move_job *move_job(struct console *console)
     return console_job(console);
 }
 
-/* True if the line is held low or disturbed, in the profile `full`, which has command_set.explain:
- * what is known of servos is old then. */
-static inline bool servos_line_is_in_use(const struct cds_servos *servos)
+/* True if the line is held low, in the profile `full`, which has command_set.explain: what is known
+ * of servos is old then. */
+static inline bool servos_line_is_low(const struct cds_servos *servos)
 {
-    return command_set.explain && cds_bus_line(servos->bus) != CDS_BUS_LINE_QUIET;
+    return command_set.explain && cds_bus_line(servos->bus) == CDS_BUS_LINE_FAULT;
 }
 
 /* In cycle.c: range of the period, in ms. */

@@ -7,7 +7,7 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
-#include "console/commands/shared.h" // servos_line_is_in_use()
+#include "console/commands/shared.h" // servos_line_is_low()
 #include "compiler.h"                // NOINLINE
 #include "console/reply.h"
 #include "console/messages.h"
@@ -186,9 +186,9 @@ ALWAYS_INLINE void print_presence(struct printer *printer, const struct robot *r
         presence = message_presence_rate;
         is_unknown = true;
     }
-    if (servos_line_is_in_use(&robot->servos)) {
-        presence = cds_bus_line(robot->bus) == CDS_BUS_LINE_FAULT ? message_presence_low
-                                                                  : message_presence_busy;
+    if (command_set.explain && cds_bus_line(robot->bus) != CDS_BUS_LINE_QUIET) {
+        presence =
+            servos_line_is_low(&robot->servos) ? message_presence_low : message_presence_busy;
         is_unknown = true;
     }
     printer->values[0].number = servo->id;
