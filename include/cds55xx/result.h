@@ -33,13 +33,13 @@ extern "C" {
     X(CDS_CANCELLED, 8, "request taken back", "submit it again if it is still wanted")             \
     X(CDS_LINE_BUSY, 9, "line not quiet, nothing was sent",                                        \
       "look for a servo that babbles, a short circuit, or a second controller")                    \
-    X(CDS_NO_REPLY_DUE, 10, "set not to answer this",                                              \
+    X(CDS_NO_REPLY_DUE, 10, "the servo is set not to answer this",                                 \
       "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all); PING is always answered")               \
     X(CDS_LIMIT, 11, "not within the servo's limits",                                              \
       "stay within its limits; docs/safety.md lists what is refused")                              \
-    X(CDS_INHIBITED, 12, "servo may not be driven",                                                \
+    X(CDS_INHIBITED, 12, "the servo may not be driven",                                            \
       "'servos' tells why: mend power, load or plug, let a hot servo cool, then 'release'")        \
-    X(CDS_TOO_EARLY, 13, "replies too early for this board",                                       \
+    X(CDS_TOO_EARLY, 13, "replies would come too early for this board",                            \
       "raise the servo's RETURN_DELAY; 'status' shows the lowest register value here")             \
     X(CDS_RESERVED, 14, "a motion moves the servo", "wait until the motion has ended, or end it")
 

@@ -68,7 +68,7 @@ class StopReport(unittest.TestCase):
     def test_move_that_ends_early_ends_the_program(self):
         said = self.reported("timed_move", "        if (robot.state != CDS_ROBOT_RUNNING",
                              TROUBLE + "        if (robot.state != CDS_ROBOT_RUNNING")
-        self.assertIn("\nmotion: servo 2 (joint 1, right): servo may not be driven\n", "\n" + said)
+        self.assertIn("\nmotion: servo 2 (joint 1, right): the servo may not be driven\n", "\n" + said)
 
     def test_stop_by_the_program_is_told(self):
         said = self.reported("timed_move", "        if (robot.state != CDS_ROBOT_RUNNING",

@@ -114,7 +114,7 @@ class Teach(Motion):
 
     def test_teach_off_of_an_endless_servo_is_refused(self):
         self.run_on("teach on 1\nwrite 1 CW_ANGLE_LIMIT 0 0\nwrite 1 CCW_ANGLE_LIMIT 0\n"
-                    "write 1 MOVING_SPEED 300\n! teach off 1\n@expect text servo 1: servo is in endless turn\n"
+                    "write 1 MOVING_SPEED 300\n! teach off 1\n@expect text servo 1: the servo is in endless turn\n"
                     "@expect text error 47:\n@expect servo 1 torque off\n")
 
     def test_teach_off_outside_the_soft_limits_is_refused(self):
@@ -561,7 +561,7 @@ class Play(Motion):
 
     def test_pose_with_a_servo_that_lost_its_power_names_it(self):
         self.run_on("@power 2 off\n@wait 2500\n@power 2 on\n@wait 1500\n! pose 100 100 100\n"
-                    "@expect text error 12: servo 2: servo may not be driven\n"
+                    "@expect text error 12: servo 2: the servo may not be driven\n"
                     "release\ntorque 2 on\npose 100 100 100\n")
 
     def test_servo_whose_replies_are_damaged_is_not_driven(self):

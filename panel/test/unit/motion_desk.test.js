@@ -194,7 +194,7 @@ test("motion: the notice of its end tells the error in words, and the servo", as
     const [inhibited] = await ended(() => {}, { number: 12, lines: ["servo 3 is the cause"] });
 
     assert.equal(stopped.text, "The motion has ended with error 54: stopped: driving is inhibited.");
-    assert.equal(inhibited.text, "Servo 3: the motion has ended with error 12: servo may not be driven.");
+    assert.equal(inhibited.text, "Servo 3: the motion has ended with error 12: the servo may not be driven.");
     assert.match(inhibited.remedy, /“Release” on its card in the view Robot/);
 });
 

@@ -321,8 +321,8 @@ test("command: lines, then ok", async () => {
 test("command: an error with its number and text", async () => {
     const { wire, port } = await rig();
 
-    port.onText = (line) => line.startsWith("move") && (port.say("error 12: servo may not be driven; release it"), true);
-    assert.deepEqual((await wire.command("move 1 90")).error, { number: 12, text: "servo may not be driven; release it" });
+    port.onText = (line) => line.startsWith("move") && (port.say("error 12: the servo may not be driven; release it"), true);
+    assert.deepEqual((await wire.command("move 1 90")).error, { number: 12, text: "the servo may not be driven; release it" });
 });
 
 test("command: a status packet within a line is no part of it", async () => {

@@ -35,17 +35,17 @@
     X(ERROR_NO_GROUP, 45, "no group chosen", "choose its servos, as by 'group 1 2 3'")             \
     X(ERROR_GROUP_SIZE, 46, "not as many angles as servos",                                        \
       "give one for each servo of the group; 'group' shows them")                                  \
-    X(ERROR_ENDLESS, 47, "servo is in endless turn",                                               \
+    X(ERROR_ENDLESS, 47, "the servo is in endless turn",                                           \
       "set its limits: 'set ID CCW_ANGLE_LIMIT 300deg'")                                           \
     X(ERROR_NOT_KNOWN, 48, "not one of the robot's servos",                                        \
       "'scan' finds them, 'servos' lists them")                                                    \
     X(ERROR_KEY, 49, "ended by a key or packet",                                                   \
       "the output so far is valid; start the command again")                                       \
-    X(ERROR_PLACE_TAKEN, 50, "new ID or rate is taken",                                            \
+    X(ERROR_PLACE_TAKEN, 50, "the new ID or rate is taken",                                        \
       "nothing was written: give the other servo another ID first, or choose another")             \
     X(ERROR_LOST, 51, "no answer after the change",                                                \
       "wait a second and 'scan all'; it may have lost its power")                                  \
-    X(ERROR_BOTH, 52, "servos at old and new ID or rate",                                          \
+    X(ERROR_BOTH, 52, "servos answer at old and new ID or rate",                                   \
       "two servos had one ID: connect one of them alone")                                          \
     X(ERROR_FORCE, 53, "nothing was reset",                                                        \
       "all servos would get ID 1; 'factory 254 force' sends it")                                   \
@@ -58,9 +58,9 @@
       "give it more time: the line above, or 'motion wait', names the shortest")                   \
     X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \
     X(ERROR_SETTING_RANGE, 61, "setting out of range", "docs/settings.md has the ranges")          \
-    X(ERROR_NOT_SAVED, 62, "EEPROM keeps nothing new",                                             \
+    X(ERROR_NOT_SAVED, 62, "the EEPROM keeps nothing new",                                         \
       "the older data stay valid; try again, or replace the chip")                                 \
-    X(ERROR_SAVING, 63, "EEPROM is being written", "try again in 0.2 s")                           \
+    X(ERROR_SAVING, 63, "the EEPROM is being written", "try again in 0.2 s")                       \
     X(ERROR_STOPPING, 64, "torque off is under way", "try again when 'status' says how it went")   \
     X(ERROR_LINK_LOST, 65, "the host link was lost",                                               \
       "no byte came for the setting link_loss_ms; 'clear' when the host sends again")              \
