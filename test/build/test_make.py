@@ -414,7 +414,7 @@ class Build(unittest.TestCase):
         board = self.make_board()
         for target, line in [
                 ("firmware", f" -I{board} "),
-                ("run", f"--board {board} --servos 1-18"),
+                ("run", f"--board {board} --servos '1-18'"),
                 ("run-example", f"--board {board} --servos '1-18'"),
                 ("size", "scripts/size.py build/mine/bridge.elf - - build/mine/console.elf - -   --note  --too-large mine/full.elf"),
                 ("examples", "-o build/mine/examples/robot.elf"),
