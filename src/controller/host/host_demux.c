@@ -96,9 +96,11 @@ static void restart(struct host_demux *demux, uint16_t count)
 /* 0xFF: a packet may begin. */
 static void begin(struct host_demux *demux, bool late)
 {
+    demux->skipping = false;
     demux->late = late;
     demux->begun_us = cds_port_now_us();
     restart(demux, 1);
+    drop_line(demux);
 }
 
 /* No good packet begins at `from`: drops the bytes from there to the next 0xFF, and searches on. */
@@ -200,9 +202,6 @@ static void examine(struct host_demux *demux)
         } else {
             reject(demux);
         }
-    } else if (at == 1) { // 0xFF alone is noise, and the line goes on
-        demux->skipping = false;
-        drop_line(demux);
     } else if (at == CDS_AT_ID) {
         demux->sum = byte;
         if (byte == CDS_HEADER) // R27: more than two 0xFF; the last two are the header

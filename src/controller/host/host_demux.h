@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* Separates the bytes of the host into protocol packets and text, in any order.
  *
- * Two bytes 0xFF outside a packet begin a packet and drop the unfinished line of text. One 0xFF is
- * ignored. Every other byte outside a packet is text. A packet is damaged if it has a wrong LENGTH
- * or a wrong checksum, or if the host is silent for HOST_SILENCE_US before its end. The demux drops
- * a damaged packet, since its ID may be wrong, and searches its bytes for another packet. A good
+ * A byte 0xFF outside a packet begins a packet and drops the unfinished line of text. Every other
+ * byte outside a packet is text. A packet is damaged if it has no second 0xFF, a wrong LENGTH or a
+ * wrong checksum, or if the host is silent for HOST_SILENCE_US before its end. The demux drops a
+ * damaged packet, since its ID may be wrong, and searches its bytes for another packet. A good
  * packet there is passed on, unless it is HOST_SILENCE_US old: the client has then given up waiting
  * for the reply. A packet that waits that long for the bridge is dropped, too.
  *
