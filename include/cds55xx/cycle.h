@@ -12,7 +12,9 @@
  *             cds_cycle_goal() for each servo that moves, then cds_cycle_commit();
  *     }
  *
- * A READ begins only if it surely ends before the next period. All functions: main context. */
+ * A READ begins only if it surely ends before the next period. While the line is in use and another
+ * request waits for it, no goals are submitted: that request ends first. All functions: main
+ * context. */
 #ifndef CDS_CYCLE_H
 #define CDS_CYCLE_H
 

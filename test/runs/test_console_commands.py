@@ -414,6 +414,12 @@ class Scripts(unittest.TestCase):
     def test_line_low_and_servo_offline_are_told(self):
         self.run_on("atmega128", LINE_LOW)
 
+    def test_command_beside_goals_ends_while_the_line_is_held_low(self):
+        """The goals come more often than a wait for a quiet line may last."""
+        self.run_on("atmega128", "scan\ntorque all on\ngroup 1 2 3\ncycle every 2ms\n@wait 100\n@fault stuck low 2000\n"
+                    + error(9, "torque 1 off") + error(9, "set 1 LED 1") + "@wait 2500\n@expect servo 1 torque on\n"
+                    + "set 1 LED 1\ncycle off\n")
+
     def test_new_servo_at_neighbour_of_listed_rate_has_the_rate_of_the_bus(self):
         script = ("bus 19417\nnew 1\nservos forget\nnew 1\n" + text("one ID answers: ID 1 at 19231bps") + text("step 4 of 4: the rate is 19417bps already")
                   + text("servo 1 is set up and joins the robot, at 19417bps") + error(95, "new 2"))

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The line between two packets, and the deadline of the one in flight; for bus.c and open.c. Main
- * context. */
+/* The line between two packets, and the deadline of the one in flight; for the files of the bus and
+ * cycle.c. Main context. */
 #ifndef CDS_LINE_INTERNAL_H
 #define CDS_LINE_INTERNAL_H
 

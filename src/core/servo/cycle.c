@@ -3,6 +3,7 @@
 #include "cds55xx/cycle.h"
 
 #include "bus/bus_internal.h"      // cds_bus_submit_prechecked(), cds_was_not_sent()
+#include "bus/line_internal.h"     // GATE_LINE
 #include "cds55xx/control_table.h" // CDS_REG_*, CDS_VALUE_MAX
 #include "compiler.h"              // OPTIMIZER_BARRIER(), NOINLINE
 #include "servo/cycle_internal.h"
@@ -114,17 +115,26 @@ static NOINLINE void pass_period(struct cds_cycle *cycle)
     }
 }
 
+/* Another request waits while the line is in use. Goals would go before it and begin its wait
+ * again; with periods shorter than a wait it would never end. */
+static bool line_is_awaited(const struct cds_bus *bus)
+{
+    return bus->state == CDS_BUS_WAITING_FOR_LINE && bus->gate & GATE_LINE;
+}
+
 /* False: the bus did not take them, or earlier goals are still on their way. */
 static NOINLINE bool send_goals(struct cds_cycle *cycle)
 {
-    const struct cds_bus_hooks *hooks = cycle->bus->hooks;
+    struct cds_bus *bus = cycle->bus;
     struct cds_request *request = &cycle->goals;
-    uint16_t epoch = hooks && hooks->changed_since ? cycle->epoch : 0;
+    uint16_t epoch = 0;
 
-    if (request->result == CDS_PENDING)
+    if (request->result == CDS_PENDING || line_is_awaited(bus))
         return false;
+    if (bus->hooks && bus->hooks->changed_since)
+        epoch = cycle->epoch;
     request->packet.bytes = cycle->front;
-    return cds_bus_submit_prechecked(cycle->bus, request, epoch) == CDS_OK;
+    return cds_bus_submit_prechecked(bus, request, epoch) == CDS_OK;
 }
 
 /* The next period has begun, or more than one. */

@@ -551,6 +551,25 @@ void test_requests_of_the_application_go_before_reads(void)
     TEST_ASSERT_EQUAL_UINT8(ids[0], starts[3].id);
 }
 
+/* A period is shorter than the wait for a quiet line. */
+void test_goals_do_not_begin_the_wait_of_another_request_again(void)
+{
+    struct cds_request other = CDS_REQUEST(bytes[0], replies[0]);
+
+    TEST_ASSERT_EQUAL(CDS_OK, begin_with(&bus, ids, SERVOS, 1000));
+    set_all(0x200);
+    cds_cycle_commit(&cycle);
+    run_to(500);
+    port_fake.low = true;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &other, 77, CDS_REG_PRESENT_POSITION, 11));
+    run_to(5000);
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, other.result);
+    TEST_ASSERT_GREATER_THAN_UINT32(0, cycle.counters.unsent);
+    port_fake.low = false;
+    run_to(9999);
+    TEST_ASSERT_GREATER_THAN_UINT16(9000, starts[start_count - 1].us);
+}
+
 void test_goals_behind_a_transaction_follow_at_once(void)
 {
     static const uint16_t at_us[] = {0, 3990 + READ_US, 8000};

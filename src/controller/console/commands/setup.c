@@ -258,7 +258,7 @@ static const CDS_FLASH struct command setup_rows[] = {
     {
         .usage = FLASH_TEXT("lock ID"),
         .what = FLASH_TEXT("lock set-up until power-off"),
-        .details = COMMAND_DETAILS("Then only registers 0x18 to 0x23 can be written"),
+        .details = COMMAND_DETAILS("Then only 0x18 to 0x23 can be written"),
         .example = COMMAND_DETAILS("lock 1"),
         .begin = lock_begin,
         .poll = setup_poll,
