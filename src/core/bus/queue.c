@@ -2,6 +2,9 @@
 /* Priority and retries; see queue.h. */
 #include "cds55xx/queue.h"
 
+#include <stddef.h>
+
+#include "bus/line_internal.h"     // GATE_LINE
 #include "cds55xx/control_table.h" // CDS_REG_*
 #include "compiler.h"              // OPTIMIZER_BARRIER()
 
@@ -16,19 +19,40 @@ static void insert(struct cds_queue *queue, struct cds_request *request, uint8_t
     *place = request;
 }
 
-/* A request of a higher priority also goes before the one that waits for the line. */
+/* True if `request` goes before the one that waits for the line. While the line is in use only
+ * torque off does: goals that come more often than a wait may last would begin the other wait again
+ * without end. */
+static bool overtakes(const struct cds_bus *bus, const struct cds_request *request)
+{
+    uint8_t passed = bus->request->priority;
+
+    if (bus->gate & GATE_LINE)
+        passed |= CDS_PRIORITY_HIGH;
+    return request->priority > passed;
+}
+
+static NOINLINE void start_first(struct cds_queue *queue)
+{
+    struct cds_request *first = queue->first;
+
+    if (!first)
+        return;
+    queue->first = first->next;
+    cds_bus_start(queue->bus, first);
+}
+
 static enum cds_result submit(void *context, struct cds_request *request)
 {
     struct cds_queue *queue = (struct cds_queue *)context;
-    struct cds_bus *bus = queue->bus;
-    struct cds_request *waiting = bus->request;
+    bool goes_first = overtakes(queue->bus, request);
+    struct cds_request *overtaken;
 
     request->result = CDS_PENDING;
-    if (request->priority > waiting->priority && cds_bus_take_back(bus)) {
-        insert(queue, waiting, (uint8_t)(waiting->priority + 1u));
-        cds_bus_start(bus, request);
-    } else {
-        insert(queue, request, request->priority);
+    insert(queue, request, request->priority);
+    overtaken = goes_first ? cds_bus_take_back(queue->bus) : NULL;
+    if (overtaken) {
+        insert(queue, overtaken, (uint8_t)(overtaken->priority + 1u));
+        start_first(queue);
     }
     return CDS_OK;
 }
@@ -90,12 +114,8 @@ static enum cds_result request_ended(void *context, struct cds_request *request,
 {
     struct cds_queue *queue = (struct cds_queue *)context;
     bool is_kept = retry(queue, request, result);
-    struct cds_request *first = queue->first;
 
-    if (first) {
-        queue->first = first->next;
-        cds_bus_start(queue->bus, first);
-    }
+    start_first(queue);
     if (is_kept)
         return CDS_PENDING;
     if (request->retries && result > CDS_CORRUPT) // the order of result.h

@@ -656,6 +656,8 @@ static void pass(uint32_t us)
 
 /* ---- the model's queue ---- */
 
+#define BEFORE_ALL UINT8_MAX
+
 static void wait_before(struct job *job, uint8_t priority)
 {
     uint8_t at = 0;
@@ -677,6 +679,25 @@ static void wait_no_more(struct job *job)
     waiting_count--;
     memmove(&waiting[at], &waiting[at + 1], (size_t)(waiting_count - at) * sizeof *waiting);
     job->waits = false;
+}
+
+/* A submitted job waits. The one that waits for the line stays first unless it is overtaken: while
+ * the line is in use only torque off does that. */
+static void wait_in_turn(struct job *job)
+{
+    struct job *first = bus.state == CDS_BUS_WAITING_FOR_LINE ? waiting[0] : NULL;
+    uint8_t priority = job->request.priority;
+
+    if (first)
+        wait_no_more(first);
+    wait_before(job, priority);
+    if (!first)
+        return;
+    if (priority > first->request.priority &&
+        (priority == CDS_PRIORITY_TORQUE_OFF || cds_bus_line(&bus) == CDS_BUS_LINE_QUIET))
+        wait_before(first, (uint8_t)(first->request.priority + 1));
+    else
+        wait_before(first, BEFORE_ALL);
 }
 
 /* ---- a packet begins ---- */
@@ -1155,18 +1176,15 @@ static void submit(struct job *job)
     if (!was_submitted)
         prepare(job);
     expected = expected_of_submit(job);
-    if (!was_submitted) {
-        wait_before(job, job->request.priority);
+    if (!was_submitted && expected == CDS_OK) {
+        wait_in_turn(job);
         job->is_submitted = true;
     }
     port_fake.low = level_is_low();
     result = cds_bus_submit(&bus, &job->request);
     RULE(result == expected, job, "submit gives %u, not %u", result, expected);
-    if (result != CDS_OK && !was_submitted) {
+    if (result != CDS_OK && !was_submitted)
         RULE(job->request.result == result, job, "its result is not that of its submit");
-        wait_no_more(job);
-        job->is_submitted = false;
-    }
     note_line_and_begin();
     check_waiter();
 }

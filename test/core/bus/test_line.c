@@ -18,14 +18,16 @@
 
 static struct cds_queue queue;
 static uint8_t buffer[CDS_PACKET_SIZE(2)], other_buffer[CDS_PACKET_SIZE(2)];
+static uint8_t urgent_buffer[CDS_PACKET_SIZE(0)];
 static uint8_t reply[CDS_REPLY_MAX], other_reply[8];
-static struct cds_request request, other;
+static struct cds_request request, other, urgent;
 
 void setUp(void)
 {
     rig_open_with_queue(PORT, &queue);
     request = (struct cds_request)CDS_REQUEST(buffer, reply);
     other = (struct cds_request)CDS_REQUEST(other_buffer, other_reply);
+    urgent = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(urgent_buffer);
 }
 
 void tearDown(void)
@@ -305,27 +307,30 @@ void test_damaged_reply_delays_the_next_packet(void)
     assert_answered(&other, 6);
 }
 
-void test_priority_overtakes_a_request_that_waits_for_silence(void)
+/* Goals of a cycle do not overtake: their next ones would come before the wait is over. */
+void test_only_torque_off_overtakes_a_request_that_waits_for_silence(void)
 {
     noise();
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     other.priority = CDS_PRIORITY_HIGH;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
+    urgent.priority = CDS_PRIORITY_TORQUE_OFF;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &urgent, 7));
     rig_poll_after(0);
     rig_poll_after(QUIET_US);
+    assert_answered(&urgent, 7);
     assert_answered(&other, 6);
-    TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
     assert_answered(&request, 5);
 }
 
-/* What another has waited so far is not taken from its time. */
-void test_priority_request_that_overtakes_waits_its_full_time(void)
+/* The time that another has waited so far is not taken from its time. */
+void test_torque_off_that_overtakes_waits_its_full_time(void)
 {
     port_fake.low = true;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     rig_poll_after(0);
     port_fake.now_us += WAIT_US;
-    other.priority = CDS_PRIORITY_HIGH;
+    other.priority = CDS_PRIORITY_TORQUE_OFF;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
     rig_poll_after(0);
     rig_poll_after(WAIT_US - QUIET_US);
@@ -333,6 +338,22 @@ void test_priority_request_that_overtakes_waits_its_full_time(void)
     TEST_ASSERT_EQUAL(CDS_PENDING, other.result);
     rig_poll_after(1);
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, other.result);
+}
+
+/* Goals come each millisecond, sooner than a wait is over. */
+void test_goals_do_not_begin_the_wait_of_another_again(void)
+{
+    port_fake.low = true;
+    other.priority = CDS_PRIORITY_HIGH;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    for (uint8_t ms = 0; ms < 6; ms++) {
+        if (other.result != CDS_PENDING)
+            TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
+        rig_poll_after(500);
+        rig_poll_after(QUIET_US);
+        rig_poll_after(500 - QUIET_US);
+    }
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, request.result);
 }
 
 /* A fault ends during the rest after a failure, and the line is low again 30 us later. `is_quiet`:
@@ -644,9 +665,9 @@ void test_rest_is_not_taken_from_the_wait_for_a_quiet_line(void)
 void test_packets_without_reply_are_sent_in_the_rest(void)
 {
     give_up_early(2);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     other.priority = CDS_PRIORITY_HIGH;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &other, CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     assert_leaves_after_us(QUIET_US);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     polls_at(100);
