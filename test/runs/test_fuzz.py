@@ -6,7 +6,7 @@ import unittest
 
 from simulator import LONG, ROOT
 
-PACKETS, LINES = (500000, 50000) if LONG else (50000, 5000)  # for each of two seeds
+PACKETS, LINES = (200000, 20000) if LONG else (50000, 5000)  # for each of two seeds
 
 
 class Fuzz(unittest.TestCase):
