@@ -18,7 +18,7 @@
 #include "console/typing.h"
 
 /* Bounds of a poll, since the bus must not wait. */
-#define KEYS_PER_POLL 5
+#define KEYS_PER_POLL 4
 #define FED_PER_POLL  8 // a line of 50 servos comes as fast as the host can send
 
 static const CDS_FLASH char banner[] = "%s\r\nhelp lists the commands; Ctrl-X stops all servos";
@@ -296,10 +296,11 @@ static void read_input(struct console *console)
         uint8_t byte = ring_peek(console->input, 0);
 
         ring_drop(console->input, 1);
-        if (is_mark(byte))
-            take_mark(console, byte);
-        else
-            take(console, (char)byte, echo);
+        if (is_mark(byte)) {
+            take_mark(console, byte); // takes as long as three keys
+            return;
+        }
+        take(console, (char)byte, echo);
         if (command_set.typing && console->completing)
             return; // the keys behind a Tab wait
     }

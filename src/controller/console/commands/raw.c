@@ -96,7 +96,7 @@ static const CDS_FLASH struct command raw_rows[] = {
     },
     {
         .usage = FLASH_TEXT("read ID REG [LENGTH]"),
-        .what = FLASH_TEXT("read a register, or LENGTH bytes"),
+        .what = FLASH_TEXT("read a register or bytes"),
         .details = COMMAND_DETAILS("REG: name or address, 0 to 0x31. LENGTH: 1 to 50"),
         .example = COMMAND_DETAILS("read 1 PRESENT_POSITION"),
         .begin = raw_begin,
