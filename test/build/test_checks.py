@@ -499,15 +499,6 @@ class Recipes(unittest.TestCase):
             self.assertIn(f"`{board.name}`", profiles, "docs/firmware.md: the first table of boards")
             self.assertIn(f"`{board.name}`", wiring, "docs/firmware.md: Wiring")
 
-    def test_lines_of_the_profile_console_name_what_it_lacks(self):
-        """CONTRIBUTING.md, Add a command: the sentence of docs/console.md."""
-        path = ROOT / "test/runs/test_profiles.py"
-        lacks = re.search(r"FULL_ONLY = \((.*?)\)\n", path.read_text(), re.S)[1]
-        text = (ROOT / "docs/console.md").read_text()
-        sentence = text[text.index("- In the firmware profile `console`"):].split("\n- ")[0]
-        for name in re.findall(r'"(\w+)', lacks):
-            self.assertIn(f"`{name}`", sentence)
-
     def test_new_file_of_recipe_names_its_licence(self):
         """scripts/spdx.py checks files that are not committed, too."""
         text = (ROOT / "CONTRIBUTING.md").read_text()
