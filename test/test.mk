@@ -258,6 +258,15 @@ cycle: build/host/cds55xx-sim build/atmega128/firmware/cycle50.elf
 	$(clear)
 	@test/runs/cycle.py 60
 
+# For docs/library.md: simulates only if the program, the simulator or the run has changed.
+build/cycle.txt: build/host/cds55xx-sim build/atmega128/firmware/cycle50.elf test/runs/cycle.py test/runs/simulator.py
+	@test/runs/cycle.py 60 > $@.new || { cat $@.new; false; }
+	@mv $@.new $@
+
+.PHONY: cycle-quote
+cycle-quote: build/cycle.txt
+	@cat $<
+
 ## fuzz: random bytes, lines and packets for host link, inhibit, transactions and permit, millions of each
 .PHONY: fuzz
 fuzz: $(RANDOM_TESTS)
