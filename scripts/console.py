@@ -122,6 +122,9 @@ def main(arguments):
         print(shortened(session()), end="")
         return
     rows = list(commands())
+    in_console = {usage.split()[0] for _, usage, *_ in commands("console")} | {"diagnose"}
+    omitted = "".join(f", no `{name}`" for name in dict.fromkeys(row[1].split()[0] for row in rows if row[0] != "Motion")
+                      if name not in in_console)
     print(f"""# The console
 
 The text interface of the firmware on the host link: 8N1, at the rate of the board. `make docs` writes this page from
@@ -171,8 +174,8 @@ condition; the command has worked. `help` lists the commands, `help COMMAND` exp
   A servo whose long replies are damaged is diagnosed at once: two servos may have its ID ([diagnose.md](diagnose.md)). Only
   servos at the rate of the bus are checked so: for others, `bus RATE`, then `scan`.
 - In the firmware profile `console`, the default on the ArbotiX, keys delete only at the end of the line, Up fetches only
-  the last line, and there is no Tab and no `did you mean`. It has no `diagnose` (error 55), no `new`, no `backup` and
-  `restore`, and none of the commands of [Motion](#motion) (error 30). There an ID is one servo, an error has its text only, `monitor`
+  the last line, and there is no Tab and no `did you mean`. It has no `diagnose` (error 55){omitted},
+  and none of the commands of [Motion](#motion) (error 30). There an ID is one servo, an error has its text only, `monitor`
   prints lines, `settings` takes a rate as the register, `counters` prints no age and no part of `scan`, `scan` ends with the number of servos,
   and `help COMMAND` leaves ranges and examples to this page.
 - How to teach, store and play poses: [motion.md](motion.md).

@@ -16,7 +16,8 @@ run() {
     shift
     "$sim" firmware "$@" > "$file" 2>&1 || {
         cat "$file"
-        printf '\nThis part of make demo has FAILED: its output stands above.\n'
+        printf '\nThis part of make demo has FAILED: its output stands above, and in %s. First fault:\n' "$file"
+        grep -m 1 '^rule broken' "$file" || tail -n 1 "$file"
         exit 1
     }
 }

@@ -17,6 +17,7 @@ import threading
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "test/runs"), str(ROOT / "scripts")]
+import boards
 from client import BROADCAST, PING, READ, WRITE, packet
 from feedback import Feedback
 from simulator import PACKET, SIM
@@ -356,12 +357,12 @@ def omitted(board):
 EXAMPLES = sorted([path.stem for path in (ROOT / "examples").glob("*.c")] + ["hexapod", "teach"])
 
 
-def shipped(name, *boards):
+def shipped(name, names):
     """Row `name`: the longest time with interrupts off in the firmware and the examples of these boards.
     A firmware runs commands and pauses, then two seconds with a host that never stops."""
     longest = 0
-    for board in boards:
-        if board == "arduino-uno":  # no host link: its firmware is an example
+    for board in names:
+        if board in boards.UNHOSTED:  # its firmware is an example
             runs = [Run("controller", "--seconds", "3", board=board, servos="1,2", talks=False)]
         else:
             with tempfile.NamedTemporaryFile("w") as script:
@@ -745,8 +746,8 @@ JOBS = {
     "polls": polls,
     "bulk": bulk,
     "bridge": bridge,
-    "shipped": lambda: shipped("irq_off_max", "atmega128", "atmega1284p", "arduino-mega", "cm510", "arduino-uno"),
-    "shipped_tied": lambda: shipped("irq_off_max_tied", "arbotix"),
+    "shipped": lambda: shipped("irq_off_max", [name for name in boards.ALL if boards.BOARDS[name].wiring != "TIED"]),
+    "shipped_tied": lambda: shipped("irq_off_max_tied", [name for name in boards.ALL if boards.BOARDS[name].wiring == "TIED"]),
     "handlers": lambda: handlers("atmega128"),
     "handlers_2560": lambda: handlers("arduino-mega", "_2560"),
     "handlers_tied": lambda: handlers("arbotix", "_tied"),

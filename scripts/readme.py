@@ -5,6 +5,7 @@
 usage: readme.py [--check]    --check: changes nothing, exit 1 if a block is out of date
 Where COMMAND ends in `: TEXT` only the paragraph that begins with TEXT is quoted.
 """
+import os
 import pathlib
 import re
 import subprocess
@@ -14,20 +15,18 @@ BLOCK = re.compile(r"(<!-- (make [^>]*?)(?:: ([^>]*))? -->\n```\n)(.*?)(```\n)",
 
 
 def cause_of(done):
-    """The last line of a failed make that is not one of make itself."""
+    """The last lines of a failed make that are not of make itself."""
     lines = [line for text in (done.stdout, done.stderr) for line in text.splitlines() if line.strip()]
-    return ([line for line in lines if not line.startswith("make")] or lines or ["no output"])[-1]
+    return "\n".join([line for line in lines if not line.startswith("make")][-3:] or lines or ["no output"])
 
 
 def output_of(command, start):
     words = command.split()
-    words[1:1] = ["-s", "--no-print-directory"]
-    # The first run may print what it builds; a paragraph is found behind that.
-    for _ in ["quote"] if start else ["build", "quote"]:
-        done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        if done.returncode:
-            sys.exit(f"readme.py: {command} failed: {cause_of(done)}")
-        text = done.stdout
+    words[1:1] = ["-s", "--no-print-directory", f"-j{os.cpu_count()}"]
+    done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if done.returncode:
+        sys.exit(f"readme.py: {command} failed:\n{cause_of(done)}")
+    text = done.stdout
     if start:
         text = text[text.index(start):].split("\n\n")[0].rstrip("\n") + "\n"
     return text

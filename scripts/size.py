@@ -55,25 +55,28 @@ def main(arguments):
     budgeted, absent = split(arguments, "--too-large")
     budgeted, noted = split(budgeted, "--note")
     rows = [budgeted[i:i + 3] for i in range(0, len(budgeted), 3)]
-    over = False
+    failed = []
     print(f"  {'bytes of':<36}{'flash':>8}{'budget':>8}{'RAM':>8}{'budget':>8}{'stack':>8}")
     for elf, *limits in [*rows, *([elf] for elf in noted)]:
         name = f"{elf.replace('build/', ''):<36}"
         if why := absence(elf):
             print(f"  {name}  {why}")
-            over = True
+            failed.append(name.strip())
             continue
         flash, ram = sizes(elf)
         chip_flash, chip_ram = chip_of(elf)
         budgets = [chip if limit == "-" else int(limit) for limit, chip in zip(limits, (chip_flash, chip_ram - STACK))]
         verdict = ""
         if any(used > budget for used, budget in zip((flash, ram), budgets)):
-            verdict, over = "  OVER BUDGET", True
+            verdict = "  OVER BUDGET"
+            failed.append(name.strip())
         flash_max, ram_max = budgets or ("-", "-")
         print(f"  {name}{flash:>8}{flash_max:>8}{ram:>8}{ram_max:>8}{chip_ram - ram:>8}{verdict}")
     for name in absent:
         print(f"  {name:<36}  does not fit the chip")
-    return 1 if over else 0
+    if failed:
+        print(f"over budget, or not built: {', '.join(failed)}")
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":

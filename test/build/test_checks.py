@@ -14,6 +14,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path += [str(ROOT / "test/runs"), str(ROOT / "scripts")]
 
+import boards
 from simulator import SIM, call as run
 import elf
 
@@ -468,15 +469,18 @@ class Turnaround(unittest.TestCase):
     def test_transmit_complete_vector_turns_the_line_around_first(self):
         """The enables before anything is saved; and no more than was written by hand."""
         rest = ["push", "ldi", "sts", "ldi", "sts", "pop", "reti"]
-        for board, vector, turns in [("atmega128", "32", ["cbi", "sbi"] + rest),
-                                     ("arduino-mega", "38", ["cbi", "sbi"] + rest),
-                                     ("cm510", "27", ["cbi", "sbi"] + rest),
-                                     ("atmega1284p", "30", ["cbi", "sbi"] + rest),
-                                     ("arduino-uno", "20", ["cbi"] + rest)]:
+        for board in boards.ALL:
+            turns = {"TWO_ENABLES": ["cbi", "sbi"], "ONE_ENABLE": ["cbi"]}.get(boards.BOARDS[board].wiring)
+            if turns is None:
+                continue
+            macros = run("avr-gcc", f"-mmcu={boards.BOARDS[board].mcu}", "-E", "-dM", "-include", "avr/io.h",
+                         "-x", "c", ROOT / f"boards/{board}/board.h")[1]
+            usart = re.search(r"#define BOARD_BUS0_USART +(\d)", macros)[1]
+            vector = re.search(rf"#define USART{usart}?_TX_vect_num (\d+)", macros)[1]
             code = run("avr-objdump", "-d", "--no-show-raw-insn",
                        ROOT / f"build/{board}/controller.elf")[1]
             body = re.search(rf"<__vector_{vector}>:\n((?:.+\n)+)", code)[1]
-            self.assertEqual(re.findall(r":\s+([a-z]+)", body), turns, body)
+            self.assertEqual(re.findall(r":\s+([a-z]+)", body), turns + rest, body)
 
 
 class Recipes(unittest.TestCase):
@@ -499,14 +503,17 @@ class Recipes(unittest.TestCase):
             self.assertIn(f"`{board.name}`", profiles, "docs/firmware.md: the first table of boards")
             self.assertIn(f"`{board.name}`", wiring, "docs/firmware.md: Wiring")
 
-    def test_lines_of_the_profile_console_name_what_it_lacks(self):
-        """CONTRIBUTING.md, Add a command: the sentence of docs/console.md."""
-        path = ROOT / "test/runs/test_profiles.py"
-        lacks = re.search(r"FULL_ONLY = \((.*?)\)\n", path.read_text(), re.S)[1]
-        text = (ROOT / "docs/console.md").read_text()
-        sentence = text[text.index("- In the firmware profile `console`"):].split("\n- ")[0]
-        for name in re.findall(r'"(\w+)', lacks):
-            self.assertIn(f"`{name}`", sentence)
+    def test_boards_with_motions_are_named_by_error_55_and_motion_md(self):
+        remedy = f"boards {', '.join(sorted(boards.WITH_MOTION))} have it"
+        self.assertTrue(remedy in (ROOT / "src/controller/console/errors.h").read_text(), f"errors.h, error 55: {remedy}")
+        row = re.search(r".*\| yes \| yes \|", (ROOT / "docs/motion.md").read_text())[0]
+        self.assertEqual(sorted(re.findall("`(.*?)`", row)), sorted(boards.WITH_MOTION), "docs/motion.md, the table")
+
+    def test_rate_of_a_host_link_other_than_115200_is_in_the_documents(self):
+        for name, board in boards.BOARDS.items():
+            for document in ("docs/bridge.md", "docs/known-clients.md", "scripts/console.py"):
+                rate = re.search(rf"115200.*`{name}`:? {board.host_bps}", (ROOT / document).read_text())
+                self.assertTrue(rate or board.host_bps in (None, 115200), f"{document}: `{name}`: {board.host_bps}")
 
     def test_new_file_of_recipe_names_its_licence(self):
         """scripts/spdx.py checks files that are not committed, too."""

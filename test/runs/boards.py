@@ -52,4 +52,4 @@ def with_profile(profile):
 
 
 # Boards whose firmware moves servos by a motion: the profile `full` on a chip with 8 KB of RAM.
-WITH_MOTION = [name for name in with_profile("full") if BOARDS[name].mcu in ("atmega1281", "atmega1284p", "atmega2560", "atmega2561")]
+WITH_MOTION = [name for name in with_profile("full") if BOARDS[name].mcu not in ("at90can128", "atmega128")]

@@ -43,12 +43,18 @@ def rows(path, name, fields):
     return found
 
 
-# By name, a list of its rows: (heading, usage, what, details, example).
-COMMANDS = {}
-for row in console.commands():
-    COMMANDS.setdefault(row[1].split()[0], []).append(row)
-# Those of chips with 128 KB of flash or less.
-WITHOUT_ROOM = list(console.commands(has_room=False))
+
+def commands_of(profile="full", has_room=True):
+    """By name, a list of its rows: (heading, usage, what, details, example)."""
+    found = {}
+    for row in console.commands(profile, has_room):
+        found.setdefault(row[1].split()[0], []).append(row)
+    if profile == "console":
+        found["diagnose"] = [("The bus", "diagnose [ID|254]", "not in this firmware", "", "")]
+    return found
+
+
+COMMANDS = commands_of()
 ERROR_ROWS = [row for path, table in [("include/cds55xx/result.h", "CDS_RESULTS"),
                                       ("src/controller/console/errors.h", "CONSOLE_ERRORS"),
                                       ("src/controller/console/errors.h", "FULL_ERRORS")]
@@ -361,8 +367,11 @@ class Scripts(unittest.TestCase):
                 self.run_on(board, script_of(board))
 
     def test_every_row_of_the_table_has_a_test(self):
-        self.assertEqual(set(SCRIPT) | set(FULL_ONLY), set(COMMANDS) - CONTROLLER - MOTION,
-                         "left: commands of SCRIPT and FULL_ONLY of test_console_commands.py; right: the firmware's")
+        in_console = set(commands_of("console"))
+        self.assertEqual(set(SCRIPT), in_console - CONTROLLER,
+                         "left: commands of SCRIPT of test_console_commands.py; right: of the profile console")
+        self.assertEqual(set(FULL_ONLY), set(COMMANDS) - in_console - MOTION,
+                         "left: commands of FULL_ONLY of test_console_commands.py; right: those only of the profile full")
 
     def test_every_error_is_provoked(self):
         said = "".join(SCRIPT.values()) + "".join(FULL_ONLY.values()) + LISTS + TWINS + BOTH + MUTE + EARLY + OMITTED
@@ -456,10 +465,9 @@ class Scripts(unittest.TestCase):
         self.assertNotIn("03 05 00 ", run.output)
 
 
-# Commands of the group "The controller", and their errors: test_commands_controller.c, test_failsafe.py.
-CONTROLLER = {name for name, lines in COMMANDS.items() if lines[0][0] == "The controller"}
+# Commands of the group "The controller" in every profile, and their errors: test_commands_controller.c, test_failsafe.py.
+CONTROLLER = {name for name, lines in commands_of("console").items() if lines[0][0] == "The controller"}
 # The group "Motion", which only the profile `full` has: test_motion_commands.py.
-MOTION_HEADINGS = ("A terminal", "Motion", "Without a PC")
 MOTION = {name for name, lines in COMMANDS.items() if lines[0][0] == "Motion"}
 CONTROLLER_ERRORS = {number for number in ERRORS if 60 <= number < 70}
 
@@ -543,13 +551,18 @@ class Terminal:
         return self.hear()
 
 
+# Arguments in capitals that are no number.
+ARGUMENTS = set(re.findall(r'{"(\S+)", +ARGUMENT_', (ROOT / "src/controller/console/parse.c").read_text()))
+
+
 def list_line(name, usage):
     """What help says of lists, in a profile that has them."""
+    behind_id = re.search(r"ID(?:\|254)? \[*([A-Z][^\] ]*)", usage)
     if "ID" not in re.sub("ID:", "", usage):
         return ""
     if name in PACKETS:
         return "ID: one servo, no list\r\n"
-    if re.search(r"ID(\|254)? (ANGLE|SPEED|LOW|RATE)\b", usage): # `move 1 2 30` moves servo 1 to 2deg
+    if behind_id and behind_id[1] not in ARGUMENTS:  # `move 1 2 30` moves servo 1 to 2deg
         return "ID: one servo, or a list in one word: 1,2,5-8, or all\r\n"
     return "ID: one servo, or a list: 1 2 5-8, or 1,5-8, or all\r\n"
 
@@ -567,20 +580,10 @@ class Typed(unittest.TestCase):
         def check(terminal):
             listed = terminal.ask("help")
             brief = terminal.profile == "console"  # this profile leaves details to docs/console.md
-            for name, lines in COMMANDS.items():
+            commands = commands_of(terminal.profile, terminal.has_room)
+            for name in COMMANDS:
                 help_of = ""
-                for row in lines:
-                    heading, usage, what, details, example = row
-                    if not terminal.has_room and row not in WITHOUT_ROOM:
-                        continue
-                    if brief and (heading in MOTION_HEADINGS or name in FULL_ONLY):
-                        continue
-                    if brief and name == "monitor":
-                        usage = "monitor ID... [every MS]"
-                        if "as plot" in what or usage in help_of:
-                            continue
-                    if brief and name == "diagnose":
-                        what = "not in this firmware"
+                for _, usage, what, details, example in commands.get(name, []):
                     self.assertIn(f"\r\n  {usage}: {what}\r\n", listed)
                     help_of += f"{usage}: {what}\r\n"
                     help_of += "" if brief else f"{details}\r\n{list_line(name, usage)}Example: {example}\r\n"
@@ -712,6 +715,20 @@ class Typed(unittest.TestCase):
                 self.assertIn("at 1000000bps", terminal.ask("bus"))
                 self.assertEqual(terminal.ask("ping 2"), "ok\r\n")
         self.each_board(check)
+
+
+class Names(unittest.TestCase):
+    def test_no_pose_or_sequence_of_ours_has_the_name_of_a_command(self):
+        """Else make demo, make docs or a test ends with error 73, much later."""
+        words = {word for rows in COMMANDS.values() for row in rows for word in re.findall(r"[a-z]+", row[1])}
+        words -= {"move", "dwell", "on", "in", "stop", "help"}  # tests give these to be refused
+        files = [path for folder in ("docs", "examples", "scripts", "test", "panel/test", "panel/src", "arduino")
+                 for path in (ROOT / folder).rglob("*") if path.suffix in (".md", ".script", ".py", ".sh", ".c", ".js")]
+        for path in [ROOT / "README.md", *files]:
+            names = re.findall(r"\b(?:pose (?:save|set)|sequence(?= \w+ (?:new|add))|(?:new|add)(?= \w+ [\d.]+m?s)) (\w+)",
+                               path.read_text(), re.I)
+            self.assertEqual(words & {name.lower() for name in names}, set(),
+                             f"{path}: a command takes the name of a pose or sequence: give the command another name")
 
 
 class Stop(unittest.TestCase):

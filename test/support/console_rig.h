@@ -13,6 +13,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "console/commands/shared.h" // struct account
 #include "console/console.h"
 #include "console/errors.h"
 #include "host/host_demux.h"
@@ -46,6 +47,7 @@ static inline void begin_console(void)
     settings.echo = SETTINGS_ECHO_OFF; // mode program: the tests compare bare replies
     failsafe = (struct failsafe){.settings = &settings, .store = &store, .robot = &robot};
     console_open(&console, &failsafe, &input, &output);
+    *command_set.account = (struct account){.counted_us = 0};
     robot.moves = command_set.moves;
     command_set.store->load(command_set.store->motions, &store);
     command_set.store->begin(&failsafe, command_set.store->motions);

@@ -15,7 +15,7 @@ static const CDS_FLASH char message_limits_are_off[] = "limits are 0: endless tu
 #define LOOK_FROM CDS_REG_CW_ANGLE_LIMIT
 #define LOOK_SIZE (CDS_REG_TORQUE_ENABLE - CDS_REG_CW_ANGLE_LIMIT + 1)
 
-enum phase { LOOK, WRITE, SLOW, LIMITS } __attribute__((packed));
+enum phase { LOOK, SLOW = SERVO_WRITE_SENT + 1, LIMITS } __attribute__((packed));
 
 /* Puts number `index` of the line into the data to be written. Returns an error or 0. */
 static uint8_t take_raw(struct console *console, uint8_t index, enum cds_unit unit)
@@ -39,14 +39,12 @@ uint8_t servo_write(struct console *console, uint8_t address, uint8_t length)
 {
     const struct command_line *line = &console->line;
 
-    console->phase = WRITE;
+    console->phase = SERVO_WRITE_SENT;
     return (uint8_t)cds_servo_write(console->bus, line->request, line->id, address,
                                     set_job(console)->data, length);
 }
 
-/* Returns an error if a cycle sets the goal of servo line.id: its next goals would replace the goal
- * of this command. */
-static uint8_t cycled(const struct console *console)
+uint8_t servo_cycled(const struct console *console)
 {
     return robot_cycle_drives(console->robot, console->line.id) ? robot_busy(console->robot) : 0;
 }
@@ -77,7 +75,7 @@ static uint8_t move_begin(struct console *console)
     if (result == 0 && line->numbers == 2)
         result = take_raw(console, 1, CDS_UNIT_MRPM);
     if (result == 0)
-        result = cycled(console);
+        result = servo_cycled(console);
     if (result)
         return result;
     if (line->id != CDS_BROADCAST_ID)
@@ -107,7 +105,7 @@ static bool move_poll(struct console *console)
 {
     if (console_waits(console))
         return true;
-    if (console->phase == WRITE || !console_answered(console))
+    if (console->phase == SERVO_WRITE_SENT || !console_answered(console))
         return false;
     look(console);
     return console->error == 0;
@@ -121,7 +119,7 @@ static uint8_t turn_begin(struct console *console)
     uint8_t error = take_raw(console, 0, CDS_UNIT_SIGNED_MRPM);
 
     if (error == 0)
-        error = cycled(console);
+        error = servo_cycled(console);
     if (error)
         return error;
     data[0] = 1;
@@ -151,7 +149,7 @@ static bool turn_poll(struct console *console)
 {
     if (console->phase == LIMITS ? setup_waits(console) : console_waits(console))
         return true;
-    if (console->phase == WRITE || console->error)
+    if (console->phase == SERVO_WRITE_SENT || console->error)
         return false;
     console->error = continue_turn(console);
     return console->error == 0;

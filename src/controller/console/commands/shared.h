@@ -86,10 +86,16 @@ static inline struct set_job *set_job(struct console *console)
     return console_job(console);
 }
 
-/* In servo.c: submit a READ or a WRITE to line.id. The WRITE sends `data` of the struct set_job.
- * They return enum cds_result. */
+/* In servo.c: submit a READ or a WRITE to line.id. The WRITE sends `data` of the struct set_job,
+ * and sets console->phase to SERVO_WRITE_SENT: your own phases have other values. They return enum
+ * cds_result. */
+#define SERVO_WRITE_SENT 1
 uint8_t servo_read(struct console *console, uint8_t address, uint8_t length);
 uint8_t servo_write(struct console *console, uint8_t address, uint8_t length);
+
+/* In servo.c: call it before a write of a goal or a speed. Returns an error if a cycle sets the
+ * goal of servo line.id: the next goals of the cycle would replace this one. */
+uint8_t servo_cycled(const struct console *console);
 
 /* In register.c: prints "GOAL_POSITION = 150.147deg (512)", at most 44 characters. */
 void register_print(struct printer *printer, uint8_t address, uint16_t raw);
