@@ -306,7 +306,7 @@ class Play(Motion):
                 self.run_on(script, board)
 
     def test_play_moves_servos_step_by_step(self):
-        self.run_on_each(WALKING + "play walk\nmotion\n@expect text motion: walk: step 1 of 4, run 1\n"
+        self.run_on_each(WALKING + "play walk\nmotion\n@expect text motion: walk: step 1 of 4, run 1, at 100%\n"
                     "@wait 600\n" + LOW + "@wait 300\nmotion\n@expect text step 2 of 4, run 1\n@wait 400\n"
                     + STAND.replace("508..515", "495..515") + "motion wait\n" + STAND
                     + "motion\n@expect text motion: none\n@wait 50\n! cycle\n@expect text error 44:\n")
@@ -321,6 +321,10 @@ class Play(Motion):
     def test_play_faster(self):
         whole, fast = (self.duration(SWEEP + line) for line in ("play sweep\n", "play sweep at 200%\n"))
         self.assertAlmostEqual(whole - fast, (2 + 2) / 2, delta=0.1)
+
+    def test_motion_shows_the_speed_that_the_servos_can(self):
+        self.run_on_each(SWEEP.replace("b 2s", "b 1.5s") + "play sweep at 200%\n@wait 300\nmotion\n"
+                         "@expect text step 1 of 2, run 1, at 200%\n@wait 1000\nmotion\n@expect text step 2 of 2, run 1, at 165%\n")
 
     def test_play_faster_than_the_servos_can_does_not_jump(self):
         run = self.run_on("pose set a 90 100 110\npose set b 120 130 140\nsequence f new a 0.4s pass\n"
