@@ -77,10 +77,8 @@ static void line_has_outcome(void *context, uint64_t now, enum script_outcome ou
     };
     struct testbench *bench = context;
     if (outcome != SCRIPT_GOOD) {
-        rules_record_breach(
-            &bench->rules, rule[outcome], now, "%s:%u: %s%s", bench->options->script,
-            script_line_number(&bench->script), what,
-            outcome == SCRIPT_SILENCE ? ": no reply, neither 'ok' nor 'error N: text'" : "");
+        rules_record_breach(&bench->rules, rule[outcome], now, "%s:%u: %s", bench->options->script,
+                            script_line_number(&bench->script), what);
     }
 }
 
