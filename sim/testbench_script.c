@@ -110,6 +110,7 @@ void testbench_set_script_ops(struct testbench *bench)
     } else {
         bench->ops.console_ready = console_is_ready;
         bench->ops.console_send = bench->board.has_host ? send_to_console : 0;
+        bench->ops.has_text = bench->board.has_host;
         bench->ops.reset = testbench_reset;
     }
 }

@@ -418,7 +418,7 @@ static const char *missing_part(const struct script_ops *ops, const struct scena
     case SCENARIO_RESET: return ops->reset ? 0 : "there is no controller here";
     case SCENARIO_FAULT: return ops->fault ? 0 : "no faults can be ordered here";
     case SCENARIO_EXPECT:
-        return line->expectation.kind != EXPECT_TEXT || ops->console_send ? 0
+        return line->expectation.kind != EXPECT_TEXT || ops->has_text ? 0
                : ops->bus_send ? "there is no firmware here that prints text"
                                : "the board has no USART for text: board.h has no BOARD_HOST_USART";
     default: return 0;

@@ -176,6 +176,7 @@ void setUp(void)
     servos_replace(&servos, 0, ids, sizeof(ids));
     ops = (struct script_ops){.console_ready = is_ready,
                               .console_send = say,
+                              .has_text = true,
                               .bus_send = send,
                               .bus_baud = baud,
                               .bus = bus,
@@ -769,7 +770,7 @@ void test_missing_functions_are_reported_before_the_run(void)
     ops.console_send = 0;
     ops.console_ready = 0;
     TEST_ASSERT_FALSE(starts("ping 1\n"));
-    ops.console_send = 0;
+    ops.has_text = false;
     TEST_ASSERT_FALSE(starts("@expect text ok\n"));
     ops.bus_send = 0;
     TEST_ASSERT_FALSE(starts("@send FF\n"));
