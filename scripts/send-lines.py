@@ -4,7 +4,10 @@
 robot (docs/motion.md), or a backup of servos. Ends at the first error. The file may be what a terminal has shown:
 prompts and `ok` are left out. `make install` installs this program as cds55xx-send-lines.
 
-    scripts/send-lines.py /dev/ttyUSB0 poses.txt [BAUD]    BAUD: 115200 if not given; of the CM-510 57600"""
+    scripts/send-lines.py /dev/ttyUSB0 poses.txt [BAUD]    BAUD: 115200 if not given; of the CM-510 57600
+
+`within MS` at the end of a line is the longest time without a byte of its reply: 10000 if not given, an hour for
+`motion wait`. It is not sent."""
 import getpass
 import grp
 import os
@@ -15,7 +18,8 @@ import sys
 import termios
 import tty
 
-PATIENCE_S = 10  # longer than the console takes for a line
+PATIENCE_MS = 10000  # longer than the console takes for most lines
+LONG_MS = {"motion wait": 3600000}
 RATE = 115200
 
 
@@ -47,15 +51,22 @@ def open_port(path, rate):
     return port
 
 
-def ask(port, line):
-    """What the console replies, up to its line `ok` or `error`."""
+def ask(port, line, within_ms):
+    """What the console replies, up to its line `ok` or `error`. None: nothing within the time."""
     os.write(port, line.encode() + b"\r")
     reply = b""
     while not (end := re.search(rb"(?:^|\n)(ok|error \d.*)\r\n", reply)):
-        if not select.select([port], [], [], PATIENCE_S)[0]:
-            sys.exit(f"no reply to '{line}': is it the console's port, at the right rate?")
-        reply += os.read(port, 1000)
+        read = select.select([port], [], [], within_ms / 1000)[0] and os.read(port, 1000)
+        if not read:
+            return None
+        reply += read
     return end[1].decode()
+
+
+def limited(line):
+    """A line without its `within MS`, and the time."""
+    command, within = re.fullmatch(r"(.*?)(?:\s+within\s+(\d+))?", line).groups()
+    return command, int(within or LONG_MS.get(" ".join(command.split()), PATIENCE_MS))
 
 
 def main(path, file, rate=RATE):
@@ -65,12 +76,17 @@ def main(path, file, rate=RATE):
         sys.exit(f"{file}: {error}; name a text file with lines of the console")
     port = open_port(path, rate)
     lines = [line for line in (line.removeprefix(">").strip() for line in shown) if line not in ("", "ok")]
-    ask(port, "\x03mode program")
+    if not ask(port, "\x03mode program", PATIENCE_MS):
+        sys.exit(f"no reply on {path} at {rate} bit/s: is it the console's port, at the right rate?")
     for number, line in enumerate(lines, 1):
-        reply = ask(port, line)
-        print(f"{number}/{len(lines)} {line}: {reply}")
+        command, within_ms = limited(line)
+        reply = ask(port, command, within_ms)
+        print(f"{number}/{len(lines)} {command}: {reply or 'no reply'}")
+        if not reply:
+            sys.exit(f"{file}: no reply to '{command}' in {within_ms} ms, but the console has replied before it; if it takes longer, "
+                     f"write '{command} within MS'; the lines after it were not sent")
         if reply != "ok":
-            sys.exit(f"{file}: '{line}' was refused; the lines after it were not sent")
+            sys.exit(f"{file}: '{command}' was refused; the lines after it were not sent")
 
 
 if __name__ == "__main__":

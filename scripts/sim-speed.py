@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import time
 
 SERVOS = range(1, 19)
 
@@ -42,11 +43,12 @@ def main():
                 ("ATmega128, busy bus, 50 servos", 1, [*on_board, "--servos", "1-50", "--seconds", "10"])]
         print(f"{'times real time':36}{'wanted':>8}{'is':>10}{'wire busy':>12}")
         for name, wanted, options in runs:
+            start = time.perf_counter()
             done = subprocess.run([sim, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                   text=True)
             if done.returncode:
                 sys.exit(f"{name}: {done.stdout}{done.stderr}")
-            speed = float(re.search(r"speed: ([\d.]+) x", done.stderr)[1])
+            speed = float(re.search(r"time: +([\d.]+) s", done.stdout)[1]) / (time.perf_counter() - start)
             wire = re.search(r"wire busy ([\d.]+ %)", done.stdout)[1]
             print(f"{name:36}{wanted:>8}{speed:>10.1f}{wire:>12}", flush=True)
 

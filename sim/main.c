@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "data_path.h"
 #include "output/files.h"
@@ -452,7 +453,9 @@ static int run(const struct testbench_options *options)
         testbench_report(&bench, stdout);
         double took = real_seconds() - start;
         double simulated = (double)bench.end / bench.clock_Hz;
-        fprintf(stderr, "speed: %.1f x real time\n", took > 0 ? simulated / took : 0.0);
+        if (isatty(STDERR_FILENO)) {
+            fprintf(stderr, "speed: %.1f x real time\n", took > 0 ? simulated / took : 0.0);
+        }
     }
     bool written = testbench_free(&bench);
     written = files_flush_stdout() && written;

@@ -77,10 +77,8 @@ static void line_has_outcome(void *context, uint64_t now, enum script_outcome ou
     };
     struct testbench *bench = context;
     if (outcome != SCRIPT_GOOD) {
-        rules_record_breach(
-            &bench->rules, rule[outcome], now, "%s:%u: %s%s", bench->options->script,
-            script_line_number(&bench->script), what,
-            outcome == SCRIPT_SILENCE ? ": no reply, neither 'ok' nor 'error N: text'" : "");
+        rules_record_breach(&bench->rules, rule[outcome], now, "%s:%u: %s", bench->options->script,
+                            script_line_number(&bench->script), what);
     }
 }
 
@@ -112,6 +110,7 @@ void testbench_set_script_ops(struct testbench *bench)
     } else {
         bench->ops.console_ready = console_is_ready;
         bench->ops.console_send = bench->board.has_host ? send_to_console : 0;
+        bench->ops.has_text = bench->board.has_host;
         bench->ops.reset = testbench_reset;
     }
 }

@@ -167,6 +167,19 @@ static bool do_environment(struct script *script, uint64_t now, const struct sce
     return line->place <= place;
 }
 
+/* A fresh servo stands at 512: an expectation of this value is met without any firmware. */
+static void warn_of_fresh_servo(const struct script *script, const struct scenario_line *line)
+{
+    bool is_register =
+        line->expectation.kind == EXPECT_SERVO && line->expectation.subject == EXPECT_REGISTER;
+    if (is_register && script->ops->reset && script->scenario.path && !script->recorder.edges) {
+        fprintf(script->out,
+                "%s:%u: warning: met before the firmware has sent a packet; first let "
+                "'@expect servo IDS torque on' wait for it\n",
+                script->scenario.path, line->number);
+    }
+}
+
 static bool do_expect(struct script *script, uint64_t now, const struct scenario_line *line)
 {
     struct expect_sources *sources = &script->sources;
@@ -184,6 +197,9 @@ static bool do_expect(struct script *script, uint64_t now, const struct scenario
         char what[800];
         snprintf(what, sizeof(what), "%.300s: not met; seen: %s", line->source, seen);
         fail_expectation(script, now, what);
+    }
+    if (result == EXPECT_MET) {
+        warn_of_fresh_servo(script, line);
     }
     if (result == EXPECT_MET && line->expectation.kind == EXPECT_PACKET) {
         step_at(script,
@@ -304,13 +320,19 @@ static void probe(void *context, uint64_t now)
 static void reply_timed_out(void *context, uint64_t now)
 {
     struct script *script = context;
-    const char *what = "the firmware never listened";
+    char what[SCRIPT_REPLY_SIZE * 2] = "the firmware never listened";
     if (script->enters) {
         script->enters = false;
         script->next++; // to the line that the firmware did not receive
-        what = current(script)->text;
+        snprintf(what, sizeof(what),
+                 "%.180s: not sent; no reply to 'mode program' in %u ms, neither 'ok' nor "
+                 "'error N: text'",
+                 current(script)->text, SCENARIO_REPLY_MS);
     } else if (script->started) {
-        what = current(script)->text;
+        snprintf(what, sizeof(what),
+                 "%.180s: no reply in %u ms, neither 'ok' nor 'error N: text'; if it takes longer, "
+                 "write 'within MS' at the end of the line",
+                 current(script)->text, current(script)->ms);
     } else {
         script->next++; // to the line that the firmware did not receive
         schedule_cancel(script->schedule, &script->probe);
@@ -384,9 +406,9 @@ void script_was_reset(struct script *script, uint64_t now)
 
 /* --- begin and end --- */
 
-static const char *missing_part(const struct script_ops *ops, enum scenario_verb verb)
+static const char *missing_part(const struct script_ops *ops, const struct scenario_line *line)
 {
-    switch (verb) {
+    switch (line->verb) {
     case SCENARIO_COMMAND:
         return ops->console_send ? 0
                : ops->bus_send   ? "there is no console here: use @send"
@@ -395,6 +417,10 @@ static const char *missing_part(const struct script_ops *ops, enum scenario_verb
     case SCENARIO_BAUD: return ops->bus_send ? 0 : "only without firmware: cds55xx-sim bus";
     case SCENARIO_RESET: return ops->reset ? 0 : "there is no controller here";
     case SCENARIO_FAULT: return ops->fault ? 0 : "no faults can be ordered here";
+    case SCENARIO_EXPECT:
+        return line->expectation.kind != EXPECT_TEXT || ops->has_text ? 0
+               : ops->bus_send ? "there is no firmware here that prints text"
+                               : "the board has no USART for text: board.h has no BOARD_HOST_USART";
     default: return 0;
     }
 }
@@ -430,7 +456,7 @@ static const char *check_line(const struct script_ops *ops, const struct scenari
         snprintf(what, SCRIPT_WHAT_SIZE, "there is no servo %d%s", absent, where);
         return what;
     }
-    const char *wrong = missing_part(ops, line->verb);
+    const char *wrong = missing_part(ops, line);
     return wrong ? wrong : reset_conflict(ops, line);
 }
 

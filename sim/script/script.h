@@ -33,6 +33,7 @@ struct script_ops {
     /* The firmware's console: does it listen; send text to it. */
     bool (*console_ready)(void *context);
     void (*console_send)(void *context, uint64_t now, const char *bytes, size_t size);
+    bool has_text; // script_receive() is called: @expect text can be met
     /* A serial adapter on the bus: `send` returns the end of the last stop bit. */
     uint64_t (*bus_send)(void *context, uint64_t now, const uint8_t *bytes, size_t size);
     void (*bus_baud)(void *context, uint32_t baud);

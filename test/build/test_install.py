@@ -234,7 +234,7 @@ class Examples(unittest.TestCase):
     def test_gripper_runs_all_its_tests_and_says_why_it_has_stopped(self):
         output = self.output_of_broken("gripper", "CDS_JOINT(1,", "CDS_JOINT(2,")
         self.assertEqual(output.count("servo 2 (joint 0, jaw): no reply\n"), 3, output)
-        self.assertIn("\n0 passed, 3 failed\n", output)
+        self.assertIn("\n0 passed, 3 failed: tests/closes.script tests/holds.script tests/stops.script\n", output)
 
     def test_ci_job_of_the_gripper_installs_and_tests(self):
         """The lines `run:` of the job, in a copy of the example with a clone of the library in it, as a user with a home of

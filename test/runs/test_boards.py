@@ -275,9 +275,12 @@ class NewBoard(unittest.TestCase):
                       self.header("cm510", "atmega2561", r"(HOST_USART +)1", r"\g<1>2"))
         self.assertEqual("board.h: the wiring of bus 0 is THREE_ENABLES; use TWO_ENABLES, ONE_ENABLE, TIED, ADAPTER or "
                          "ADAPTER_ECHO", self.header("cm510", "atmega2561", "TWO_ENABLES", "THREE_ENABLES"))
-        for timer, chip in [("2", "atmega168p"), ("0", "atmega328p"), ("3", "atmega328p")]:
-            self.assertIn(f"the clock has timer {timer}, but {chip} has no 16-bit timer of this number", self.header(
-                "arduino-uno", chip, r"TIMER 1", f"TIMER {timer}"))
+        for board, timer, chip, has in [
+                ("arduino-uno", 2, "atmega168p", "1"), ("arduino-uno", 0, "atmega328p", "1"), ("arduino-uno", 3, "atmega328p", "1"),
+                ("arduino-uno", 2, "atmega1284p", "1 or 3"), ("cm510", 2, "atmega2561", "1, 3, 4 or 5"),
+                ("atmega128", 2, "atmega128", "1")]:
+            message = self.header(board, chip, "TIMER 1", f"TIMER {timer}")
+            self.assertEqual(message, f"board.h: the clock has timer {timer}, but {chip} has no 16-bit timer of this number; use {has}")
         self.assertIn("the clock has timer 3; on atmega128 use 1", self.header("atmega128", "atmega128", "TIMER 1", "TIMER 3"))
         self.assertEqual(self.header("cm510", "atmega2561", "TIMER 1", "TIMER 3"), "")
 

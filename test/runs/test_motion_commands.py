@@ -2,6 +2,7 @@
 """The commands of the group "Motion:" over the firmware in the simulator: servos are taught by hand
 (loads turn their outputs while torque is off), poses and sequences are stored and played."""
 # needs: $(CONSOLE_ELFS)
+import importlib.util
 import os
 import pathlib
 import re
@@ -306,7 +307,7 @@ class Play(Motion):
                 self.run_on(script, board)
 
     def test_play_moves_servos_step_by_step(self):
-        self.run_on_each(WALKING + "play walk\nmotion\n@expect text motion: walk: step 1 of 4, run 1\n"
+        self.run_on_each(WALKING + "play walk\nmotion\n@expect text motion: walk: step 1 of 4, run 1, at 100%\n"
                     "@wait 600\n" + LOW + "@wait 300\nmotion\n@expect text step 2 of 4, run 1\n@wait 400\n"
                     + STAND.replace("508..515", "495..515") + "motion wait\n" + STAND
                     + "motion\n@expect text motion: none\n@wait 50\n! cycle\n@expect text error 44:\n")
@@ -321,6 +322,10 @@ class Play(Motion):
     def test_play_faster(self):
         whole, fast = (self.duration(SWEEP + line) for line in ("play sweep\n", "play sweep at 200%\n"))
         self.assertAlmostEqual(whole - fast, (2 + 2) / 2, delta=0.1)
+
+    def test_motion_shows_the_speed_that_the_servos_can(self):
+        self.run_on_each(SWEEP.replace("b 2s", "b 1.5s") + "play sweep at 200%\n@wait 300\nmotion\n"
+                         "@expect text step 1 of 2, run 1, at 200%\n@wait 1000\nmotion\n@expect text step 2 of 2, run 1, at 165%\n")
 
     def test_play_faster_than_the_servos_can_does_not_jump(self):
         run = self.run_on("pose set a 90 100 110\npose set b 120 130 140\nsequence f new a 0.4s pass\n"
@@ -633,6 +638,30 @@ class SendLines(unittest.TestCase):
             self.assertIn("pose set x 1: error 46", done.stdout)
             self.assertIn("'pose set x 1' was refused; the lines after it were not sent", done.stderr)
             self.assertNotIn("pose list", done.stdout)
+
+    def test_a_motion_that_takes_longer_names_the_limit(self):
+        board = MOVING[0]
+        with Process("firmware", ROOT / f"build/{board}/controller.elf", "--board", board, "--servos", "1-3",
+                     "--host", "pty") as sim:
+            done = self.send("teach off 1-3\ngroup 1 2 3\npose 100 100 100 in 3s\nmotion wait within 50\nlist\n", sim.path)
+            self.assertEqual(done.returncode, 1)
+            self.assertTrue(done.stdout.endswith(" in 3s: ok\n4/5 motion wait: no reply\n"), done.stdout)
+            self.assertIn("no reply to 'motion wait' in 50 ms, but the console has replied before it; if it takes longer, "
+                          "write 'motion wait within MS'; the lines after it were not sent", done.stderr)
+
+    def test_motion_wait_has_an_hour_and_a_silent_port_another_message(self):
+        spec = importlib.util.spec_from_file_location("send_lines", ROOT / "scripts/send-lines.py")
+        send_lines = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(send_lines)
+        for line, limit in [("motion wait", ("motion wait", 3600000)), ("motion wait within 70000", ("motion wait", 70000)),
+                            ("scan rescue", ("scan rescue", 10000)), ("scan rescue within 700000", ("scan rescue", 700000))]:
+            self.assertEqual(send_lines.limited(line), limit)
+        send_lines.PATIENCE_MS = 50
+        master, slave = os.openpty()
+        with tempfile.NamedTemporaryFile("w") as lines, self.assertRaisesRegex(SystemExit, "no reply on .* at 115200 bit/s: is it the console's"):
+            send_lines.main(os.ttyname(slave), lines.name)
+        os.close(master)
+        os.close(slave)
 
     def test_port_that_cannot_be_opened_names_the_remedy(self):
         script = ["/usr/bin/python3", ROOT / "scripts/send-lines.py"]  # a user may run it

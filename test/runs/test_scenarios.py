@@ -84,6 +84,7 @@ class Language(unittest.TestCase):
                 ("\n@load 2 10\n", both, "there is no servo 2 at this line"),
                 ("\n@fault rain\n", both, ""),
                 ("\nping 1\n", both[:1], "there is no console here: use @send"),
+                ("\n@expect text ok\n", both[:1], "there is no firmware here that prints text"),
                 ("\n@send FF\n", both[1:], "only without firmware: cds55xx-sim bus")]:
             for way in ways:
                 status, output, path = self.run_text(text, way)
@@ -101,6 +102,24 @@ class Language(unittest.TestCase):
         status, output, path = self.run_text(text + "ping 1\n", way)
         self.assertEqual(status, 2, output)
         self.assertIn(f"{path}:6: there is no console here: only lines that begin with @", output)
+        status, output, path = self.run_text(text + "@expect text hello\n", way)
+        self.assertEqual(status, 2, output)
+        self.assertIn(f"{path}:6: the board has no USART for text: board.h has no BOARD_HOST_USART", output)
+
+    def test_a_command_that_takes_longer_names_the_limit(self):
+        status, output, path = self.run_text("@power off\nscan 0-253\nping 1 within 0\n", firmware("atmega128"))
+        self.assertEqual(status, 1, output)
+        self.assertIn(f"{path}:3: ping 1: no reply in 0 ms, neither 'ok' nor 'error N: text'; if it takes longer, "
+                      "write 'within MS' at the end of the line\n", output)
+
+    def test_a_register_that_is_right_before_the_first_packet_is_a_warning(self):
+        text = "@expect servo 1 torque off\n@expect servo 1 PRESENT_POSITION 512\n"
+        warning = "warning: met before the firmware has sent a packet"
+        for before, count in [("", 1), ("ping 1\n", 0)]:
+            status, output, path = self.run_text(before + text, firmware("atmega128") + ["--servos", "1"])
+            self.assertEqual(status, 0, output)
+            self.assertEqual(output.count(warning), count, output)
+            self.assertNotIn("speed:", output)
 
     def test_one_run_is_as_the_other(self):
         path = ROOT / "test/scenario/alarm_voltage.script"

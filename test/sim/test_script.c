@@ -176,6 +176,7 @@ void setUp(void)
     servos_replace(&servos, 0, ids, sizeof(ids));
     ops = (struct script_ops){.console_ready = is_ready,
                               .console_send = say,
+                              .has_text = true,
                               .bus_send = send,
                               .bus_baud = baud,
                               .bus = bus,
@@ -246,7 +247,9 @@ void test_no_reply_to_mode_program_ends_the_script(void)
 {
     mode_answer = "\n";
     run("@echo off\nping 1\nping 2\n");
-    TEST_ASSERT_EQUAL_STRING("echo 0\noutcome 3 ping 1\nfinished 10001 ms\n", log_text);
+    TEST_ASSERT_EQUAL_STRING("echo 0\noutcome 3 ping 1: not sent; no reply to 'mode program' in "
+                             "10000 ms, neither 'ok' nor 'error N: text'\nfinished 10001 ms\n",
+                             log_text);
     TEST_ASSERT_EQUAL_UINT(2, script_line_number(&script));
 }
 
@@ -280,25 +283,33 @@ void test_ok_in_place_of_an_expected_error_is_reported(void)
     TEST_ASSERT_EQUAL_STRING("ping 77\noutcome 2 ping 77: ok\nfinished 1 ms\n", log_text);
 }
 
+#define TOO_LONG                                                                                   \
+    ", neither 'ok' nor 'error N: text'; if it takes longer, write 'within MS' at the end of the " \
+    "line\n"
+
 void test_missing_reply_ends_the_script(void)
 {
     answer = "thinking\n";
     run("ping 1\nping 2\n");
-    TEST_ASSERT_EQUAL_STRING("ping 1\noutcome 3 ping 1\nfinished 10001 ms\n", log_text);
+    TEST_ASSERT_EQUAL_STRING(
+        "ping 1\noutcome 3 ping 1: no reply in 10000 ms" TOO_LONG "finished 10001 ms\n", log_text);
 }
 
 void test_within_sets_the_time_for_a_reply(void)
 {
     answer = "thinking\n";
     run("scan rescue  within 15000 \n");
-    TEST_ASSERT_EQUAL_STRING("scan rescue\noutcome 3 scan rescue\nfinished 15001 ms\n", log_text);
+    TEST_ASSERT_EQUAL_STRING("scan rescue\noutcome 3 scan rescue: no reply in 15000 ms" TOO_LONG
+                             "finished 15001 ms\n",
+                             log_text);
 }
 
 void test_within_sets_the_time_for_an_expected_error(void)
 {
     answer = "thinking\n";
     run("! ping 1 within 20\n");
-    TEST_ASSERT_EQUAL_STRING("ping 1\noutcome 3 ping 1\nfinished 21 ms\n", log_text);
+    TEST_ASSERT_EQUAL_STRING(
+        "ping 1\noutcome 3 ping 1: no reply in 20 ms" TOO_LONG "finished 21 ms\n", log_text);
 }
 
 void test_within_without_milliseconds_is_part_of_a_command(void)
@@ -759,6 +770,8 @@ void test_missing_functions_are_reported_before_the_run(void)
     ops.console_send = 0;
     ops.console_ready = 0;
     TEST_ASSERT_FALSE(starts("ping 1\n"));
+    ops.has_text = false;
+    TEST_ASSERT_FALSE(starts("@expect text ok\n"));
     ops.bus_send = 0;
     TEST_ASSERT_FALSE(starts("@send FF\n"));
     ops.bus_send = 0;

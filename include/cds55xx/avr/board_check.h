@@ -109,6 +109,14 @@
 #ifdef TCNT5H
 #define CDS_AVR_CHECK_TIMER_5 1
 #endif
+/* TIMSK: one register for the interrupts of timers 0 to 2; timer.h knows no other one there. */
+#ifdef TCNT5H
+#define CDS_AVR_CHECK_TIMERS 1, 3, 4 or 5
+#elif defined TCNT3H && !defined TIMSK
+#define CDS_AVR_CHECK_TIMERS 1 or 3
+#else
+#define CDS_AVR_CHECK_TIMERS 1
+#endif
 
 /* 1 if a value is between parentheses, or if it is empty; else 0. PROBE expands to a second
  * argument 1 only if a parenthesis follows it. */
@@ -263,11 +271,10 @@ CDS_AVR_CHECK_ERROR(board.h: the host link and a bus have the same USART, BOARD_
 #elif CDS_AVR_CHECK_KNOWN(TIMER, BOARD_CLOCK_TIMER)
 #else
 CDS_AVR_CHECK_ERROR(board.h: the clock has timer BOARD_CLOCK_TIMER, but __AVR_DEVICE_NAME__ has no
-                    16-bit timer of this number; use 1, or 3, 4 or 5 if the chip has them)
+                    16-bit timer of this number; use CDS_AVR_CHECK_TIMERS)
 #include CDS_AVR_CHECK_STOP
 #endif
 
-/* TIMSK: one register for the interrupts of timers 0 to 2; timer.h knows no other one there. */
 #if defined TIMSK && BOARD_CLOCK_TIMER != 1
 CDS_AVR_CHECK_ERROR(board.h: the clock has timer BOARD_CLOCK_TIMER; on __AVR_DEVICE_NAME__ use 1)
 #include CDS_AVR_CHECK_STOP

@@ -12,13 +12,14 @@
 #include "robot/motion_start.h"
 #include "robot/moves.h"
 
-static const CDS_FLASH char message_none[] = "motion: none";
-static const CDS_FLASH char message_starts[] = "motion: starts";
-static const CDS_FLASH char message_move[] = "motion: a move%s";
+static const CDS_FLASH char message_none[] = "none";
+static const CDS_FLASH char message_starts[] = "starts";
+static const CDS_FLASH char message_move[] = "a move%s";
 static const CDS_FLASH char message_plays[] = ": step %u of %u, run %u%s";
-static const CDS_FLASH char message_name[] = "motion: ";
+static const CDS_FLASH char message_motion[] = "motion: ";
 static const CDS_FLASH char message_failed[] = "motion: %serror %u: %s";
 static const CDS_FLASH char message_paused[] = ", paused";
+static const CDS_FLASH char message_speed[] = ", at %u%";
 
 /* Known when the firmware is linked: on a chip without room for motions their code is dropped. */
 #define HAS_MOTIONS (command_set.moves != NULL)
@@ -124,31 +125,39 @@ static uint8_t motion_begin(struct console *console)
     return 0;
 }
 
-/* Prints "motion: walk: step 2 of 3, run 1, paused". */
+/* The speed of the step under way: the override, or less if a servo cannot follow. */
+static uint16_t percent_of_step(const struct cds_motion *motion)
+{
+    uint16_t rate = (uint16_t)(motion->rate_goal >> 8); // in 1/256
+
+    return (uint16_t)(rate * 100 + 128) >> 8;
+}
+
+/* Prints "motion: walk: step 2 of 3, run 1, at 100%", or "paused" in place of the speed. */
 static void print_motion(struct console *console)
 {
     const struct moves *moves = console->robot->moves;
     const struct player *player = &moves->player;
     struct printer *printer = &console->printer;
-    const CDS_FLASH char *paused = moves->is_paused ? message_paused : message_nothing;
     char name[MOTION_STORE_NAME + 1];
 
-    printer->values[0].text = paused;
+    printer_flash(printer, message_motion);
     if (!robot_is_in_motion(console->robot)) {
         printer_line(printer, message_none);
     } else if (motion_is_starting(console->robot)) {
         printer_line(printer, message_starts);
     } else if (!moves_is_playing(console->robot)) {
+        printer->values[0].text = moves->is_paused ? message_paused : message_nothing;
         printer_line(printer, message_move);
     } else {
-        printer_flash(printer, message_name);
         if (motion_store_read_name(console_store(), MOTION_STORE_SEQUENCE, player->place, name))
             printer_string(printer, name);
         printer->values[0].number = (uint16_t)(player->sequence.step + 1);
         printer->values[1].number =
             motion_store_number(console_store(), MOTION_STORE_SEQUENCE, player->place);
         printer->values[2].number = (uint16_t)(player->sequence.run + 1);
-        printer->values[3].text = paused;
+        printer->values[3].text = moves->is_paused ? message_paused : message_speed;
+        printer->values[4].number = percent_of_step(&moves->motion);
         printer_line(printer, message_plays);
     }
 }
@@ -209,9 +218,9 @@ static const CDS_FLASH struct command play_rows[] = {
     {
         .usage = FLASH_TEXT("play NAME [at PERCENT]"),
         .what = FLASH_TEXT("play a stored sequence"),
-        .details =
-            COMMAND_DETAILS("PERCENT: 10 to 200% of the speed, as far as the servos can. ok: the "
-                            "motion has begun. Without a group: the servos of all stored poses"),
+        .details = COMMAND_DETAILS(
+            "PERCENT: 10 to 200% of the speed, as far as servos can: see motion. "
+            "ok: the motion has begun. Without a group: the servos of all stored poses"),
         .example = COMMAND_DETAILS("play walk at 80%"),
         .begin = once_begin,
         .poll = play_poll,
