@@ -105,7 +105,7 @@ export class Session extends EventTarget {
     async connect(port, { isPatient = false } = {}) {
         while (this.state !== "disconnected" && !this.#isRetrying) await this.disconnect(); // again if another connect() came between
         this.#clear(port, isPatient);
-        const { wire } = this;
+        const { wire, capture } = this;
 
         try {
             await wire.open();
@@ -121,6 +121,8 @@ export class Session extends EventTarget {
             if (wire.state === "closed") this.#takeClose();
             else if (this.state === "connecting") await this.disconnect();
             else this.robot.start();
+        } finally {
+            capture.endStart();
         }
     }
 
@@ -238,8 +240,10 @@ export class Session extends EventTarget {
 
     /* Stops the robot. Never throws; `stopState` is "verified" only when device and servos were asked. */
     stop() {
-        if (!this.wire || this.wire.state === "closed" || this.capture.port.isReplay) {
-            this.notify({ code: "stop-not-sent" });
+        const isReplay = this.state !== "disconnected" && this.capture.port.isReplay;
+
+        if (isReplay || !this.wire || this.wire.state === "closed") {
+            this.notify({ code: isReplay ? "stop-replay" : "stop-not-sent" });
             return Promise.resolve();
         }
         this.#stopping = this.#stop();

@@ -32,14 +32,16 @@ export function parseCapture(text) {
     return steps;
 }
 
-const FIRST_MAX = 400; // pieces that are kept from the start: there the page asks what the firmware has
+const FIRST_MIN = 400; // pieces that are kept from the start: behind the start-up the page reads limits and state of each servo
 const LAST_MAX = 20000; // pieces that are kept from the end: some minutes of feedback
 
-/* Does what `port` does, and keeps a capture: `text`. A long one has a gap behind its start. */
+/* Does what `port` does, and keeps a capture: `text`. A long one has a gap behind its start, between two requests. The start
+ * has all that came before endStart(): what the page asks until it knows the servos. */
 export class CapturePort {
     #first = []; // {direction, bytes}
     #last = [];
     #isCut = false;
+    #startLength = Infinity;
 
     constructor(port) {
         this.port = port;
@@ -77,14 +79,20 @@ export class CapturePort {
         return this.port.close();
     }
 
+    endStart() {
+        this.#startLength = this.#first.length;
+    }
+
     #keep(direction, bytes) {
-        const isFirst = this.#first.length < FIRST_MAX;
+        const isOut = (piece) => piece.direction === "out";
+        const isFirst = !this.#isCut && this.#first.length < Math.max(this.#startLength, FIRST_MIN);
 
         (isFirst ? this.#first : this.#last).push({ direction, bytes });
         if (this.#last.length <= 2 * LAST_MAX) return;
-        this.#last.splice(0, LAST_MAX);
-        this.#last.splice(0, this.#last.findIndex((piece) => piece.direction === "out")); // no answer without its question
+        if (!this.#isCut) this.#first.splice(Math.max(this.#startLength, this.#first.findLastIndex(isOut)));
         this.#isCut = true;
+        this.#last.splice(0, LAST_MAX);
+        this.#last.splice(0, this.#last.findIndex(isOut)); // no answer without its question
     }
 
     get text() {
