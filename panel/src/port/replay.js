@@ -113,10 +113,9 @@ export class ReplayPort {
         for (const [index, { bytes }] of this.steps.entries()) {
             const hex = toHex(bytes);
 
-            if (this.indices.has(hex)) this.indices.get(hex).push(index);
-            else this.indices.set(hex, [index]);
+            if (!this.indices.has(hex)) this.indices.set(hex, []);
+            this.indices.get(hex).push(index);
         }
-        this.unknown = []; // writes that the capture does not have
         this.isOpen = false;
         this.onBytes = () => {};
         this.onClose = () => {};
@@ -130,24 +129,15 @@ export class ReplayPort {
         if (!this.isOpen) throw new PortError("not-open");
         const step = this.#find(toHex(bytes));
 
-        if (!step) this.unknown.push(bytes);
-        else this.later(() => this.#answer(step));
+        if (step) this.later(() => this.#answer(step));
     }
 
-    /* The next step from `at` on, else the first one. Indices are sorted, so their place is found by halving. */
+    /* The next step from `at` on, else the first one. */
     #find(hex) {
         const indices = this.indices.get(hex);
 
         if (!indices) return null;
-        let [low, high] = [0, indices.length];
-
-        while (low < high) {
-            const middle = (low + high) >> 1;
-
-            if (indices[middle] < this.at) low = middle + 1;
-            else high = middle;
-        }
-        const index = indices[low] ?? indices[0];
+        const index = indices.find((one) => one >= this.at) ?? indices[0];
 
         this.at = index + 1;
         return this.steps[index];

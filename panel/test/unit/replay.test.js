@@ -94,5 +94,5 @@ test("replay: a long capture is not searched in full for each write", async () =
     await port.open();
     for (let count = 0; count < 100; count++) port.write(Uint8Array.of(0xee, 2)); // not in the capture
     port.write(Uint8Array.of(3, 1));
-    assert.deepEqual([got, port.unknown.length, compared], [[0x55], 100, 0]);
+    assert.deepEqual([got, compared], [[0x55], 0]);
 });
