@@ -196,8 +196,7 @@ export class MotionDesk extends MotionEditor {
     end() {
         this.#isEnding = true;
         if (this.player.isPlaying) return this.player.end();
-        if (this.task) return this.changed();
-        return this.attempt(this.store.end);
+        return this.isPlaying ? this.attempt(this.store.end) : this.changed();
     }
 
     /* A new connection, and the end of a motion of the board. */

@@ -492,7 +492,7 @@ test("End: what is stored first is not played then; what begins is ended", async
     store.store = async () => {};
     store.play = async () => (done.push("play"), desk.end());
     await desk.play();
-    assert.ok(done.includes("end"));
+    assert.deepEqual(done, ["store", "play", "end"]);
     store.play = async () => done.push("play again");
     await desk.play();
     assert.equal(done.at(-1), "play again", "the next one plays");
