@@ -509,6 +509,10 @@ test("replay: the outcome names the speed", async () => {
     assert.match(texts.motion.replayed({ largest: 1, id: 1, mean: 1, percent: 200 }), /^Replay at 200 %: /);
 });
 
+test("a step that is too fast for a servo: the text says that the step is too short", () => {
+    assert.equal(texts.motion.tooFast({ step: 5, id: 1, needed: "0.03" }), "Step 5 is too short: servo 1 needs 0.03 s.");
+});
+
 test("remove: sequences go first, and the caller's list stays as it is", async () => {
     const session = new Session({ tables: tables() });
     const store = new MotionStore(session);
