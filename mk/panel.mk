@@ -50,6 +50,7 @@ PANEL_PORT ?= 8055
 # Settings of the simulated controller: 1 Mbps to the page. `make panel` keeps what is saved from run to run: all that it
 # needs is order-only, so that no newer file makes it again.
 build/panel.eeprom: | sim/panel.script build/$(PANEL_BOARD)/controller.elf build/host/cds55xx-sim
+	$(call say,SIM,$@)
 	@build/host/cds55xx-sim firmware build/$(PANEL_BOARD)/controller.elf --board $(PANEL_BOARD) --servos 1 \
 	  --eeprom $@ --script sim/panel.script >/dev/null
 
@@ -61,7 +62,7 @@ POKE_OF_PORT = $(addprefix -,$(filter-out 8055,$(PANEL_PORT)))
 panel: build/panel/app.js build/$(PANEL_BOARD)/controller.elf build/host/cds55xx-sim build/panel.eeprom
 	$(clear)
 	@scripts/panel.py build/$(PANEL_BOARD)/controller.elf --board $(PANEL_BOARD) --servos '$(SERVOS)' \
-	  --eeprom build/panel.eeprom --port '$(PANEL_PORT)' -- --poke build/$(PANEL_BOARD)/poke$(POKE_OF_PORT) --poke-hint \
+	  --eeprom build/panel.eeprom --port '$(PANEL_PORT)' -- --allow-duplicates --poke build/$(PANEL_BOARD)/poke$(POKE_OF_PORT) --poke-hint \
 	  'make poke BOARD=$(PANEL_BOARD) $(if $(POKE_OF_PORT),PANEL_PORT=$(PANEL_PORT) )DO="load 1 300"'
 
 # Suites: `unit` has no simulator.

@@ -21,8 +21,8 @@ const transform = (name, filter, change, loader = "js") => ({
 });
 
 /* gzip finds what a text repeats within 32 KB only. So modules that are alike stand side by side, a storey after another:
- * saves 1.7 KB gzipped. */
-const STOREYS = ["texts", "wire", "port", "model", "views"];
+ * saves 1.8 KB gzipped. */
+const STOREYS = ["texts", "model", "wire", "port", "views"];
 const orderByStorey = {
     name: "order-by-storey",
     setup({ onResolve, onLoad }) {
@@ -36,11 +36,11 @@ const orderByStorey = {
     },
 };
 
-/* What esbuild leaves: saves 4.3 KB gzipped. Names that begin with one _ are private to Lit and to uPlot: 0.2 KB of it. */
+/* What esbuild leaves: saves 4.4 KB gzipped. Names that begin with one _ are private to Lit and to uPlot: 0.2 KB of it. */
 const MINIFY = {
     module: true,
     ecma: 2022,
-    compress: { passes: 3, keep_fargs: false },
+    compress: { passes: 3, keep_fargs: false, lhs_constants: false }, // constants stay where they are written: 0.1 KB
     mangle: { properties: { regex: /^_(?!_)/, keep_quoted: true } },
 };
 

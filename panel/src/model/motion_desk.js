@@ -29,8 +29,8 @@ export class MotionDesk extends MotionEditor {
     #motionState = 0;
     #isStopped = false; // the user has stopped the motion that is or was under way
     #robot = null;
-    #isStarting = false; // play() has not ended
-    #played = null; // name of the sequence, or the recording, that the page plays
+    #isEnding = false; // the user has pressed End before the board plays
+    #played = null; // the recording, or the text of the sequence, that the page plays
     #step = 0; // that the board plays, since #stepSeen,
     #stepSeen = 0;
     #stepTime = 0; // at this time of the step, in ms
@@ -43,6 +43,8 @@ export class MotionDesk extends MotionEditor {
         this.recordings = new Recordings(this);
         this.percent = 100;
         this.by = "board"; // or page
+        this.isStarting = false; // play() has not ended
+        this.isOwn = false; // this page has begun what the board plays: `times` and `isLoop` are those of the board
         this.task = ""; // storing, loading
         session.addEventListener("change", () => this.#follow());
         session.addEventListener("hand", () => {
@@ -66,6 +68,7 @@ export class MotionDesk extends MotionEditor {
     playRecording() {
         const { latest: recording } = this.recordings;
         const path = pathOfPoints(recording.ids, recording.samples);
+        const { percent } = this;
 
         return this.attempt(async () => {
             this.#begin(recording);
@@ -73,7 +76,7 @@ export class MotionDesk extends MotionEditor {
             const { samples } = this.player;
             const result = compare(path, samples);
 
-            this.recordings.replay = { ...result, samples, id: recording.ids[result.joint] };
+            this.recordings.replay = { ...result, samples, percent, id: recording.ids[result.joint] };
             this.changed();
         });
     }
@@ -97,13 +100,14 @@ export class MotionDesk extends MotionEditor {
 
     /* Does nothing if it was called already: the button may be pressed several times before it is disabled. */
     async play() {
-        if (this.#isStarting || this.task) return;
-        this.#isStarting = true;
+        if (this.isStarting || this.task) return;
+        this.isStarting = true;
+        this.#isEnding = false;
         await this.attempt(async () => {
             if (!this.steps.length) throw new MotionError("motion-no-steps", { detail: this.sequence });
             await (this.playedBy === "board" ? this.#playByBoard() : this.#playByPage());
         }, "play");
-        this.#isStarting = false;
+        this.isStarting = false;
     }
 
     /* True if the board is known to lack the sequence, or to have it with other contents: play() stores it first. */
@@ -125,16 +129,20 @@ export class MotionDesk extends MotionEditor {
         if (off.length) throw new MotionError("motion-torque", { ids: off });
         await this.#loadStored();
         if (!this.store.newOf(part).isEmpty && !(await this.#during("storing", () => this.#store(part)))) return;
+        if (this.#isEnding) return;
         await store.play(sequence, { times: isLoop ? 0 : times, percent: this.percent });
         this.session.takeMotion();
-        robot.motion = { ...robot.motion, state: BEGINS }; // until it is read
+        robot.motion = { ...robot.motion, override: this.percent, state: BEGINS }; // until it is read
+        this.isOwn = true;
+        if (this.#isEnding) await store.end();
     }
 
     async #playByPage() {
-        const { poses, sequences } = this.#shown; // a copy: poses may be renamed meanwhile
-        const steps = sequences.get(this.sequence);
+        const part = this.#shown; // a copy: poses may be renamed meanwhile
+        const { poses } = part;
+        const steps = part.sequences.get(this.sequence);
 
-        this.#begin(this.sequence);
+        this.#begin(textOfMotions(part));
         let start = new Map(this.ids.map((id) => [id, this.session.robot.servos.get(id).raw.position]));
 
         for (let left = this.isLoop ? Infinity : this.times; left > 0; left--) {
@@ -143,14 +151,14 @@ export class MotionDesk extends MotionEditor {
         }
     }
 
-    /* The time of the sequence that is shown, or of the recording `of`, while it plays, in ms; else NaN. The board tells the
-     * step only: the page counts the time since then. */
-    playhead(of = this.sequence) {
-        const { player, session, steps } = this;
+    /* The time of the sequence that is shown, or of `recording`, while it plays, in ms; else NaN, also for a sequence that was
+     * edited since. The board tells the step only: the page counts the time since then. */
+    playhead(recording) {
+        const { player, session, steps, store } = this;
         const { state, step = 0, paused, override } = session.robot?.motion ?? {};
 
-        if (player.isPlaying) return player.state === "playing" && this.#played === of ? player.time : NaN;
-        if (state !== UNDER_WAY || this.store.playing !== of || !steps[step - 1]) return NaN;
+        if (player.isPlaying) return player.state === "playing" && this.#played === (recording ?? (this.sequence && textOfMotions(this.#shown))) ? player.time : NaN;
+        if (state !== UNDER_WAY || recording || store.playing !== this.sequence || !steps[step - 1] || !store.newOf(this.#shown).isEmpty) return NaN;
         const now = session.clock.now();
 
         if (step !== this.#step) [this.#step, this.#stepTime] = [step, 0];
@@ -186,8 +194,9 @@ export class MotionDesk extends MotionEditor {
     }
 
     end() {
+        this.#isEnding = true;
         if (this.player.isPlaying) return this.player.end();
-        return this.attempt(this.store.end);
+        return this.isPlaying ? this.attempt(this.store.end) : this.changed();
     }
 
     /* A new connection, and the end of a motion of the board. */
@@ -203,6 +212,8 @@ export class MotionDesk extends MotionEditor {
         const before = this.#motionState;
 
         this.#motionState = motion?.state ?? 0;
+        this.isOwn &&= this.#motionState > 0;
+        if (this.#motionState && before !== this.#motionState) this.percent = motion.override ?? this.percent;
         if (before !== UNDER_WAY) this.#isStopped = false;
         if (this.session.stopState === "stopping") this.#isStopped = true;
         if (this.#isStopped) return;

@@ -7,6 +7,8 @@ import { MotionError, Motions, keywordsOf } from "./motions.js";
 import { lastPositions, pathOfSequence, stepsTooFast } from "./path.js";
 import { DEGREES_MAX, rawOfDegrees } from "./units.js";
 
+const ERROR_TORQUE_OFF = 84;
+
 export class MotionEditor {
     /* `ask(question, yes)` resolves with true if the user presses the button `yes`. */
     constructor(session, ask) {
@@ -92,7 +94,7 @@ export class MotionEditor {
         return this.attempt(async () => {
             this.#checkChosen();
             await this.session.robot.setTorqueAll(isOn, (error) => this.session.notify(error), { ids: this.chosen, keepsGoals: true });
-            if (isOn) this.session.withdraw([84]);
+            if (isOn) this.session.withdraw([ERROR_TORQUE_OFF]);
         });
     }
 

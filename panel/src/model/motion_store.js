@@ -135,7 +135,7 @@ export class MotionStore {
 
     /* `names`: ["pose NAME", "sequence NAME"]. Sequences go first: they need the poses. */
     async remove(names) {
-        for (const name of names.reverse()) await this.#run(name.replace(" ", " delete "));
+        for (const name of names.toReversed()) await this.#run(name.replace(" ", " delete "));
         await this.load();
     }
 

@@ -52,17 +52,16 @@ const TIMES = { s: 1000, ms: 1 };
 
 /* Each reading function returns undefined for what it cannot read. */
 function readAngle(word) {
-    const [, number, unit] = /^(\d+(?:\.\d+)?)(raw|deg|mdeg|)$/i.exec(word) ?? [];
-    const degrees = Number(number) * UNITS[unit?.toLowerCase()];
-    const raw = unit?.toLowerCase() === "raw" ? Number(number) : Math.round((degrees * RAW_MAX) / DEGREES_MAX);
+    const [, number, unit] = /^(\d+(?:\.\d+)?)(raw|deg|mdeg|)$/.exec(word.toLowerCase()) ?? [];
+    const raw = unit === "raw" ? Number(number) : Math.round((number * UNITS[unit] * RAW_MAX) / DEGREES_MAX);
 
     return Number.isInteger(raw) && raw >= 0 && raw <= RAW_MAX ? raw : undefined;
 }
 
-function readTime(word) {
-    const [, number, unit] = /^(\d+(?:\.\d+)?)(s|ms)$/i.exec(word ?? "") ?? [];
+function readTime(word = "") {
+    const [, number, unit] = /^(\d+(?:\.\d+)?)(s|ms)$/.exec(word.toLowerCase()) ?? [];
 
-    return unit ? Math.round(Number(number) * TIMES[unit.toLowerCase()] * 1000) / 1000 : undefined;
+    return unit && Math.round(number * TIMES[unit] * 1000) / 1000;
 }
 
 /* "1 2 5-7" */

@@ -9,9 +9,11 @@ export const TABLE_SIZE = 50; // bytes
 const BITS = new Set(["ALARM_LED", "ALARM_SHUTDOWN"]); // conditions, as the error bits of a packet
 const SPEED = "MOVING_SPEED";
 const RETURN_LEVEL = "STATUS_RETURN_LEVEL";
-/* Errors of the console after which the register may have its value: no reply, a damaged reply, none due at the
- * STATUS_RETURN_LEVEL of the servo. */
-const MAY_BE_WRITTEN = new Set([2, 3, 10]);
+const ERROR_NO_REPLY = 2;
+const ERROR_DAMAGED = 3;
+const ERROR_NONE_DUE = 10; // at the STATUS_RETURN_LEVEL of the servo
+/* Errors of the console after which the register may have its value. */
+const MAY_BE_WRITTEN = new Set([ERROR_NO_REPLY, ERROR_DAMAGED, ERROR_NONE_DUE]);
 const SPEED_MAX = 1023; // raw; above, the speed has a direction: endless turn
 
 /* What went wrong, for session.attempt(): `code` names a text of texts.notice. */

@@ -20,9 +20,13 @@ import { Traffic } from "./traffic.js";
 const NOTICES_MAX = 20;
 const INFO_MS = 8000; // information then goes away by itself
 const INFO_TO_DO_MS = 20000; // one with a remedy or a button
+/* Errors of the controller. */
+const ERROR_MAY_NOT_DRIVE = 12; // inhibited
+const ERROR_TOO_MANY = 40; // servos in its list
+const ERROR_NOT_NEW = 95; // `new`: the servo that answers may be one of the list
 const LISTS_SERVOS = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "joint-moves", "refused", "servo-silent", "turn-not-ended", "turning"]); // one notice lists all servos
 const WITHDRAWN_BY = { // notices that an event withdraws
-    release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-no-inhibit", "stop-unverified", "stopped", 12], // a number: of an error of the controller
+    release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-no-inhibit", "stop-unverified", "stopped", ERROR_MAY_NOT_DRIVE],
     stop: ["lost-stopping", "stop-failed", "stop-no-inhibit", "stop-not-sent", "stop-unverified", "turning"],
     back: ["silent"],
     motion: ["motion-ended"],
@@ -105,7 +109,7 @@ export class Session extends EventTarget {
     async connect(port, { isPatient = false } = {}) {
         while (this.state !== "disconnected" && !this.#isRetrying) await this.disconnect(); // again if another connect() came between
         this.#clear(port, isPatient);
-        const { wire } = this;
+        const { wire, capture } = this;
 
         try {
             await wire.open();
@@ -121,6 +125,8 @@ export class Session extends EventTarget {
             if (wire.state === "closed") this.#takeClose();
             else if (this.state === "connecting") await this.disconnect();
             else this.robot.start();
+        } finally {
+            capture.endStart();
         }
     }
 
@@ -238,8 +244,10 @@ export class Session extends EventTarget {
 
     /* Stops the robot. Never throws; `stopState` is "verified" only when device and servos were asked. */
     stop() {
-        if (!this.wire || this.wire.state === "closed" || this.capture.port.isReplay) {
-            this.notify({ code: "stop-not-sent" });
+        const isReplay = this.state !== "disconnected" && this.capture.port.isReplay;
+
+        if (isReplay || !this.wire || this.wire.state === "closed") {
+            this.notify({ code: isReplay ? "stop-replay" : "stop-not-sent" });
             return Promise.resolve();
         }
         this.#stopping = this.#stop();
@@ -315,12 +323,12 @@ export class Session extends EventTarget {
         const { servos } = this.robot;
 
         if (servos.has(id)) servos.get(id).inhibit = "";
-        if (!this.isInhibited && [...servos.values()].every(({ inhibit }) => !inhibit)) this.withdraw(["inhibited", 12]);
+        if (!this.isInhibited && [...servos.values()].every(({ inhibit }) => !inhibit)) this.withdraw(["inhibited", ERROR_MAY_NOT_DRIVE]);
     }
 
     /* A command has succeeded: withdraws the notice that the same operation has failed. */
     takeDone(line) {
-        if (isForgetting(line)) this.withdraw([40, 95]);
+        if (isForgetting(line)) this.withdraw([ERROR_TOO_MANY, ERROR_NOT_NEW]);
         const done = operationOf(line);
 
         this.#remove(({ code, operation }) => code === "command" && operation === done);

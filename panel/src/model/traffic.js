@@ -23,6 +23,8 @@ export const POLLS_MAX = 400;
 const POLLED = [FEEDBACK, LIMITS, STATE];
 const POLLED_OF_DEVICE = [DEVICE.SAVE, DEVICE.MOTION_PLAY];
 const POLLED_LINE = "servos";
+/* A line up to an ID, as text of a RegExp. Elsewhere a number behind the command is an angle, a time or a rate. */
+const TAKES_IDS = "^(?:(?:monitor|group|teach \\w+)(?: \\d+)*|sync \\w+ \\d+ .*|(?!pose|cycle|bus|sync)\\w+)";
 
 /* True for a packet that the loop of the robot sends again and again. */
 function isPollingPacket(bytes) {
@@ -53,21 +55,18 @@ export class Traffic {
 
     constructor(decoder) {
         this.decoder = decoder;
-        this.version = 0; // counts up with each row and at clear()
         this.begun = null; // time of the first row
     }
 
     clear() {
         this.#others.list = [];
         this.#polls.list = [];
-        this.version++;
     }
 
     /* Takes an event `traffic` of the wire. Returns its row. */
     take(entry) {
         const row = this.#rowOf(entry);
 
-        this.version++;
         this.begun ??= entry.time;
         (row.isPolling ? this.#polls : this.#others).push(row);
         return row;
@@ -180,12 +179,13 @@ export class Traffic {
         return !text || this.#searchText(row).includes(text.toLowerCase());
     }
 
-    /* A line is of a servo if its number stands in it, or in the line that it answers. */
+    /* A line that was sent is of a servo if its ID stands where the command takes an ID; a reply, if it names the servo, or
+     * answers such a line. */
     #isOf(row, id) {
         if (row.kind !== "line") return row.ids.includes(id);
-        const words = new RegExp(`\\b${id}\\b`);
+        const before = row.direction === "out" ? TAKES_IDS : "\\b(?:servo|id)";
 
-        return words.test(row.line) || Boolean(row.request && words.test(row.request.line));
+        return new RegExp(`${before} ${id}\\b`, "i").test(row.line) || Boolean(row.request && this.#isOf(row.request, id));
     }
 
     #searchText(row) {

@@ -32,14 +32,16 @@ export function parseCapture(text) {
     return steps;
 }
 
-const FIRST_MAX = 400; // pieces that are kept from the start: there the page asks what the firmware has
+const FIRST_MIN = 400; // pieces that are kept from the start: behind the start-up the page reads limits and state of each servo
 const LAST_MAX = 20000; // pieces that are kept from the end: some minutes of feedback
 
-/* Does what `port` does, and keeps a capture: `text`. A long one has a gap behind its start. */
+/* Does what `port` does, and keeps a capture: `text`. A long one has a gap behind its start, between two requests. The start
+ * has all that came before endStart(): what the page asks until it knows the servos. */
 export class CapturePort {
     #first = []; // {direction, bytes}
     #last = [];
     #isCut = false;
+    #startLength = Infinity;
 
     constructor(port) {
         this.port = port;
@@ -77,14 +79,20 @@ export class CapturePort {
         return this.port.close();
     }
 
+    endStart() {
+        this.#startLength = this.#first.length;
+    }
+
     #keep(direction, bytes) {
-        const isFirst = this.#first.length < FIRST_MAX;
+        const isOut = (piece) => piece.direction === "out";
+        const isFirst = !this.#isCut && this.#first.length < Math.max(this.#startLength, FIRST_MIN);
 
         (isFirst ? this.#first : this.#last).push({ direction, bytes });
         if (this.#last.length <= 2 * LAST_MAX) return;
-        this.#last.splice(0, LAST_MAX);
-        this.#last.splice(0, this.#last.findIndex((piece) => piece.direction === "out")); // no answer without its question
+        if (!this.#isCut) this.#first.splice(Math.max(this.#startLength, this.#first.findLastIndex(isOut)));
         this.#isCut = true;
+        this.#last.splice(0, LAST_MAX);
+        this.#last.splice(0, this.#last.findIndex(isOut)); // no answer without its question
     }
 
     get text() {
@@ -105,10 +113,9 @@ export class ReplayPort {
         for (const [index, { bytes }] of this.steps.entries()) {
             const hex = toHex(bytes);
 
-            if (this.indices.has(hex)) this.indices.get(hex).push(index);
-            else this.indices.set(hex, [index]);
+            if (!this.indices.has(hex)) this.indices.set(hex, []);
+            this.indices.get(hex).push(index);
         }
-        this.unknown = []; // writes that the capture does not have
         this.isOpen = false;
         this.onBytes = () => {};
         this.onClose = () => {};
@@ -122,24 +129,15 @@ export class ReplayPort {
         if (!this.isOpen) throw new PortError("not-open");
         const step = this.#find(toHex(bytes));
 
-        if (!step) this.unknown.push(bytes);
-        else this.later(() => this.#answer(step));
+        if (step) this.later(() => this.#answer(step));
     }
 
-    /* The next step from `at` on, else the first one. Indices are sorted, so their place is found by halving. */
+    /* The next step from `at` on, else the first one. */
     #find(hex) {
         const indices = this.indices.get(hex);
 
         if (!indices) return null;
-        let [low, high] = [0, indices.length];
-
-        while (low < high) {
-            const middle = (low + high) >> 1;
-
-            if (indices[middle] < this.at) low = middle + 1;
-            else high = middle;
-        }
-        const index = indices[low] ?? indices[0];
+        const index = indices.find((one) => one >= this.at) ?? indices[0];
 
         this.at = index + 1;
         return this.steps[index];

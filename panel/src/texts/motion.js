@@ -6,9 +6,9 @@ import { list, many } from "./words.js";
 const NAME = "up to 8 letters and digits, first a letter, no word of the console";
 
 export const motion = {
-    notConnected: "Connect to a controller, or to the simulator, to teach and play. Editing needs no connection.",
-    noStore: "This firmware stores no poses and sequences. Save them as a file. The page itself plays them.",
-    noPlay: "This board stores poses and sequences, and has no room to play them. The page itself plays them.",
+    notConnected: "Connect to teach and play. Editing needs no connection.",
+    noStore: "This firmware stores no poses and sequences: save them as a file. The page plays them.",
+    noPlay: "This board stores poses and sequences. The page plays them.",
 
     noValue: "–",
     teach: "Teach",
@@ -51,13 +51,13 @@ export const motion = {
     missing: (count) => `${many(count, "position is", "positions are")} missing`,
     tolerance: "Error of the steps, at most",
     fit: "Fit into 16 steps",
-    fitHint: "A sequence of the board has at most 16 steps: these, with the smallest error",
+    fitHint: "Those 16 steps at most that have the smallest error",
     thinned: ({ steps, error }) => `${many(steps, "step")}, at most ${error}° from the recording when they play.`,
     tooLong: "A sequence has at most 16 steps: press “Fit into 16 steps”, or permit a larger error.",
     coarse: ({ error, chosen }) => `The steps are up to ${error}° from the recording, not ${chosen}° as chosen. Record a shorter movement.`,
     replay: "Replay the recording",
     replayHint: "The page sends the recording as goals, once, at the Speed of the box Play",
-    replayed: ({ largest, id, mean }) => `Replay: largest error ${largest}° (servo ${id}), mean ${mean}°`,
+    replayed: ({ largest, id, mean, percent }) => `Replay at ${percent} %: largest error ${largest}° (servo ${id}), mean ${mean}°`,
     toSequence: "Make a sequence of the steps",
     saveRecording: "Save as CSV",
 
@@ -75,7 +75,7 @@ export const motion = {
     pass: "Pass",
     passHint: "Pass: goes through the pose without a stop",
     addStep: "Add step",
-    stepsHint: "Time: from the pose before; in step 1 from where the servos are. Rest: the wait at the pose. A click in the curves chooses a step.",
+    stepsHint: "Time: from the pose before; in step 1 from where the servos are. Rest: the wait at the pose. Click the curves to choose a step.",
     up: "Up",
     down: "Down",
     remove: "Remove",
@@ -83,7 +83,7 @@ export const motion = {
     chart: "Curves of the sequence",
     chartText: ({ steps, seconds, servos }) => `${many(steps, "step")}, ${seconds} s, ${many(servos, "servo")}`,
     chartOfRecording: "Curves of the recording and of its replay",
-    tooFast: ({ step, id, needed }) => `Step ${step}: servo ${id} needs ${needed} s.`,
+    tooFast: ({ step, id, needed }) => `Step ${step} is too short: servo ${id} needs ${needed} s.`,
 
     player: "Play",
     where: "Played by",
@@ -91,6 +91,7 @@ export const motion = {
     byPage: "this page",
     times: "Times",
     loop: "Loop",
+    unknown: "unknown",
     override: "Speed",
     play: "Play",
     pause: "Pause",

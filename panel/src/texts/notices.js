@@ -208,6 +208,7 @@ export const notice = {
         text: "Not connected to a robot: the stop was not sent.",
         remedy: "Switch off the power of the servos.",
     }),
+    "stop-replay": () => ({ text: "A capture plays: there is no robot to stop.", remedy: "", level: "info" }),
     "stop-failed": () => ({
         text: "The stop is not confirmed: the port was lost.",
         remedy: "Switch off the power of the servos.",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The view Packets. */
 
-import { many } from "./words.js";
+import { list, many } from "./words.js";
 
 /* Packets in words. */
 export const decode = {
@@ -29,7 +29,7 @@ export const decode = {
     },
     noReply: "no reply",
     unanswered: "No reply came",
-    notExpected: (hex) => `No request asked for this. ${hex}`.trim(),
+    notExpected: (hex) => `No request asked for this: late, or after a stop. ${hex}`.trim(),
     checksum: (value) => `checksum ${value} is right`,
     stop: "Ctrl-X",
     key: "key that ends the command",
@@ -133,13 +133,12 @@ export const packets = {
     ofScan: "Of these by scan",
     meaning: "Meaning",
     means: (unit, what) => (unit ? `${unit}${what.startsWith("good") ? ":" : ""} ${what}` : what),
-    counterHint: "Behind 65535 a counter begins again at 0.",
     noCounters: "Not read yet.",
     since: (text) => `Counted ${text}.`,
     scanCounts: "Every search for servos is counted, too: this firmware does not tell them apart.",
     healthy: "The bus is well: no packet was lost or damaged.",
     findings: {
-        timeouts: (n) => `No reply came to ${many(n, "transaction")}. A servo is absent, has another ID or rate, or lost its power.`,
+        timeouts: (n, away) => `No reply came to ${many(n, "transaction")}: a servo is absent, has another ID or rate, or lost its power. ${away.length ? `No answer now: ${list(away)}.` : "Now all servos answer: press “Count from now”."}`,
         corrupt: (n) => `Damage in ${many(n, "reply", "replies")}. Look for noise, a long or loose wire, or two servos with one ID.`,
         framing_errors: (n) => `Damage in ${many(n, "byte")}: noise, a collision, or a servo at another rate.`,
         line_busy: (n) => `The line was not quiet for ${many(n, "packet")}. Another sender is on the wire, or the wire is held low.`,

@@ -120,14 +120,15 @@ export class MotionView extends View {
             </p>
             <form class="row" @submit=${this.#capture}>
                 <label>${t.name}
-                    <input class="pose-name" size="9" aria-label=${t.poseName} title=${t.nameHint} autocomplete="off" spellcheck="false" /></label>
+                    <input class="pose-name" size="9" aria-label=${t.poseName} autocomplete="off" spellcheck="false" /></label>
                 <button class="capture" title=${t.captureHint} ?disabled=${isOff}>${t.capture}</button>
+                <span class="soft">${t.nameHint}</span>
             </form>
             <p class="row">
                 ${desk.recordings.isRecording
                     ? html`<button class="record" @click=${() => desk.recordings.end()}>${t.endRecording}</button>
                           <span class="recording-length" role="timer">${seconds(desk.recordings.recorder.recording.length)} s</span>`
-                    : html`<button class="record" title=${t.recordHint} ?disabled=${isOff || desk.isPlaying}
+                    : html`<button class="record" ?disabled=${isOff || desk.isPlaying}
                               @click=${() => desk.recordings.begin()}>${t.record}</button>
                           <span class="soft">${t.recordHint}</span>`}
             </p>
@@ -339,7 +340,7 @@ export class MotionView extends View {
             <p class="row">${this.#recordingButtons(isTooLong)}</p>
             ${replay
                 ? html`<p class="replayed" role="status">
-                      ${t.replayed({ largest: degrees(replay.largest), id: replay.id, mean: degrees(replay.mean) })}
+                      ${t.replayed({ largest: degrees(replay.largest), id: replay.id, percent: replay.percent, mean: degrees(replay.mean) })}
                   </p>`
                 : nothing}
         </section>`;
@@ -369,7 +370,7 @@ export class MotionView extends View {
         return html`${isPaused
                 ? html`<button class="resume" @click=${() => desk.resume()}>${t.resume}</button>`
                 : html`<button class="pause" ?disabled=${!isPlaying} @click=${() => desk.pause()}>${t.pause}</button>`}
-            <button class="end" ?disabled=${!isPlaying} @click=${() => desk.end()}>${t.end}</button>
+            <button class="end" ?disabled=${!isPlaying && !desk.isStarting} @click=${() => desk.end()}>${t.end}</button>
             <span class="motion-state" role="status">${this.#stateOfMotion()}</span>
             ${desk.task === "storing" ? html`<progress aria-label=${t.storing} .value=${desk.store.progress}></progress>` : nothing}`;
     }
@@ -377,6 +378,7 @@ export class MotionView extends View {
     #player() {
         const { desk, session } = this;
         const { isPlaying } = desk;
+        const isUnknown = desk.isBoardPlaying && !desk.isOwn; // begun before this page was connected, or by a line
 
         return html`<section class="panel player ${isPlaying || desk.task ? "busy" : ""}" aria-labelledby="motion-player">
             <h2 id="motion-player">${t.player}</h2>
@@ -387,11 +389,11 @@ export class MotionView extends View {
                         <option value="page" .selected=${live(desk.playedBy === "page")}>${t.byPage}</option>
                     </select>
                 </label>
-                <label>${t.times} <input class="times" inputmode="numeric" ?disabled=${desk.isLoop}
-                    .value=${taken(String(desk.times))}
+                <label>${t.times} <input class="times" inputmode="numeric" ?disabled=${desk.isLoop || isUnknown}
+                    placeholder=${t.unknown} .value=${taken(isUnknown ? "" : String(desk.times))}
                     @change=${({ target }) => (desk.times = Math.min(65535, Math.max(1, Math.round(typedNumber(target.value)) || desk.times)))} /></label>
                 <label>
-                    <input class="loop" type="checkbox" .checked=${live(desk.isLoop)}
+                    <input class="loop" type="checkbox" .checked=${live(desk.isLoop)} .indeterminate=${isUnknown} ?disabled=${isUnknown}
                         @change=${({ target }) => desk.setLoop(target.checked)} /> ${t.loop}
                 </label>
                 <label class="speed">${t.override}

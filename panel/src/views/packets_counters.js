@@ -42,12 +42,13 @@ class CountersPart extends Part {
 
     #health(rows) {
         const findings = healthOf(rows);
+        const away = [...this.session.robot.servos.values()].filter(({ presence }) => presence === "offline").map(({ id }) => id);
 
         if (!findings.length) return html`<p class="health good" role="status">${t.healthy}</p>`;
         const isMixed = findings.some(({ key }) => key === "timeouts") && !this.counters.since;
 
         return html`<ul class="health" role="status">
-                ${findings.map(({ key, count }) => html`<li>${t.findings[key](count)}</li>`)}
+                ${findings.map(({ key, count }) => html`<li>${t.findings[key](count, away)}</li>`)}
             </ul>
             ${isMixed ? html`<p class="soft">${t.scanCounts}</p>` : nothing}`;
     }
@@ -82,7 +83,6 @@ class CountersPart extends Part {
                     </tbody>
                 </table>
             </div>
-            <p class="hint">${t.counterHint}</p>
         `;
     }
 

@@ -92,6 +92,44 @@ test("teach: two poses by hand, stored, played by the board", async (t) => {
     await shows(page, "Nothing plays", ".motion-state");
 });
 
+test("after a reload the speed is that of the board, and how often it plays is shown as unknown", async (t) => {
+    const { page } = await startMotion(t, { count: 1 });
+
+    await page.click("button.hold");
+    await torque(page, "held", 1);
+    await page.click("button.capture");
+    await page.click("button.add-step");
+    await page.click("input.loop");
+    await page.$eval("input.override", (input) => {
+        input.value = "10";
+        input.dispatchEvent(new Event("change"));
+    });
+    await page.click("button.play");
+    await shows(page, /seq1 plays/, ".motion-state");
+    await page.reload();
+    await shows(page, /seq1 plays/, ".motion-state");
+    await shows(page, "10 %", ".speed");
+    const fields = await page.evaluate(() => {
+        const [loop, times] = [document.querySelector("input.loop"), document.querySelector("input.times")];
+
+        return [loop.indeterminate, loop.disabled, times.value, times.placeholder, times.disabled];
+    });
+
+    assert.deepEqual(fields, [true, true, "", "unknown", true]);
+    await page.click("button.end");
+    await shows(page, "Nothing plays", ".motion-state");
+    await page.waitForSelector("input.loop:enabled");
+    assert.deepEqual(await page.$eval("input.loop", ({ indeterminate, checked }) => [indeterminate, checked]), [false, false]);
+});
+
+test("phone: Play is the first box, and the limit of a name is told", async (t) => {
+    const { page } = await startMotion(t, { count: 18, viewport: PHONE });
+    const bottom = await page.$eval("button.play", (button) => button.getBoundingClientRect().bottom);
+
+    assert.ok(bottom < PHONE.height, `Play ends at ${bottom} px`);
+    await shows(page, "up to 8 letters and digits", ".teach");
+});
+
 test("the browser asks before it leaves poses that are not stored", async (t) => {
     const { page } = await startMotion(t, { count: 1 });
     const asked = questions(page);

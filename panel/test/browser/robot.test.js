@@ -326,3 +326,9 @@ test("touch: buttons step the goal, and an unplugged servo is told in the header
     await shows(page, "2 servos, 1 offline", ".state-line");
     assert.ok(!(await page.$eval(".toolbar", (bar) => bar.innerText)).includes("found"));
 });
+
+test("robot: in a narrow window the hint about the keys is whole", async (t) => {
+    const { page } = await startRobot(t, { count: 1, viewport: { width: 390, height: 844 } });
+
+    assert.ok(await page.$eval(".hints", ({ scrollHeight, clientHeight }) => scrollHeight <= clientHeight), "cut");
+});

@@ -40,8 +40,15 @@ test("healthOf: ignores counts of a scan; each trouble has a text", () => {
     for (const row of counterRows(all)) {
         const key = row.name.replace(/^BUS_/, "").toLowerCase();
 
-        for (const finding of healthOf([{ key, count: 1, ofScan: 0 }])) assert.match(texts.packets.findings[finding.key](1), /1/);
+        for (const finding of healthOf([{ key, count: 1, ofScan: 0 }])) assert.match(texts.packets.findings[finding.key](1, [3]), /1/);
     }
+});
+
+test("healthOf: missing replies name the servos that are silent now, else the button that counts anew", () => {
+    const { timeouts } = texts.packets.findings;
+
+    assert.match(timeouts(5, [3, 7]), /5 transactions.*No answer now: servos 3, 7\.$/);
+    assert.match(timeouts(5, []), /Now all servos answer: press “Count from now”\.$/);
 });
 
 test("healthOf: is right behind 65535, too", () => {

@@ -5,6 +5,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { sendLine } from "../../src/model/by_hand.js";
 import { MotionDesk } from "../../src/model/motion_desk.js";
+import { MotionStore } from "../../src/model/motion_store.js";
 import { Player } from "../../src/model/player.js";
 import { Session } from "../../src/model/session.js";
 import { texts } from "../../src/texts/texts.js";
@@ -418,6 +419,7 @@ test("playhead: the board's step, then the time since; none in another sequence"
     await desk.addStep();
     session.clock = { now: () => now };
     desk.store.names = ["other", "seq1"];
+    desk.store.stored = desk.motions.partOf("seq1");
     session.robot.motion = { state: 2, play: 2, step: 2, override: 50 };
     assert.equal(desk.playhead(), 2000);
     now = 400;
@@ -425,8 +427,103 @@ test("playhead: the board's step, then the time since; none in another sequence"
     session.robot.motion.paused = 1;
     now = 900;
     assert.equal(desk.playhead(), 2200);
+    desk.motions.setAngle("up", 1, 10);
+    assert.equal(desk.playhead(), NaN, "edited: the curves are not what plays");
+    desk.motions.setAngle("up", 1, 512);
+    assert.equal(desk.playhead(), 2200);
     session.robot.motion.play = 1;
     assert.equal(desk.playhead(), NaN);
+});
+
+test("playhead: the page plays; none once the sequence is edited, none in a sequence while a recording plays", async () => {
+    const { session, desk } = deskWith("up");
+
+    session.state = "connected";
+    session.robot = { servos: new Map(), ids: [] };
+    await desk.addStep();
+    desk.player.play = () => new Promise(() => {});
+    Object.assign(desk, { by: "page" });
+    desk.store = { canPlay: false };
+    desk.play();
+    await turn();
+    Object.assign(desk.player, { state: "playing", time: 300 });
+    assert.deepEqual([desk.playhead(), desk.playhead({})], [300, NaN]);
+    await desk.changeStep(0, { time: 700 });
+    assert.equal(desk.playhead(), NaN);
+});
+
+test("speed, loop and times: of a motion that the page has not begun the speed is the board's, the others are unknown", async () => {
+    const { desk } = await deskWithBoard();
+    const { session } = desk;
+    const tell = (motion) => {
+        session.robot.motion = motion;
+        session.dispatchEvent(new Event("change"));
+    };
+
+    tell({ state: 2, play: 1, step: 1, override: 10 });
+    assert.deepEqual([desk.percent, desk.isOwn], [10, false]);
+    desk.percent = 40; // the user moves the slider, and the board has not taken it yet
+    tell({ state: 2, play: 1, step: 1, override: 10 });
+    assert.equal(desk.percent, 40);
+    tell({ state: 0, override: 40, error: 0 });
+    await desk.play();
+    tell({ state: 2, play: 1, step: 1, override: 40 });
+    assert.deepEqual([desk.percent, desk.isOwn], [40, true]);
+    tell({ state: 0, override: 40, error: 0 });
+    assert.equal(desk.isOwn, false);
+});
+
+test("End: what is stored first is not played then; what begins is ended", async () => {
+    const { desk, done } = await deskWithBoard();
+    const { store } = desk;
+    let finish = null;
+
+    store.end = async () => done.push("end");
+    store.store = () => new Promise((resolve) => (done.push("store"), (finish = resolve)));
+    const playing = desk.play();
+
+    await turn();
+    assert.ok(desk.isStarting);
+    desk.end();
+    finish();
+    await playing;
+    assert.deepEqual([done, desk.isStarting], [["store"], false]);
+
+    store.store = async () => {};
+    store.play = async () => (done.push("play"), desk.end());
+    await desk.play();
+    assert.deepEqual(done, ["store", "play", "end"]);
+    store.play = async () => done.push("play again");
+    await desk.play();
+    assert.equal(done.at(-1), "play again", "the next one plays");
+});
+
+test("replay: the outcome names the speed", async () => {
+    const { desk } = await recording(200, (t) => 512 + t);
+
+    await desk.recordings.end();
+    desk.player.play = async () => true;
+    desk.percent = 200;
+    await desk.playRecording();
+    assert.equal(desk.recordings.replay.percent, 200);
+    assert.match(texts.motion.replayed({ largest: 1, id: 1, mean: 1, percent: 200 }), /^Replay at 200 %: /);
+});
+
+test("a step that is too fast for a servo: the text says that the step is too short", () => {
+    assert.equal(texts.motion.tooFast({ step: 5, id: 1, needed: "0.03" }), "Step 5 is too short: servo 1 needs 0.03 s.");
+});
+
+test("remove: sequences go first, and the caller's list stays as it is", async () => {
+    const session = new Session({ tables: tables() });
+    const store = new MotionStore(session);
+    const names = ["pose up", "sequence nod"];
+    const lines = [];
+
+    session.controller = { run: async (line) => lines.push(line) };
+    store.load = async () => {};
+    await store.remove(names);
+    assert.deepEqual(lines, ["sequence delete nod", "pose delete up"]);
+    assert.deepEqual(names, ["pose up", "sequence nod"]);
 });
 
 test("loop and times: another sequence begins without, a renamed one keeps them", async () => {

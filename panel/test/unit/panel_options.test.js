@@ -3,6 +3,7 @@
 
 import assert from "node:assert/strict";
 import { execFileSync, spawnSync } from "node:child_process";
+import { join } from "node:path";
 import test from "node:test";
 
 const SCRIPTS = new URL("../../../scripts", import.meta.url).pathname;
@@ -16,6 +17,12 @@ test("panel.py: options behind -- are for the simulator", () => {
     const options = parse("a.elf", "--board", "arduino-mega", "--eeprom", "e", "--", "--poke", "socket", "--servos", "9");
 
     assert.deepEqual(options, { elf: "a.elf", board: "arduino-mega", servos: "1-18", eeprom: "e", port: "8055", more: ["--poke", "socket", "--servos", "9"] });
+});
+
+test("make panel: takes servos of one ID, as make run does", () => {
+    const lines = execFileSync("make", ["-n", "panel", "SERVOS=1,1,1"], { cwd: join(SCRIPTS, ".."), encoding: "utf8" });
+
+    assert.match(lines, /panel\.py .*--servos '1,1,1'[^]*? -- --allow-duplicates /);
 });
 
 test("panel.py: works without --", () => {

@@ -213,6 +213,29 @@ test("filter: by servo, instruction, errors, text", () => {
     assert.equal(r.shown({ id: 3, group: "SYNC WRITE" }).length, 1);
 });
 
+test("filter: a line of the console is of a servo if its ID stands where an ID is due", () => {
+    const lines = { "ping 3": true, "torque 3 on": true, "group 1 2 3": true, "teach off 3": true, "monitor 1 3 every 3": true, "sync LED 1 1:0 3:1": true,
+        "ping 13": false, "move 1 3": false, "pose 3 90": false, "cycle 3": false, "play wave times 3": false, "sync LED 3 1:0": false,
+        "settings autostart nod 3s": false };
+    const replies = { "servo 3: online": true, "id 3 model 1": true, "servo 13: online": false, "3 found": false, "timeouts 3": false,
+        "error 3: reply damaged": false, "motion: wave: step 3 of 3, run 3": false };
+
+    for (const [line, isShown] of Object.entries(lines)) {
+        const r = rig();
+
+        r.say(line);
+        r.hear("ok");
+        assert.equal(r.shown({ id: 3 }).length, isShown ? 2 : 0, line); // the line and its reply
+    }
+    for (const [line, isShown] of Object.entries(replies)) {
+        const r = rig();
+
+        r.say("version");
+        r.hear(line);
+        assert.equal(r.shown({ id: 3 }).length, isShown ? 1 : 0, line);
+    }
+});
+
 test("filter: an ID without servo is no error of a search, an error of other reads", () => {
     const r = rig();
 
