@@ -24,23 +24,22 @@ extern "C" {
       "check power, wiring, ID and baud rate of the servo")                                        \
     X(CDS_CORRUPT, 3, "reply damaged",                                                             \
       "look for two servos with one ID, another baud rate, or noise on the line")                  \
-    X(CDS_BUSY, 4, "request busy", "wait until what is in flight has ended, then submit it again") \
+    X(CDS_BUSY, 4, "request busy", "submit it again when its transaction has ended")               \
     X(CDS_BAD_ARGUMENT, 5, "argument out of range", "'help COMMAND' or the header has the range")  \
     X(CDS_NO_ROOM, 6, "packet too long",                                                           \
-      "send fewer bytes or servos at once (LENGTH ends at 254), or enlarge the buffer")            \
+      "send fewer bytes or servos at once, or enlarge the buffer")                                 \
     X(CDS_REFUSED, 7, "refused by a servo",                                                        \
       "the servo may be locked until power-off, or the value out of its range: read LOCK")         \
     X(CDS_CANCELLED, 8, "request taken back", "submit it again if it is still wanted")             \
     X(CDS_LINE_BUSY, 9, "line not quiet, nothing was sent",                                        \
       "look for a servo that babbles, a short circuit, or a second controller")                    \
     X(CDS_NO_REPLY_DUE, 10, "the servo is set not to answer this",                                 \
-      "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all); PING is always answered")               \
-    X(CDS_LIMIT, 11, "not within the servo's limits",                                              \
-      "stay within its limits; docs/safety.md lists what is refused")                              \
+      "'set ID STATUS_RETURN_LEVEL 2' lets it answer")                                             \
+    X(CDS_LIMIT, 11, "not within the servo's limits", "docs/safety.md lists what is refused")      \
     X(CDS_INHIBITED, 12, "the servo may not be driven",                                            \
       "'servos' tells why: mend power, load or plug, let a hot servo cool, then 'release'")        \
     X(CDS_TOO_EARLY, 13, "replies would come too early for this board",                            \
-      "raise the servo's RETURN_DELAY; 'status' shows the lowest register value here")             \
+      "raise the servo's RETURN_DELAY; 'status' shows the lowest value")                           \
     X(CDS_RESERVED, 14, "a motion moves the servo", "wait until the motion has ended, or end it")
 
 /* CDS_OK, CDS_PENDING and so on, as listed above. Every enum here is packed into one byte: else

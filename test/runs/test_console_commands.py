@@ -165,7 +165,8 @@ SCRIPT = {
            + "set 1 MOVING_SPEED 30rpm\n" + servo("1 MOVING_SPEED 495")
            + error(42, "set 1 PRESENT_POSITION 5") + error(42, "set 1 ID 5")
            + error(39, "set 1 MIN_VOLTAGE 6C") + error(33, "set 1 MIN_VOLTAGE 26")
-           + error(33, "set 1 STATUS_RETURN_LEVEL 3"),
+           + error(33, "set 1 STATUS_RETURN_LEVEL 3") + "set 1 STATUS_RETURN_LEVEL 0\n" + servo("1 STATUS_RETURN_LEVEL 0")
+           + "set 1 0x10 2\n" + servo("1 STATUS_RETURN_LEVEL 2") + "get 1 LED\n",
     "info": "info 1\n" + wire(1, READ, [0, 50]) + text("0x03 ID = 1 EEPROM")
             + text("0x04 BAUD_RATE = 1000000bps (1) EEPROM")
             + text("0x1E GOAL_POSITION = 150.147deg (512) RAM")
@@ -217,6 +218,7 @@ SCRIPT = {
              + error(38, "group 1 2 maybe") + error(41, "group 1 2 1")
              + error(40, "group " + " ".join(str(n) for n in range(51)))
              + error(40, "group " + " ".join(str(n) for n in range(100, 116)))
+             + "id 3 9\ngroup\n" + text("group 1 2 9 sync") + "id 9 3\ngroup\n" + text("group 1 2 3 sync")
              + "servos\n" + text("servo 3: online") + "stop\nrelease\n",
     "pose": "torque 254 on\npose 90 150.5 512raw at 30rpm\n" + servo("1 GOAL_POSITION 307")
             + servo("2 GOAL_POSITION 513") + servo("3 GOAL_POSITION 512")
@@ -248,7 +250,7 @@ SCRIPT = {
                + servo("1,2 torque on") + error(48, "release 77"),
     "factory": error(53, "factory 254") + error(50, "factory 3") + error(50, "reset 3") + "set 1 MIN_VOLTAGE 7V\n"
                + "factory 1\n" + text("ID 1 at 1000000bps") + servo("1 MIN_VOLTAGE 60")
-               + "servos forget\nservos\n" + text("no servo known") + "@servos 7\nfactory 254 force\n"
+               + "servos forget\nservos\n" + text("the list is empty") + "@servos 7\nfactory 254 force\n"
                + servo("7 ID 1"),
     "reset": "@servos 8\nreset 8\n" + wire(8, 6) + servo("8 ID 1"),
 }
@@ -319,7 +321,8 @@ LINE_LOW = ("scan\ntorque 1 on\n@fault stuck low 3000\n@wait 1500\nservos\n" + t
 
 # A servo that is set not to answer, which the controller knows.
 MUTE = ("scan\nread 1 STATUS_RETURN_LEVEL\nwrite 1 STATUS_RETURN_LEVEL 0\n@wait 1200\n"
-        + error(10, "get 1 LED"))
+        + error(10, "get 1 LED") + error(10, "set 1 MIN_VOLTAGE 7V") + "set 1 STATUS_RETURN_LEVEL 2\n"
+        + "set 1 MIN_VOLTAGE 7V\n" + text("written"))
 
 # A reply that comes too early for two enables.
 EARLY = (error(13, "set 1 RETURN_DELAY 0us") + error(13, "sync RETURN_DELAY 1 1:0 2:0")
@@ -397,6 +400,17 @@ class Scripts(unittest.TestCase):
         self.run_on("atmega128", "scan\nlimits 2 60 240\n" + error(11, "torque 2 on")
                     + text("'torque on' needs 'info ID' first") + "info 2\ntorque 2 on\n" + servo("2 torque on"))
 
+    def test_refusal_of_limits_tells_which_is_broken(self):
+        angle, speed = text("servo 2: the angle is not within its limits, 60.117deg to 239.883deg"), text("servo 2: 'move' needs a SPEED up to 20rpm, not 0")
+        self.run_on("atmega128", "scan\nlimits 2 60 240 20rpm\n" + error(11, "move 2 50") + angle + error(11, "move 2 241 10rpm") + angle
+                    + error(11, "move 2 100") + speed + error(11, "move 2 100 40rpm") + speed + error(11, "move 2 100 0") + speed
+                    + error(11, "set 2 GOAL_POSITION 50") + angle + error(11, "turn 2 30rpm") + text("servo 2: its limits are 60.117deg to "))
+
+    def test_pose_of_servos_without_torque_is_told(self):
+        run = self.run_on("atmega128", "scan\n@wait 1500\ngroup 1 2\npose 90 90\n" + text("moves once torque is on")
+                          + "torque 1 2 on\npose 90 90\ngroup 1 2 action\ntorque 2 off\npose 100 100\n" + text("moves once torque is on"))
+        self.assertEqual(run.output.count("moves once torque is on"), 2, run.output)
+
     def test_commands_of_profile_full(self):
         self.run_on("arduino-mega", "".join(FULL_ONLY.values()))
         for script in [BAUD_LIST.replace("baud 1,9,3", "! baud 1,9,3"), TWINS]:
@@ -418,7 +432,7 @@ class Scripts(unittest.TestCase):
 
     def test_reset_of_all_servos_empties_the_list(self):
         self.run_on("atmega128", "scan\nservos\n" + text("servo 3: ") + "@servos 7\nfactory 254 force\n" + servo("7 ID 1")
-                    + "servos\n" + text("no servo known"))
+                    + "servos\n" + text("the list is empty"))
 
     def test_line_low_and_servo_offline_are_told(self):
         self.run_on("atmega128", LINE_LOW)
@@ -453,7 +467,7 @@ class Scripts(unittest.TestCase):
 
     def test_new_servo_that_fails_does_not_join(self):
         refused = "! new 5\n" + text(f"error 21: servo 1: {ERRORS[21].removeprefix('servo: ')}")
-        script = "lock 1\nservos forget\n" + refused + "servos\n" + text("no servo known") + refused
+        script = "lock 1\nservos forget\n" + refused + "servos\n" + text("the list is empty") + refused
         run = controller("echo off\nwrite 1 RETURN_DELAY 10\n" + said_by("full", script), "atmega128", "1")
         self.assertEqual(run.status, 0, run.output[-3000:])
 

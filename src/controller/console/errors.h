@@ -36,13 +36,13 @@
     X(ERROR_GROUP_SIZE, 46, "not as many angles as servos",                                        \
       "give one for each servo of the group; 'group' shows them")                                  \
     X(ERROR_ENDLESS, 47, "the servo is in endless turn",                                           \
-      "set its limits: 'set ID CCW_ANGLE_LIMIT 300deg'")                                           \
+      "'torque ID off', else it moves to its old goal; then 'set ID CCW_ANGLE_LIMIT 300'")         \
     X(ERROR_NOT_KNOWN, 48, "not one of the robot's servos",                                        \
       "'scan' finds them, 'servos' lists them")                                                    \
     X(ERROR_KEY, 49, "ended by a key or packet",                                                   \
       "the output so far is valid; start the command again")                                       \
     X(ERROR_PLACE_TAKEN, 50, "the new ID or rate is taken",                                        \
-      "nothing was written: give the other servo another ID first, or choose another")             \
+      "nothing was written: choose another, or change the other servo first")                      \
     X(ERROR_LOST, 51, "no answer after the change",                                                \
       "wait a second and 'scan all'; it may have lost its power")                                  \
     X(ERROR_BOTH, 52, "servos answer at old and new ID or rate",                                   \
@@ -91,7 +91,7 @@
       "'sequence show NAME' shows the steps; store all of them again, from 'new' on")              \
     X(ERROR_NO_MOTION, 79, "no motion is under way", "'play NAME' begins one")                     \
     X(ERROR_JOINTS, 80, "too many servos in stored poses",                                         \
-      "together they have at most 18: delete poses, or give fewer servos")                         \
+      "at most 18 together: delete poses, or give fewer servos")                                   \
     X(ERROR_STUCK, 83, "a servo does not follow its goals; the motion has ended",                  \
       "check what blocks it, its power and its torque")                                            \
     X(ERROR_TORQUE_OFF, 84, "torque of a servo is off",                                            \

@@ -21,6 +21,7 @@ static const CDS_FLASH char message_range[] = " is out of range: ";
 static const CDS_FLASH char message_to[] = " to ";
 static const CDS_FLASH char message_subject_end[] = ": ";
 static const CDS_FLASH char message_ms[] = "ms";
+static const CDS_FLASH char name_of_id[] = "ID";
 static const CDS_FLASH char name_of_settings[] = "settings";
 static const CDS_FLASH char message_whole_s[] = "s, whole seconds";
 static const CDS_FLASH char message_too_fine[] = "has more decimals than the command takes";
@@ -212,6 +213,15 @@ static bool is_of_word(const struct console *console)
     return false;
 }
 
+/* Command and ID: until there are more words, the ID itself may be wrong. */
+#define WORDS_WITH_ID 2
+
+/* True if the wrong word belongs to a list of servos, behind the first word of it. */
+static bool is_of_list(const struct command_line *line)
+{
+    return line->list_is_open && line->words > WORDS_WITH_ID && !is_of_address(line);
+}
+
 /* True if a number is out of range. */
 static bool is_range_error(uint8_t error)
 {
@@ -227,6 +237,8 @@ static bool find_subject(const struct console *console, struct subject *subject)
     subject->number = NULL;
     if (is_of_word(console)) {
         subject->name = line->command ? line->usage : message_nothing;
+        if (is_of_list(line))
+            subject->name = name_of_id;
         subject->has_range = console->error == ERROR_OUT_OF_RANGE &&
                              range_of(line, subject->name, &subject->range) &&
                              (subject->range.lowest || subject->range.highest);
@@ -264,9 +276,6 @@ uint8_t explain_numbers(struct console *console)
                : 0;
 }
 
-/* Command and ID: until there are more words, the ID itself may be wrong. */
-#define WORDS_WITH_ID 2
-
 /* True if the error is that of the servo in the line, or of an argument for the servo. */
 static bool is_of_servo(const struct console *console)
 {
@@ -279,7 +288,7 @@ static bool is_of_servo(const struct console *console)
     uint8_t error = console->error;
 
     if (line->id > CDS_ID_MAX || (line->is_repeated && line->values > 1) ||
-        (line->error && line->words <= WORDS_WITH_ID))
+        (line->error && (line->words <= WORDS_WITH_ID || is_of_list(line))))
         return false;
     for (uint8_t i = 0; i < sizeof errors; i++)
         if (errors[i] == error)

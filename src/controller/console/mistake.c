@@ -4,6 +4,9 @@
 
 #include <string.h> // memchr(), size_t
 
+#include "cds55xx/control_table.h"   // CDS_REG_GOAL_POSITION
+#include "cds55xx/packet.h"          // CDS_AT_PARAMETERS
+#include "console/commands/shared.h" // register_raw_at()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/explain.h"
@@ -19,11 +22,13 @@ static const CDS_FLASH char message_or_spaces[] = ", or spaces between angles";
 static const CDS_FLASH char message_no_unit[] =
     "not a unit of this setting; 'settings' shows its unit";
 static const CDS_FLASH char message_known_id[] =
-    "ID %u is in the robot's list; choose another ID, or empty it by 'servos forget'";
-static const CDS_FLASH char message_usage_due[] = "wrong number of arguments; usage: %s";
+    "ID %u is in the robot's list; choose another ID, or 'servos forget'";
+static const CDS_FLASH char message_usage_due[] = "wrong number of arguments; usage: %s%s";
 static const CDS_FLASH char message_limits[] =
-    "its limits are %a to %a and %r: stay within them; 'move' needs a SPEED, and 'torque on' needs "
-    "'info ID' first";
+    "its limits are %a to %a and %r; 'torque on' needs 'info ID' first";
+static const CDS_FLASH char message_beyond_angles[] =
+    "the angle is not within its limits, %a to %a";
+static const CDS_FLASH char message_beyond_speed[] = "'move' needs a SPEED up to %r, not 0";
 static const CDS_FLASH char message_not_driven[] =
     "not driven, as it gives no good answer; check its power, plug and rate";
 
@@ -138,32 +143,50 @@ void mistake_print_with_point(struct console *console)
                  console->line.argument == ARGUMENT_ANGLES ? message_or_spaces : message_nothing);
 }
 
-static void set_limits(union printer_value *values, const struct cds_servo_state *servo)
+/* Prints which limit a goal of `move` or `set` breaks, or all limits for another packet. */
+static void print_limits(struct console *console)
 {
+    const struct cds_servo_state *servo = console_servo(console);
+    const uint8_t *bytes = console->line.request->packet.bytes;
+    union printer_value *values = console->printer.values;
+    const CDS_FLASH char *message = message_limits;
+    uint16_t goal = register_raw_at(bytes + CDS_AT_PARAMETERS + 1, 2);
+
     values[0].number = servo->lowest;
     values[1].number = servo->highest;
     values[2].number = servo->fastest;
+    if (console->line.numbers && bytes[CDS_AT_PARAMETERS] == CDS_REG_GOAL_POSITION) {
+        message = message_beyond_angles;
+        if (goal >= servo->lowest && goal <= servo->highest) {
+            message = message_beyond_speed;
+            values[0].number = servo->fastest;
+        }
+    }
+    printer_line(&console->printer, message);
 }
 
 static const CDS_FLASH char *const CDS_FLASH mistake_texts[] = {
-    [MISTAKE_LIST] = message_one_servo,    [MISTAKE_BLANK] = message_blank,
-    [MISTAKE_REVERSED] = message_reversed, [MISTAKE_UNIT] = message_no_unit,
-    [MISTAKE_KNOWN_ID] = message_known_id, [MISTAKE_COUNT] = message_usage_due,
-    [MISTAKE_LIMITS] = message_limits,     [MISTAKE_OFFLINE] = message_not_driven,
+    [MISTAKE_LIST] = message_one_servo,     [MISTAKE_BLANK] = message_blank,
+    [MISTAKE_REVERSED] = message_reversed,  [MISTAKE_UNIT] = message_no_unit,
+    [MISTAKE_KNOWN_ID] = message_known_id,  [MISTAKE_COUNT] = message_usage_due,
+    [MISTAKE_OFFLINE] = message_not_driven,
 };
 
 void mistake_print(struct console *console, enum mistake mistake)
 {
     union printer_value *values = console->printer.values;
 
-    if (mistake == MISTAKE_COUNT)
+    if (mistake == MISTAKE_COUNT) {
         values[0].text = console->line.command->usage;
-    else if (mistake == MISTAKE_LIMITS)
-        set_limits(values, console_servo(console));
-    else
+        values[1].text = console->line.is_repeated && console->line.numbers > 1 ? message_one_word
+                                                                                : message_nothing;
+    } else {
         values[0].number = console->line.new_id;
+    }
     if (mistake == MISTAKE_COMMA)
         printer_text(&console->printer, message_comma);
+    else if (mistake == MISTAKE_LIMITS)
+        print_limits(console);
     else
         printer_line(&console->printer, mistake_texts[mistake]);
 }

@@ -13,13 +13,13 @@ struct unit_name {
     uint8_t exponent; // power of ten of the library's unit
 };
 
-/* Compared without regard to case, so M cannot mean mega. */
+/* Compared without regard to case: M means milli, but in Mbps mega. */
 static const CDS_FLASH struct unit_name unit_names[] = {
     {"raw", NUMBER_RAW, 0},    {"deg", NUMBER_ANGLE, 3},  {"mdeg", NUMBER_ANGLE, 0},
     {"rpm", NUMBER_SPEED, 3},  {"mrpm", NUMBER_SPEED, 0}, {"v", NUMBER_VOLTAGE, 3},
     {"mv", NUMBER_VOLTAGE, 0}, {"%", NUMBER_SHARE, 2},    {"c", NUMBER_TEMPERATURE, 0},
     {"us", NUMBER_TIME, 0},    {"ms", NUMBER_TIME, 3},    {"s", NUMBER_TIME, 6},
-    {"bps", NUMBER_RATE, 0},   {"kbps", NUMBER_RATE, 3},
+    {"bps", NUMBER_RATE, 0},   {"kbps", NUMBER_RATE, 3},  {"mbps", NUMBER_RATE, 6},
 };
 
 #define UNITS (sizeof unit_names / sizeof unit_names[0])

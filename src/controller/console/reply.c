@@ -15,7 +15,7 @@ static const CDS_FLASH char warning[] = "warning: %s%s";
 const CDS_FLASH char *const CDS_FLASH reply_conditions[] = {
     FLASH_TEXT("input voltage"), FLASH_TEXT("angle limit"), FLASH_TEXT("overheating"),
     FLASH_TEXT("range"),         FLASH_TEXT("checksum"),    FLASH_TEXT("overload"),
-    FLASH_TEXT("instruction"),   FLASH_TEXT("offline"),
+    FLASH_TEXT("instruction"),   message_is_offline,
 };
 
 /* For each condition, the error whose remedy helps against it. */

@@ -14,7 +14,7 @@
 
 static const CDS_FLASH char message_ok[] = "ok";
 static const CDS_FLASH char message_not_a_list[] =
-    "warning: %u was read as a value, not as servo %u; a list of servos is one word here: %u,%u";
+    "warning: %u was read as a value, not as servo %u%s";
 
 /* ---- reading a line: these functions return an error or 0 ---- */
 
@@ -347,14 +347,13 @@ static bool may_be_list(const struct console *console)
     return cds_servos_find(&console->robot->servos, (uint8_t)first->digits) != NULL;
 }
 
-/* "warning: 2 was read as a value, not as servo 2; a list of servos is one word here: 1,2" */
+/* "warning: 2 was read as a value, not as servo 2; a list of servos is one word: 1,2" */
 static void warn_of_list(struct console *console)
 {
     union printer_value *values = console->printer.values;
 
-    values[0].number = values[1].number = values[3].number =
-        (uint16_t)console->line.number[0].digits;
-    values[2].number = console->line.id;
+    values[0].number = values[1].number = (uint16_t)console->line.number[0].digits;
+    values[2].text = message_one_word;
     printer_line(&console->printer, message_not_a_list);
 }
 

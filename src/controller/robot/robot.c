@@ -270,6 +270,14 @@ uint8_t robot_choose_group(struct robot *robot, const uint8_t *ids, uint8_t coun
     return 0;
 }
 
+void robot_rename(struct robot *robot, uint8_t id, uint8_t new_id)
+{
+    uint8_t *place = memchr(robot->group, id, robot->group_count);
+
+    if (place)
+        *place = new_id;
+}
+
 NOINLINE void robot_delay_health(struct robot *robot)
 {
     struct cds_health *health = &robot->health;

@@ -217,6 +217,9 @@ bool robot_add(struct robot *robot, uint8_t id);
  * enum robot_refusal, and the group stays as it was. */
 uint8_t robot_choose_group(struct robot *robot, const uint8_t *ids, uint8_t count);
 
+/* Servo `id` has the ID `new_id` now: so has its place in the group, if it has one. */
+void robot_rename(struct robot *robot, uint8_t id, uint8_t new_id);
+
 /* A packet of the PC passes: delays the state check by ROBOT_HEALTH_DELAY_US, except for servos
  * that have returned. */
 void robot_delay_health(struct robot *robot);

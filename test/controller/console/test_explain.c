@@ -50,6 +50,8 @@ void test_wrong_word_is_quoted(void)
     assert_reply("error 38: every 'often': unknown word; ", "monitor 1 often 9");
     assert_reply("error 60: SETTING 'colour': unknown setting; ", "settings colour 1");
     assert_reply("error 41: ID... '1': an ID is given twice; ", "group 1 2 1");
+    assert_reply("error 41: ID '1': an ID is given twice; ", "torque 1 1 on");
+    assert_reply("error 33: ID 300 is out of range: 0 to 253", "torque 1 300 on");
     assert_reply("error 31: wrong number of arguments; ", "cycle off 3");
     assert_reply("error 32: ID|254 'off': not a number; write 90, 90.5deg, 512raw, -30rpm, 0x1F; "
                  "for ID: 1, 1-3 or all",

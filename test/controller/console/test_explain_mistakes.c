@@ -109,6 +109,6 @@ void test_id_of_known_servo_is_named(void)
     }
     TEST_ASSERT_EQUAL_STRING("unchanged: ID 12 at 1000000bps\r\n"
                              "error 11: servo 12: ID 1 is in the robot's list; "
-                             "choose another ID, or empty it by 'servos forget'\r\n",
+                             "choose another ID, or 'servos forget'\r\n",
                              said);
 }

@@ -108,6 +108,7 @@ void test_the_other_units(void)
     assert_raw(5, "10us", CDS_UNIT_US);
     assert_raw(254, "0.508ms", CDS_UNIT_US);
     assert_raw(34, "57.6kbps", CDS_UNIT_BPS);
+    assert_raw(1, "1Mbps", CDS_UNIT_BPS);
     assert_raw(1, "1000000", CDS_UNIT_BPS);
     assert_raw(0x25, "0x25", CDS_UNIT_NUMBER);
     assert_raw(37, "37raw", CDS_UNIT_NUMBER);

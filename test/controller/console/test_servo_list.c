@@ -182,7 +182,7 @@ void test_number_with_id_of_servo_gives_warning(void)
     robot.health_pauses = true;
     TEST_ASSERT_EQUAL_STRING(
         "warning: 2 was read as a value, not as servo 2; a list of servos is one "
-        "word here: 1,2\r\nok\r\n",
+        "word: 1,2\r\nok\r\n",
         reply_to("limits 1 2 10 20"));
     reply_to("move 1 2 30");
     port_fake_transmit(&bus.link, 0);

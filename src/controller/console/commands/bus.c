@@ -12,7 +12,7 @@
 
 static const CDS_FLASH char message_found_damaged[] = ": reply damaged, two servos with one ID?";
 static const CDS_FLASH char message_found_neighbour[] = ", set to another rate";
-static const CDS_FLASH char message_found_too_many[] = ": no room to remember it";
+static const CDS_FLASH char message_found_too_many[] = ": the list is full";
 static const CDS_FLASH char message_found_model[] = " model %u";
 static const CDS_FLASH char message_found_rate[] = " at %b";
 static const CDS_FLASH char message_found[] = "id %u%s%s%s";

@@ -26,7 +26,6 @@ static const CDS_FLASH char message_unlisted[] = "; IDs not checked: %u";
 static const CDS_FLASH char message_inhibit_off[] = "driving: allowed";
 static const CDS_FLASH char message_inhibit_some[] = "driving: allowed; inhibited: %u";
 static const CDS_FLASH char message_inhibit_on[] = "driving: inhibited until '%s'";
-static const CDS_FLASH char message_until_clear[] = "clear";
 static const CDS_FLASH char message_until_release[] = "release";
 static const CDS_FLASH char message_delays[] = "RETURN_DELAY refused: %u; lowest %u";
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
@@ -321,7 +320,7 @@ static void print_inhibit(struct printer *printer, const struct failsafe *failsa
     const CDS_FLASH char *message = message_inhibit_on;
 
     if (robot_is_inhibited(failsafe->robot)) {
-        printer->values[0].text = failsafe->link_lost ? message_until_clear : message_until_release;
+        printer->values[0].text = failsafe->link_lost ? message_clear : message_until_release;
     } else {
         printer->values[0].number = inhibited_servos(&failsafe->robot->servos);
         message = printer->values[0].number ? message_inhibit_some : message_inhibit_off;
@@ -420,8 +419,8 @@ static const CDS_FLASH struct command controller_rows[] = {
         .poll = alarms_poll,
     },
     {
-        .usage = FLASH_TEXT("clear"),
-        .what = FLASH_TEXT("acknowledge alarms and a lost link"),
+        .usage = message_clear,
+        .what = FLASH_TEXT("acknowledge alarms, lost link"),
         .details = COMMAND_DETAILS(
             "Servos inhibited for that or by stop may be driven again; nothing moves"),
         .example = COMMAND_DETAILS("clear"),
@@ -438,8 +437,8 @@ static const CDS_FLASH struct command controller_rows[] = {
     },
     {
         .usage = FLASH_TEXT("save"),
-        .what = FLASH_TEXT("keep settings over power-off"),
-        .details = COMMAND_DETAILS("In the EEPROM; takes 0.2 s, the bus goes on"),
+        .what = FLASH_TEXT("settings to the EEPROM"),
+        .details = COMMAND_DETAILS("Outlives power-off; takes 0.2 s, the bus goes on"),
         .example = COMMAND_DETAILS("save"),
         .begin = save_begin,
         .poll = save_poll,

@@ -222,10 +222,26 @@ bool pose_sent_poll(struct console *console)
     return console->phase == POSE_ACTION ? action_poll(console) : console_waits(console);
 }
 
+/* True if torque of a servo of the group is off, as far as is known. */
+static bool lacks_torque(const struct robot *robot)
+{
+    const struct cds_servo_state *servo = robot->states;
+
+    for (uint8_t left = robot->servos.count; left; left--, servo++)
+        if (!servo->torque && servo->presence == CDS_PRESENCE_ONLINE &&
+            memchr(robot->group, servo->id, robot->group_count))
+            return true;
+    return false;
+}
+
 static bool pose_poll(struct console *console)
 {
     if (console->line.choice == POSE_IN)
         return command_set.pose_in->poll(console);
+    if (command_set.explain && console->part++ == 0 && lacks_torque(console->robot)) {
+        printer_line(&console->printer, message_torque_is_off);
+        return true;
+    }
     if (command_set.moves && console->phase == POSE_WAIT) {
         console->phase = POSE_SYNC;
         console->error = console->line.command->begin(console); // the group may have changed

@@ -101,7 +101,8 @@ static uint8_t set_begin(struct console *console)
 
     if (error)
         return error;
-    if (at.area == CDS_AREA_EEPROM)
+    // The status return level may say that READ is not answered: it is written without one.
+    if (at.area == CDS_AREA_EEPROM && at.address != CDS_REG_STATUS_RETURN_LEVEL)
         return setup_write(console, at.address, data, at.width);
     return servo_write(console, at.address, at.width);
 }
@@ -165,9 +166,9 @@ static const CDS_FLASH struct command register_rows[] = {
         .usage = FLASH_TEXT("set ID REG VALUE"),
         .what = FLASH_TEXT("set a register"),
         .details =
-            COMMAND_DETAILS("VALUE in the unit that get shows, or another of its kind (deg mdeg, "
-                            "rpm mrpm, V mV, us ms s, bps kbps), or raw. EEPROM is written only if "
-                            "the value differs. ID and BAUD_RATE: use id and baud"),
+            COMMAND_DETAILS("VALUE in the unit that get shows, another of its kind (mdeg, mrpm, "
+                            "mV, us, ms, s), or raw. EEPROM but STATUS_RETURN_LEVEL is written "
+                            "only if the value differs. ID and BAUD_RATE: use id and baud"),
         .example = COMMAND_DETAILS("set 1 MIN_VOLTAGE 6.5V"),
         .begin = set_begin,
         .poll = set_poll,

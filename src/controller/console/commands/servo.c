@@ -8,7 +8,6 @@
 #include "compiler.h" // NOINLINE
 #include "console/messages.h"
 
-static const CDS_FLASH char message_torque_is_off[] = "moves once torque is on";
 static const CDS_FLASH char message_limits_are_off[] = "limits are 0: endless turn";
 
 /* Registers that move reads first. */
@@ -188,8 +187,7 @@ static const CDS_FLASH struct command servo_rows[] = {
         .what = FLASH_TEXT("turn without end"),
         .details = COMMAND_DETAILS(
             "SPEED: -62 to 62rpm, positive CCW, 0 stands still. Sets both angle limits to 0, so "
-            "not while locked; 'set ID CCW_ANGLE_LIMIT 300' ends it, "
-            "with torque off: with torque on the servo moves to its old goal"),
+            "not while locked. To end it: 'torque ID off', 'set ID CCW_ANGLE_LIMIT 300'"),
         .example = COMMAND_DETAILS("turn 1 -20rpm"),
         .begin = turn_begin,
         .poll = turn_poll,

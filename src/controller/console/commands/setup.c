@@ -117,6 +117,7 @@ static bool conclude(struct console *console)
     console->servo_error = state->error;
     switch (state->state) {
     case CDS_IDENTITY_CHANGED:
+        robot_rename(console->robot, state->from.id, state->to.id);
         print_place(console, message_place, &state->to);
         if (command_set.explain && state->change == CDS_IDENTITY_RESET_ALL)
             robot_forget(console->robot); // the IDs of the list are no more

@@ -31,7 +31,8 @@ static const CDS_FLASH char message_off[] = "off";
 static const CDS_FLASH char message_lost[] = ", inhibited: lost its state";
 static const CDS_FLASH char message_stopped[] = ", inhibited: stopped";
 static const CDS_FLASH char message_link[] = ", inhibited: host link lost";
-static const CDS_FLASH char message_no_servo[] = "no servo known: 'scan' first";
+static const CDS_FLASH char message_no_servo[] = "the list is empty";
+static const CDS_FLASH char message_scan_finds[] = "the list is empty: 'scan' fills it";
 
 /* ---- stop ---- */
 
@@ -108,15 +109,16 @@ static uint8_t limits_begin(struct console *console)
     const struct command_line *line = &console->line;
     struct cds_servos *servos = &console->robot->servos;
     struct cds_servo_state *servo = console_servo(console);
-    uint16_t raw[] = {0, 0, CDS_VALUE_MAX};
+    uint16_t raw[3];
+    uint8_t error = number_register(&line->number[0], CDS_UNIT_MDEG, &raw[0]);
 
-    for (uint8_t i = 0; i < line->numbers; i++) {
-        uint8_t error =
-            number_register(&line->number[i], i < 2 ? CDS_UNIT_MDEG : CDS_UNIT_MRPM, &raw[i]);
-
-        if (error)
-            return error;
-    }
+    if (error == 0)
+        error = number_register(&line->number[1], CDS_UNIT_MDEG, &raw[1]);
+    raw[2] = 0;
+    if (error == 0 && line->numbers == 3)
+        error = number_register(&line->number[2], CDS_UNIT_MRPM, &raw[2]);
+    if (error)
+        return error;
     if (raw[2] == 0) // as in the servo: no limit
         raw[2] = CDS_VALUE_MAX;
     if (servo == NULL)
@@ -158,7 +160,7 @@ static uint8_t servos_begin(struct console *console)
 static const CDS_FLASH char *const CDS_FLASH presences[] = {
     [CDS_PRESENCE_UNKNOWN] = FLASH_TEXT("not asked yet"),
     [CDS_PRESENCE_ONLINE] = FLASH_TEXT("online"),
-    [CDS_PRESENCE_OFFLINE] = FLASH_TEXT("offline"),
+    [CDS_PRESENCE_OFFLINE] = message_is_offline,
     [CDS_PRESENCE_RETURNED] = FLASH_TEXT("returned, being checked"),
 };
 
@@ -241,7 +243,8 @@ static bool servos_poll(struct console *console)
     uint8_t *part = &console->part;
 
     if (robot->servos.count == 0) {
-        printer_line(&console->printer, message_no_servo);
+        printer_line(&console->printer,
+                     command_set.explain ? message_scan_finds : message_no_servo);
         return false;
     }
     servo_part(console, &robot->states[*index], (*part)++);
