@@ -38,13 +38,16 @@ def enum_numbers(header, name):
 
 # Errors with which a motion ends: those of the library, which are below 20, and two enums of the controller. The page
 # reads their number from MOTION_ERROR. It needs the text of no other error: the console sends it.
-MOTION_ERRORS = {*map(str, range(20)), *enum_numbers("src/controller/robot/robot.h", "robot_refusal"),
+MOTION_ERRORS = {*map(str, range(1, 20)), *enum_numbers("src/controller/robot/robot.h", "robot_refusal"),
                  *enum_numbers("src/controller/robot/motion_start.h", "motion_refusal")}
+
+# Errors of a line that only a user types. The page shows the reply to such a line as it is.
+TYPED_ERRORS = {"0", *map(str, range(30, 40)), "41", "42", "44", "46", "56", "60", "61"}
 
 # Remedies of the console name its commands; the page has buttons, in “”.
 REMEDIES = {
-    "12": "look for heat, overload or lost power, then press “Release” on its card in the view Robot, or beside Stop",
-    "40": "the controller knows 18 servos at most: unplug one, then press “Forget the list” in the view Set-up",
+    "12": "look for heat, overload or lost power, then press “Release”",
+    "40": "the controller knows 18 servos at most: unplug one, then send “servos forget” by the console of the view Packets",
     "54": "remove the cause, press “Release”, then switch torque on",
     "84": "press “Torque on” in the view Motion",
     "89": "leave only the new servo connected, then press “Set up” in the view Set-up",
@@ -110,39 +113,37 @@ def table_of_device():
 
 
 def table_of_settings():
-    for name, size, initial, lowest, highest, unit, what in settings.rows():
-        yield {"name": name, "bytes": int(size), "initial": int(initial), "lowest": int(lowest),
+    for name, _, initial, lowest, highest, unit, what in settings.rows():
+        yield {"name": name, "initial": int(initial), "lowest": int(lowest),
                "highest": int(highest), "unit": "" if unit == "-" else unit, "what": SETTINGS.get(name, what)}
 
 
 def table_of_commands():
-    """Each command, with the profiles that have it. `name`: its first word."""
+    """Each command of a profile. `name`: its first word."""
     found = {}
     for profile in ("full", "console"):
         for heading, usage, what, _, _ in console.commands(profile):
-            row = found.setdefault(usage, {"name": usage.split()[0], "usage": usage, "heading": heading,
-                                           "what": what, "profiles": []})
-            row["profiles"].append(profile)
+            found.setdefault(usage, {"name": usage.split()[0], "usage": usage, "heading": heading, "what": what})
     return found.values()
 
 
 def table_of_errors():
     """The profile `full` sends its remedies, `console` does not: one that only `full` has is left out, unless the page has words
-    of its own."""
+    of its own. So are those of TYPED_ERRORS."""
     of_full = open(errors.SOURCES[1]).read().split("#define FULL_ERRORS")[1]
     found = {}
     for source in errors.SOURCES:
         for name, number, text, remedy in errors.rows(source):
             if number in MOTION_ERRORS:
                 found[number] = {"text": text, "remedy": REMEDIES.get(number, remedy)}
-            elif number in REMEDIES or f"X({name}," not in of_full:
+            elif number in REMEDIES or (number not in TYPED_ERRORS and f"X({name}," not in of_full):
                 found[number] = {"remedy": REMEDIES.get(number, remedy)}
     return found
 
 
 def table_of_findings():
     found = {}
-    for _, number, text, remedy in errors.rows(errors.FINDINGS):
+    for _, number, text, remedy in list(errors.rows(errors.FINDINGS))[1:]:  # 0: nothing found yet
         own_text, own_remedy = FINDINGS.get(number, (text, None))
         found[number] = {"text": own_text, "remedy": remedy if own_remedy is None else own_remedy}
     return found

@@ -12,7 +12,7 @@ import { WebSocketPort } from "./port/web_socket.js";
 import { Session } from "./model/session.js";
 import { takesSpace } from "./keys.js";
 import { texts } from "./texts/texts.js";
-import { answerNo } from "./views/confirm.js";
+import { answerNo, confirmed } from "./views/confirm.js";
 import { textOfFile } from "./views/read_file.js";
 import { View } from "./views/view.js";
 import { VIEWS } from "./views/views.js";
@@ -102,6 +102,14 @@ class App extends View {
     #connectSocket = () => this.session.connect(new WebSocketPort(this.address));
     #connectSerial = () => this.session.connect(new WebSerialPort({ baudRate: this.rate }));
 
+    #disconnect = async () => {
+        const { session } = this;
+        const hasTorque = [...session.robot.servos.values()].some(({ torque }) => torque);
+        const { askDisconnect: text, disconnect: yes } = texts.connect;
+
+        if (!hasTorque || (await confirmed({ text, yes, no: texts.board.cancel }))) session.disconnect();
+    };
+
     #replay = async ({ target }) => {
         const [file] = target.files;
 
@@ -155,9 +163,9 @@ class App extends View {
 
         if (this.session.state !== "disconnected")
             return html`<span class="port">${this.session.portName}</span>
-                <button class="disconnect" @click=${() => this.session.disconnect()}>${c.disconnect}</button>`;
+                <button class="disconnect" @click=${this.#disconnect}>${c.disconnect}</button>`;
         return html`
-            <button class="serial" title=${c.serialHint} ?disabled=${!WebSerialPort.isSupported()} @click=${this.#connectSerial}>
+            <button class="serial" ?disabled=${!WebSerialPort.isSupported()} @click=${this.#connectSerial}>
                 ${c.serial}
             </button>
             <label>
@@ -166,7 +174,7 @@ class App extends View {
                     ${RATES.map((rate) => html`<option value=${rate} ?selected=${rate === this.rate}>${rate} ${c.rateUnit}</option>`)}
                 </select>
             </label>
-            <button class="socket" title=${c.socketHint} @click=${this.#connectSocket}>${c.socket}</button>
+            <button class="socket" @click=${this.#connectSocket}>${c.socket}</button>
             <details>
                 <summary>${c.more}</summary>
                 <div class="more">
@@ -196,12 +204,13 @@ class App extends View {
 
     #stop() {
         const { session } = this;
-        const text = texts.stop[session.stopState] || (session.isInhibited ? texts.status.inhibited : "");
+        const { isInhibited, lostIds } = session;
+        const text = texts.stop[session.stopState] || (isInhibited ? texts.status.inhibited : texts.status.lost(lostIds));
 
         return html`<div class="stop-box">
             <button class="stop" title=${texts.stop.hint} @click=${() => session.stop()}>${texts.stop.button}</button>
             <p class="stop-state ${session.stopState}" role="status" aria-live="assertive">${text}</p>
-            ${session.isInhibited && session.stopState !== "stopping"
+            ${(isInhibited || lostIds.length) && session.stopState !== "stopping"
                 ? html`<button class="release" title=${texts.stop.releaseHint} @click=${() => session.release()}>
                       ${texts.stop.release}
                   </button>`

@@ -42,6 +42,7 @@ export class Controller {
         this.hasOwnMode = true; // false while the page has given the mode of before back, to save it
         this.commands = new Set(); // usage of each command, as in the tables
         this.onDone = () => {}; // (line) is called when a command has succeeded
+        this.onUnwatched = () => {}; // (ms) is called when link_loss_ms is 0 for the time of a command
         this.hasMotion = false; // timed moves, stored poses and sequences
     }
 
@@ -97,15 +98,14 @@ export class Controller {
         this.modeBefore = mode === undefined ? null : Number(mode);
     }
 
-    /* A line of `help`: "  id OLD NEW: give a servo another ID". The profile is full if there is a command
-     * that only this profile has. */
+    /* A line of `help`: "  id OLD NEW: give a servo another ID". Only the profile full has `diagnose`. */
     #takeHelp(lines) {
         const has = ({ usage }) =>
             lines.some((line) => line.trim().startsWith(`${usage}: `) && !line.endsWith(NOT_IN_FIRMWARE));
         const rows = this.tables.commands.filter(has);
 
         this.commands = new Set(rows.map((row) => row.usage));
-        this.profile = rows.some((row) => !row.profiles.includes("console")) ? "full" : "console";
+        this.profile = this.hasCommand("diagnose") ? "full" : "console";
     }
 
     async #findDevice() {
@@ -133,15 +133,34 @@ export class Controller {
         return lines;
     }
 
-    /* Runs a command that needs a silent page. Fails as `link-watched` if the controller would stop the robot meanwhile. */
+    /* Runs a command that needs a silent page. If the controller would stop the robot meanwhile, link_loss_ms is 0 for this time.
+     * It is not saved: after a reset the saved value is in force. */
     async runLong(line, options) {
-        if (await this.#isWatched()) throw new Failure("link-watched");
-        return this.run(line, options);
+        const ms = await this.#watchedMs();
+
+        if (!ms) return this.run(line, options);
+        this.onUnwatched(ms);
+        try {
+            await this.run("settings link_loss_ms 0");
+            return await this.run(line, options);
+        } finally {
+            await this.#watchAgain(ms);
+        }
     }
 
-    /* True if the controller stops the robot as soon as the page is silent for link_loss_ms. */
-    async #isWatched() {
-        return this.#wire.hasConsole && /loss_ms = [1-9].*loss_action = [12]/.test(await this.run("settings"));
+    /* A stop, or a reply that does not come, may be before it. */
+    async #watchAgain(ms) {
+        try {
+            await this.#wire.whenReady();
+            await this.run(`settings link_loss_ms ${ms}`);
+        } catch {
+            throw new Failure("unwatched-still", { ms });
+        }
+    }
+
+    /* link_loss_ms if the controller stops the robot as soon as the page is silent for this time. */
+    async #watchedMs() {
+        return this.#wire.hasConsole && Number(/loss_ms = ([1-9]\d*).*loss_action = [12]/.exec(await this.run("settings"))?.[1] ?? 0);
     }
 
     /* As run(), for what a user orders: fails as `late` if other commands have the wire for ORDER_MS. */
@@ -164,14 +183,13 @@ export class Controller {
     }
 
     /* Finds servos: at the rate of the bus; `how` = "all": at the listed rates; "rescue": at all rates. If the link is
-     * watched, a search by the console would stop the robot: packets take its place, or it fails as `link-watched`.
+     * watched, packets take the place of a search at the rate of the bus.
      * onFound({id, ...}) is called for each servo, onProgress(text) for each line. Returns the lines, or,
      * without a console, nothing. */
     async scan({ how = "", onFound = () => {}, onProgress = () => {}, signal } = {}) {
-        const isWatched = await this.#isWatched();
+        const { hasConsole, hasDevice } = this.#wire;
 
-        if (isWatched && (how || !this.#wire.hasDevice)) throw new Failure("link-watched");
-        if (isWatched || !this.#wire.hasConsole) return this.scanByPackets({ onFound, onProgress, signal });
+        if (!hasConsole || (!how && hasDevice && (await this.#watchedMs()))) return this.scanByPackets({ onFound, onProgress, signal });
         let listed = 0;
         const onLine = (line) => {
             const found = /^id (\d+) model (\d+)(?:.*? at (\d+)bps)?/.exec(line);
@@ -180,10 +198,10 @@ export class Controller {
             if (found) onFound({ id: Number(found[1]), model: Number(found[2]), rate: Number(found[3]) || null });
             if (found) listed = Number(found[1]) + 1;
         };
-        const lines = await this.run(`scan ${how}`.trim(), { onLine, signal, timeout: SEARCH_MS });
+        const lines = await this.runLong(`scan ${how}`.trim(), { onLine, signal, timeout: SEARCH_MS });
         const count = Number(/^(\d+) found/m.exec(lines.join("\n"))?.[1] ?? 0);
 
-        if (!how && count > LISTED_MAX && this.#wire.hasDevice) await this.scanByPackets({ first: listed, onFound, onProgress, signal });
+        if (!how && count > LISTED_MAX && hasDevice) await this.scanByPackets({ first: listed, onFound, onProgress, signal });
         return lines;
     }
 

@@ -38,6 +38,7 @@ const RATE_MS = 1000; // over which updates are counted
 const POSITION_AT = REGISTER.PRESENT_POSITION - REGISTER.GOAL_POSITION; // in a read from GOAL_POSITION on
 const DEVICE_FIRST = DEVICE.SAVE;
 const MOTION_COUNT = 6;
+const LINE_LOW = 2; // BUS_STATE of the device
 
 const CHANGES_SERVO = /^(scan|new|set|id|baud)\b/; // lines of the page
 
@@ -96,6 +97,10 @@ export class Robot extends EventTarget {
 
     get isInhibited() {
         return this.device?.inhibit === 1;
+    }
+
+    get isLineLow() {
+        return this.device?.busState === LINE_LOW;
     }
 
     /* Shows these servos; what is known of a servo that stays is kept. A damaged line may have named an ID that no
@@ -186,6 +191,7 @@ export class Robot extends EventTarget {
     /* The controller has ended the inhibit. */
     takeRelease() {
         if (this.device) this.device.inhibit = 0;
+        for (const servo of this.servos.values()) servo.inhibit = "";
     }
 
     /* ---- what a user does ---- */

@@ -15,6 +15,7 @@ export class Servo {
         this.led = null;
         this.inhibit = ""; // "", stopped, host (its link was lost), lost (its own state)
         this.alarms = []; // names of conditions
+        this.hasOtherRate = false; // not at the rate of the bus
         this.raw = {}; // position, speed, load, voltage, temperature, goal, goalSpeed, low, high
         this.goalState = "none"; // none, waiting, confirmed, unconfirmed, dropped, refused
         this.updatedAt = -Infinity; // ms of the clock, of the last feedback
@@ -96,6 +97,7 @@ export class Servo {
 
     /* Takes a line of the command `servos`: "servo 1: online, torque on, inhibited: stopped, alarms: range". */
     takeLine(text) {
+        this.hasOtherRate = text.startsWith("not at the rate");
         this.inhibit = /inhibited: (\w+)/.exec(text)?.[1] ?? "";
         this.alarms = /alarms: (.*)$/.exec(text)?.[1].split(" + ") ?? [];
     }

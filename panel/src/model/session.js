@@ -79,6 +79,11 @@ export class Session extends EventTarget {
         return this.wire.hasDevice ? this.robot.isInhibited : this.stopState !== "none";
     }
 
+    /* IDs of the servos that are inhibited by themselves, as after a power cut. */
+    get lostIds() {
+        return this.isConnected ? [...this.robot.servos.values()].filter(({ inhibit }) => inhibit === "lost").map(({ id }) => id) : [];
+    }
+
     /* True while a command of the console runs: values of the servos are old. */
     get isBusy() {
         return Boolean(this.wire?.isBusyWithText);
@@ -164,6 +169,7 @@ export class Session extends EventTarget {
         this.wire = new Wire(this.capture, { clock: this.clock });
         this.controller = new Controller(this.wire, this.tables);
         this.controller.onDone = (line) => this.takeDone(line);
+        this.controller.onUnwatched = (ms) => this.notify({ code: "unwatched", ms });
         this.robot = new Robot(this.controller);
         this.history = new History(this.clock.now());
         this.#listen(this.wire, this.robot, isPatient);
@@ -256,7 +262,7 @@ export class Session extends EventTarget {
 
     async #stop() {
         this.stopState = "stopping";
-        const stop = this.wire.stop({ servos: this.robot.ids }); // Ctrl-X leaves here, before anything that may fail
+        const stop = this.wire.stop({ servos: this.robot.ids, isLineLow: this.robot.isLineLow }); // Ctrl-X leaves here, before anything that may fail
 
         this.robot.forgetGoals();
         this.#change();
@@ -301,10 +307,15 @@ export class Session extends EventTarget {
      * torque of each servo reads 0. */
     #followStop() {
         this.notices = this.notices.filter(({ code, ids }) => code !== "motion-torque" || this.isInhibited || !ids.every((id) => this.robot.servos.get(id)?.torque));
-        if (!this.#isStopShown) return;
         const { robot } = this;
-        const isStopped = robot.isInhibited && [...robot.servos.values()].every(({ torque }) => torque === false);
+        const isStopped = robot?.isInhibited && [...robot.servos.values()].every(({ torque }) => torque === false);
 
+        if (isStopped && this.stopState === "unverified" && robot.servos.size) {
+            this.stopState = "verified";
+            this.withdraw(WITHDRAWN_BY.stop);
+            this.#expireStop();
+        }
+        if (!this.#isStopShown) return;
         if (!isStopped || this.state === "silent" || this.state === "disconnected") this.stopState = "none";
     }
 
@@ -405,7 +416,7 @@ export class Session extends EventTarget {
     }
 
     #ofCommand({ line, message, number, remedy }) {
-        return { code: "command", line, message, number, remedy };
+        return { code: "command", line, message: line.startsWith("id ") ? message.replace("ID or rate", "ID") : message, number, remedy };
     }
 
     dismiss(notice) {

@@ -17,7 +17,7 @@ const SEARCH_MS = 15000; // `new` and `diagnose` say nothing while they search, 
 const CHANGE_MS = 10000; // a change of the rate of a servo
 const ERROR_KEY = 49; // the user has ended a command
 const ENDED_CODES = new Set(["cancelled", "ended"]); // errors of the wire: the user has ended the command
-const ERROR_LIMIT = 11; // `new`: the ID is in the controller's list; `id`: it is, or the list is full
+const ERROR_LIMIT = 11; // `new`: the ID is in the controller's list
 const ERROR_NOT_NEW = 95; // `new`: the servo that answers may be one of the list
 const IS_SILENT = new Set([9, 10, 11, 12, 13, 18]); // findings: the servo gives no reply that the controller hears
 const FATAL_CODES = new Set(["stopped", "closed", "silent", "cancelled"]); // errors of the wire after which the next job would fail, too
@@ -42,6 +42,7 @@ export class Setup extends EventTarget {
         this.found = null; // servos of the last search: [{id, model, rate}]; null: no search yet
         this.remarks = []; // lines of the last search behind the servos
         this.isPartial = false; // true until the last search has asked all IDs
+        this.busRate = null; // bit/s; null: not known
         this.steps = []; // lines of the last set-up of a new servo
         this.outcome = null; // outcome of the last change: {kind, lines}
         this.isDiagnosisEnded = false; // the user has ended the last diagnosis
@@ -76,8 +77,24 @@ export class Setup extends EventTarget {
     }
 
     #takeServos() {
+        const isNew = this.#servos !== this.session.robot?.servos;
+
         this.#servos = this.session.robot?.servos;
         for (const id of this.ids) this.#seen.add(id);
+        if (isNew) this.readBusRate();
+    }
+
+    /* The view Board and the console can change it, too. */
+    async readBusRate() {
+        const { session } = this;
+        const wire = this.#wire;
+
+        if (!session.isConnected || !this.has("bus")) return;
+        const lines = await session.controller.run("bus").catch(() => []); // the next one tells
+
+        if (wire !== this.#wire) return;
+        this.busRate = Number(/ at (\d+)bps/.exec(lines)?.[1] ?? 0) || null;
+        this.#change();
     }
 
     #change() {
@@ -189,15 +206,6 @@ export class Setup extends EventTarget {
         await this.session.robot.findServos(options);
     }
 
-    /* Empties the controller's list, then finds the servos that are plugged in. */
-    forgetList() {
-        return this.#run("forget", async () => {
-            this.outcome = this.found = null;
-            await this.session.controller.order("servos forget");
-            await this.#findServos();
-        });
-    }
-
     /* ---- search ---- */
 
     /* `how`: "" at the rate of the bus, "all" at the listed rates, "rescue" at all rates. */
@@ -253,6 +261,7 @@ export class Setup extends EventTarget {
                     return;
                 }
             } catch (error) {
+                this.steps = [];
                 if (error.number !== ERROR_LIMIT && error.number !== ERROR_NOT_NEW) throw error;
                 this.outcome = { kind: "newKnown", lines: [], id }; // has the remedy, so no notice comes
                 return;
@@ -296,10 +305,11 @@ export class Setup extends EventTarget {
 
     /* ---- changes of where a servo answers ---- */
 
+    /* The controller must forget a full list first; a search fills it again. */
     changeId(id, to) {
         return this.session.attempt(() => {
             this.#checkNewId(to);
-            return this.#changePlace("id", `id ${id} ${to}`, to);
+            return this.#changePlace("id", `id ${id} ${to}`, to, this.isFull);
         }, "own id");
     }
 
@@ -319,20 +329,21 @@ export class Setup extends EventTarget {
         return this.#changePlace("bus", `bus ${rate}bps`, this.id);
     }
 
-    #changePlace(kind, command, id) {
+    #changePlace(kind, command, id, forgets = false) {
         return this.#run(kind, async () => {
             this.outcome = null;
             this.registers = null;
             try {
+                if (forgets) await this.session.controller.order("servos forget");
                 this.outcome = { kind, lines: await this.session.controller.order(command, { timeout: CHANGE_MS }) };
                 this.chosen = id;
                 if (kind === "id" || kind === "factory") this.#seen.delete(Number(command.split(" ")[1]));
                 this.#dropFound(command.split(" ")[1]);
             } catch (error) {
-                if (error instanceof CommandError) this.outcome = this.#outcomeOfFailure(kind, id, error);
-                if (this.outcome?.kind !== "full") throw error; // "full" has the remedy
+                if (error instanceof CommandError) this.outcome = outcomeOfFailure(error);
+                throw error;
             } finally {
-                if (this.session.isConnected) await this.#findServos().catch(() => {}); // the first failure is told
+                if (this.session.isConnected) await this.#findServos(forgets ? { how: "" } : {}).catch(() => {}); // the first failure is told
             }
         });
     }
@@ -342,13 +353,6 @@ export class Setup extends EventTarget {
         const kept = this.found?.filter(({ id, rate }) => rate && who !== "all" && String(id) !== who) ?? [];
 
         this.found = kept.length ? kept : null;
-    }
-
-    /* The outcome of a failed change, or null. The controller tells "unchanged: ..." for a servo that it has not changed. */
-    #outcomeOfFailure(kind, id, { lines, number }) {
-        if (kind === "id" && number === ERROR_LIMIT && this.isFull && !this.ids.includes(id)) return { kind: "full", lines: [] };
-        if (!lines.length) return null;
-        return { kind: lines.every((line) => line.startsWith("unchanged:")) ? "unchanged" : "partly", lines };
     }
 
     /* ---- registers ---- */
@@ -491,6 +495,12 @@ export class Setup extends EventTarget {
 
         for (const outcome of own) if (!bytes || rawAt(bytes, outcome.row) !== outcome.file) outcome.why = "unconfirmed";
     }
+}
+
+/* The outcome of a failed change, or null. The controller tells "unchanged: ..." for a servo that it has not changed. */
+function outcomeOfFailure({ lines }) {
+    if (!lines.length) return null;
+    return { kind: lines.every((line) => line.startsWith("unchanged:")) ? "unchanged" : "partly", lines };
 }
 
 function isSame(one, other) {

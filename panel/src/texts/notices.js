@@ -146,9 +146,14 @@ export const notice = {
         remedy: "If the controller no longer answers, disconnect and connect at the new rate.",
         level: "warning",
     }),
-    "link-watched": () => ({
-        text: "Not started: the page would be silent, and the controller would stop the robot.",
-        remedy: "Set link_loss_ms to 0 in the view Board, then try again.",
+    unwatched: ({ ms }) => ({
+        text: `The page is silent during this command, so link_loss_ms is 0, then ${ms} again.`,
+        remedy: "If the page is closed meanwhile, reset the board.",
+        level: "info",
+    }),
+    "unwatched-still": ({ ms }) => ({
+        text: `The controller does not watch the link: link_loss_ms could not be set back to ${ms}.`,
+        remedy: "Set it in the view Board.",
     }),
     "clear-inhibited": () => ({
         text: "The alarms were not cleared: driving is inhibited, and “clear” would end that, too.",
@@ -163,7 +168,7 @@ export const notice = {
         remedy: "If driving is inhibited, press Release. If the servo has limits (command “limits”), stay within them.",
     }),
     "turn-not-ended": (detail) => ({
-        text: `${servo(detail)} did not confirm the end of ${detail.ids?.length > 1 ? "their" : "its"} endless turn.`,
+        text: `${servo(detail)} did not confirm the end of endless turn.`,
         remedy: "If it still turns, press Stop.",
     }),
     turning: (detail) => ({
@@ -180,7 +185,7 @@ export const notice = {
         remedy: "Hold the joint still, look for noise on the line, then try again.",
     }),
     "joint-moves": (detail) => ({
-        text: `${servo(detail)} ${detail.ids?.length > 1 ? "were" : "was"} moved while torque was switched on. Torque stays off.`,
+        text: `${servo(detail)} moved while torque was switched on. Torque stays off.`,
         remedy: "Hold the joint still, then try again.",
     }),
     "torque-on-late": ({ id, ids = [id] }) => ({
@@ -201,7 +206,7 @@ export const notice = {
     }),
     "stop-unverified": ({ on, silent }) => ({
         text: `Driving is inhibited.${on.length ? ` Torque is still on: ${list(on)}.` : ""}${silent.length ? ` No answer, so torque is not known: ${list(silent)}.` : ""}`,
-        remedy: `${on.length ? STOP_AGAIN : ""}${silent.length ? ` Check power and plug of ${list(silent)}, then press Stop again. If unplugged on purpose, press “Find servos”.` : ""}`.trim(),
+        remedy: `${STOP_AGAIN}${silent.length ? " Check power and plug, and whether the line is held low: see “Diagnosis”. If unplugged on purpose, press “Find servos”." : ""}`,
     }),
     "stop-no-inhibit": () => ({ text: "The controller does not confirm the stop.", remedy: STOP_AGAIN }),
     "stop-not-sent": () => ({
@@ -215,7 +220,7 @@ export const notice = {
     }),
     "other-version": ({ version, shown }) => ({
         text: `The firmware has version ${version}, this page is made for ${shown}.`,
-        remedy: "Flash the firmware of this page, or open the page of that version. Commands may differ.",
+        remedy: "Flash the firmware of this page, or open the page of that version.",
         level: "warning",
     }),
     "port-taken": () => ({
@@ -224,7 +229,7 @@ export const notice = {
     }),
     reset: () => ({
         text: "The controller was reset. Movements under way go on.",
-        remedy: "Press Stop if the robot must not move. The view Board tells the cause. Then set torque and goals again.",
+        remedy: "Press Stop if the robot must not move. The view Board tells the cause.",
         level: "warning",
     }),
     bridge: () => ({

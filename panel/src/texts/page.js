@@ -10,15 +10,14 @@ export const page = {
 
     connect: {
         serial: "Connect by USB",
-        serialHint: "A serial port of this machine",
         rate: "Rate",
         rateUnit: "bit/s",
         socket: "Connect to the simulator",
-        socketHint: "A WebSocket",
         more: "More",
         address: "Address of the simulator",
         replay: "Play a capture",
         disconnect: "Disconnect",
+        askDisconnect: "Servos have torque. They keep it, and no stop of this page reaches them then. Disconnect?",
         noSerial: "This browser cannot open serial ports. Use Chrome or Edge, at https or localhost.",
     },
 
@@ -47,6 +46,7 @@ export const page = {
         servos: (count, offline) => many(count, "servo") + (offline ? `, ${offline} offline` : ""),
         rate: (rate) => `${rate} updates a second`,
         inhibited: "Driving is inhibited",
+        lost: (ids) => (ids.length ? `${many(ids.length, "servo is", "servos are")} inhibited` : ""),
         old: "Values are old",
     },
 
@@ -65,5 +65,6 @@ export const page = {
     dismiss: "Dismiss",
     dismissAll: "Dismiss all",
     undo: "Undo",
+    escHint: "Esc cancels, and stops the robot.",
     remedy: "What to do:",
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The view Set-up. */
 
-import { many } from "./words.js";
+import { list, many } from "./words.js";
 
 const ENDLESS = "With both limits 0 the servo turns without end: it has a speed, and no goal. Write the limit?";
 
@@ -34,19 +34,18 @@ export const setup = {
     busRate: "Set the bus to",
     busRateHint: "Only servos that have this rate answer. “Save” in the view Board keeps it over power-off.",
     setBusRate: "Set",
-    askBusRate: "Servos may have torque. At another rate of the bus they keep it, and no stop reaches them until the rate is set back. Set it all the same?",
+    busHas: (rate, silent) => `The bus has ${rate} bit/s${silent ? `; ${many(silent, "servo is", "servos are")} not at this rate` : ""}.`,
+    askBusRate: "Servos may have torque. Servos that do not have this rate keep it, and no stop reaches them meanwhile. Set it?",
 
     newServo: "New servo",
     newHint: "Unplug all servos of the robot, then connect the new one alone. It gets this ID and the rate of the bus.",
     newId: "Its ID",
-    newIdHint: (free) => (free === null ? "All IDs are taken." : `No known servo has ${free}.`),
+    newIdHint: (free) => (free === null ? "All IDs are taken." : `The page has seen no servo with the ID ${free}.`),
     newStart: "Set up",
     newIdWrong: "An ID is a number from 0 to 253.",
     newIdOfDevice: (id) => `${id} is the ID of the controller itself. Choose another.`,
     newIdTaken: (id) => `Servo ${id} is in the controller’s list. Choose another ID. If the new servo takes its place, the controller must forget the list first; “Search” fills it again.`,
-    newFull: "The controller’s list is full, unplugged servos included. It must forget the list first; “Search” fills it again.",
-    listFull: "The controller’s list is full, unplugged servos included. Unplug some, then press “Forget the list”.",
-    forgetList: "Forget the list",
+    newFull: "The controller’s list is full. It must forget the list first, with “limits” and inhibits; a search fills it again.",
     newDone: (id) => `Servo ${id} is set up. Plug in the others again, then press “Search”.`,
     newKnown: "Nothing was written: the servo that answers has an ID of the controller’s list. If it is not the new one, unplug it and set up again. If it is, let the controller forget the list:",
     newForget: (id) => `Forget the list, set up servo ${id}`,
@@ -118,7 +117,7 @@ export const setup = {
     newIdOf: (id) => `New ID of servo ${id}`,
     newRateOf: (id) => `New rate of servo ${id}`,
     newRateOfAll: "New rate of all servos and of the bus",
-    askId: (id) => `Servo ${id} gets another ID. The controller checks first that no servo has it.`,
+    askId: (id, isFull) => `Servo ${id} gets another ID. The controller checks first that no servo has it.${isFull ? ` ${setup.newFull}` : ""}`,
     askRate: (id) => `Servo ${id} gets another rate, and the bus, too. The other servos do not answer until the rate of the bus is set back.`,
     askRateOfAll: "All servos of the robot and the bus get another rate. A servo that does not follow is named.",
     askFactory: (id) => `Servo ${id} loses all of its settings. It then has ID 1 at 1000000 bit/s.`,
@@ -156,6 +155,7 @@ export const setup = {
     restored: (count) => `${many(count, "register is written and was", "registers are written and were")} read back.`,
     notTaken: (count) => `${many(count, "register was", "registers were")} not taken.`,
     notConfirmed: (count) => `${many(count, "register", "registers")} could not be confirmed.`,
+    endless: (ids) => `Both limits become 0: ${list(ids)} will turn without end.`,
     close: "Close",
     why: {
         unconfirmed: "not confirmed: read the registers",

@@ -32,11 +32,12 @@ export class BoardView extends View {
 
     /* [style, text] of the inhibit. */
     #inhibit() {
-        const { robot, wire } = this.session;
+        const { lostIds, robot, wire } = this.session;
 
         if (!wire.hasDevice) return ["", t.unknownState];
         if (!robot.device) return ["", t.notRead];
-        return robot.device.inhibit ? ["bad", t.inhibited] : ["good", t.allowed];
+        if (robot.device.inhibit) return ["bad", t.inhibited];
+        return lostIds.length ? ["warn", t.allowedButFor(texts.status.lost(lostIds))] : ["good", t.allowed];
     }
 
     #driving() {
@@ -47,7 +48,7 @@ export class BoardView extends View {
         return html`<section aria-labelledby="driving-title">
             <h2 id="driving-title">${t.driving}</h2>
             <p class="driving ${style}" role="status">${text} ${device?.linkLost ? t.linkLost : nothing}</p>
-            <button class="board-release" ?disabled=${device?.inhibit === 0 && !device.linkLost}
+            <button class="board-release" ?disabled=${device?.inhibit === 0 && !device.linkLost && !session.lostIds.length}
                 @click=${() => session.release()}>${t.release}</button>
             <p class="hint">${texts.stop.releaseHint}</p>
         </section>`;
@@ -58,11 +59,10 @@ export class BoardView extends View {
 
         if (!session.isConnected) return html`<p>${t.notConnected}</p>`;
         const mode = modeOf(session);
-        const lost = [...session.robot.servos.values()].filter(({ inhibit }) => inhibit === "lost").map(({ id }) => id);
 
         return html`
             <div class="board-top">${this.#controller()} ${this.#driving()}</div>
-            <panel-board-state .session=${session} .mode=${mode} .alarms=${session.robot.device?.alarms} .lost=${lost.join(" ")}></panel-board-state>
+            <panel-board-state .session=${session} .mode=${mode} .alarms=${session.robot.device?.alarms} .lost=${session.lostIds.join(" ")}></panel-board-state>
             <panel-settings .session=${session} .mode=${mode} .onDone=${this.#readStatus}></panel-settings>
         `;
     }

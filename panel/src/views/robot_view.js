@@ -28,6 +28,7 @@ const BOX = `${VIEW_BOX.left} ${VIEW_BOX.top} ${VIEW_BOX.width} ${VIEW_BOX.heigh
 const STEPS = { ArrowUp: SMALL_STEP, ArrowDown: -SMALL_STEP, PageUp: GREAT_STEP, PageDown: -GREAT_STEP };
 const JOGS = { ArrowLeft: 1, ArrowRight: -1 }; // as the hand turns at the top of the dial
 
+const WITH_DIAGNOSIS = [t.allSilent, t.lineLow].map((text) => html`${text} <a href="#setup">${texts.setup.diagnosis}</a>`);
 const shown = (value, digits, unit) => (value === null ? t.noValue : `${value.toFixed(digits)}${unit}`);
 const within = (servo, degrees) => Math.min(Math.max(degrees, servo.low ?? 0), servo.high ?? DEGREES_MAX);
 
@@ -254,7 +255,7 @@ export class RobotView extends View {
         return html`<div class="toolbar">
             <button class="torque-on" ?disabled=${!servos.length} @click=${() => this.#setTorqueAll(true)}>${t.allOn}</button>
             <button class="torque-off" ?disabled=${!servos.length} @click=${() => this.#setTorqueAll(false)}>${t.allOff}</button>
-            <label title=${t.speedHint}>
+            <label>
                 ${t.speedOfMoves}
                 <select class="pace" @change=${({ target }) => (this.rpm = Number(target.value))}>
                     ${SPEEDS.map((rpm) => html`<option value=${rpm} ?selected=${rpm === this.rpm}>${rpm} rpm</option>`)}
@@ -331,17 +332,25 @@ export class RobotView extends View {
                 @keyup=${(event) => this.#turnKeyUp(servo, event)}
                 @blur=${() => this.#endTurn(servo)}
             />
+            <output class="goal">→ ${shown(servo.goalSpeed, 0, " rpm")}</output>
             <p class="hint">${t.turnHint}</p>
         </div>`;
     }
 
+    #silenceOf({ hasOtherRate }) {
+        const { robot } = this.session;
+
+        if (!robot.isLineLow && (hasOtherRate || this.#answering)) return { advice: hasOtherRate ? t.otherRate : t.silentAdvice };
+        return { advice: WITH_DIAGNOSIS[Number(robot.isLineLow)], namesNoServo: true };
+    }
+
     /* What a user should know of this servo: [{level, text, advice, namesNoServo}]. The card shows `text`; the box above the
-     * cards shows `advice`. namesNoServo: true for a stop, whose advice is about the whole robot. */
+     * cards shows `advice`. namesNoServo: true if the advice is about the whole robot. */
     #notesOf(servo) {
         const { goalState } = servo;
         const notes = servo.alarms.map((name) => ({ level: "bad", text: t.alarm(name), advice: t.alarmAdvice(name) }));
 
-        if (servo.presence === "offline") notes.push({ level: "bad", text: t.silent, advice: t.silentAdvice });
+        if (servo.presence === "offline") notes.push({ level: "bad", text: t.silent, ...this.#silenceOf(servo) });
         if (servo.inhibit) notes.push({ level: "warn", text: t.inhibited, advice: t[servo.inhibit], namesNoServo: servo.inhibit !== "lost" });
         if (this.#ignored.has(servo.id) && servo.torque !== true) notes.push({ level: "warn ignored", text: t.ignored, advice: t.ignoredAdvice });
         else if (t.goalStates[goalState]) notes.push({ level: "warn", text: t.goalStates[goalState], advice: t.goalAdvice[goalState] });
@@ -368,7 +377,7 @@ export class RobotView extends View {
             for (const { advice, namesNoServo } of list)
                 if (advice) servosOf.set(advice, namesNoServo ? [] : [...(servosOf.get(advice) ?? []), id]);
         return html`<div class="hints">
-            <p id="robot-keys" ?hidden=${servosOf.size}>${t.keys}</p>
+            <p id="robot-keys" ?hidden=${servosOf.size || [...this.session.robot.servos.values()].every(({ isEndless }) => isEndless)}>${t.keys}</p>
             <div class="advice" role="status">
                 ${[...servosOf].map(([advice, ids]) => html`<p>${ids.length ? `${nameOf({ id: ids[0], ids })}: ` : ""}${advice}</p>`)}
             </div>

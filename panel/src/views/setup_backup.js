@@ -10,6 +10,7 @@ import { saveFile } from "./save_file.js";
 import { SetupPart, nameOf } from "./setup_part.js";
 
 const t = texts.setup;
+const LIMITS = ["CW_ANGLE_LIMIT", "CCW_ANGLE_LIMIT"];
 const UNKNOWN = new Set(["unconfirmed", "unread"]); // outcomes of a register that may have been written
 
 class BackupPart extends SetupPart {
@@ -52,13 +53,15 @@ class BackupPart extends SetupPart {
     #plan({ servos }) {
         const rows = servos.flatMap(({ id, changes }) => changes.map((change) => ({ id, ...change })));
         const count = new Set(rows.map(({ id }) => id)).size;
+        const endless = servos.filter(({ entry, changes }) => changes.some(({ row }) => LIMITS.includes(row.name)) && !LIMITS.some((name) => entry.registers[name])).map(({ id }) => id);
 
         if (!rows.length)
             return html`<p class="plan" role="status">
                 ${t.fromFile(this.#file)} ${t.same} <button class="close" @click=${() => this.setup.forgetPlan()}>${t.close}</button>
             </p>`;
         return html`<div class="plan">
-            <p role="status">${t.fromFile(this.#file)} <b>${t.differs(rows.length, count)}</b></p>
+            <p role="status">${t.fromFile(this.#file)} <b>${t.differs(rows.length, count)}</b>
+                ${endless.length ? html`<strong class="warn">${t.endless(endless)}</strong>` : nothing}</p>
             <table class="differences">
                 ${this.#head([t.columnServo, t.columnRegister, t.columnNow, t.columnFile])}
                 <tbody>${rows.map(({ id, row, now, file }) => this.#row([id, nameOf(row), this.#value(row, now), this.#value(row, file)]))}</tbody>

@@ -11,7 +11,7 @@ const t = texts.setup;
 
 class FindPart extends SetupPart {
     #how = "";
-    #rate = RATES[0];
+    #rate = null; // chosen for the bus; null: its present rate
 
     #list() {
         const { found } = this.setup;
@@ -45,21 +45,35 @@ class FindPart extends SetupPart {
         const mayHaveTorque = [...this.session.robot.servos.values()].some(({ torque }) => torque !== false);
 
         if (mayHaveTorque && !(await confirmed({ text: t.askBusRate, yes: t.setBusRate, no: t.cancel }))) return;
-        await this.setup.changeRateOfBus(this.#rate);
+        await this.setup.changeRateOfBus(this.#chosenRate);
+        this.#rate = null;
     };
 
+    /* A register holds a rate: 57600 bit/s is 57143 in truth. */
+    get #chosenRate() {
+        return this.#rate ?? RATES.find((rate) => Math.abs(rate - this.setup.busRate) < rate / 50) ?? RATES[0];
+    }
+
+    connectedCallback() {
+        super.connectedCallback();
+        this.setup.readBusRate();
+    }
+
     #busRate() {
-        if (!this.setup.has("bus")) return nothing;
+        const { setup } = this;
+        const silent = [...this.session.robot.servos.values()].filter(({ hasOtherRate }) => hasOtherRate).length;
+
+        if (!setup.has("bus")) return nothing;
         return html`<div class="controls">
                 <label>${t.busRate}
                     <select class="bus-rate" @change=${({ target }) => (this.#rate = Number(target.value))}>
-                        ${RATES.map((rate) => html`<option value=${rate} .selected=${rate === this.#rate}>${t.rate(rate)}</option>`)}
+                        ${RATES.map((rate) => html`<option value=${rate} .selected=${rate === this.#chosenRate}>${t.rate(rate)}</option>`)}
                     </select>
                 </label>
-                <button class="set-bus-rate" ?disabled=${this.setup.isRunning}
+                <button class="set-bus-rate" ?disabled=${setup.isRunning}
                     @click=${this.#setBusRate}>${t.setBusRate}</button>
             </div>
-            <p class="hint">${t.busRateHint}</p>`;
+            <p class="hint">${setup.busRate ? html`<strong class=${silent ? "warn" : ""}>${t.busHas(setup.busRate, silent)}</strong>` : nothing} ${t.busRateHint}</p>`;
     }
 
     render() {

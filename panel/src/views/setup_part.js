@@ -59,12 +59,6 @@ export class SetupPart extends LightElement {
         return html`<ul class="lines">${lines.map((line) => html`<li>${line.replace(/; a key ends it$/, "")}</li>`)}</ul>`;
     }
 
-    /* Empties the controller's list of servos. */
-    forgetButton() {
-        return html`<button class="forget-list" ?disabled=${this.setup.isRunning}
-            @click=${() => this.setup.forgetList()}>${t.forgetList}</button>`;
-    }
-
     missing() {
         return html`<p class="hint">${t.notInFirmware(this.session.controller.profile)}</p>`;
     }

@@ -10,64 +10,47 @@ import { SetupPart } from "./setup_part.js";
 
 const t = texts.setup;
 
-/* A label with an input or a select in it, for the dialog. */
-function labelled(text, control) {
-    const label = document.createElement("label");
+const labelled = (text, control) => html`<label class="dialog-field">${text} ${control}</label>`;
 
-    label.className = "dialog-field";
-    label.append(text, control);
-    return label;
-}
+const idField = (label, proposed) => ({
+    field: labelled(label, html`<input class="dialog-value" inputmode="numeric" size="5" value=${proposed ?? ""} />`),
+    isReady: (value) => /^\d+$/.test(value) && Number(value) <= ID_MAX,
+});
 
-function idField(label, proposed) {
-    const attributes = { inputMode: "numeric", size: 5, value: proposed ?? "", className: "dialog-value" };
-    const input = Object.assign(document.createElement("input"), attributes);
-
-    return { control: input, field: labelled(label, input), isReady: () => /^\d+$/.test(input.value) && Number(input.value) <= ID_MAX };
-}
-
-function rateField(label) {
-    const select = Object.assign(document.createElement("select"), { className: "dialog-value" });
-
-    select.append(...RATES.map((rate) => new Option(t.rate(rate), rate)));
-    return { control: select, field: labelled(label, select) };
-}
+const rateField = (label) => ({
+    field: labelled(label, html`<select class="dialog-value">${RATES.map((rate) => html`<option value=${rate}>${t.rate(rate)}</option>`)}</select>`),
+});
 
 class PlacePart extends SetupPart {
-    async #ask(text, yes, { control, field, isReady } = {}) {
-        const isConfirmed = await confirmed({ text, yes, no: t.cancel, field, isReady });
-
-        return isConfirmed ? (control ? Number(control.value) : true) : null;
+    #ask(text, label, field) {
+        return confirmed({ text, yes: label.replace(" …", ""), no: t.cancel, ...field });
     }
 
     #changeId = async (id) => {
-        const to = await this.#ask(t.askId(id), t.changeId.replace(" …", ""), idField(t.newIdOf(id), this.setup.freeId));
+        const to = await this.#ask(t.askId(id, this.setup.isFull), t.changeId, idField(t.newIdOf(id), this.setup.freeId));
 
-        if (to !== null) await this.setup.changeId(id, to);
+        if (to) await this.setup.changeId(id, Number(to));
     };
 
     #changeRate = async (id) => {
-        const rate = await this.#ask(t.askRate(id), t.changeRate.replace(" …", ""), rateField(t.newRateOf(id)));
+        const rate = await this.#ask(t.askRate(id), t.changeRate, rateField(t.newRateOf(id)));
 
-        if (rate !== null) await this.setup.changeRate(id, rate);
+        if (rate) await this.setup.changeRate(id, Number(rate));
     };
 
     #changeRateOfAll = async () => {
-        const rate = await this.#ask(t.askRateOfAll, t.changeRateOfAll.replace(" …", ""), rateField(t.newRateOfAll));
+        const rate = await this.#ask(t.askRateOfAll, t.changeRateOfAll, rateField(t.newRateOfAll));
 
-        if (rate !== null) await this.setup.changeRateOfAll(rate);
+        if (rate) await this.setup.changeRateOfAll(Number(rate));
     };
 
     #factory = async (id) => {
-        if (await this.#ask(t.askFactory(id), t.factory.replace(" …", ""))) await this.setup.factory(id);
+        if (await this.#ask(t.askFactory(id), t.factory)) await this.setup.factory(id);
     };
 
     #outcome() {
         const { outcome } = this.setup;
 
-        if (outcome?.kind === "full")
-            return html`<div class="place-outcome" role="status"><p class="warn">${t.listFull}</p>
-                ${this.setup.isFull ? this.forgetButton() : nothing}</div>`;
         if (!outcome || !t.outcomes[outcome.kind]) return nothing;
         return html`<div class="place-outcome" role="status">
             <p class=${outcome.kind === "partly" || outcome.kind === "unchanged" ? "warn" : "good"}>${t.outcomes[outcome.kind]}</p>

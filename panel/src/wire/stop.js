@@ -9,6 +9,7 @@ import { DEVICE, REGISTER } from "./registers.js";
 
 const STOP_MS = 3000; // then the outcome stands
 const AGAIN_MS = 150; // between two Ctrl-X
+const AGAIN_LOW_MS = 1500; // on a line that is held low: each Ctrl-X begins a torque off of 1.4 s, behind which the reply waits
 
 /* Splits `ids` into groups whose SYNC READ of `count` bytes fits. */
 export function groupsOfIds(ids, count) {
@@ -21,7 +22,8 @@ export function groupsOfIds(ids, count) {
 
 class Stop {
     constructor(wire) {
-        this.wire = wire; // {clock, deviceId, sendStop, fence, ask}
+        this.wire = wire; // {clock, deviceId, sendStop, fence, ask, isLineLow}
+        this.againMs = wire.isLineLow ? AGAIN_LOW_MS : AGAIN_MS;
         this.end = wire.clock.now() + STOP_MS;
         this.sentAt = wire.clock.now();
     }
@@ -36,7 +38,7 @@ class Stop {
             const reply = (await this.wire.fence()) && (await this.wire.ask(read(this.wire.deviceId, DEVICE.INHIBIT, 1)));
 
             if (reply?.parameters[0] === 1) return true;
-            if (this.wire.clock.now() - this.sentAt >= AGAIN_MS) {
+            if (this.wire.clock.now() - this.sentAt >= this.againMs) {
                 this.sentAt = this.wire.clock.now();
                 this.wire.sendStop();
             }

@@ -36,7 +36,7 @@ const MARKER_MS = 500;
 const MARKER_LIMIT_MS = 1000; // another program may talk at the port and never answer
 const LIMIT_TIMEOUTS = 10; // in so many timeouts a command has ended, unless a user can end it
 const RETRY_MS = 1000; // between two attempts while the controller is silent
-const FENCE_ATTEMPTS = 3;
+const FENCE_ATTEMPTS = 5; // 2 s: on a line that is held low, a stop holds up the reply for 1.4 s
 const MARKER_ATTEMPTS = 6;
 const MARKERS = ["id", "ping", "stop", "release", "scan"];
 const FENCE_SIZES = [2, 3, 4, 5, 6, 7, 8]; // bytes; the device has 16 at its start
@@ -143,15 +143,15 @@ export class Wire extends EventTarget {
 
     /* Stops the robot: Ctrl-X leaves before all that waits. Resolves, once the device and the servos
      * have been asked, with {inhibited, off, on, silent, verified}; off, on and silent are IDs out of
-     * `servos`. Another call while a stop is under way sends another Ctrl-X. */
-    stop({ servos = [] } = {}) {
+     * `servos`. `isLineLow`: the line is held low. Another call while a stop is under way sends another Ctrl-X. */
+    stop({ servos = [], isLineLow } = {}) {
         if (this.state === "closed") return Promise.reject(new WireError("closed"));
         this.#epoch++;
         this.#setState("stopping");
         this.sendStop();
         this.#demux.silence(); // the reply to a packet from before does not hold up what confirms the stop
         this.#failAll("stopped");
-        this.#stopping ??= this.#stop(servos);
+        this.#stopping ??= this.#stop(servos, isLineLow);
         return this.#stopping;
     }
 
@@ -434,7 +434,7 @@ export class Wire extends EventTarget {
     /* ---- stop ---- */
 
     /* During a stop a fence is sent every STOP_FENCE_MS. The reply to any fence of the last REPLY_MS counts. */
-    async #stop(servos) {
+    async #stop(servos, isLineLow) {
         let sent = []; // [fence, time], newest first
         const fence = () => {
             const now = this.#clock.now();
@@ -451,6 +451,7 @@ export class Wire extends EventTarget {
                 clock: this.#clock,
                 deviceId: this.deviceId,
                 servos,
+                isLineLow,
                 sendStop: () => this.sendStop(),
                 fence,
                 ask: (bytes) => this.#ask(new PacketJob(bytes, { timeout: REPLY_MS, deviceId: this.deviceId })),

@@ -278,6 +278,64 @@ test("cards: a servo that does not answer is named once, with what to do", async
     assert.deepEqual(await page.$$eval(".advice p", (lines) => lines.map((line) => line.innerText)), ["Servo 2: no answer. Check power, wiring and ID."]);
 });
 
+/* What the box above the cards advises. */
+const advice = (page) => page.$$eval(".advice p", (lines) => lines.map((line) => line.innerText));
+
+test("power cut: no servo answers, then one Release releases all, and the view Board tells how many", async (t) => {
+    const { page, hand } = await startRobotWithHand(t);
+
+    await page.click("button.torque-on");
+    await page.waitForFunction(() => document.querySelectorAll(".torque input:checked").length === 3);
+    hand("power off");
+    await shows(page, "No servo answers", ".advice");
+    assert.deepEqual(await advice(page), ["No servo answers. Check their power, and whether the line is held low. Diagnosis"]);
+    hand("power on");
+    await shows(page, "3 servos are inhibited", ".stop-state");
+    await shows(page, "then press Release.", ".advice");
+    await page.click("#tab-board");
+    await shows(page, "Driving is allowed, but 3 servos are inhibited.", ".driving");
+    await page.waitForSelector("button.board-release:enabled");
+    await page.click("button.release");
+    await shows(page, "Driving is allowed.", ".driving");
+    await page.waitForFunction(() => !document.querySelector("button.release"));
+    await page.click("#tab-robot");
+    await torqueOn(page, 1);
+});
+
+test("line held low: told with the way to the diagnosis, never that the controller is silent; confirmed once it is free", async (t) => {
+    const { page, hand } = await startRobotWithHand(t, { count: 18 });
+
+    hand("fault stuck low");
+    await shows(page, "The line is held low", ".advice");
+    assert.equal((await advice(page)).length, 1);
+    await page.evaluate(() => {
+        globalThis.told = "";
+        document.querySelector("panel-app").session.addEventListener("change", () => (globalThis.told += document.querySelector(".state-line").innerText));
+    });
+    await page.keyboard.press("Escape");
+    await shows(page, "Driving is inhibited. No answer, so torque is not known", ".notice");
+    await page.click(".advice a");
+    await page.click("button.diagnose");
+    await shows(page, "the signal wire stays at 0 V", ".finding");
+    hand("fault stuck off");
+    await shows(page, "Torque is off, driving is inhibited", ".stop-state.verified");
+    assert.equal(await page.$(".notice"), null);
+    assert.ok(!(await page.evaluate(() => globalThis.told)).includes("does not answer"));
+});
+
+test("disconnect: asks while a servo has torque", async (t) => {
+    const { page } = await startRobot(t, { count: 1 });
+
+    await torqueOn(page, 1);
+    await page.click("button.disconnect");
+    await shows(page, "Servos have torque", "dialog");
+    await page.click("dialog .no");
+    await shows(page, "Connected", ".state-line");
+    await page.click("button.disconnect");
+    await page.click("dialog .yes");
+    await shows(page, "Not connected", ".state-line");
+});
+
 test("Stop: Space stops at a dial; a switch takes it for itself", async (t) => {
     const { page } = await startRobot(t, { count: 1 });
 
@@ -304,6 +362,8 @@ test("endless turn: the slider turns the servo while it is held", async (t) => {
     await page.mouse.down();
     await page.mouse.move(box.x + box.width * 0.2, y, { steps: 5 });
     await shows(page, /Speed\s+[1-9]\d/, `${card(1)} dl`);
+    await shows(page, /^→ [1-9]\d rpm$/, `${card(1)} output.goal`);
+    assert.equal(await page.$eval("#robot-keys", (hint) => hint.hidden), true); // there is no dial
     await page.mouse.up();
     await waitForStand(page, 1);
     assert.equal(await page.$eval(`${card(1)} .turn input`, (slider) => slider.value), "0");

@@ -222,16 +222,34 @@ test("other ID: asks first, and Stop stays at hand", async (t) => {
     await page.waitForFunction(() => document.querySelector("select.servo").value === "9"); // once the controller was asked
 });
 
-test("other ID: a full list is told, and can be forgotten", async (t) => {
+test("other ID: a full list is told before, and forgotten", async (t) => {
     const { page } = await startSetup(t, { count: 18 });
 
     await press(page, ".change-id");
+    await shows(page, "The controller’s list is full", "dialog");
+    await shows(page, "Esc cancels, and stops the robot", "dialog");
     await page.keyboard.type("50");
     await page.keyboard.press("Enter");
-    await shows(page, "The controller’s list is full", ".place-outcome");
-    await press(page, ".place-outcome .forget-list");
-    await page.waitForFunction(() => !document.querySelector(".place-outcome"));
-    await shows(page, "Forget the list, set up servo 19", ".set-up-new"); // all servos are plugged in, and found again
+    await shows(page, "ID 50 at 1000000bps", ".place-outcome");
+    await page.waitForFunction(() => document.querySelectorAll("select.servo option").length === 18); // all servos are found again
+});
+
+test("rate of the bus: the true one is shown, with the servos that do not have it, and set back", async (t) => {
+    const { page } = await startSetup(t, { count: 2 });
+
+    await shows(page, "The bus has 1000000 bit/s.", ".hint");
+    await press(page, ".change-rate");
+    await page.select("dialog select", "57600");
+    await page.click("dialog .yes");
+    await shows(page, "The bus has 57143 bit/s; 1 servo is not at this rate.", ".hint");
+    assert.equal(await page.$eval("select.bus-rate", (list) => list.value), "57600");
+    await page.reload();
+    await shows(page, "The bus has 57143 bit/s", ".hint");
+    await page.select("select.bus-rate", "1000000");
+    await press(page, ".set-bus-rate");
+    await shows(page, "Servos that do not have this rate keep it", "dialog");
+    await page.click("dialog .yes");
+    await shows(page, "The bus has 1000000 bit/s", ".hint");
 });
 
 test("profile bridge: offers search, registers and backup", async (t) => {

@@ -115,7 +115,7 @@ test("profile full: search, ID, rates of all, factory values", async (t) => {
     assert.deepEqual(setup.found.map(({ id }) => id), [1, 2, 3]);
     assert.deepEqual(codes(session), []);
     await setup.changeId(2, 3);
-    assert.match(codes(session)[0], /error 50, servo 2: the new ID or rate is taken/);
+    assert.match(codes(session)[0], /error 50, servo 2: the new ID is taken/);
 });
 
 test("profile full: a new servo gets its ID; not beside another", async (t) => {

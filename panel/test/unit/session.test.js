@@ -12,6 +12,7 @@ import { FakePort } from "../support/fake_port.js";
 import { tables } from "../support/tables.js";
 
 const ALARMS = 0x14;
+const BUS_STATE = 0x11;
 const RESET_CAUSE = 0x12;
 const INHIBIT = 0x17;
 const TORQUE = 0x18;
@@ -239,12 +240,12 @@ test("stop: servos that do not answer, and those with torque, are told apart", a
     const silent = await stop();
 
     assert.equal(silent.text, "Driving is inhibited. No answer, so torque is not known: servo 2.");
-    assert.match(silent.remedy, /^Check power and plug of servo 2, .*“Find servos”/);
+    assert.match(silent.remedy, /switch off the power of the servos.*Check power and plug.*held low.*“Diagnosis”.*“Find servos”/);
     port.servos.get(3).slice = (from, to) => [...Uint8Array.prototype.slice.call(port.servos.get(3), from, to)].map((byte, at) => (from + at === TORQUE ? 1 : byte));
     const both = await stop();
 
     assert.equal(both.text, "Driving is inhibited. Torque is still on: servo 3. No answer, so torque is not known: servo 2.");
-    assert.match(both.remedy, /^Press Stop again.*Check power and plug of servo 2/);
+    assert.match(both.remedy, /^Press Stop again.*Check power and plug/);
 });
 
 test("notices: one lists all servos; a release withdraws it", async () => {
@@ -302,7 +303,7 @@ test("notices: too many never push one about safety out", async () => {
     for (let line = 0; line < 30; line++) session.notify({ code: "command", line: `read ${line}`, number: 2, message: "no reply", remedy: "" });
     assert.equal(shown().length, 20);
     assert.deepEqual(shown().slice(0, 3), ["stop-not-sent", "turn-not-ended", "command"]);
-    assert.equal(session.notices[1].text, "Servos 3, 4 did not confirm the end of their endless turn.");
+    assert.equal(session.notices[1].text, "Servos 3, 4 did not confirm the end of endless turn.");
     assert.match(session.notices.at(-1).text, /read 29/);
 });
 
@@ -525,8 +526,8 @@ test("notices: an error goes once its cause is gone", async () => {
 test("notices: the remedy of a command names buttons of the page, not commands", () => {
     const remedyOf = (number) => new CommandError("x", { number, text: "y; 'z'" }, [], tables().errors).remedy;
 
-    assert.match(remedyOf(12), /press “Release” on its card in the view Robot/);
-    assert.match(remedyOf(40), /press “Forget the list”/);
+    assert.match(remedyOf(12), /press “Release”$/);
+    assert.match(remedyOf(40), /send “servos forget” by the console of the view Packets/);
     assert.match(remedyOf(84), /press “Torque on”/);
     assert.equal(remedyOf(41), "'z'");
 });
@@ -559,6 +560,65 @@ test("release: torque is switched at once, before INHIBIT is read again", async 
     assert.equal(session.isInhibited, false);
     await Promise.all([session.robot.setTorque(1, true), clock.advance(500)]);
     assert.equal(port.servos.get(1)[TORQUE], 1);
+});
+
+test("release: one releases all servos that are inhibited by themselves", async () => {
+    let why = ", inhibited: lost its state";
+    const { clock, session } = await rig({
+        ids: [1, 2, 3],
+        onText(line) {
+            if (line === "release") this.say((why = "") || "ok");
+            else if (line === "servos") this.say(`servo 1: online${why}`, `servo 2: online${why}`, "servo 3: online", "ok");
+            else return false;
+            return true;
+        },
+    });
+
+    await clock.advance(6000);
+    assert.deepEqual([session.lostIds, session.isInhibited], [[1, 2], false]);
+    await Promise.all([session.release(), clock.advance(10)]);
+    assert.deepEqual(session.lostIds, []); // at once, not at the next reply of `servos`
+});
+
+test("stop: one that was not confirmed is confirmed as soon as the torque of each servo reads off", async () => {
+    const { clock, port, session } = await rig({ ids: [1, 2] });
+
+    port.offline.add(2);
+    await Promise.all([session.stop(), clock.advance(5000)]);
+    assert.equal(session.stopState, "unverified");
+    port.offline.delete(2);
+    await clock.advance(1000);
+    assert.equal(session.stopState, "verified");
+    assert.deepEqual(session.notices.filter(({ code }) => code.startsWith("stop")), []);
+    session.robot.end();
+    await clock.advance(3000);
+    assert.equal(session.stopState, "none"); // nothing confirms it any more
+});
+
+/* Each Ctrl-X begins a torque off of 1.4 s, and no packet is answered meanwhile. */
+for (const isKnown of [true, false])
+    test(`stop: a line that is held low, ${isKnown ? "known" : "not known"}, does not make the controller silent`, async () => {
+        const { clock, port, session } = await rig({ ids: [1, 2] });
+        let [stops, busyUntil] = [0, 0];
+
+        if (isKnown) port.device[BUS_STATE] = 2;
+        port.offline.add(1).add(2);
+        await clock.advance(1000);
+        port.onPacket = () => {
+            if (stops !== port.stops) [stops, busyUntil] = [port.stops, clock.now() + 1400];
+            return clock.now() < busyUntil;
+        };
+        await Promise.all([session.stop(), clock.advance(10000)]);
+        assert.equal(session.stopOutcome.inhibited, isKnown);
+        assert.deepEqual(session.notices.map(({ code }) => code).filter((code) => /stop|silent|back/.test(code)), [isKnown ? "stop-unverified" : "stop-no-inhibit"]);
+    });
+
+test("notices: that an ID is taken does not name the rate", async () => {
+    const { clock, port, session } = await rig();
+
+    port.onText = (line) => line === "id 1 2" && (port.say("error 50: servo 1: the new ID or rate is taken"), true);
+    await Promise.all([session.attempt(() => session.controller.order("id 1 2")), clock.advance(500)]);
+    assert.equal(session.notices.at(-1).text, "“id 1 2”: error 50, servo 1: the new ID is taken.");
 });
 
 test("release: the button stays until INHIBIT reads 0", async () => {

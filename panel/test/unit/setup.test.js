@@ -109,16 +109,24 @@ for (const [what, { line: command, start, told }] of Object.entries(deaf))
     });
 
 for (const action of [0, 1])
-    test(`search, new servo, diagnosis: ${action ? "refused" : "run"} with link_loss_action ${action}`, async () => {
-        const onText = (line, at) => line === "settings" && (at.say("link_loss_ms = 1000 ms", `link_loss_action = ${action}`, "ok"), true);
+    test(`search, new servo, diagnosis: link_loss_ms is ${action ? "0 meanwhile" : "left alone"} with link_loss_action ${action}`, async () => {
+        let ms = 1000;
+        const onText = (line, at) => {
+            const set = /^settings link_loss_ms (\d+)$/.exec(line);
+
+            if (set) ms = Number(set[1]);
+            if (line === "settings") at.say(`link_loss_ms = ${ms} ms`, `link_loss_action = ${action}`, "ok");
+            return line === "settings";
+        };
         const { setup, clock, session, port } = await rig({ onText });
 
         for (const start of Object.values(deaf).map((each) => each.start)) await finish(clock, start(setup), 5000);
-        assert.deepEqual(codes(session), action ? ["link-watched"] : []);
+        assert.deepEqual(codes(session), action ? ["unwatched"] : []);
         await finish(clock, setup.search(""), 5000); // watched: by packets
-        const lines = port.lines.filter((line) => /^(scan|new|diagnose)/.test(line));
+        const lines = port.lines.filter((line) => /^(scan|new|diagnose|settings link)/.test(line));
+        const unwatched = (line) => (action ? ["settings link_loss_ms 0", line, "settings link_loss_ms 1000"] : [line]);
 
-        assert.deepEqual(lines, action ? [] : ["scan rescue", "new 4", "diagnose 9", "scan"]);
+        assert.deepEqual(lines, [...["scan rescue", "new 4", "diagnose 9"].flatMap(unwatched), ...(action ? [] : ["scan"])]);
         assert.deepEqual(setup.ids, [1, 2, 3]);
     });
 
@@ -217,7 +225,7 @@ test("freeId: not that of a servo that the controller has forgotten, but one tha
 
     port.servos.delete(2);
     port.servos.delete(3);
-    await finish(clock, setup.forgetList(), 8000);
+    await finish(clock, setup.session.robot.findServos(), 8000);
     assert.deepEqual(setup.ids, [1]);
     assert.equal(setup.freeId, 4);
     port.addServo(3);
@@ -227,29 +235,59 @@ test("freeId: not that of a servo that the controller has forgotten, but one tha
     assert.equal(setup.freeId, 3);
 });
 
-test("change of an ID: refused by a full list, until the list is forgotten", async () => {
+test("link_loss_ms: set back after a stop, and told if it cannot be", async () => {
+    const onText = (line, at) => (line === "settings" ? (at.say("link_loss_ms = 1000 ms", "link_loss_action = 2", "ok"), true) : line === "diagnose 9");
+    const { setup, clock, session, port } = await rig({ onText });
+    const run = setup.diagnose(9);
+
+    await clock.advance(100);
+    session.stop();
+    await finish(clock, run, 5000);
+    assert.equal(port.lines.findLast((line) => /link_loss/.test(line)), "settings link_loss_ms 1000");
+    const other = setup.diagnose(9);
+
+    await clock.advance(100);
+    port.unplug();
+    await finish(clock, other);
+    assert.match(session.notices.at(-1).text, /link_loss_ms could not be set back to 1000/);
+});
+
+test("change of an ID: a full list is forgotten first, and a search fills it again, also after a refusal", async () => {
     const ids = Array.from({ length: 18 }, (_, index) => index + 1);
-    let isForgotten = false;
     const { setup, port, clock } = await rig({
         ids,
         onText: (line, at) => {
-            if (line === "id 18 50") at.say("unchanged: ID 18 at 1000000bps", "error 11: servo 18: the limits of the servo do not permit this");
-            else if (line === "servos forget") at.say((isForgotten = true) && "ok");
-            else if (line === "scan") at.say("id 1 model 1", "1 found", "ok");
-            else if (line !== "servos" || !isForgotten) return false;
-            else at.say("ok");
+            if (line === "id 18 51") at.say("error 50: servo 18: the new ID or rate is taken");
+            else if (line === "scan") at.say(...ids.map((id) => `id ${id} model 1`), "18 found, 254 asked", "ok");
+            else return false;
             return true;
         },
     });
 
-    setup.found = ids.map((id) => ({ id, model: 1, rate: null }));
+    assert.equal(setup.isFull, true);
+    assert.match(texts.setup.askId(18, true), /list is full.*forget/);
+    assert.ok(!/full/.test(texts.setup.askId(18, false)));
     await finish(clock, setup.changeId(18, 50));
-    assert.equal(setup.found.length, 18);
-    assert.deepEqual([setup.outcome, setup.isFull], [{ kind: "full", lines: [] }, true]);
-    assert.deepEqual(codes(setup.session), []); // the outcome has the remedy
-    await finish(clock, setup.forgetList());
-    assert.deepEqual([setup.outcome, setup.isFull, setup.ids, setup.found], [null, false, [1], null]);
-    assert.deepEqual(port.lines.filter((line) => /forget|scan/.test(line)), ["servos forget", "scan"]);
+    assert.equal(setup.outcome.kind, "id");
+    await finish(clock, setup.changeId(18, 51));
+    assert.deepEqual(port.lines.filter((line) => /forget|scan|^id/.test(line)), ["servos forget", "id 18 50", "scan", "servos forget", "id 18 51", "scan"]);
+    assert.equal(setup.ids.length, 18);
+});
+
+test("rate of the bus: read from the controller, again after each change", async () => {
+    let rate = 1000000;
+    const { setup, clock } = await rig({
+        onText: (line, at) => {
+            if (line === "baud 1 57600bps") at.say(`ID 1 at ${(rate = 57143)}bps`, "ok");
+            else if (line === "bus") at.say(`bus ok at ${rate}bps`, "ok");
+            else return false;
+            return true;
+        },
+    });
+
+    assert.equal(setup.busRate, 1000000);
+    await finish(clock, setup.changeRate(1, 57600));
+    assert.deepEqual([setup.busRate, setup.outcome.kind], [57143, "rate"]);
 });
 
 test("found: a search in the view Robot takes what was found before out, but not at other rates", async () => {
@@ -286,10 +324,11 @@ test("change of an ID: a servo that stays as it was is not told as partly done",
 });
 
 test("new servo: one that is not alone is told in words of the page", async () => {
-    const { setup, clock } = await rig({ onText: (line, at) => line === "new 4" && (at.say("error 89: the new servo is not alone, nothing was written; then 'new' again"), true) });
+    const { setup, clock } = await rig({ onText: (line, at) => line === "new 4" && (at.say("step 1 of 4: search at six rates", "error 89: the new servo is not alone, nothing was written; then 'new' again"), true) });
 
     await finish(clock, setup.setUpNew(4));
     assert.match(setup.session.notices[0].remedy, new RegExp(`press “${texts.setup.newStart}”`));
+    assert.deepEqual(setup.steps, []);
 });
 
 test("new servo: waits through a silent search of 4 s", async () => {

@@ -99,7 +99,7 @@ test("torque on: stays off while the joint moves", async () => {
     await clock.advance(2000);
     await done;
     assert.equal(writes(port, TORQUE).length, 0);
-    assert.match(notice(session, "joint-moves").text, /^Servo 1 was moved/);
+    assert.match(notice(session, "joint-moves").text, /^Servo 1 moved/);
 });
 
 for (const isOn of [true, false])

@@ -14,6 +14,8 @@ import { texts } from "../../src/texts/texts.js";
 import { Decoder } from "../../src/model/decode.js";
 import "../../src/views/board_settings.js";
 import "../../src/views/packets_send.js";
+import { registerRows } from "../../src/model/registers.js";
+import "../../src/views/setup_backup.js";
 import "../../src/views/setup_diagnose.js";
 import "../../src/views/setup_registers.js";
 import { settle } from "../support/fake_clock.js";
@@ -68,6 +70,24 @@ test("robot: an inhibit by a lost host link names the link, once for all servos"
     assert.equal(shown.filter((value) => value === texts.robot.inhibited).length, 2);
 });
 
+test("robot: if no servo answers, the advice is about the line, once", () => {
+    const view = new RobotView();
+    const countOf = (text) => valuesOf(view.render()).filter(([, value]) => value === text).length;
+
+    view.session = turning();
+    const { robot } = view.session;
+
+    robot.setServos([1, 2]);
+    for (const servo of robot.servos.values()) servo.presence = "offline";
+    assert.equal(countOf(texts.robot.allSilent), 1);
+    robot.device = { busState: 2 };
+    robot.servos.get(1).presence = "online"; // when it was asked last
+    assert.equal(countOf(texts.robot.lineLow), 1);
+    robot.device = null;
+    robot.servos.get(2).takeLine("not at the rate of the bus, torque unknown");
+    assert.equal(countOf(texts.robot.otherRate), 1);
+});
+
 /* A view in the document whose dial of servo 1 is dragged, and its pointer. */
 function dragging(t) {
     const view = new RobotView();
@@ -118,8 +138,8 @@ for (const [what, call] of Object.entries(letsGo))
 
 test("board: what is not known of driving is not shown as good", () => {
     const view = new BoardView();
-    const shown = (device, hasDevice = true) => {
-        view.session = { isConnected: true, controller: { profile: "full" }, wire: { hasDevice }, robot: { device, servos: new Map() } };
+    const shown = (device, hasDevice = true, lostIds = []) => {
+        view.session = { isConnected: true, controller: { profile: "full" }, wire: { hasDevice }, robot: { device }, lostIds };
         const values = valuesOf(view.render());
         const at = values.findIndex(([before]) => before.endsWith('class="driving '));
 
@@ -130,14 +150,14 @@ test("board: what is not known of driving is not shown as good", () => {
     assert.deepEqual(shown(null, false), ["", texts.board.unknownState]);
     assert.deepEqual(shown({ inhibit: 1 }), ["bad", texts.board.inhibited]);
     assert.deepEqual(shown({ inhibit: 0 }), ["good", texts.board.allowed]);
+    assert.deepEqual(shown({ inhibit: 0 }, true, [2, 5]), ["warn", "Driving is allowed, but 2 servos are inhibited."]);
+    assert.equal(attributeOf(view.render(), "?disabled"), false);
 });
 
 test("board: a servo whose torque went off by itself is told beside the alarms", () => {
     const view = new BoardView();
     const part = new (customElements.get("panel-board-state"))();
-    const servos = new Map([[5, { id: 5, inhibit: "lost" }], [6, { id: 6, inhibit: "stopped" }]]);
-
-    view.session = { isConnected: true, controller: { profile: "full" }, wire: {}, robot: { device: null, servos } };
+    view.session = { isConnected: true, controller: { profile: "full" }, wire: {}, robot: { device: null }, lostIds: [5] };
     part.lost = attributeOf(view.render(), ".lost");
     part.list = [];
     const shown = valuesOf(part.render()).map(([, value]) => value);
@@ -251,6 +271,19 @@ test("settings: what is typed while an Apply is under way stays", async () => {
     assert.equal(shown("link_loss_ms"), "1234");
     type("link_loss_ms", initial);
     assert.equal(shown("link_loss_ms"), initial);
+});
+
+test("restore: tells that a servo will turn without end", () => {
+    const part = new (customElements.get("panel-setup-backup"))();
+    const row = registerRows(tables()).find(({ name }) => name === "CCW_ANGLE_LIMIT");
+    const shown = (low) => {
+        const entry = { registers: { CW_ANGLE_LIMIT: low, CCW_ANGLE_LIMIT: 0 } };
+
+        part.setup = { id: 1, ids: [1], plan: { servos: [{ id: 1, entry, changes: [{ row, now: 1023, file: 0 }] }] } };
+        return valuesOf(part.render()).some(([, value]) => value === texts.setup.endless([1]));
+    };
+
+    assert.deepEqual([shown(0), shown(1)], [true, false]);
 });
 
 test("diagnosis: a remedy names the button Search, not the command", () => {
