@@ -6,7 +6,7 @@
  * The findings, in the order in which they are looked for, and their thresholds:
  * docs/diagnose.md. A diagnosis at 1 Mbps takes
  *   0.1 s and 20 transactions if the servo answers well,
- *   0.2 s and 31 if no servo answers,
+ *   0.3 s and 31 if no servo answers,
  *   0.4 s and at most 300 with a search for other servos (2.2 s at 19200 bit/s); twice as many for
  *   CDS_BROADCAST_ID.
  * Two servos that agree in every bit and in time pass for one.
@@ -34,15 +34,15 @@ extern "C" {
     X(CDS_FINDING_LINE_LOW, 2, "the line is held low",                                             \
       "look for a short circuit, a plug turned round, or a driver without power")                  \
     X(CDS_FINDING_BABBLE, 3, "the line is never quiet",                                            \
-      "unplug one servo after the other until the line is quiet: the last one is at fault")        \
+      "unplug servos one by one until the line is quiet: the last one is at fault")                \
     X(CDS_FINDING_ECHO, 4, "the line echoes, though the board file says it does not",              \
       "check RX enable, or declare the wiring as one with an echo")                                \
     X(CDS_FINDING_COLLISION, 5, "another device sends on this line",                               \
       "unplug the other controller, or the adapter to the PC")                                     \
-    X(CDS_FINDING_NOISE, 6, "the line is disturbed",                                               \
+    X(CDS_FINDING_NOISE, 6, "noise on the line, or a loose plug",                                  \
       "check plugs, ground and cable length; keep it away from motor and mains cables")            \
     X(CDS_FINDING_BYTES_LOST, 7, "this controller was too late for bytes",                         \
-      "in a program of your own: shorten interrupt handlers, or begin them with ISR_NOBLOCK")      \
+      "in a program: shorten interrupt handlers, or begin them with ISR_NOBLOCK")                  \
     X(CDS_FINDING_DUPLICATE_ID, 8, "two servos seem to have this ID",                              \
       "connect one of them alone and give it another ID")                                          \
     X(CDS_FINDING_SILENCE, 9, "no servo answers at any listed rate",                               \
@@ -54,7 +54,7 @@ extern "C" {
     X(CDS_FINDING_NO_REPLY_BY_LEVEL, 12, "the servo answers PING only",                            \
       "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all)")                                        \
     X(CDS_FINDING_SLOW, 13, "the servo answers later than the bus waits",                          \
-      "lower its RETURN_DELAY, or, in a program of your own, call cds_bus_set_return_delay()")     \
+      "lower its RETURN_DELAY, or raise the setting return_delay; else replace the servo")         \
     X(CDS_FINDING_LOW_SUPPLY, 14, "the servo's supply is below MIN_VOLTAGE",                       \
       "charge or change the battery; check cables and plugs under load")                           \
     X(CDS_FINDING_HIGH_SUPPLY, 15, "the servo's supply is above MAX_VOLTAGE",                      \

@@ -185,7 +185,7 @@ SCRIPT = {
             + error(21, "set 3 MIN_VOLTAGE 7V") + error(21, "id 3 30") + error(2, "lock 77")
             + "@power 3 off\n@power 3 on\n@wait 10\n" + servo("3 LOCK 0"),
     "diagnose": "diagnose 1\n" + text("finding 1: one servo answers well, as far as the wire shows; nothing to do")
-                + text("ID 1 at 1000000bps") + "diagnose 77\n" + text("finding 11:")
+                + text("ID 1 at 1000000bps") + "diagnose 77\n" + text("finding 11:") + text("bps: another servo")
                 + "@expect rule collision\n"  # all that there are answer its broadcast PING
                 + "@power off\ndiagnose 1\n" + text("finding 9: no servo answers") + "@power on\n"
                 + "@wait 10\n@supply 1 5.5\n@wait 5\ndiagnose 1\n" + text("finding 14:")

@@ -9,6 +9,7 @@
 static const CDS_FLASH char message_waits[] = ", return delay %u us";
 static const CDS_FLASH char message_supply[] = ", supply %u mV";
 static const CDS_FLASH char message_hot[] = ", temperature %u C";
+static const CDS_FLASH char message_another[] = ": another servo";
 static const CDS_FLASH char message_finding_place[] = "ID %u at %b%s";
 static const CDS_FLASH char message_tally[] = "asked %u, answered %u, damaged %u, silent %u";
 static const CDS_FLASH char message_finding_is[] = "finding %u: %s";
@@ -57,6 +58,8 @@ static const CDS_FLASH char *value_text(uint8_t finding, uint16_t value)
         return value ? message_waits : message_nothing;
     if (finding == CDS_FINDING_LOW_SUPPLY || finding == CDS_FINDING_HIGH_SUPPLY)
         return message_supply;
+    if (finding == CDS_FINDING_OTHER_ID)
+        return message_another;
     return finding == CDS_FINDING_OVERHEATED ? message_hot : message_nothing;
 }
 
