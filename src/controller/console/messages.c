@@ -13,4 +13,6 @@ const CDS_FLASH char message_version[] = "cds55xx " CDS_VERSION " " BOARD_NAME;
 const CDS_FLASH char message_servo[] = "servo %u: %s";
 const CDS_FLASH char message_of_servo[] = "servo %u: ";
 const CDS_FLASH char message_factory[] = "factory values: ID 1, 1 Mbps";
+const CDS_FLASH char message_unlisted[] = "; IDs not checked: %u";
+const CDS_FLASH char message_at_rate[] = "not at the rate of the bus: 'bus %b' first";
 const CDS_FLASH char message_too_fast[] = "servo %u needs %l ms";

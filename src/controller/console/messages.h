@@ -15,6 +15,8 @@ extern const CDS_FLASH char message_version[];  // "cds55xx 0.1.0 atmega128"
 extern const CDS_FLASH char message_servo[];    // "servo %u: %s"
 extern const CDS_FLASH char message_of_servo[]; // "servo %u: "
 extern const CDS_FLASH char message_factory[];  // what reset and factory do
+extern const CDS_FLASH char message_unlisted[]; // "; IDs not checked: %u"
+extern const CDS_FLASH char message_at_rate[];  // "not at the rate of the bus: 'bus %b' ..."
 extern const CDS_FLASH char message_too_fast[]; // "servo %u needs %l ms"
 
 #endif

@@ -4,6 +4,8 @@
 
 #include <string.h> // memchr(), size_t
 
+#include "cds55xx/diagnose.h"        // CDS_FINDING_LINE_LOW
+#include "console/commands/shared.h" // servos_line_is_low()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/explain.h"
@@ -100,13 +102,15 @@ enum mistake mistake_of(const struct console *console, bool is_of_word)
     const struct cds_servo_state *servo = console_servo(console);
     enum mistake mistake;
 
+    if (console->error == CDS_TIMEOUT && servo && servo_is_at_other_rate(console, servo))
+        return MISTAKE_RATE;
+    if (console->error == CDS_INHIBITED && concerns_offline_servo(console))
+        return servos_line_is_low(&console->robot->servos) ? MISTAKE_LINE : MISTAKE_OFFLINE;
     if (console->error == CDS_LIMIT && line->id != line->new_id &&
         cds_servos_find(&console->robot->servos, line->new_id))
         return MISTAKE_KNOWN_ID;
     if (console->error == CDS_LIMIT && servo && servo->has_limits)
         return MISTAKE_LIMITS;
-    if (console->error == CDS_INHIBITED && concerns_offline_servo(console))
-        return MISTAKE_OFFLINE;
     if (console->error == ERROR_COUNT && line->command)
         return MISTAKE_COUNT;
     if (console->error == ERROR_UNIT && line->command && explain_is_settings(line))
@@ -146,10 +150,11 @@ static void set_limits(union printer_value *values, const struct cds_servo_state
 }
 
 static const CDS_FLASH char *const CDS_FLASH mistake_texts[] = {
-    [MISTAKE_LIST] = message_one_servo,    [MISTAKE_BLANK] = message_blank,
-    [MISTAKE_REVERSED] = message_reversed, [MISTAKE_UNIT] = message_no_unit,
-    [MISTAKE_KNOWN_ID] = message_known_id, [MISTAKE_COUNT] = message_usage_due,
-    [MISTAKE_LIMITS] = message_limits,     [MISTAKE_OFFLINE] = message_not_driven,
+    [MISTAKE_LIST] = message_one_servo,     [MISTAKE_BLANK] = message_blank,
+    [MISTAKE_REVERSED] = message_reversed,  [MISTAKE_UNIT] = message_no_unit,
+    [MISTAKE_KNOWN_ID] = message_known_id,  [MISTAKE_COUNT] = message_usage_due,
+    [MISTAKE_LIMITS] = message_limits,      [MISTAKE_RATE] = message_at_rate,
+    [MISTAKE_OFFLINE] = message_not_driven,
 };
 
 void mistake_print(struct console *console, enum mistake mistake)
@@ -160,10 +165,14 @@ void mistake_print(struct console *console, enum mistake mistake)
         values[0].text = console->line.command->usage;
     else if (mistake == MISTAKE_LIMITS)
         set_limits(values, console_servo(console));
+    else if (mistake == MISTAKE_RATE)
+        values[0].number = console_servo(console)->baud_reg;
     else
         values[0].number = console->line.new_id;
     if (mistake == MISTAKE_COMMA)
         printer_text(&console->printer, message_comma);
     else
-        printer_line(&console->printer, mistake_texts[mistake]);
+        printer_line(&console->printer, mistake == MISTAKE_LINE
+                                            ? diagnose_findings[CDS_FINDING_LINE_LOW]
+                                            : mistake_texts[mistake]);
 }
