@@ -6,7 +6,7 @@
  * The findings, in the order in which they are looked for, and their thresholds:
  * docs/diagnose.md. A diagnosis at 1 Mbps takes
  *   0.1 s and 20 transactions if the servo answers well,
- *   0.2 s and 31 if no servo answers,
+ *   0.3 s and 31 if no servo answers,
  *   0.4 s and at most 300 with a search for other servos (2.2 s at 19200 bit/s); twice as many for
  *   CDS_BROADCAST_ID.
  * Two servos that agree in every bit and in time pass for one.
@@ -30,41 +30,41 @@ extern "C" {
 #define CDS_FINDINGS(X)                                                                            \
     X(CDS_FINDING_NONE, 0, "nothing found yet", "wait until the diagnosis has ended")              \
     X(CDS_FINDING_OK, 1, "one servo answers well, as far as the wire shows",                       \
-      "nothing to do, unless two servos have this ID and agree in every bit: count the servos")    \
+      "nothing to do, unless two servos agree in every bit: count them")                           \
     X(CDS_FINDING_LINE_LOW, 2, "the line is held low",                                             \
-      "look for a short circuit, a plug turned round, or a driver without power")                  \
+      "look for a short circuit, a turned plug, or a driver without power")                        \
     X(CDS_FINDING_BABBLE, 3, "the line is never quiet",                                            \
-      "unplug one servo after the other until the line is quiet: the last one is at fault")        \
+      "unplug servos one by one until it is quiet: the last is at fault")                          \
     X(CDS_FINDING_ECHO, 4, "the line echoes, though the board file says it does not",              \
-      "check RX enable, or declare the wiring as one with an echo")                                \
+      "check RX enable, or declare an echo in the board file")                                     \
     X(CDS_FINDING_COLLISION, 5, "another device sends on this line",                               \
-      "unplug the other controller, or the adapter to the PC")                                     \
-    X(CDS_FINDING_NOISE, 6, "the line is disturbed",                                               \
-      "check plugs, ground and cable length; keep it away from motor and mains cables")            \
+      "unplug the other controller or PC adapter")                                                 \
+    X(CDS_FINDING_NOISE, 6, "noise on the line, or a loose plug",                                  \
+      "check plugs, ground, cable length; keep off motor and mains cables")                        \
     X(CDS_FINDING_BYTES_LOST, 7, "this controller was too late for bytes",                         \
-      "in a program of your own: shorten interrupt handlers, or begin them with ISR_NOBLOCK")      \
+      "in a program: shorten interrupt handlers, or use ISR_NOBLOCK")                              \
     X(CDS_FINDING_DUPLICATE_ID, 8, "two servos seem to have this ID",                              \
       "connect one of them alone and give it another ID")                                          \
     X(CDS_FINDING_SILENCE, 9, "no servo answers at any listed rate",                               \
-      "check power, plug, wiring; then a rescue scan, or 'new' with only this servo connected")    \
+      "check power, plug, wiring; then 'scan rescue', or 'new' with this servo alone")             \
     X(CDS_FINDING_OTHER_RATE, 10, "the servo answers at another baud rate",                        \
       "use that rate, or change the servo's baud rate")                                            \
     X(CDS_FINDING_OTHER_ID, 11, "no servo has this ID, but others answer",                         \
-      "check plug and power of this servo; then its ID: scan the bus")                             \
+      "check its plug and power; then its ID: 'scan'")                                             \
     X(CDS_FINDING_NO_REPLY_BY_LEVEL, 12, "the servo answers PING only",                            \
       "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all)")                                        \
     X(CDS_FINDING_SLOW, 13, "the servo answers later than the bus waits",                          \
-      "lower its RETURN_DELAY, or, in a program of your own, call cds_bus_set_return_delay()")     \
+      "lower its RETURN_DELAY, or raise the setting return_delay; else replace it")                \
     X(CDS_FINDING_LOW_SUPPLY, 14, "the servo's supply is below MIN_VOLTAGE",                       \
-      "charge or change the battery; check cables and plugs under load")                           \
+      "charge the battery; check cables and plugs under load")                                     \
     X(CDS_FINDING_HIGH_SUPPLY, 15, "the servo's supply is above MAX_VOLTAGE",                      \
       "lower the supply: it harms the servo")                                                      \
     X(CDS_FINDING_OVERHEATED, 16, "the servo is hotter than MAX_TEMPERATURE",                      \
-      "switch torque off and take the load away until the servo is cool")                          \
+      "torque off, and take any load away until it is cool")                                       \
     X(CDS_FINDING_OVERLOADED, 17, "the load exceeds the servo's torque",                           \
       "find what blocks the servo, or lessen the load")                                            \
     X(CDS_FINDING_REPLIES_TOO_EARLY, 18, "the servo answers before this controller listens",       \
-      "write RETURN_DELAY 1 or more: the servo hears the write; 0 is for tied pins")
+      "write RETURN_DELAY 1 or more: the servo hears it; 0 is for tied pins")
 
 /* CDS_FINDING_OK, ...: what each one means stands in the list. */
 enum cds_finding {

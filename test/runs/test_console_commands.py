@@ -192,7 +192,7 @@ SCRIPT = {
             + error(21, "set 3 MIN_VOLTAGE 7V") + error(21, "id 3 30") + error(2, "lock 77")
             + "@power 3 off\n@power 3 on\n@wait 10\n" + servo("3 LOCK 0"),
     "diagnose": "diagnose 1\n" + text("finding 1: one servo answers well, as far as the wire shows; nothing to do")
-                + text("ID 1 at 1000000bps") + "diagnose 77\n" + text("finding 11:")
+                + text("ID 1 at 1000000bps") + "diagnose 77\n" + text("finding 11:") + text("bps: another")
                 + "@expect rule collision\n"  # all that there are answer its broadcast PING
                 + "@power off\ndiagnose 1\n" + text("finding 9: no servo answers") + "@power on\n"
                 + "@wait 10\n@supply 1 5.5\n@wait 5\ndiagnose 1\n" + text("finding 14:")
@@ -314,7 +314,7 @@ LISTS = ("info 1-2\n" + text("servo 1: 0x00 ") + text("servo 2: 0x1E GOAL_POSITI
 # replies are the same but for the last lines of stop.
 LINE_LOW = ("scan\ntorque 1 on\n@fault stuck low 3000\n@wait 1500\nservos\n" + text("servo 1: line held low, torque unknown") + "status\n"
             + text("servos: 3, offline 3")
-            + error(9, "stop") + text("torque may still be on: switch off the supply; driving is inhibited until 'release'")
+            + error(9, "stop") + text("torque may still be on: switch off the supply; inhibited until 'release'")
             + "@wait 2000\nservos\n" + text("servo 1: online, torque off, inhibited: stopped")
             + "release\n@power 3 off\n@wait 2500\nservos\n" + text("servo 3: offline, torque unknown")
             + error(2, "stop") + text("torque may still be on: switch off the supply;"))

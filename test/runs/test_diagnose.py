@@ -80,7 +80,7 @@ class Diagnose(unittest.TestCase):
     def test_silence(self):
         self.assertEqual(self.runs("d 1\nd 254\n", "none"), ["SILENCE"] * 2)
         self.assertEqual(self.runs("d 1\n", "1", "stuck high"), ["SILENCE"])
-        self.assertLess(self.found[0]["us"], 200000)
+        self.assertLess(self.found[0]["us"], 300000)
         self.assertEqual(self.runs("d 1\n", "1", "stuck high", board="arbotix"), ["SILENCE"])
 
     def test_another_rate_each_of_the_listed_ones(self):
@@ -203,6 +203,12 @@ class Diagnose(unittest.TestCase):
             self.assertEqual(self.runs("w 1 5 254\nd 1\n", "1", f"quirk 1 extra_turnaround_us {us}"),
                              ["SLOW"])
             self.assertEqual(self.found[0]["value"], 0)
+
+    def test_slow_beyond_the_time_in_which_a_reply_counts_as_stale(self):
+        for us in (1600, 2000, 2500, 3000, 5000, 9000):
+            with self.subTest(us=us):
+                self.assertEqual(self.runs("d 1\n", "1-3", f"turnaround 1 {us}"), ["SLOW"])
+                self.assertEqual(self.found[0]["found_id"], 1)
 
     def test_supply_and_temperature(self):
         script = ("@supply 5.9\nd 1\n@supply 6\nd 1\n@supply 16\nd 1\n@supply 16.1\nd 1\n@supply 12\n"

@@ -79,7 +79,7 @@ class Settings(unittest.TestCase):
 
     def test_power_lost_in_any_write_of_the_first_save(self):
         saved = (SECOND, "as saved")
-        nothing = [(DEFAULTS, "defaults: nothing saved before"),
+        nothing = [(DEFAULTS, "defaults: nothing saved"),
                    (DEFAULTS, "defaults: saved ones damaged")]
         writes, found = self.cut_everywhere([], [saved, *nothing])
         self.assertGreaterEqual(writes, 15) # all but those that are FF
@@ -167,7 +167,7 @@ class Settings(unittest.TestCase):
     def test_settings_act_at_once_and_only_saved_ones_outlive_power(self):
         output = self.run_script("settings bus_baud 3\n! ping 1\nwrite 254 BAUD_RATE 3\n@reset power\n"
                                  "settings\n", "atmega128")
-        self.assertEqual(listed(output), (DEFAULTS, "defaults: nothing saved before"))
+        self.assertEqual(listed(output), (DEFAULTS, "defaults: nothing saved"))
         output = self.run_script("write 254 BAUD_RATE 3\nsettings bus_baud 3\nping 1\nsave\n"
                                  "@reset power\nping 1\n@reset external\ndefaults\n! ping 1\n")
         self.assertEqual(output.count("<-out: FF FF 01 02 00 FC"), 2)
@@ -353,6 +353,24 @@ class Alarms(unittest.TestCase):
             remedy = "; check power, wiring, ID and baud rate of the servo" if boards.BOARDS[board].profile == "full" else ""
             self.assertEqual(re.findall("alarm .*", run.output), ["alarm 2: offline" + remedy], run.output)
             self.assertEqual(re.findall("servo 2: (.*),", run.output), ["offline", "online"], run.output)
+
+    def test_held_line_and_lost_link_are_told_once_to_a_person(self):
+        for mode, told in (("person", 1), ("program", 0)):
+            run = controller(f"scan\nmode {mode}\n@fault stuck low 1500\n@wait 1000\n! monitor 1 2\n@wait 1500\nservos\n"
+                             "settings link_loss_action 2\nsettings link_loss_ms 500\n@wait 1500\nservos\n",
+                             "atmega128", "1,2", "--echo")
+            self.assertEqual(run.output.count("> the line is held low; look for a short circuit")
+                             + run.output.count("\nthe line is held low; look for a short circuit"), told, run.output)
+            self.assertEqual(run.output.count("the host link was lost; no byte for link_loss_ms"), told, run.output)
+            self.assertIn("inhibited: host link lost", run.output)
+
+    def test_torque_and_rate_that_are_not_known_are_not_told(self):
+        run = controller("scan\nwrite 1 STATUS_RETURN_LEVEL 0\ntorque 1 on\n@power 1 off\n@wait 300\n@power 1 on\n"
+                         "@wait 3000\nservos\n@expect text servo 1: online, torque unknown\n"
+                         "baud 2 57600\n! ping 3\n@expect text servo 3: not at the rate of the bus: 'bus 1000000bps' first\n"
+                         "! stop\n@expect text servo 3: not at the rate of the bus: 'bus 1000000bps' first\n",
+                         "atmega128", "1-3", "--echo")
+        self.assertEqual(run.status, 0, run.output)
 
     def test_alarm_is_told_of_a_servo_in_place_of_a_forgotten_one(self):
         run = controller("settings alarm_report 1\n! write 1 PRESENT_POSITION 1\n@expect text alarm 1: range\n"

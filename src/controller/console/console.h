@@ -83,9 +83,10 @@ struct console {
                              // text
     bool new_is_refused : 1; // the last `sequence NAME new` was refused: so is `add` (sequences.c)
     uint8_t explained;       // parts of the error's line that are printed
-    uint8_t fed;             // locked characters that the parser has taken
-    uint8_t looked;          // position in the input ring: there is no Ctrl-X before it
-    struct token token;      // the word that comes, or the one that is wrong
+    const CDS_FLASH char *told; // the fault of the whole robot that was told last, or NULL
+    uint8_t fed;                // locked characters that the parser has taken
+    uint8_t looked;             // position in the input ring: there is no Ctrl-X before it
+    struct token token;         // the word that comes, or the one that is wrong
     struct editor editor;
     struct cds_request request;
     union console_buffer buffer;  // the packet of `request`, or the job of the command

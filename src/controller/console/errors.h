@@ -63,7 +63,7 @@
     X(ERROR_SAVING, 63, "the EEPROM is being written", "try again in 0.2 s")                       \
     X(ERROR_STOPPING, 64, "torque off is under way", "try again when 'status' says how it went")   \
     X(ERROR_LINK_LOST, 65, "the host link was lost",                                               \
-      "no byte came for the setting link_loss_ms; 'clear' when the host sends again")              \
+      "no byte for link_loss_ms: link_loss_action acted; 'clear' when it is back")                 \
     X(ERROR_SERVO_INSTRUCTION, 20, "servo: instruction error",                                     \
       "the servo does not know the instruction, or ACTION found nothing registered")               \
     X(ERROR_SERVO_RANGE, 21, "servo: range error",                                                 \
@@ -93,13 +93,13 @@
     X(ERROR_JOINTS, 80, "too many servos in stored poses",                                         \
       "at most 18 together: delete poses, or give fewer servos")                                   \
     X(ERROR_STUCK, 83, "a servo does not follow its goals; the motion has ended",                  \
-      "check what blocks it, its power and its torque")                                            \
+      "check what blocks it, its power, torque and line: 'diagnose ID'")                           \
     X(ERROR_TORQUE_OFF, 84, "torque of a servo is off",                                            \
       "switch it on where the servos are, as by 'teach off 1 2 3'")                                \
     X(ERROR_ALARM, 85, "the servo reports an alarm",                                               \
-      "take its load off and let it cool, then 'clear'")                                           \
+      "take any load off and let it cool, then 'clear'")                                           \
     X(ERROR_VOLTAGE, 86, "voltage outside of the servo's limits",                                  \
-      "charge the battery, or see its MIN_VOLTAGE and MAX_VOLTAGE; then 'clear'")                  \
+      "PRESENT_VOLTAGE low: charge the battery; high: lower the supply; then 'clear'")             \
     X(ERROR_OVERRIDE, 82, "percentage of the speed out of range", "give 10 to 200%")               \
     X(ERROR_ABSENT, 81, "a servo of the pose is not in the group",                                 \
       "'pose show NAME' prints the 'group' that the pose needs")                                   \

@@ -5,8 +5,9 @@
 #include <string.h> // memchr(), size_t
 
 #include "cds55xx/control_table.h"   // CDS_REG_GOAL_POSITION
+#include "cds55xx/diagnose.h"        // CDS_FINDING_LINE_LOW
 #include "cds55xx/packet.h"          // CDS_AT_PARAMETERS
-#include "console/commands/shared.h" // register_raw_at()
+#include "console/commands/shared.h" // register_raw_at(), servos_line_is_low()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/explain.h"
@@ -105,13 +106,15 @@ enum mistake mistake_of(const struct console *console, bool is_of_word)
     const struct cds_servo_state *servo = console_servo(console);
     enum mistake mistake;
 
+    if (console->error == CDS_TIMEOUT && servo && servo_is_at_other_rate(console, servo))
+        return MISTAKE_RATE;
+    if (console->error == CDS_INHIBITED && concerns_offline_servo(console))
+        return servos_line_is_low(&console->robot->servos) ? MISTAKE_LINE : MISTAKE_OFFLINE;
     if (console->error == CDS_LIMIT && line->id != line->new_id &&
         cds_servos_find(&console->robot->servos, line->new_id))
         return MISTAKE_KNOWN_ID;
     if (console->error == CDS_LIMIT && servo && servo->has_limits)
         return MISTAKE_LIMITS;
-    if (console->error == CDS_INHIBITED && concerns_offline_servo(console))
-        return MISTAKE_OFFLINE;
     if (console->error == ERROR_COUNT && line->command)
         return MISTAKE_COUNT;
     if (console->error == ERROR_UNIT && line->command && explain_is_settings(line))
@@ -166,10 +169,10 @@ static void print_limits(struct console *console)
 }
 
 static const CDS_FLASH char *const CDS_FLASH mistake_texts[] = {
-    [MISTAKE_LIST] = message_one_servo,     [MISTAKE_BLANK] = message_blank,
-    [MISTAKE_REVERSED] = message_reversed,  [MISTAKE_UNIT] = message_no_unit,
-    [MISTAKE_KNOWN_ID] = message_known_id,  [MISTAKE_COUNT] = message_usage_due,
-    [MISTAKE_OFFLINE] = message_not_driven,
+    [MISTAKE_LIST] = message_one_servo,    [MISTAKE_BLANK] = message_blank,
+    [MISTAKE_REVERSED] = message_reversed, [MISTAKE_UNIT] = message_no_unit,
+    [MISTAKE_KNOWN_ID] = message_known_id, [MISTAKE_COUNT] = message_usage_due,
+    [MISTAKE_RATE] = message_at_rate,      [MISTAKE_OFFLINE] = message_not_driven,
 };
 
 void mistake_print(struct console *console, enum mistake mistake)
@@ -180,6 +183,8 @@ void mistake_print(struct console *console, enum mistake mistake)
         values[0].text = console->line.command->usage;
         values[1].text = console->line.is_repeated && console->line.numbers > 1 ? message_one_word
                                                                                 : message_nothing;
+    } else if (mistake == MISTAKE_RATE) {
+        values[0].number = console_servo(console)->baud_reg;
     } else {
         values[0].number = console->line.new_id;
     }
@@ -188,5 +193,7 @@ void mistake_print(struct console *console, enum mistake mistake)
     else if (mistake == MISTAKE_LIMITS)
         print_limits(console);
     else
-        printer_line(&console->printer, mistake_texts[mistake]);
+        printer_line(&console->printer, mistake == MISTAKE_LINE
+                                            ? diagnose_findings[CDS_FINDING_LINE_LOW]
+                                            : mistake_texts[mistake]);
 }

@@ -20,6 +20,8 @@ enum mistake {
     MISTAKE_KNOWN_ID, // `id` or `new` to the ID of a known servo
     MISTAKE_COUNT,    // too many words, or too few, for the one usage of the command
     MISTAKE_LIMITS,   // beyond the soft limits of the servo
+    MISTAKE_RATE,     // the servo is known to be at another rate than the bus
+    MISTAKE_LINE,     // the line is held low, so the servo may not be driven
     MISTAKE_OFFLINE,  // the servo does not answer, so it may not be driven
 } __attribute__((packed));
 

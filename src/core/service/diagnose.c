@@ -11,12 +11,13 @@
 #include "flash.h"              // CDS_FLASH
 
 #define LISTEN_US   50000u
-#define SETTLE_US   2000u // before that, with 64 byte times: replies to earlier packets pass
-#define PAUSE_US    1000u // after a transaction, with 8 byte times: a second or a stale reply comes
-#define NOISE       4     // unrequested bytes; a good bus that loses a reply has fewer
-#define FEW         2     // of anything that may happen once on a good bus
-#define SUPPLY_MV   100u  // unit of the registers
-#define VARYING_LEN 8     // bytes from PRESENT_POSITION to PRESENT_TEMPERATURE
+#define SETTLE_US   2000u  // before that, with 64 byte times: replies to earlier packets pass
+#define PAUSE_US    1000u  // after a transaction, with 8 byte times: a second reply comes
+#define LATE_US     12000u // after a PING of the target without a good reply: a slow one comes
+#define NOISE       4      // unrequested bytes; a good bus that loses a reply has fewer
+#define FEW         2      // of anything that may happen once on a good bus
+#define SUPPLY_MV   100u   // unit of the registers
+#define VARYING_LEN 8      // bytes from PRESENT_POSITION to PRESENT_TEMPERATURE
 #define HEARD_MAX                                                                                  \
     16 // longer than the longest reply, and than a packet and the two header bytes after it
 #define LIMITS_AT  CDS_REG_RETURN_DELAY
@@ -260,7 +261,7 @@ static void transaction_ended(void *operation, enum cds_result result)
     if (result == CDS_OK)
         keep_reply(diagnose);
     if (diagnose->phase != SEEK || count || result != CDS_TIMEOUT)
-        pause_for(diagnose, PAUSE_US, 8);
+        pause_for(diagnose, tally.answered || diagnose->phase != PROBE ? PAUSE_US : LATE_US, 8);
 }
 
 /* ---- what follows from a series ---- */
@@ -437,6 +438,8 @@ static void read_varying_ended(struct cds_diagnose *diagnose)
     diagnose->varying = *series;
     if (bad < FEW) {
         enter(diagnose, READ_LIMITS);
+    } else if (diagnose->stale_replies >= FEW) {
+        conclude(diagnose, CDS_FINDING_SLOW);
     } else if (is_too_early(total)) {
         conclude(diagnose, CDS_FINDING_REPLIES_TOO_EARLY);
     } else if (bad_before <= FEW && (uint8_t)(damaged + 1) >= series->asked) {

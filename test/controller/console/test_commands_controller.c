@@ -128,7 +128,7 @@ void test_settings_prints_values_units_and_origin(void)
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\nbus_baud = 1 register, 1000000bps\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\nrepeats = 0\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\ncycle_us = 4000 us\r\nsettings at start: defaults: "
-                                      "nothing saved before\r\nok\r\n"));
+                                      "nothing saved\r\nok\r\n"));
 }
 
 void test_a_setting_is_shown_changed_and_brought_back(void)
@@ -206,15 +206,15 @@ void test_alarm_report_prints_lines_between_replies(void)
     says(7, 0x24);
     turns(40);
     TEST_ASSERT_EQUAL_STRING(
-        "alarm 7: overheating; take its load off and let it cool, then 'clear'\r\n"
-        "alarm 7: overload; take its load off and let it cool, then 'clear'\r\n",
+        "alarm 7: overheating; take any load off and let it cool, then 'clear'\r\n"
+        "alarm 7: overload; take any load off and let it cool, then 'clear'\r\n",
         said);
     eeprom_fake.slow = 3;
     reply_to("save");
     says(8, 0x01);
     turns(400);
-    TEST_ASSERT_EQUAL_STRING("ok\r\nalarm 8: input voltage; charge the battery, or see its "
-                             "MIN_VOLTAGE and MAX_VOLTAGE; then 'clear'\r\n",
+    TEST_ASSERT_EQUAL_STRING("ok\r\nalarm 8: input voltage; PRESENT_VOLTAGE low: charge the "
+                             "battery; high: lower the supply; then 'clear'\r\n",
                              said);
 }
 
@@ -223,7 +223,7 @@ void test_status_tells_all_there_is(void)
     cds_servos_add(&robot.servos, 7);
     says(7, 0);
     TEST_ASSERT_EQUAL_STRING("reset by power brown-out\r\n"
-                             "settings at start: defaults: nothing saved before\r\n"
+                             "settings at start: defaults: nothing saved\r\n"
                              "host link: not watched\r\ndriving: allowed\r\n"
                              "last stop: none\r\nCtrl-X in damaged packets: 0\r\n"
                              "bus: busy\r\nservos: 1, offline 0\r\n"

@@ -172,13 +172,13 @@ static const char *assert_begins(const char *text, const char *begin)
 
 void test_conditions_are_warnings_and_ok(void)
 {
-    static const char load[] = "; take its load off and let it cool, then 'clear'\r\n";
+    static const char load[] = "; take any load off and let it cool, then 'clear'\r\n";
     const char *next;
 
     reply_to("ping 1");
     answer(1, CDS_ERROR_VOLTAGE | CDS_ERROR_OVERHEATING | CDS_ERROR_OVERLOAD, NULL, 0);
-    next = assert_begins(said, "warning: input voltage; charge the battery, or see its MIN_VOLTAGE "
-                               "and MAX_VOLTAGE; then 'clear'\r\n");
+    next = assert_begins(said, "warning: input voltage; PRESENT_VOLTAGE low: charge the "
+                               "battery; high: lower the supply; then 'clear'\r\n");
     next = assert_begins(assert_begins(next, "warning: overheating"), load);
     next = assert_begins(assert_begins(next, "warning: overload"), load);
     TEST_ASSERT_EQUAL_STRING("ok\r\n", next);

@@ -262,7 +262,7 @@ void test_nobody(void)
 {
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_SILENCE, found());
     TEST_ASSERT_EQUAL_UINT16(31, diagnose.transactions);
-    TEST_ASSERT_LESS_THAN_UINT32(200000, port_fake.now_us);
+    TEST_ASSERT_LESS_THAN_UINT32(300000, port_fake.now_us);
     TEST_ASSERT_EQUAL_UINT8(CDS_NO_ID, diagnose.found_id);
 }
 

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* status, alarms, clear, settings, save, defaults: the controller itself. */
+#include <stddef.h>
+
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
@@ -22,7 +24,6 @@ static const CDS_FLASH char message_torque_never[] = "last stop: none";
 static const CDS_FLASH char message_torque_read[] =
     "last stop: %u of %u servos read back as off%s%s";
 static const CDS_FLASH char message_some_on[] = ", some are on";
-static const CDS_FLASH char message_unlisted[] = "; IDs not checked: %u";
 static const CDS_FLASH char message_inhibit_off[] = "driving: allowed";
 static const CDS_FLASH char message_inhibit_some[] = "driving: allowed; inhibited: %u";
 static const CDS_FLASH char message_inhibit_on[] = "driving: inhibited until '%s'";
@@ -38,7 +39,7 @@ static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes unused";
 /* ---- settings, save, defaults ---- */
 
 static const CDS_FLASH char *const CDS_FLASH origins[] = {
-    [SETTINGS_NONE] = FLASH_TEXT("defaults: nothing saved before"),
+    [SETTINGS_NONE] = FLASH_TEXT("defaults: nothing saved"),
     [SETTINGS_DAMAGED] = FLASH_TEXT("defaults: saved ones damaged"),
     [SETTINGS_OTHER_VERSION] = FLASH_TEXT("defaults: of another version"),
     [SETTINGS_OLDER] = FLASH_TEXT("older firmware; new ones: defaults"),
@@ -228,6 +229,25 @@ static uint8_t clear_begin(struct console *console)
     return failsafe_clear(console->failsafe) ? 0 : ERROR_STOPPING;
 }
 
+/* In mode person: prints a fault of the whole robot that has begun. Returns false if there is
+ * none. */
+static bool report_fault(struct console *console)
+{
+    const struct failsafe *failsafe = console->failsafe;
+    const CDS_FLASH char *text = NULL;
+
+    if (failsafe->link_lost)
+        text = error_text(ERROR_LINK_LOST);
+    if (servos_line_is_low(&console->robot->servos))
+        text = diagnose_findings[CDS_FINDING_LINE_LOW];
+    if (text == console->told)
+        return false;
+    if (!text || !failsafe->host_types || !console_is_for_person(console) ||
+        console_say(console, text))
+        console->told = text;
+    return true;
+}
+
 bool controller_report(struct console *console)
 {
     struct failsafe *failsafe = console->failsafe;
@@ -236,6 +256,8 @@ bool controller_report(struct console *console)
         if (console->editor.length)
             return false;
         if (command_set.moves && play_report(console))
+            return true;
+        if (command_set.explain && report_fault(console))
             return true;
         if (!failsafe->alarm)
             return false;

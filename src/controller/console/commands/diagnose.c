@@ -9,6 +9,7 @@
 static const CDS_FLASH char message_waits[] = ", return delay %u us";
 static const CDS_FLASH char message_supply[] = ", supply %u mV";
 static const CDS_FLASH char message_hot[] = ", temperature %u C";
+static const CDS_FLASH char message_another[] = ": another";
 static const CDS_FLASH char message_finding_place[] = "ID %u at %b%s";
 static const CDS_FLASH char message_tally[] = "asked %u, answered %u, damaged %u, silent %u";
 static const CDS_FLASH char message_finding_is[] = "finding %u: %s";
@@ -43,7 +44,7 @@ uint8_t diagnose_servo(struct console *console)
                                                      .id = console->line.id});
 }
 
-static const CDS_FLASH char *const CDS_FLASH findings[] = {
+const CDS_FLASH char *const CDS_FLASH diagnose_findings[] = {
 #define ROW(name, number, text, remedy) [number] = FLASH_TEXT(text "; " remedy),
     CDS_FINDINGS(ROW)
 #undef ROW
@@ -57,6 +58,8 @@ static const CDS_FLASH char *value_text(uint8_t finding, uint16_t value)
         return value ? message_waits : message_nothing;
     if (finding == CDS_FINDING_LOW_SUPPLY || finding == CDS_FINDING_HIGH_SUPPLY)
         return message_supply;
+    if (finding == CDS_FINDING_OTHER_ID)
+        return message_another;
     return finding == CDS_FINDING_OVERHEATED ? message_hot : message_nothing;
 }
 
@@ -84,7 +87,7 @@ static bool print_line(struct printer *printer, const struct cds_diagnose *diagn
     switch (line) {
     case 0:
         printer->values[0].number = diagnose->finding;
-        printer->values[1].text = findings[diagnose->finding];
+        printer->values[1].text = diagnose_findings[diagnose->finding];
         printer_line(printer, message_finding_is);
         return true;
     case 1: print_tally(printer, diagnose); return diagnose->found_id != CDS_NO_ID;
@@ -102,7 +105,7 @@ void diagnose_print_finding(struct console *console)
         account_end(console);
     console->printer.values[0].number = console->line.id;
     console->printer.values[1].number = finding;
-    console->printer.values[2].text = findings[finding];
+    console->printer.values[2].text = diagnose_findings[finding];
     printer_line(&console->printer, message_finding_of);
 }
 

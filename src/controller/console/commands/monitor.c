@@ -160,6 +160,8 @@ static bool sum_up(struct console *console)
         printer_end_of_line(&console->printer);
         return true;
     }
+    if (command_set.explain && console->line.request->result == CDS_LINE_BUSY)
+        console->error = CDS_LINE_BUSY; // why the last answer is missing
     console->printer.values[0].number = monitor->lines;
     console->printer.values[1].number = monitor->failed;
     printer_line(&console->printer, message_lines);

@@ -29,6 +29,9 @@ static inline bool servos_line_is_low(const struct cds_servos *servos)
     return command_set.explain && cds_bus_line(servos->bus) == CDS_BUS_LINE_FAULT;
 }
 
+/* In stop.c: true if the servo is known to be at another rate than the bus. */
+bool servo_is_at_other_rate(const struct console *console, const struct cds_servo_state *servo);
+
 /* In cycle.c: range of the period, in ms. */
 #define CYCLE_MS_MIN 2
 #define CYCLE_MS_MAX 65
@@ -180,6 +183,9 @@ void scan_sum_up(struct console *console);
  * "servo 5: finding 8: ...". */
 uint8_t diagnose_servo(struct console *console);
 void diagnose_print_finding(struct console *console);
+
+/* In diagnose.c: text and remedy of each enum cds_finding. */
+extern const CDS_FLASH char *const CDS_FLASH diagnose_findings[];
 
 /* What scan and diagnose add to the counters of the bus, and the time since the reset. */
 struct account {

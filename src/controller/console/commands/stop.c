@@ -12,17 +12,16 @@
 #include "console/reply.h"
 #include "console/messages.h"
 
-static const CDS_FLASH char message_stop_unlisted[] = "IDs not checked: %u";
 static const CDS_FLASH char message_stop_done[] =
     "robot stopped: torque off, driving inhibited until 'release'";
 static const CDS_FLASH char message_stop_failed[] =
-    "torque may still be on: switch off the supply; driving is inhibited until 'release'";
+    "torque may still be on: switch off the supply; inhibited until 'release'";
 static const CDS_FLASH char message_presence_low[] = "line held low";
 static const CDS_FLASH char message_presence_busy[] = "line not quiet";
 static const CDS_FLASH char message_presence_rate[] = "not at the rate of the bus";
 static const CDS_FLASH char message_torque_unknown[] = "unknown";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
-static const CDS_FLASH char message_alarms[] = ", alarms: %s";
+static const CDS_FLASH char message_alarms[] = ", latched alarms: %s";
 static const CDS_FLASH char message_presence[] = "servo %u: %s, torque %s";
 static const CDS_FLASH char message_presence_limits[] =
     "servo %u: %s, torque %s, limits %a to %a and %r";
@@ -40,13 +39,19 @@ static const CDS_FLASH char *const CDS_FLASH stop_outcomes[] = {
     [CDS_TORQUE_OFF_UNKNOWN] = FLASH_TEXT("not checked"),
     [CDS_TORQUE_OFF_ON] = FLASH_TEXT("torque is still on"),
     [CDS_TORQUE_OFF_SILENT] = FLASH_TEXT("no answer"),
-    [CDS_TORQUE_OFF_MUTE] = FLASH_TEXT("told, but set not to answer"),
+    [CDS_TORQUE_OFF_MUTE] = FLASH_TEXT("told, set not to answer"),
 };
 
 static uint8_t stop_begin(struct console *console)
 {
     robot_stop(console->robot);
     return 0;
+}
+
+NOINLINE bool servo_is_at_other_rate(const struct console *console,
+                                     const struct cds_servo_state *servo)
+{
+    return servo->baud_reg != CDS_SERVOS_UNKNOWN && servo->baud_reg != console->bus->baud_reg;
 }
 
 /* Waits until the stop is over, then prints the servos whose torque was not read as off. The
@@ -67,6 +72,10 @@ static bool stop_poll(struct console *console)
             continue;
         console->printer.values[0].number = servo->id;
         console->printer.values[1].text = stop_outcomes[servo->torque_off];
+        if (command_set.explain && servo_is_at_other_rate(console, servo)) {
+            console->printer.values[1].text = message_at_rate;
+            console->printer.values[2].number = servo->baud_reg;
+        }
         printer_line(&console->printer, message_servo);
         return true;
     }
@@ -76,8 +85,8 @@ static bool stop_poll(struct console *console)
     }
     console->printer.values[0].number = robot_unlisted(robot);
     if (console->printer.values[0].number &&
-        console->error != CDS_LINE_BUSY) // else nothing was sent
-        printer_line(&console->printer, message_stop_unlisted);
+        console->error != CDS_LINE_BUSY)                       // else nothing was sent
+        printer_line(&console->printer, message_unlisted + 2); // behind "; "
     return command_set.explain && (console->error || console_is_for_person(console));
 }
 
@@ -177,14 +186,15 @@ static void print_alarm(struct printer *printer, uint8_t alarms, uint8_t index)
 
 /* "servo 1: online, torque on". The profile `full`, which has command_set.explain, tells if the
  * torque is not known, and the limits: ", limits 60deg to 200deg and 30rpm". */
-ALWAYS_INLINE void print_presence(struct printer *printer, const struct robot *robot,
-                                  const struct cds_servo_state *servo)
+ALWAYS_INLINE void print_presence(struct console *console, const struct cds_servo_state *servo)
 {
+    struct printer *printer = &console->printer;
+    const struct robot *robot = console->robot;
     const CDS_FLASH char *presence = presences[servo->presence];
-    bool is_unknown = command_set.explain && servo->presence != CDS_PRESENCE_ONLINE;
+    bool is_unknown = command_set.explain && (servo->presence != CDS_PRESENCE_ONLINE ||
+                                              servo->status_return_level == 0); // no READ
 
-    if (command_set.explain && servo->baud_reg != CDS_SERVOS_UNKNOWN &&
-        servo->baud_reg != robot->bus->baud_reg) {
+    if (command_set.explain && servo_is_at_other_rate(console, servo)) {
         presence = message_presence_rate;
         is_unknown = true;
     }
@@ -217,7 +227,7 @@ NOINLINE static void servo_part(struct console *console, const struct cds_servo_
     struct printer *printer = &console->printer;
 
     switch (part) {
-    case PART_STATE: print_presence(printer, robot, servo); break;
+    case PART_STATE: print_presence(console, servo); break;
     case PART_LOST:
         if (servo->inhibits & CDS_INHIBIT_STATE_LOST)
             printer_text(printer, message_lost);
