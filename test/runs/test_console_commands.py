@@ -176,7 +176,7 @@ SCRIPT = {
                + error(33, "monitor 1 every 9ms") + error(39, "monitor 1 every 9V")
                + error(38, "monitor 1 often 9") + error(2, "monitor 77") + error(31, "monitor"),
     "counters": "counters\n" + text("line busy 1") + error(48, "counters 9"),
-    "bus": "bus\n" + text("bus ok at 1000000bps") + "bus 57600bps\n" + error(2, "ping 1")
+    "bus": "bus\n" + text("bus ok at 1000000bps") + "bus 57600bps\n" + "! ping 1\n" + text("error 2: ")
            + "bus 1raw\nping 1\n" + error(33, "bus 1500000") + error(39, "bus 1deg")
            + error(33, "bus 255raw"),
     "id": "id 1 9\n" + text("ID 9 at 1000000bps") + servo("1 ID 9") + error(2, "ping 1") + "id 9 1\n"
@@ -184,7 +184,7 @@ SCRIPT = {
           + error(2, "id 78 78") + error(2, "id 77 78") + "@fault unplug in 5 5 1 500\n" + error(51, "id 1 9") + "@wait 600\n"
           + "ping 1\n" + "write 1 RETURN_DELAY 10\n",
     "baud": "baud 3 1000000\n" + wire(3, PING) + "baud 3 57600\n" + text("ID 3 at 57143bps") + servo("3 BAUD_RATE 34") + "ping 3\n"
-            + error(2, "ping 1") + "baud 3 1000000bps\n" + servo("3 BAUD_RATE 1")
+            + "! ping 1\n" + text("error 2: ") + "baud 3 1000000bps\n" + servo("3 BAUD_RATE 1")
             + "baud 3 500kbps\n" + "baud 3 66raw\n" + text("ID 3 at 29851bps, until power-off")
             + "baud 3 1raw\nping 1\n"
             + error(33, "baud 3 3000000") + error(39, "baud 3 5V") + error(33, "baud 3 255raw"),
