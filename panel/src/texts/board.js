@@ -21,7 +21,7 @@ export const board = {
     offered: "What works with this firmware",
     offers: {
         full: "All views.",
-        console: "All views. Diagnosis, the guided set-up and the store of the board need the profile full, on a board with 8 KB of RAM.",
+        console: "All views. Diagnosis, the guided set-up and the store of the board need the profile full.",
         bridge: "Robot, Graphs, Board, and Packets without console. Set-up: search, registers, backup. Motion records and plays from the page. For the rest flash the profile full.",
     },
     driving: "Driving",

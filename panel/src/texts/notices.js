@@ -206,7 +206,7 @@ export const notice = {
     }),
     "stop-unverified": ({ on, silent }) => ({
         text: `Driving is inhibited.${on.length ? ` Torque is still on: ${list(on)}.` : ""}${silent.length ? ` No answer, so torque is not known: ${list(silent)}.` : ""}`,
-        remedy: `${STOP_AGAIN}${silent.length ? " Check power and plug, and whether the line is held low: see “Diagnosis”. If unplugged on purpose, press “Find servos”." : ""}`,
+        remedy: `${STOP_AGAIN}${silent.length ? " Check power and plug, or see “Diagnosis”. If unplugged on purpose, press “Find servos”." : ""}`,
     }),
     "stop-no-inhibit": () => ({ text: "The controller does not confirm the stop.", remedy: STOP_AGAIN }),
     "stop-not-sent": () => ({

@@ -35,7 +35,7 @@ export const setup = {
     busRateHint: "Only servos that have this rate answer. “Save” in the view Board keeps it over power-off.",
     setBusRate: "Set",
     busHas: (rate, silent) => `The bus has ${rate} bit/s${silent ? `; ${many(silent, "servo is", "servos are")} not at this rate` : ""}.`,
-    askBusRate: "Servos may have torque. Servos that do not have this rate keep it, and no stop reaches them meanwhile. Set it?",
+    askBusRate: "Servos of another rate keep their torque, and no stop reaches them meanwhile. Set it?",
 
     newServo: "New servo",
     newHint: "Unplug all servos of the robot, then connect the new one alone. It gets this ID and the rate of the bus.",

@@ -247,7 +247,7 @@ test("rate of the bus: the true one is shown, with the servos that do not have i
     await shows(page, "The bus has 57143 bit/s", ".hint");
     await page.select("select.bus-rate", "1000000");
     await press(page, ".set-bus-rate");
-    await shows(page, "Servos that do not have this rate keep it", "dialog");
+    await shows(page, "Servos of another rate keep their torque", "dialog");
     await page.click("dialog .yes");
     await shows(page, "The bus has 1000000 bit/s", ".hint");
 });
