@@ -225,7 +225,7 @@ void test_warning_of_any_servo_stands_before_end(void)
     port_fake_transmit(&bus.link, 0);
     answer(1, CDS_ERROR_OVERHEATING, NULL, 0);
     acknowledge(2);
-    TEST_ASSERT_EQUAL_STRING("servo 1: ok\r\nservo 2: ok\r\nwarning: overheating; take its load "
+    TEST_ASSERT_EQUAL_STRING("servo 1: ok\r\nservo 2: ok\r\nwarning: overheating; take any load "
                              "off and let it cool, then 'clear'\r\nok\r\n",
                              said);
 }
