@@ -240,7 +240,7 @@ test("stop: servos that do not answer, and those with torque, are told apart", a
     const silent = await stop();
 
     assert.equal(silent.text, "Driving is inhibited. No answer, so torque is not known: servo 2.");
-    assert.match(silent.remedy, /switch off the power of the servos.*Check power and plug.*held low.*“Diagnosis”.*“Find servos”/);
+    assert.match(silent.remedy, /switch off the power of the servos.*Check power and plug.*“Diagnosis”.*“Find servos”/);
     port.servos.get(3).slice = (from, to) => [...Uint8Array.prototype.slice.call(port.servos.get(3), from, to)].map((byte, at) => (from + at === TORQUE ? 1 : byte));
     const both = await stop();
 
