@@ -364,6 +364,11 @@ class Alarms(unittest.TestCase):
             self.assertEqual(run.output.count("the host link was lost; no byte for link_loss_ms"), told, run.output)
             self.assertIn("inhibited: host link lost", run.output)
 
+    def test_line_that_is_low_again_is_told_again_after_a_command(self):
+        low = "@fault stuck low 200\n@wait 400\n"
+        run = controller("scan\nmode person\n" + 3 * low + "servos\n" + low + "servos\n", "atmega128", "1", "--echo")
+        self.assertEqual(run.output.count("the line is held low; look for a short circuit"), 2, run.output)
+
     def test_torque_and_rate_that_are_not_known_are_not_told(self):
         run = controller("scan\nwrite 1 STATUS_RETURN_LEVEL 0\ntorque 1 on\n@power 1 off\n@wait 300\n@power 1 on\n"
                          "@wait 3000\nservos\n@expect text servo 1: online, torque unknown\n"

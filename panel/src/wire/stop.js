@@ -8,8 +8,8 @@ import { FAILED, SYNC_READ_MAX, read, syncRead } from "./packet.js";
 import { DEVICE, REGISTER } from "./registers.js";
 
 const STOP_MS = 3000; // then the outcome stands
-const AGAIN_MS = 150; // between two Ctrl-X
-const AGAIN_LOW_MS = 1500; // on a line that is held low: each Ctrl-X begins a torque off of 1.4 s, behind which the reply waits
+const AGAIN_MS = 150; // from the first Ctrl-X to the second, and between later ones
+const AGAIN_LOW_MS = 1500; // between later ones on a line held low: each begins a torque off of 1.4 s, and the reply waits for its end
 
 /* Splits `ids` into groups whose SYNC READ of `count` bytes fits. */
 export function groupsOfIds(ids, count) {
@@ -23,7 +23,7 @@ export function groupsOfIds(ids, count) {
 class Stop {
     constructor(wire) {
         this.wire = wire; // {clock, deviceId, sendStop, fence, ask, isLineLow}
-        this.againMs = wire.isLineLow ? AGAIN_LOW_MS : AGAIN_MS;
+        this.againMs = AGAIN_MS;
         this.end = wire.clock.now() + STOP_MS;
         this.sentAt = wire.clock.now();
     }
@@ -40,6 +40,7 @@ class Stop {
             if (reply?.parameters[0] === 1) return true;
             if (this.wire.clock.now() - this.sentAt >= this.againMs) {
                 this.sentAt = this.wire.clock.now();
+                this.againMs = this.wire.isLineLow ? AGAIN_LOW_MS : AGAIN_MS;
                 this.wire.sendStop();
             }
         }

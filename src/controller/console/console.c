@@ -18,7 +18,7 @@
 #include "console/typing.h"
 
 /* Bounds of a poll, since the bus must not wait. */
-#define KEYS_PER_POLL 4
+#define KEYS_PER_POLL 4 // with 3 a line of 254 bytes at 1 Mbps is lost
 #define FED_PER_POLL  8 // a line of 50 servos comes as fast as the host can send
 
 static const CDS_FLASH char banner[] = "%s\r\nhelp lists the commands; Ctrl-X stops all servos";
@@ -162,6 +162,15 @@ NOINLINE void console_begin_job(struct console *console)
     console->state = CONSOLE_RUNNING;
 }
 
+uint8_t console_faults(const struct console *console)
+{
+    uint8_t faults = console->failsafe->link_lost ? FAULT_LINK_LOST : 0;
+
+    if (cds_bus_line(console->bus) == CDS_BUS_LINE_FAULT)
+        faults |= FAULT_LINE_LOW;
+    return faults;
+}
+
 /* Runs the command of console->line. */
 static void run(struct console *console)
 {
@@ -170,6 +179,8 @@ static void run(struct console *console)
 
     console_begin_job(console);
     console->failsafe->host_types = true;
+    if (command_set.explain)
+        console->faults_told &= console_faults(console); // what is over may be told again
     if (command_set.lists)
         error = command_set.lists->begin(console);
     else if (command->begin)

@@ -83,10 +83,10 @@ struct console {
                              // text
     bool new_is_refused : 1; // the last `sequence NAME new` was refused: so is `add` (sequences.c)
     uint8_t explained;       // parts of the error's line that are printed
-    const CDS_FLASH char *told; // the fault of the whole robot that was told last, or NULL
-    uint8_t fed;                // locked characters that the parser has taken
-    uint8_t looked;             // position in the input ring: there is no Ctrl-X before it
-    struct token token;         // the word that comes, or the one that is wrong
+    uint8_t faults_told;     // FAULT_* bits
+    uint8_t fed;             // locked characters that the parser has taken
+    uint8_t looked;          // position in the input ring: there is no Ctrl-X before it
+    struct token token;      // the word that comes, or the one that is wrong
     struct editor editor;
     struct cds_request request;
     union console_buffer buffer;  // the packet of `request`, or the job of the command
@@ -168,6 +168,11 @@ bool console_operates(struct console *console);
 
 /* Returns the robot's entry of servo line.id, or NULL. */
 struct cds_servo_state *console_servo(const struct console *console);
+
+/* Faults of the whole robot that are there now. */
+#define FAULT_LINK_LOST 1
+#define FAULT_LINE_LOW  2
+uint8_t console_faults(const struct console *console);
 
 /* True if a key was pressed since the command began. The key stays in the input: it is the first
  * one of the next line. */

@@ -229,22 +229,18 @@ static uint8_t clear_begin(struct console *console)
     return failsafe_clear(console->failsafe) ? 0 : ERROR_STOPPING;
 }
 
-/* In mode person: prints a fault of the whole robot that has begun. Returns false if there is
- * none. */
+/* In mode person: prints a fault of the whole robot, once until a command finds it over. Returns
+ * false if there is none to print. */
 static bool report_fault(struct console *console)
 {
-    const struct failsafe *failsafe = console->failsafe;
-    const CDS_FLASH char *text = NULL;
+    uint8_t untold = console_faults(console) & (uint8_t)~console->faults_told;
+    uint8_t fault = untold & FAULT_LINE_LOW ? FAULT_LINE_LOW : FAULT_LINK_LOST;
 
-    if (failsafe->link_lost)
-        text = error_text(ERROR_LINK_LOST);
-    if (servos_line_is_low(&console->robot->servos))
-        text = diagnose_findings[CDS_FINDING_LINE_LOW];
-    if (text == console->told)
+    if (!untold || !console->failsafe->host_types || !console_is_for_person(console))
         return false;
-    if (!text || !failsafe->host_types || !console_is_for_person(console) ||
-        console_say(console, text))
-        console->told = text;
+    if (console_say(console, fault == FAULT_LINE_LOW ? diagnose_findings[CDS_FINDING_LINE_LOW]
+                                                     : error_text(ERROR_LINK_LOST)))
+        console->faults_told |= fault;
     return true;
 }
 
