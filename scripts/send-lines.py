@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: MIT
 """Sends the lines of a file to the console, each after the reply to the line before: poses and sequences of another
 robot (docs/motion.md), or a backup of servos. Ends at the first error. The file may be what a terminal has shown:
-prompts and `ok` are left out. `make install` installs this program as cds55xx-send-lines.
+prompts, `ok` and lines that begin with # are left out. The console is then in mode program: `mode person` brings the
+prompt back. `make install` installs this program as cds55xx-send-lines.
 
     scripts/send-lines.py /dev/ttyUSB0 poses.txt [BAUD]    BAUD: 115200 if not given; of the CM-510 57600
 
@@ -75,7 +76,7 @@ def main(path, file, rate=RATE):
     except (OSError, UnicodeDecodeError) as error:
         sys.exit(f"{file}: {error}; name a text file with lines of the console")
     port = open_port(path, rate)
-    lines = [line for line in (line.removeprefix(">").strip() for line in shown) if line not in ("", "ok")]
+    lines = [line for line in (line.removeprefix(">").strip() for line in shown) if line not in ("", "ok") and line[0] != "#"]
     if not ask(port, "\x03mode program", PATIENCE_MS):
         sys.exit(f"no reply on {path} at {rate} bit/s: is it the console's port, at the right rate?")
     for number, line in enumerate(lines, 1):

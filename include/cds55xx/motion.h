@@ -271,8 +271,8 @@ void cds_motion_abort(struct cds_motion *motion, uint16_t deceleration);
 #define CDS_MOTION_OVERRIDE_MAX 200
 
 /* Lets the time of this and later moves run at `percent`, 10 to 200, as far as speed limits and
- * config.acceleration permit. Changes within a quarter of a second. CDS_OK; CDS_BAD_ARGUMENT: out
- * of range. */
+ * config.acceleration permit. A move that begins or ends in motion takes its time as given, or
+ * longer. Changes within a quarter of a second. CDS_OK; CDS_BAD_ARGUMENT: out of range. */
 enum cds_result cds_motion_set_override(struct cds_motion *motion, uint8_t percent);
 
 #ifdef __cplusplus

@@ -332,6 +332,7 @@ EARLY = (error(13, "set 1 RETURN_DELAY 0us") + error(13, "sync RETURN_DELAY 1 1:
 # Lines, and the errors that name servo, argument, value and range, in the profile `full`.
 EXPLANATIONS = {
     "move 1 400": "error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg",
+    "set 1 MOVING_SPEED 70": "error 33: servo 1: VALUE 70 is out of range: 0 to 62rpm",
     "move 1 90 -63rpm": "error 33: servo 1: SPEED -63rpm is out of range: 0 to 62rpm",
     "set 1 STATUS_RETURN_LEVEL 3": "error 33: servo 1: VALUE 3 is out of range: 0 to 2",
     "ping 300": "error 33: ID|254 300 is out of range: 0 to 254",
@@ -408,8 +409,10 @@ class Scripts(unittest.TestCase):
 
     def test_pose_of_servos_without_torque_is_told(self):
         run = self.run_on("atmega128", "scan\n@wait 1500\ngroup 1 2\npose 90 90\n" + text("moves once torque is on")
-                          + "torque 1 2 on\npose 90 90\ngroup 1 2 action\ntorque 2 off\npose 100 100\n" + text("moves once torque is on"))
-        self.assertEqual(run.output.count("moves once torque is on"), 2, run.output)
+                          + "torque 1 2 on\npose 90 90\ngroup 1 2 action\ntorque 2 off\npose 100 100\n" + text("moves once torque is on")
+                          + "pose 90 90 in 1s\n" + text("moves once torque is on") + "set 1 CW_ANGLE_LIMIT 200\ntorque 1 off\n"
+                          + error(23, "move 1 100"))
+        self.assertEqual(run.output.count("moves once torque is on"), 3, run.output)
 
     def test_commands_of_profile_full(self):
         self.run_on("arduino-mega", "".join(FULL_ONLY.values()))

@@ -630,7 +630,7 @@ class SendLines(unittest.TestCase):
         board = MOVING[0]
         with Process("firmware", ROOT / f"build/{board}/controller.elf", "--board", board, "--servos", "1-3",
                      "--host", "pty") as sim:
-            done = self.send("> " + self.POSES + "ok\n> pose show\nsequence show\n> \n", sim.path)
+            done = self.send("# my robot\n> " + self.POSES + "ok\n> pose show\nsequence show\n> \n", sim.path)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual(done.stdout.count(": ok\n"), 7)
             done = self.send("pose set x 1\npose list\n", sim.path)

@@ -366,6 +366,8 @@ static void print_bound(struct printer *printer, uint8_t unit, uint16_t value, b
         else if (with_unit)
             printer_char(printer, '%');
     } else if (with_unit) {
+        if (unit == CDS_UNIT_MRPM && value > CDS_VALUE_MAX)
+            value = CDS_VALUE_MAX; // the register takes more, of no known speed
         number_print(printer, (enum cds_unit)unit, value);
     } else {
         number_print_bare(printer, (enum cds_unit)unit, value);

@@ -236,14 +236,14 @@ static bool lacks_torque(const struct robot *robot)
 
 static bool pose_poll(struct console *console)
 {
-    if (console->line.choice == POSE_IN)
-        return command_set.pose_in->poll(console);
     if (command_set.explain && console->part == 0) {
         console->part = 1; // the first poll
         if (lacks_torque(console->robot))
             printer_line(&console->printer, message_torque_is_off);
         return true;
     }
+    if (console->line.choice == POSE_IN)
+        return command_set.pose_in->poll(console);
     if (command_set.moves && console->phase == POSE_WAIT) {
         console->phase = POSE_SYNC;
         console->error = console->line.command->begin(console); // the group may have changed

@@ -11,7 +11,7 @@
 #define SPEED_BY_STEPS ((uint32_t)25000)
 #define SPEED_BY_MS    ((uint32_t)31)
 
-enum part { READING, SENDING } __attribute__((packed));
+enum part { READING = 1, SENDING } __attribute__((packed)); // 1: set by pose_poll()
 
 static uint8_t read_position(struct console *console)
 {

@@ -79,8 +79,10 @@ static uint8_t move_begin(struct console *console)
         return result;
     if (line->id != CDS_BROADCAST_ID)
         result = servo_read(console, LOOK_FROM, LOOK_SIZE);
-    if (line->id == CDS_BROADCAST_ID || result == CDS_NO_REPLY_DUE)
+    if (line->id == CDS_BROADCAST_ID || result == CDS_NO_REPLY_DUE) {
+        console->part = 1; // its torque is not known
         result = servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * line->numbers));
+    }
     return result;
 }
 
@@ -88,24 +90,27 @@ static uint8_t move_begin(struct console *console)
 static void look(struct console *console)
 {
     const uint8_t *bytes = console->line.request->reply;
-    bool off = bytes[LOOK_SIZE - 1] == 0;
 
+    console->part = bytes[LOOK_SIZE - 1]; // torque
     if ((bytes[0] | bytes[1] | bytes[2] | bytes[3]) == 0) {
         console->error = ERROR_ENDLESS;
         return;
     }
     console->error =
         servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * console->line.numbers));
-    if (off && console->error == 0)
-        printer_line(&console->printer, message_torque_is_off);
 }
 
 static bool move_poll(struct console *console)
 {
     if (console_waits(console))
         return true;
-    if (console->phase == SERVO_WRITE_SENT || !console_answered(console))
+    if (!console_answered(console))
         return false;
+    if (console->phase == SERVO_WRITE_SENT) {
+        if (!console->part)
+            printer_line(&console->printer, message_torque_is_off);
+        return false;
+    }
     look(console);
     return console->error == 0;
 }
@@ -195,9 +200,9 @@ static const CDS_FLASH struct command servo_rows[] = {
     {
         .usage = FLASH_TEXT("torque ID|254 on|off"),
         .what = FLASH_TEXT("torque on or off"),
-        .details = COMMAND_DETAILS(
-            "on: the servo moves to its last goal; 'teach off ID' keeps it where it is. off: "
-            "the output turns freely. ID 254: all"),
+        .details = COMMAND_DETAILS("on: the servo moves to its last goal or turns on; 'teach off "
+                                   "ID' keeps it where it is. off: "
+                                   "the output turns freely. ID 254: all"),
         .example = COMMAND_DETAILS("torque 1 on"),
         .begin = torque_begin,
         .poll = console_waits,
