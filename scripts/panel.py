@@ -6,6 +6,7 @@ The page may connect only if it was loaded from this server (websockify's Expect
 page that is open in the browser can drive the robot. Ctrl-C ends all of it.
 """
 import argparse
+import contextlib
 import pathlib
 import re
 import shutil
@@ -70,6 +71,14 @@ def wait_for_server(server, port):
     fail(f"websockify ended with status {server.returncode}")
 
 
+def end(process):
+    """websockify may miss a SIGTERM that comes while it handles an exception: sends it again until it has ended."""
+    while process.poll() is None:
+        process.terminate()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(1)
+
+
 def parse(arguments):
     """Options after `--` go to the simulator. They are split off first, because argparse would read the ELF file as one of them."""
     split = arguments.index("--") if "--" in arguments else len(arguments)
@@ -106,10 +115,8 @@ def main():
     except KeyboardInterrupt:
         pass
     finally:
-        server.terminate()
-        simulator.terminate()
-        server.wait()
-        simulator.wait()
+        end(simulator)
+        end(server)
     return simulator.returncode if simulator.returncode > 0 else 0
 
 

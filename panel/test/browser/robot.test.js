@@ -339,6 +339,7 @@ test("disconnect: asks while a servo has torque", async (t) => {
 test("Stop: Space stops at a dial; a switch takes it for itself", async (t) => {
     const { page } = await startRobot(t, { count: 1 });
 
+    await page.waitForSelector(`${card(1)} .torque input:enabled`); // its state was read
     await page.focus(`${card(1)} .torque input`);
     await page.keyboard.press("Space");
     await page.waitForSelector(`${card(1)} .torque input:checked`);

@@ -37,3 +37,15 @@ test("panel.py: a port that cannot be is refused in one line", () => {
         assert.equal(stderr, `panel: no port '${port}': give a number of 1 to 65535, as in make panel PANEL_PORT=8056\n`);
     }
 });
+
+test("panel.py: its end is told again to a server that misses it once", () => {
+    const deaf = "import signal, sys, time; told = []; signal.signal(signal.SIGTERM, lambda *_: sys.exit() if told else told.append(1)); print(flush=True); time.sleep(99)";
+    const program = `import panel, subprocess, sys
+process = subprocess.Popen([sys.executable, "-c", sys.argv[1]], stdout=subprocess.PIPE)
+process.stdout.readline()
+panel.end(process)
+print(process.returncode)`;
+
+    // time.sleep() goes on after the first signal
+    assert.equal(execFileSync("python3", ["-c", program, deaf], { cwd: SCRIPTS, encoding: "utf8", timeout: 60000 }), "0\n");
+});
