@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/* scripts/panel.py hands what stands behind `--` over to the simulator. */
+/* scripts/panel.py and make panel: options, the port, the end. */
 
 import assert from "node:assert/strict";
 import { execFileSync, spawnSync } from "node:child_process";

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* Separates the bytes of the host into protocol packets and text, in any order.
  *
- * A byte 0xFF outside a packet begins a packet and drops the unfinished line of text. Every other
- * byte outside a packet is text. A packet is damaged if it has no second 0xFF, a wrong LENGTH or a
- * wrong checksum, or if the host is silent for HOST_SILENCE_US before its end. The demux drops a
- * damaged packet, since its ID may be wrong, and searches its bytes for another packet. A good
- * packet there is passed on, unless it is HOST_SILENCE_US old: the client has then given up waiting
- * for the reply. A packet that waits that long for the bridge is dropped, too.
+ * A byte 0xFF outside a packet begins a packet and drops the unfinished line of text. If no second
+ * 0xFF follows, there was no packet, and the next byte is text. Every other byte outside a packet
+ * is text. A packet is damaged if it has a wrong LENGTH or a wrong checksum, or if the host is
+ * silent for HOST_SILENCE_US before its end. The demux drops a damaged packet, since its ID may be
+ * wrong, and searches its bytes for another packet. A good packet there is passed on, unless it is
+ * HOST_SILENCE_US old: the client has then given up waiting for the reply. A packet that waits that
+ * long for the bridge is dropped, too.
  *
  * Ctrl-X (0x18) in text or in a damaged packet is a stop. In a good packet it is data, even if the
  * packet is dropped as late. If Ctrl-X comes after packets that wait for the bridge, they are

@@ -217,7 +217,8 @@ bool robot_add(struct robot *robot, uint8_t id);
  * enum robot_refusal, and the group stays as it was. */
 uint8_t robot_choose_group(struct robot *robot, const uint8_t *ids, uint8_t count);
 
-/* Servo `id` has the ID `new_id` now: so has its place in the group, if it has one. */
+/* Call it after servo `id` was given the ID `new_id`: replaces `id` by `new_id` in the group, if it
+ * is there. Sends nothing. */
 void robot_rename(struct robot *robot, uint8_t id, uint8_t new_id);
 
 /* A packet of the PC passes: delays the state check by ROBOT_HEALTH_DELAY_US, except for servos

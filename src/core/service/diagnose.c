@@ -13,7 +13,7 @@
 #define LISTEN_US   50000u
 #define SETTLE_US   2000u  // before that, with 64 byte times: replies to earlier packets pass
 #define PAUSE_US    1000u  // after a transaction, with 8 byte times: a second reply comes
-#define LATE_US     12000u // after a PING of the target without a good reply: a slow one comes
+#define LATE_US     12000u // after a PING of the target without a good reply: a late one may come
 #define NOISE       4      // unrequested bytes; a good bus that loses a reply has fewer
 #define FEW         2      // of anything that may happen once on a good bus
 #define SUPPLY_MV   100u   // unit of the registers

@@ -115,8 +115,9 @@ static NOINLINE void pass_period(struct cds_cycle *cycle)
     }
 }
 
-/* Another request waits while the line is in use. Goals would go before it and begin its wait
- * again; with periods shorter than a wait it would never end. */
+/* True if another request waits while the line is in use. Goals have a higher priority: submitted
+ * now, they would begin the wait of that request again. In a cycle whose period is shorter than the
+ * wait, the wait would never end. */
 static bool line_is_awaited(const struct cds_bus *bus)
 {
     return bus->state == CDS_BUS_WAITING_FOR_LINE && bus->gate & GATE_LINE;

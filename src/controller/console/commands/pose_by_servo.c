@@ -11,7 +11,8 @@
 #define SPEED_BY_STEPS ((uint32_t)25000)
 #define SPEED_BY_MS    ((uint32_t)31)
 
-enum part { READING = 1, SENDING } __attribute__((packed)); // 1: set by pose_poll()
+/* Of console->part. pose_poll() has set it to 0 or 1: positions are being read. */
+#define SENDING 2
 
 static uint8_t read_position(struct console *console)
 {

@@ -101,7 +101,7 @@ static uint8_t set_begin(struct console *console)
 
     if (error)
         return error;
-    // The status return level may say that READ is not answered: it is written without one.
+    // With level 0 the servo answers no READ: this register is written without reading it first.
     if (at.area == CDS_AREA_EEPROM && at.address != CDS_REG_STATUS_RETURN_LEVEL)
         return setup_write(console, at.address, data, at.width);
     return servo_write(console, at.address, at.width);
