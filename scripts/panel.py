@@ -6,7 +6,6 @@ The page may connect only if it was loaded from this server (websockify's Expect
 page that is open in the browser can drive the robot. Ctrl-C ends all of it.
 """
 import argparse
-import contextlib
 import pathlib
 import re
 import shutil
@@ -72,11 +71,13 @@ def wait_for_server(server, port):
 
 
 def end(process):
-    """websockify may miss a SIGTERM that comes while it handles an exception: sends it again until it has ended."""
-    while process.poll() is None:
-        process.terminate()
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(1)
+    """Kills what a SIGTERM does not end: websockify heeds only the first, and drops it if it comes while a line is logged."""
+    process.terminate()
+    try:
+        process.wait(2)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
 
 
 def parse(arguments):
