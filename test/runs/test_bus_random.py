@@ -10,7 +10,7 @@ from simulator import LONG, ROOT
 class BusRandom(unittest.TestCase):
     def test_random_transactions_keep_the_rules_of_the_model(self):
         for seed in ("1", "2", "3", "4"):
-            done = subprocess.run([ROOT / "build/host/test/bus_random", "250000" if LONG else "50000", seed],
+            done = subprocess.run([ROOT / "build/host/test/bus_random", "500000" if LONG else "50000", seed],
                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
             self.assertEqual(done.returncode, 0, done.stdout[-3000:])
 

@@ -6,7 +6,7 @@ import subprocess
 import tempfile
 import unittest
 
-from simulator import ROOT, call, wait_until
+from simulator import ROOT, call, is_long, wait_until
 
 RUN_TESTS = ROOT / "scripts/run-tests.py"
 
@@ -116,6 +116,18 @@ class RunTests(unittest.TestCase):
                 output = self.interrupted_by(number)
                 self.assertIn("interrupted: 1 of 4 suites have ended; killed: hanging0, hanging1\n", output)
                 self.assertNotIn("Traceback", output)
+
+
+class Long(unittest.TestCase):
+    SUITES = [path.stem for path in (ROOT / "test/runs").glob("test_*.py")]
+
+    def test_each_suite_is_long_in_one_part_of_three(self):
+        for suite in self.SUITES:
+            self.assertEqual([is_long(f"{part}/3", suite) for part in (1, 2, 3)].count(True), 1, suite)
+
+    def test_1_means_every_suite_and_nothing_means_none(self):
+        for suite in self.SUITES:
+            self.assertEqual([is_long(wanted, suite) for wanted in ("1", "")], [True, False], suite)
 
 
 if __name__ == "__main__":
