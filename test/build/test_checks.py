@@ -509,7 +509,7 @@ class Recipes(unittest.TestCase):
         row = re.search(r".*\| yes \| yes \|", (ROOT / "docs/motion.md").read_text())[0]
         self.assertEqual(sorted(re.findall("`(.*?)`", row)), sorted(boards.WITH_MOTION), "docs/motion.md, the table")
 
-    def test_rate_of_a_host_link_other_than_115200_is_in_the_documents(self):
+    def test_rate_of_a_host_link_not_115200_is_in_the_documents(self):
         for name, board in boards.BOARDS.items():
             for document in ("docs/bridge.md", "docs/known-clients.md", "scripts/console.py"):
                 rate = re.search(rf"115200.*`{name}`:? {board.host_bps}", (ROOT / document).read_text())

@@ -357,7 +357,7 @@ class Build(unittest.TestCase):
         (board / "board.mk").write_text(chip + "\n")
         return board
 
-    def test_firmware_of_the_board_is_the_program_that_board_mk_names(self):
+    def test_firmware_of_a_board_is_the_program_of_board_mk(self):
         board = self.make_board(r"HOST_\w+")
         hexes = {}
         for name in ["a", "b", "a"]:
@@ -378,7 +378,7 @@ class Build(unittest.TestCase):
             self.assertIn(f"cp build/{name}/console.elf build/{name}/controller.elf\n",
                           self.make("-n", "firmware", f"BOARD_DIR={folder}")[1])
 
-    def test_board_mk_value_with_blanks_or_comment_behind_it_is_taken(self):
+    def test_board_mk_value_with_blanks_or_comment_behind_is_taken(self):
         board = self.make_board()
         for chip in ["MCU := atmega644p # the chip\nF_CPU := 16000000  \nPROFILES := bridge console # both\n"
                      "PROFILE := bridge # small\nPORT := /dev/null # ours", "  MCU ?= atmega644p\nPROFILE ?= bridge\nPORT = /dev/null"]:
@@ -655,7 +655,7 @@ class Build(unittest.TestCase):
         for name in ["test_ring", "test_link"]:
             self.assertIn(f"build/host/test/{name}", last)
 
-    def test_flash_and_fuses_are_avrdude_lines_with_data_of_the_board(self):
+    def test_flash_and_fuses_are_avrdude_lines_with_data_of_board(self):
         flash = self.make("flash", "-n")[1]
         self.assertIn("scripts/avrdude.sh 'usb' -p atmega128 -c usbasp  -U "
                       "flash:w:build/atmega128/controller.hex:i", flash)

@@ -392,7 +392,7 @@ class Scripts(unittest.TestCase):
                 with self.subTest(board):
                     self.run_on(board, LISTS)
 
-    def test_servo_left_at_another_rate_is_shown_and_the_others_are_checked(self):
+    def test_servo_left_at_another_rate_is_shown_others_are_checked(self):
         self.run_on("atmega128", "scan\nbaud 1 57600\nbus 1000000\nservos\n"
                     + text("servo 1: not at the rate of the bus, torque unknown") + "@power 3 off\n@wait 3000\nservos\n"
                     + text("servo 2: online, torque off") + text("servo 3: offline, torque unknown"))
@@ -446,7 +446,7 @@ class Scripts(unittest.TestCase):
                     + error(9, "torque 1 off") + error(9, "set 1 LED 1") + "@wait 2500\n@expect servo 1 torque on\n"
                     + "set 1 LED 1\ncycle off\n")
 
-    def test_new_servo_at_neighbour_of_listed_rate_has_the_rate_of_the_bus(self):
+    def test_new_servo_near_a_listed_rate_gets_the_rate_of_the_bus(self):
         script = ("bus 19417\nnew 1\nservos forget\nnew 1\n" + text("one ID answers: ID 1 at 19231bps") + text("step 4 of 4: the rate is 19417bps already")
                   + text("servo 1 is set up and joins the robot, at 19417bps") + error(95, "new 2"))
         run = controller("echo off\n" + said_by("full", script), "atmega128", "1", "--rules", "warn")

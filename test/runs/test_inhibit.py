@@ -71,7 +71,7 @@ class Inhibit(unittest.TestCase):
         run_script(self, "torque 1 on\nbaud 1 7843bps\n@fault stuck low 2500\n! stop\n"
                    "@expect text error 9\n")
 
-    def test_turn_that_loses_packets_leaves_no_servo_at_the_speed_of_its_last_movement(self):
+    def test_turn_with_lost_packets_leaves_no_servo_at_an_old_speed(self):
         for packet in range(1, 9):
             run = controller("scan\ntorque 1 on\nmove 1 200 60rpm\n@wait 1500\n"
                              f"@fault lose in {packet} 3\nturn 1 -1rpm\n@wait 500\n@show servo 1 PRESENT_SPEED\n",

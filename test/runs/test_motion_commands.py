@@ -122,7 +122,7 @@ class Teach(Motion):
         self.run_on("limits 1 0 149.9\nteach on 1\n! teach off 1\n@expect text error 11:\n"
                     "@expect servo 1 torque off\n")
 
-    def test_teach_off_with_a_goal_that_is_not_kept_leaves_torque_off(self):
+    def test_teach_off_with_a_goal_not_kept_leaves_torque_off(self):
         self.run_on("teach on 1\n" + turned(1, 200) + "@fault flip in 2 6 1\n@fault flip in 2 8 1\n! teach off 1\n"
                     "@expect text error 70:\n@expect servo 1 GOAL_POSITION 449\n"
                     "@expect servo 1 torque off\n")
@@ -389,7 +389,7 @@ class Play(Motion):
         self.run_on(back + "pose low in 1s\nmotion wait\n! play x times 2\n@expect text in step 1\n"
                     "@expect text error 57:\nplay x\nmotion wait\n")
 
-    def test_a_step_that_is_too_fast_behind_a_pass_lets_nothing_begin(self):
+    def test_a_step_too_fast_behind_a_pass_lets_nothing_begin(self):
         """The servos turn at low and at high: they must slow down to 0 there, so each way needs longer than the mean
         speed tells."""
         run = self.run_on(
@@ -649,7 +649,7 @@ class SendLines(unittest.TestCase):
             self.assertIn("no reply to 'motion wait' in 50 ms, but the console has replied before it; if it takes longer, "
                           "write 'motion wait within MS'; the lines after it were not sent", done.stderr)
 
-    def test_motion_wait_has_an_hour_and_a_silent_port_another_message(self):
+    def test_motion_wait_ends_after_an_hour_silent_port_is_told(self):
         spec = importlib.util.spec_from_file_location("send_lines", ROOT / "scripts/send-lines.py")
         send_lines = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(send_lines)

@@ -69,7 +69,7 @@ class Registers(unittest.TestCase):
     def words(self, replies):
         return [int.from_bytes(data, "little") for _, data in replies]
 
-    def test_line_that_stores_is_refused_when_a_motion_has_begun_behind_it(self):
+    def test_line_that_stores_is_refused_after_a_motion_has_begun(self):
         """The console compares the name with its words, or reads the servos, before it stores: the motion begins then."""
         setup = [*POSES, "cycle every 4ms", "sequence s new stand 20ms", *["sequence s add stand 20ms"] * 4]
         for line in "pose set zz 1 2 3", "pose save zz", "sequence q new stand 1s":
@@ -138,7 +138,7 @@ class Registers(unittest.TestCase):
                 self.assertIn(b"error 63", said[0], line)
                 self.assertEqual(said[1].split(), [b"bow", b"long", b"ok"])
 
-    def test_save_that_begins_while_the_store_is_listed_ends_the_list(self):
+    def test_save_begun_while_the_store_is_listed_ends_the_list(self):
         """It does not leave lines out and answer ok."""
         save = f"wait 2000\nsay {write(0x10, 1)[0].hex(' ')}\nwait {600 * MS}\nrest\n"
         for line in ("pose show", "sequence show"):

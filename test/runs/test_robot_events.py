@@ -59,7 +59,7 @@ class Events(unittest.TestCase):
                 for mdeg in run.mdeg:
                     self.assertLess(abs(mdeg - 20000), 1000)
 
-    def test_servo_that_replies_too_early_is_heard_after_its_delay_is_set(self):
+    def test_servo_that_replies_too_early_is_heard_with_a_delay(self):
         for board in BOARDS:
             with self.subTest(board):
                 run = self.events("--rules", "warn", board=board, kept=[write(2, RETURN_DELAY, 0)])

@@ -61,7 +61,7 @@ class Language(unittest.TestCase):
             self.assertIn("\nscript:  2 lines done\n", self.run_text("# one\n@wait 1\n\n@expect servo 1 LED 0\n", way)[1])
             self.assertNotIn("done", self.run_text("@wait 1\n@expect servo 1 LED 1 within 5\n", way)[1])
 
-    def test_host_stdout_shows_the_text_of_the_firmware_beside_the_scenario(self):
+    def test_host_stdout_shows_firmware_text_beside_the_scenario(self):
         for options, count in [([], 0), (["--host", "stdout"], 1), (["--echo"], 1), (["--echo", "--host", "stdout"], 1)]:
             status, output, _ = self.run_text("get 1 ID\n", firmware("atmega128") + options)
             self.assertEqual((status, len(re.findall("^ID = 1$", output, re.M))), (0, count), output)
@@ -112,7 +112,7 @@ class Language(unittest.TestCase):
         self.assertIn(f"{path}:3: ping 1: no reply in 0 ms, neither 'ok' nor 'error N: text'; if it takes longer, "
                       "write 'within MS' at the end of the line\n", output)
 
-    def test_a_register_that_is_right_before_the_first_packet_is_a_warning(self):
+    def test_register_met_before_the_first_packet_is_a_warning(self):
         text = "@expect servo 1 torque off\n@expect servo 1 PRESENT_POSITION 512\n"
         warning = "warning: met before the firmware has sent a packet"
         for before, count in [("", 1), ("ping 1\n", 0)]:

@@ -243,7 +243,7 @@ void test_a_packet_with_a_pause_in_it_is_found(void)
     }
 }
 
-void test_R27_a_packet_that_shares_its_header_with_a_damaged_one_is_found(void)
+void test_R27_packet_that_shares_a_header_with_damage_is_found(void)
 {
     /* FF FF 02 02 FF
      *

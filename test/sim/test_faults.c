@@ -589,7 +589,7 @@ void test_F8_a_brown_out_silences_and_resets_a_servo(void)
     assert_ping_is_answered();
 }
 
-void test_F8_a_servo_can_be_unplugged_as_any_byte_of_a_packet_begins(void)
+void test_F8_servo_can_be_unplugged_as_any_byte_begins(void)
 {
     for (unsigned byte = 0; byte < 7; byte++) {
         again();
@@ -1030,7 +1030,7 @@ void test_an_order_waits_for_a_late_reply(void)
 }
 
 /* No gap, a longer header, and a packet that is cut and ends by silence. */
-void test_packets_of_the_controller_end_with_their_length_or_with_silence(void)
+void test_controller_packet_ends_with_its_length_or_silence(void)
 {
     static const uint8_t stream[] = {0xFF, 0xFF, 0xFE, 4, 3, 0x19, 1,    0xE0, //
                                      0xFF, 0xFF, 0xFF, 5, 2, 1,    0xF7,       //

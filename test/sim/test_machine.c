@@ -143,7 +143,7 @@ void test_a_reset_does_not_stop_a_write_to_the_eeprom(void)
     TEST_ASSERT_EQUAL_HEX8(0xA5, stored());
 }
 
-void test_power_lost_in_the_first_half_of_a_write_leaves_the_old_byte(void)
+void test_power_lost_in_the_first_half_leaves_the_old_byte(void)
 {
     reset_at(12 * MS, MACHINE_POWER_ON);
     TEST_ASSERT_EQUAL_HEX8(0x5A, stored());
@@ -157,13 +157,13 @@ void test_power_lost_in_the_second_half_leaves_an_erased_byte(void)
 }
 
 /* The second write lasts from 8.5 ms to 17 ms. */
-void test_power_lost_shortly_before_the_half_leaves_a_byte_half_erased(void)
+void test_power_lost_before_the_half_leaves_a_byte_half_erased(void)
 {
     reset_at(12500 * (MS / 1000), MACHINE_POWER_ON);
     TEST_ASSERT_EQUAL_HEX8(0x5F, stored());
 }
 
-void test_power_lost_shortly_before_the_end_leaves_a_byte_half_written(void)
+void test_power_lost_before_the_end_leaves_a_byte_half_written(void)
 {
     reset_at(16600 * (MS / 1000), MACHINE_POWER_ON);
     TEST_ASSERT_EQUAL_HEX8(0xF5, stored());

@@ -403,7 +403,7 @@ void test_packets_for_others_are_ignored(void)
     expect_initial_values();
 }
 
-void test_R2_example_13_the_write_of_level_0_is_answered_by_the_old_level(void)
+void test_R2_example_13_level_0_is_answered_at_the_old_level(void)
 {
     OK(DO(TABLE_RETURN_LEVEL, 0));
     EXPECT(SILENCE, DO(TABLE_LED, 1));
@@ -508,7 +508,7 @@ static bool hear_damaged(uint8_t id, uint8_t instruction)
     return hear(packet, size);
 }
 
-void test_R19_a_damaged_packet_is_answered_at_level_2_only_and_never_acted_on(void)
+void test_R19_damaged_packet_is_answered_at_level_2_not_executed(void)
 {
     TEST_ASSERT_TRUE(hear_damaged(1, WRITE));
     TEST_ASSERT_EQUAL_HEX8(SERVO_ERROR_CHECKSUM, servo.reply.bytes[4]);
@@ -1068,7 +1068,7 @@ void test_R33_cw_limit_above_ccw_limit_leaves_no_goal(void)
     }
 }
 
-void test_R16_endless_turn_ignores_the_goal_and_has_a_direction_bit(void)
+void test_R16_endless_turn_ignores_the_goal_has_a_direction_bit(void)
 {
     EXPECT(SERVO_ERROR_RANGE, DO(TABLE_MOVING_SPEED, 0, 4));
     OK(DO(TABLE_CCW_LIMIT, 0, 0));
@@ -1322,7 +1322,7 @@ static bool blinks(void)
     return said;
 }
 
-void test_R17_each_alarm_bit_makes_the_led_blink_for_its_error_only(void)
+void test_R17_each_alarm_bit_makes_the_led_blink_for_its_error(void)
 {
     for (unsigned bit = 0; bit < 7; bit++) {
         for (unsigned mask = 0; mask < 7; mask++) {
@@ -1348,7 +1348,7 @@ void test_R17_the_led_blinks_as_long_as_the_condition_lasts(void)
     TEST_ASSERT_FALSE(servo_led(&servo));
 }
 
-void test_R17_each_shutdown_bit_turns_torque_off_for_its_error_only(void)
+void test_R17_each_shutdown_bit_turns_torque_off_for_its_error(void)
 {
     for (unsigned bit = 0; bit < 7; bit++) {
         for (unsigned mask = 0; mask < 7; mask++) {
@@ -1374,7 +1374,7 @@ void test_R17_torque_stays_off_until_it_is_enabled_again(void)
     TEST_ASSERT_TRUE(servo_torque(&servo));
 }
 
-void test_R36_enabled_torque_goes_off_at_once_while_the_condition_lasts(void)
+void test_R36_enabled_torque_goes_off_while_the_condition_lasts(void)
 {
     provoke(SERVO_ERROR_OVERHEATING);
     TEST_ASSERT_FALSE(servo_torque(&servo));
@@ -1468,7 +1468,7 @@ void test_quirk_extra_turnaround(void)
     TEST_ASSERT_EQUAL(508 + 65535, servo.reply.delay_us);
 }
 
-void test_quirk_jitter_stays_within_its_bounds_and_repeats_with_its_seed(void)
+void test_quirk_jitter_stays_in_bounds_and_repeats_with_its_seed(void)
 {
     uint32_t first[200];
     bool seen[11] = {false};

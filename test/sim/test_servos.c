@@ -113,7 +113,7 @@ static uint64_t say(uint32_t bit_time_256, const uint8_t *body, unsigned size)
 static const uint8_t one[] = {1};
 static const uint8_t ping[] = {0x01, 0x02, 0x01};
 
-void test_the_return_delay_counts_from_the_end_of_the_last_stop_bit(void)
+void test_return_delay_counts_from_the_end_of_the_last_stop_bit(void)
 {
     put(one, 1);
     uint64_t end = say(FAST, ping, 3);

@@ -51,7 +51,7 @@ void test_a_tied_txd_must_not_be_an_output(void)
     assert_says(&run, "a servo began while TXD drove the wire");
 }
 
-void test_with_tied_pins_a_receiver_turned_on_late_loses_the_reply(void)
+void test_with_tied_pins_a_receiver_enabled_late_loses_a_reply(void)
 {
     simulate_on("tied", "tied_receiver_off");
     assert_breaks("BROKEN:  reply-lost");

@@ -234,7 +234,7 @@ void test_status_tells_all_there_is(void)
                              reply_to("status"));
 }
 
-void test_status_counts_servos_that_are_inhibited_while_others_are_not(void)
+void test_status_counts_inhibited_servos_if_others_are_not(void)
 {
     cds_servos_add(&robot.servos, 7);
     cds_servos_add(&robot.servos, 8);

@@ -275,7 +275,7 @@ void test_device_save_keeps_settings_and_tells_its_end(void)
     TEST_ASSERT_EQUAL_UINT8(3, store.sequence + 1); // two saves
 }
 
-void test_answer_to_a_write_that_an_operation_delays_is_dropped_after_15_ms(void)
+void test_answer_to_a_delayed_write_is_dropped_after_15_ms(void)
 {
     SAY(DEVICE_IS, CDS_WRITE, 0x10, 1);
     SAY(DEVICE_IS, CDS_WRITE, 0x10, 1); // waits for the save before it

@@ -421,7 +421,7 @@ void test_stop_behind_packets_that_wait_drops_them(void)
     assert_ping_found(1);
 }
 
-void test_data_of_a_packet_that_waits_is_no_stop_before_its_end_comes(void)
+void test_data_of_a_waiting_packet_is_no_stop_before_its_end(void)
 {
     come_behind_a_packet(with_stops, 6);
     TEST_ASSERT_FALSE(host.stop);
