@@ -71,7 +71,7 @@ def commands(profile="full", has_room=True):
         for row in re.findall(r"^    \{\n(        \.usage.*?)^    \},", text, re.M | re.S):
             texts = {field: text_of(field, row) for field in ("usage", "what", "details", "example")}
             for field, text_of_field in texts.items():
-                if text_of_field is None:
+                if text_of_field is None and field != "example":  # none: it is the usage
                     raise SystemExit(f"{name}.c: {texts['usage']}: .{field} is missing")
             yield heading.rstrip(":"), *texts.values()
 
@@ -305,7 +305,7 @@ again.
             print(f"\n### {heading}\n\n| command | what it does | ranges and remarks | example |")
             print("|---|---|---|---|")
             last = heading
-        print(f"| `{escape(usage)}` | {escape(what)} | {escape(details)} | `{escape(example)}` |")
+        print(f"| `{escape(usage)}` | {escape(what)} | {escape(details)} | `{escape(example or usage)}` |")
 
 
 if __name__ == "__main__":

@@ -80,7 +80,7 @@ struct command {
     const CDS_FLASH char *usage;
     const CDS_FLASH char *what;     // what the command does
     struct command_details details; // ranges and remarks
-    struct command_details example; // a line to type
+    struct command_details example; // a line to type; none: it is the usage
     /* Starts the command. Returns 0, or the error that ends the command at once: an enum cds_result
      * or a number of CONSOLE_ERRORS (errors.h). NULL: there is nothing to start. */
     uint8_t (*begin)(struct console *console);

@@ -40,29 +40,29 @@ struct range {
 
 /* By the name of the argument and, where commands differ, the name of the command. */
 static const CDS_FLASH struct {
-    char name[11];
+    const CDS_FLASH char *name;
     const CDS_FLASH char *command;
     struct range range;
 } argument_ranges[] = {
-    {"ID", NULL, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"ID...", NULL, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"OLD", NULL, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"NEW", NULL, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
-    {"ID|254", NULL, {0, CDS_BROADCAST_ID, CDS_UNIT_NUMBER}},
-    {"REG", NULL, {0, CDS_TABLE_SIZE - 1, UNIT_ADDRESS}},
-    {"ANGLE", NULL, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"ANGLE...", NULL, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"HIGH", NULL, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
-    {"SPEED", FLASH_TEXT("turn"), {CW_FULL, CDS_VALUE_MAX, CDS_UNIT_SIGNED_MRPM}},
-    {"SPEED", NULL, {0, CDS_VALUE_MAX, CDS_UNIT_MRPM}},
-    {"RATE", NULL, {CDS_BAUD_MAX, 0, CDS_UNIT_BPS}},
-    {"MS", FLASH_TEXT("monitor"), {MONITOR_MS_MIN, MONITOR_MS_MAX, UNIT_MS}},
-    {"MS", FLASH_TEXT("cycle"), {CYCLE_MS_MIN, CYCLE_MS_MAX, UNIT_MS}},
-    {"N", FLASH_TEXT("play"), {1, UINT16_MAX, CDS_UNIT_NUMBER}},
-    {"PERCENT", NULL, {CDS_MOTION_OVERRIDE_MIN, CDS_MOTION_OVERRIDE_MAX, UNIT_PERCENT}},
-    {"DELAY", NULL, {1, AUTOSTART_DELAY_MAX, UNIT_S}},
-    {"TIME", NULL, {0, 0, UNIT_MS}}, // its range depends on the command
-    {"SPEED|TIME", NULL, {0, 0, UNIT_MS}},
+    {name_of_id, NULL, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {FLASH_TEXT("ID..."), NULL, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {FLASH_TEXT("OLD"), NULL, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {FLASH_TEXT("NEW"), NULL, {0, CDS_ID_MAX, CDS_UNIT_NUMBER}},
+    {FLASH_TEXT("ID|254"), NULL, {0, CDS_BROADCAST_ID, CDS_UNIT_NUMBER}},
+    {FLASH_TEXT("REG"), NULL, {0, CDS_TABLE_SIZE - 1, UNIT_ADDRESS}},
+    {FLASH_TEXT("ANGLE"), NULL, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {FLASH_TEXT("ANGLE..."), NULL, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {FLASH_TEXT("HIGH"), NULL, {0, CDS_VALUE_MAX, CDS_UNIT_MDEG}},
+    {FLASH_TEXT("SPEED"), FLASH_TEXT("turn"), {CW_FULL, CDS_VALUE_MAX, CDS_UNIT_SIGNED_MRPM}},
+    {FLASH_TEXT("SPEED"), NULL, {0, CDS_VALUE_MAX, CDS_UNIT_MRPM}},
+    {FLASH_TEXT("RATE"), NULL, {CDS_BAUD_MAX, 0, CDS_UNIT_BPS}},
+    {FLASH_TEXT("MS"), FLASH_TEXT("monitor"), {MONITOR_MS_MIN, MONITOR_MS_MAX, UNIT_MS}},
+    {FLASH_TEXT("MS"), FLASH_TEXT("cycle"), {CYCLE_MS_MIN, CYCLE_MS_MAX, UNIT_MS}},
+    {FLASH_TEXT("N"), FLASH_TEXT("play"), {1, UINT16_MAX, CDS_UNIT_NUMBER}},
+    {FLASH_TEXT("PERCENT"), NULL, {CDS_MOTION_OVERRIDE_MIN, CDS_MOTION_OVERRIDE_MAX, UNIT_PERCENT}},
+    {FLASH_TEXT("DELAY"), NULL, {1, AUTOSTART_DELAY_MAX, UNIT_S}},
+    {FLASH_TEXT("TIME"), NULL, {0, 0, UNIT_MS}}, // its range depends on the command
+    {FLASH_TEXT("SPEED|TIME"), NULL, {0, 0, UNIT_MS}},
 };
 
 #define RANGES (sizeof argument_ranges / sizeof argument_ranges[0])

@@ -20,10 +20,12 @@
 #define BELL      0x07
 #define BACKSPACE 0x08
 #define TAB       0x09
+#define CTRL_K    0x0B
 #define CTRL_L    0x0C
 #define CTRL_N    0x0E
 #define CTRL_P    0x10
 #define CTRL_U    0x15
+#define CTRL_W    0x17
 #define ESCAPE    0x1B
 #define DELETE    0x7F
 
@@ -162,6 +164,12 @@ static void delete_all(struct editor *editor)
     change(editor, editor->locked);
 }
 
+static void delete_rest(struct editor *editor)
+{
+    editor->length = editor->cursor;
+    change(editor, editor->cursor);
+}
+
 /* Fetches a line of the history. A line that was begun becomes the newest of them first. */
 static void fetch(struct editor *editor, bool is_older)
 {
@@ -291,6 +299,21 @@ static void take_back(struct editor *editor)
     }
 }
 
+/* Deletes the word before the cursor. */
+static void take_word_back(struct editor *editor)
+{
+    bool is_in_word = false;
+    char before;
+
+    while (editor->cursor > editor->locked) {
+        before = editor->text[editor->cursor - 1];
+        if (before == ' ' && is_in_word)
+            break;
+        is_in_word |= before != ' ';
+        take_back(editor);
+    }
+}
+
 static enum editor_event tab(struct editor *editor, struct printer *echo)
 {
     return echo ? EDITOR_COMPLETE : insert(editor, TAB, echo);
@@ -314,7 +337,9 @@ static enum editor_event obey(struct editor *editor, char key, struct printer *e
         break;
     case CTRL_N: fetch(editor, false); break;
     case CTRL_P: fetch(editor, true); break;
+    case CTRL_K: delete_rest(editor); break;
     case CTRL_U: delete_all(editor); break;
+    case CTRL_W: take_word_back(editor); break;
     case BACKSPACE:
     case DELETE: take_back(editor); break;
     default: return insert(editor, key, echo);

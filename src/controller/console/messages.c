@@ -9,6 +9,9 @@
 #endif
 
 const CDS_FLASH char message_nothing[] = "";
+const CDS_FLASH char message_until_power_off[] = ", until power-off";
+const CDS_FLASH char message_unchanged[] = "unchanged";
+const CDS_FLASH char message_servo_label[] = "servo ";
 const CDS_FLASH char message_version[] = "cds55xx " CDS_VERSION " " BOARD_NAME;
 const CDS_FLASH char message_servo[] = "servo %u: %s";
 const CDS_FLASH char message_of_servo[] = "servo %u: ";

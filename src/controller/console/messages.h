@@ -10,10 +10,13 @@
 /* A string in flash for the initialiser of a static table: a plain literal would stand in RAM. */
 #define FLASH_TEXT(string) ((const CDS_FLASH char[]){string})
 
-extern const CDS_FLASH char message_nothing[];  // ""
-extern const CDS_FLASH char message_version[];  // "cds55xx 0.1.0 atmega128"
-extern const CDS_FLASH char message_servo[];    // "servo %u: %s"
-extern const CDS_FLASH char message_of_servo[]; // "servo %u: "
+extern const CDS_FLASH char message_nothing[];         // ""
+extern const CDS_FLASH char message_until_power_off[]; // ", until power-off"
+extern const CDS_FLASH char message_unchanged[];       // "unchanged"
+extern const CDS_FLASH char message_servo_label[];     // "servo "
+extern const CDS_FLASH char message_version[];         // "cds55xx 0.1.0 atmega128"
+extern const CDS_FLASH char message_servo[];           // "servo %u: %s"
+extern const CDS_FLASH char message_of_servo[];        // "servo %u: "
 extern const CDS_FLASH char message_torque_is_off[];
 extern const CDS_FLASH char message_is_offline[]; // "offline"
 extern const CDS_FLASH char message_clear[];      // "clear"

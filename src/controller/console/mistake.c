@@ -110,6 +110,8 @@ enum mistake mistake_of(const struct console *console, bool is_of_word)
         return MISTAKE_RATE;
     if (console->error == CDS_INHIBITED && concerns_offline_servo(console))
         return servos_line_is_low(&console->robot->servos) ? MISTAKE_LINE : MISTAKE_OFFLINE;
+    if (console->error == CDS_LINE_BUSY && servos_line_is_low(&console->robot->servos))
+        return MISTAKE_LINE;
     if (console->error == CDS_LIMIT && line->id != line->new_id &&
         cds_servos_find(&console->robot->servos, line->new_id))
         return MISTAKE_KNOWN_ID;

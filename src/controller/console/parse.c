@@ -12,14 +12,23 @@
 #include "robot/settings.h" // settings_named()
 
 static const CDS_FLASH struct {
-    char name[12]; // at most 11 characters
+    const CDS_FLASH char *name;
     uint8_t argument;
 } arguments[] = {
-    {"ID", ARGUMENT_ID},           {"OLD", ARGUMENT_ID},          {"ID|254", ARGUMENT_ID_OR_ALL},
-    {"NEW", ARGUMENT_NEW_ID},      {"REG", ARGUMENT_REGISTER},    {"LENGTH", ARGUMENT_LENGTH},
-    {"COMMAND", ARGUMENT_COMMAND}, {"SETTING", ARGUMENT_SETTING}, {"NAME", ARGUMENT_NAME},
-    {"POSE", ARGUMENT_NAME},       {"VALUE...", ARGUMENT_VALUES}, {"ID:BYTE,...", ARGUMENT_BLOCKS},
-    {"ID...", ARGUMENT_IDS},       {"ANGLE...", ARGUMENT_ANGLES},
+    {FLASH_TEXT("ID"), ARGUMENT_ID},
+    {FLASH_TEXT("OLD"), ARGUMENT_ID},
+    {FLASH_TEXT("ID|254"), ARGUMENT_ID_OR_ALL},
+    {FLASH_TEXT("NEW"), ARGUMENT_NEW_ID},
+    {FLASH_TEXT("REG"), ARGUMENT_REGISTER},
+    {FLASH_TEXT("LENGTH"), ARGUMENT_LENGTH},
+    {FLASH_TEXT("COMMAND"), ARGUMENT_COMMAND},
+    {FLASH_TEXT("SETTING"), ARGUMENT_SETTING},
+    {FLASH_TEXT("NAME"), ARGUMENT_NAME},
+    {FLASH_TEXT("POSE"), ARGUMENT_NAME},
+    {FLASH_TEXT("VALUE..."), ARGUMENT_VALUES},
+    {FLASH_TEXT("ID:BYTE,..."), ARGUMENT_BLOCKS},
+    {FLASH_TEXT("ID..."), ARGUMENT_IDS},
+    {FLASH_TEXT("ANGLE..."), ARGUMENT_ANGLES},
 };
 
 #define ARGUMENTS (sizeof arguments / sizeof arguments[0])
@@ -52,8 +61,7 @@ static bool is_capital(char c)
  * keeps: so a token may have any case. */
 #define SMALL 0x20
 
-/* Which of the words at `usage`, as in a|b, the token is, from 1 on; 0: none of them. */
-NOINLINE static uint8_t choice_of(const CDS_FLASH char *usage, const struct token *token)
+NOINLINE uint8_t parse_choice(const CDS_FLASH char *usage, const struct token *token)
 {
     uint8_t index = 1, same = 0; // characters of the token that the word begins with
 
@@ -143,7 +151,7 @@ static bool takes(const CDS_FLASH char *usage, uint8_t argument, const struct to
     while (*usage == '[')
         usage++;
     if (argument == ARGUMENT_NONE)
-        return choice_of(usage, token);
+        return parse_choice(usage, token);
     if (argument < ARGUMENT_SETTING) // no row has anything else at its place: saves the search
         return true;
     return is_letter(token->text[0]) == (argument == ARGUMENT_NAME);
@@ -186,7 +194,7 @@ bool parse_is_keyword(const CDS_FLASH char *usage, const struct token *token)
     while (*usage) {
         while (*usage == '[')
             usage++;
-        if (!is_capital(*usage) && choice_of(usage, token))
+        if (!is_capital(*usage) && parse_choice(usage, token))
             return true;
         usage = behind(usage);
     }
@@ -198,6 +206,8 @@ bool parse_is_keyword(const CDS_FLASH char *usage, const struct token *token)
 static uint8_t take_command(struct command_line *line, const struct token *token)
 {
     line->command = parse_command(token);
+    if (*token->text == '?')
+        line->command = &command_set.groups[0]->rows[0]; // help
     if (line->command == NULL)
         return ERROR_UNKNOWN_COMMAND;
     line->usage = line->command->usage;
@@ -369,7 +379,7 @@ static uint8_t take_angle(struct command_line *line, const struct token *token)
 /* One of the words at line->usage. */
 static uint8_t take_choice(struct command_line *line, const struct token *token)
 {
-    uint8_t choice = choice_of(line->usage, token);
+    uint8_t choice = parse_choice(line->usage, token);
 
     if (line->choice == 0)
         line->choice = choice;

@@ -100,6 +100,9 @@ void parse_next_argument(struct command_line *line);
  * end. */
 const CDS_FLASH char *parse_number_name(const struct command_line *line, uint8_t index);
 
+/* Which of the words at `usage`, as in a|b, the token is, from 1 on; 0: none of them. */
+uint8_t parse_choice(const CDS_FLASH char *usage, const struct token *token);
+
 /* True if the argument at `usage` has the name `name`. */
 bool parse_has_name(const CDS_FLASH char *usage, const CDS_FLASH char *name);
 

@@ -68,8 +68,9 @@ static uint8_t add_range(struct command_line *line, const char *text, uint8_t le
 
 bool servo_list_is_all(const struct token *token)
 {
-    return token->length == 3 && (token->text[0] | 0x20) == 'a' && (token->text[1] | 0x20) == 'l' &&
-           (token->text[2] | 0x20) == 'l';
+    static const CDS_FLASH char all[] = "all";
+
+    return parse_choice(all, token);
 }
 
 static uint8_t take_word(struct command_line *line, const struct token *token)

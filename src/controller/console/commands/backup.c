@@ -10,7 +10,6 @@
 #include "console/number_format.h"
 
 static const CDS_FLASH char restore[] = "restore ";
-static const CDS_FLASH char message_restore_same[] = "unchanged";
 static const CDS_FLASH char message_restore_written[] = " differed: written";
 static const CDS_FLASH char message_not_written[] = " differs: not written";
 static const CDS_FLASH char message_not_confirmed[] = " differed: sent, not confirmed";
@@ -96,13 +95,13 @@ static bool begin_to_write(struct console *console)
     const struct command_line *line = &console->line;
     const uint8_t *data = set_job(console)->data, *bytes = line->request->reply;
 
-    if (setup_has_try(console, console->error))
+    if (setup_has_try(console, console->error, console->servo_error))
         return restore_begin(console) == 0;
     if (!console_answered(console))
         return false;
     console->raw = register_raw_at(bytes, line->length);
     if (memcmp(bytes, data, line->length) == 0) {
-        printer_line(&console->printer, message_restore_same);
+        printer_line(&console->printer, message_unchanged);
         return false;
     }
     console->phase = 1;
@@ -136,8 +135,8 @@ static const CDS_FLASH struct command backup_rows[] = {
     {
         .usage = FLASH_TEXT("backup ID"),
         .what = FLASH_TEXT("print the lines that restore the registers"),
-        .details = COMMAND_DETAILS("EEPROM without ID and BAUD_RATE. To restore it, "
-                                   "scripts/send-lines.py sends the lines, not a paste"),
+        .details = COMMAND_DETAILS(
+            "EEPROM without ID and BAUD_RATE. scripts/send-lines.py sends the lines back"),
         .example = COMMAND_DETAILS("backup 1"),
         .begin = backup_begin,
         .poll = backup_poll,

@@ -8,7 +8,6 @@
 static const CDS_FLASH char message_followed[] = "servo %u: at %b%s";
 static const CDS_FLASH char message_stays[] = "servo %u: stays at %b: %s";
 static const CDS_FLASH char message_bus[] = "bus at %b";
-static const CDS_FLASH char message_bus_until_power_off[] = ", until power-off";
 
 static enum cds_result begin_change(struct robot *robot, const void *config)
 {
@@ -53,8 +52,8 @@ static void print_servo(struct console *console, const struct baud_change *chang
     values[0].number = change->ids[index];
     if (state == CDS_IDENTITY_CHANGED) {
         values[1].number = change->to_baud_reg;
-        values[2].text = cds_units_baud_is_kept(change->to_baud_reg) ? message_nothing
-                                                                     : message_bus_until_power_off;
+        values[2].text =
+            cds_units_baud_is_kept(change->to_baud_reg) ? message_nothing : message_until_power_off;
         printer_line(&console->printer, message_followed);
         return;
     }

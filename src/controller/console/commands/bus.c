@@ -287,7 +287,7 @@ static const CDS_FLASH struct command bus_rows[] = {
         .usage = FLASH_TEXT("counters [ID]"),
         .what = FLASH_TEXT("packets sent and lost"),
         .details = COMMAND_DETAILS("Of the bus since the reset; of a servo since it joined the "
-                                   "robot. Modulo 65536; some of a servo stop at 255"),
+                                   "robot. Modulo 65536, or up to 255"),
         .example = COMMAND_DETAILS("counters"),
         .begin = counters_begin,
         .poll = counters_poll,
@@ -295,8 +295,7 @@ static const CDS_FLASH struct command bus_rows[] = {
     {
         .usage = FLASH_TEXT("bus [RATE]"),
         .what = FLASH_TEXT("baud rate of the bus"),
-        .details =
-            COMMAND_DETAILS("RATE: 7843 to 2000000bps, or 0raw to 254raw. No RATE: shows it"),
+        .details = COMMAND_DETAILS("RATE: 7843 to 2000000bps. No RATE: shows it"),
         .example = COMMAND_DETAILS("bus 1000000bps"),
         .begin = bus_begin,
         .poll = bus_poll,

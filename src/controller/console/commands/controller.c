@@ -424,24 +424,21 @@ static const CDS_FLASH struct command controller_rows[] = {
         .what = FLASH_TEXT("state of the controller"),
         .details =
             COMMAND_DETAILS("Reset, settings, host link, inhibit, stop, bus, servos, EEPROM"),
-        .example = COMMAND_DETAILS("status"),
         .poll = status_poll,
     },
     {
         .usage = FLASH_TEXT("alarms"),
-        .what = FLASH_TEXT("alarms of servos since clear"),
+        .what = FLASH_TEXT("alarms since clear"),
         .details = COMMAND_DETAILS(
             "From all replies, also to the bridge. Printed at once in mode person, and if "
             "alarm_report is 1"),
-        .example = COMMAND_DETAILS("alarms"),
         .poll = alarms_poll,
     },
     {
         .usage = message_clear,
-        .what = FLASH_TEXT("acknowledge alarms, lost link"),
+        .what = FLASH_TEXT("clear alarms, lost link"),
         .details = COMMAND_DETAILS(
             "Servos inhibited for that or by stop may be driven again; nothing moves"),
-        .example = COMMAND_DETAILS("clear"),
         .begin = clear_begin,
     },
     {
@@ -457,7 +454,6 @@ static const CDS_FLASH struct command controller_rows[] = {
         .usage = FLASH_TEXT("save"),
         .what = FLASH_TEXT("settings to the EEPROM"),
         .details = COMMAND_DETAILS("Outlives power-off; takes 0.2 s, the bus goes on"),
-        .example = COMMAND_DETAILS("save"),
         .begin = save_begin,
         .poll = save_poll,
     },
@@ -465,7 +461,6 @@ static const CDS_FLASH struct command controller_rows[] = {
         .usage = FLASH_TEXT("defaults"),
         .what = FLASH_TEXT("settings of a new controller"),
         .details = COMMAND_DETAILS("Kept only by save. Not while a motion is under way"),
-        .example = COMMAND_DETAILS("defaults"),
         .begin = defaults_begin,
         .poll = defaults_poll,
     },

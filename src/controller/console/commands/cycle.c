@@ -222,7 +222,7 @@ static bool cycle_poll(struct console *console)
 static const CDS_FLASH struct command cycle_rows[] = {
     {
         .usage = FLASH_TEXT("cycle [every|off [MS]]"),
-        .what = FLASH_TEXT("goals, feedback at a fixed rate"),
+        .what = FLASH_TEXT("goals at a fixed rate"),
         .details =
             COMMAND_DETAILS("For the group; MS: 2 to 65ms, only with every; default: the setting "
                             "cycle_us. Goals are the present positions until pose sets others"),

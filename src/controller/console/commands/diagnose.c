@@ -126,8 +126,7 @@ static const CDS_FLASH struct command diagnose_rows[] = {
     {
         .usage = FLASH_TEXT("diagnose [ID|254]"),
         .what = FLASH_TEXT("find out why a servo does not answer"),
-        .details = COMMAND_DETAILS("Tells echo, noise, rate, collision, equal IDs, low supply "
-                                   "apart. No ID: any servo. A key ends it"),
+        .details = COMMAND_DETAILS("No ID: any servo. A key ends it"),
         .example = COMMAND_DETAILS("diagnose 1"),
         .begin = diagnose_servo,
         .poll = diagnose_poll,

@@ -265,11 +265,11 @@ static const CDS_FLASH struct command group_rows[] = {
     },
     {
         .usage = FLASH_TEXT("pose ANGLE... [at|in SPEED|TIME]"),
-        .what = FLASH_TEXT("move the servos of the group"),
+        .what = FLASH_TEXT("move the group"),
         .details =
-            COMMAND_DETAILS("An angle for each servo, 0 to 300deg, in the order of the group. "
-                            "SPEED: 0 to 62rpm, 0 as fast as it can, default 20rpm. In TIME, 1ms "
-                            "to 600s: all arrive together. A running cycle takes over the goals"),
+            COMMAND_DETAILS("An angle for each servo of the group, 0 to 300deg. SPEED: 0 to 62rpm, "
+                            "0 the fastest, default 20rpm. In TIME, 1ms to 600s: all arrive "
+                            "together. A cycle takes over the goals"),
         .example = COMMAND_DETAILS("pose 90 150.5 210 at 20rpm"),
         .begin = pose_begin,
         .poll = pose_poll,

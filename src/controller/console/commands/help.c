@@ -81,7 +81,8 @@ static bool topic_line(struct console *console, const CDS_FLASH struct command *
         return true;
     }
     printer->values[0].text = COMMAND_DETAILS_TEXT(row->example);
-    printer_line(printer, message_example_is);
+    if (printer->values[0].text)
+        printer_line(printer, message_example_is);
     return false;
 }
 
@@ -131,7 +132,6 @@ static const CDS_FLASH struct command help_rows[] = {
         .usage = FLASH_TEXT("version"),
         .what = FLASH_TEXT("version and board"),
         .details = COMMAND_DETAILS("Of this firmware"),
-        .example = COMMAND_DETAILS("version"),
         .poll = version_poll,
     },
     {

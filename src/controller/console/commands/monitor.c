@@ -213,7 +213,7 @@ bool monitor_poll(struct console *console)
 static const CDS_FLASH struct command monitor_rows[] = {
     {
         .usage = FLASH_TEXT("monitor ID... [every MS]"),
-        .what = FLASH_TEXT("feedback of servos until a key"),
+        .what = FLASH_TEXT("feedback until a key"),
         .details = COMMAND_DETAILS("Up to 8 servos; MS: 10 to 60000ms, 100 if left out. One line "
                                    "each period, for serial plotters"),
         .example = COMMAND_DETAILS("monitor 1 2 every 50ms"),

@@ -9,7 +9,6 @@
 static const CDS_FLASH char csi[] = "\x1B[";
 static const CDS_FLASH char clear_rest_of_line[] = "\x1B[K";
 
-static const CDS_FLASH char servo[] = "servo ";
 static const CDS_FLASH char absent[] = "absent";
 
 /* Moves the cursor by the rows of the old table that are below it, at least 1. */
@@ -37,7 +36,7 @@ static void begin_row(struct printer *printer, struct monitor *monitor)
         monitor->below = monitor->count;
         move(printer, monitor, 'A');
     }
-    printer_flash(printer, servo);
+    printer_flash(printer, message_servo_label);
     printer_decimal(printer, monitor->ids[monitor->index]);
     printer_char(printer, ':');
 }
@@ -102,7 +101,7 @@ static uint8_t begin(struct console *console)
 static const CDS_FLASH struct command monitor_table_rows[] = {
     {
         .usage = FLASH_TEXT("monitor ID... [every MS [as plot]]"),
-        .what = FLASH_TEXT("feedback of servos until a key"),
+        .what = FLASH_TEXT("feedback until a key"),
         .details = COMMAND_DETAILS("Up to 8 servos; MS: 10 to 60000ms, default 100. With echo a "
                                    "table in place; else, and as plot, a line each period"),
         .example = COMMAND_DETAILS("monitor 1 2 every 50ms"),

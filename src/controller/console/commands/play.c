@@ -245,14 +245,12 @@ static const CDS_FLASH struct command play_rows[] = {
         .usage = FLASH_TEXT("pause"),
         .what = FLASH_TEXT("stop the motion on its way"),
         .details = COMMAND_DETAILS("All servos come to rest together, with torque"),
-        .example = COMMAND_DETAILS("pause"),
         .begin = pause_begin,
     },
     {
         .usage = FLASH_TEXT("resume"),
         .what = FLASH_TEXT("go on with the motion"),
         .details = COMMAND_DETAILS("From where pause has stopped it"),
-        .example = COMMAND_DETAILS("resume"),
         .begin = resume_begin,
     },
     {

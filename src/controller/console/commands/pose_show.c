@@ -91,7 +91,6 @@ static const CDS_FLASH struct command pose_show_rows[] = {
         .usage = FLASH_TEXT("pose list"),
         .what = FLASH_TEXT("names of the stored poses"),
         .details = COMMAND_DETAILS("One a line"),
-        .example = COMMAND_DETAILS("pose list"),
         .begin = stored_list_begin,
         .poll = list_poll,
     },

@@ -96,7 +96,7 @@ static const CDS_FLASH struct command raw_rows[] = {
     },
     {
         .usage = FLASH_TEXT("read ID REG [LENGTH]"),
-        .what = FLASH_TEXT("read a register or bytes"),
+        .what = FLASH_TEXT("read registers"),
         .details = COMMAND_DETAILS("REG: name or address, 0 to 0x31. LENGTH: 1 to 50"),
         .example = COMMAND_DETAILS("read 1 PRESENT_POSITION"),
         .begin = raw_begin,
@@ -142,7 +142,7 @@ static const CDS_FLASH struct command raw_rows[] = {
     },
     {
         .usage = FLASH_TEXT("sync REG LENGTH ID:BYTE,... ..."),
-        .what = FLASH_TEXT("write many servos at once"),
+        .what = FLASH_TEXT("write many servos"),
         .details = COMMAND_DETAILS("LENGTH: bytes for each servo, 1 to 50. No replies"),
         .example = COMMAND_DETAILS("sync GOAL_POSITION 4 1:0,2,44,1 2:0,1,44,1"),
         .begin = raw_begin,

@@ -9,7 +9,6 @@
 #include "console/messages.h"
 #include "console/number_format.h"
 
-static const CDS_FLASH char message_servo_label[] = "servo ";
 static const CDS_FLASH char message_in_eeprom[] = " EEPROM";
 static const CDS_FLASH char message_in_ram[] = " RAM";
 
@@ -93,6 +92,16 @@ uint8_t register_take_value(struct console *console, struct cds_register *at)
     return 0;
 }
 
+/* True if the servo is known to turn without end, with torque: with a limit it would move to its
+ * old goal. */
+static bool turns(const struct console *console)
+{
+    const struct cds_servo_state *servo = console_servo(console);
+    uint8_t turn = CDS_HELD_CW_0 | CDS_HELD_CCW_0;
+
+    return servo && servo->torque && (servo->held & turn) == turn;
+}
+
 static uint8_t set_begin(struct console *console)
 {
     struct cds_register at;
@@ -101,6 +110,9 @@ static uint8_t set_begin(struct console *console)
 
     if (error)
         return error;
+    if (at.address >= CDS_REG_CW_ANGLE_LIMIT && at.address <= CDS_REG_CCW_ANGLE_LIMIT &&
+        (data[0] | data[1]) && turns(console))
+        return ERROR_ENDLESS;
     // With level 0 the servo answers no READ: this register is written without reading it first.
     if (at.area == CDS_AREA_EEPROM && at.address != CDS_REG_STATUS_RETURN_LEVEL)
         return setup_write(console, at.address, data, at.width);
@@ -166,9 +178,9 @@ static const CDS_FLASH struct command register_rows[] = {
         .usage = FLASH_TEXT("set ID REG VALUE"),
         .what = FLASH_TEXT("set a register"),
         .details =
-            COMMAND_DETAILS("VALUE in the unit that get shows, another of its kind (mdeg, mrpm, "
-                            "mV, us, ms, s), or raw. EEPROM but STATUS_RETURN_LEVEL is written "
-                            "only if the value differs. ID and BAUD_RATE: use id and baud"),
+            COMMAND_DETAILS("VALUE in the unit that get shows, another of its kind (mdeg, mV, ms), "
+                            "or raw. ID and BAUD_RATE: use id and baud. EEPROM is written only if "
+                            "the value differs"),
         .example = COMMAND_DETAILS("set 1 MIN_VOLTAGE 6.5V"),
         .begin = set_begin,
         .poll = set_poll,

@@ -186,7 +186,6 @@ static const CDS_FLASH struct command sequence_rows[] = {
         .usage = FLASH_TEXT("sequence list"),
         .what = FLASH_TEXT("names of the stored sequences"),
         .details = COMMAND_DETAILS("One a line"),
-        .example = COMMAND_DETAILS("sequence list"),
         .begin = stored_list_begin,
         .poll = list_poll,
     },

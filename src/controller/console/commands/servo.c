@@ -9,12 +9,18 @@
 #include "console/messages.h"
 
 static const CDS_FLASH char message_limits_are_off[] = "limits are 0: endless turn";
+static const CDS_FLASH char message_stands_still[] = "endless turn: speed set to 0, 'turn' sets it";
+static const CDS_FLASH char message_turn_again[] =
+    "torque is off: 'torque ID on', then 'turn' again";
 
-/* Registers that move reads first. */
+/* Registers that move, and torque on, read first. */
 #define LOOK_FROM CDS_REG_CW_ANGLE_LIMIT
 #define LOOK_SIZE (CDS_REG_TORQUE_ENABLE - CDS_REG_CW_ANGLE_LIMIT + 1)
 
-enum phase { LOOK, SLOW = SERVO_WRITE_SENT + 1, LIMITS } __attribute__((packed));
+/* Of torque and led; a move has none. */
+#define CHOICE_ON 1
+
+enum phase { LOOK, SLOW = SERVO_WRITE_SENT + 1, LIMITS, LOOKED } __attribute__((packed));
 
 /* Puts number `index` of the line into the data to be written. Returns an error or 0. */
 static uint8_t take_raw(struct console *console, uint8_t index, enum cds_unit unit)
@@ -66,6 +72,14 @@ void servo_failed(struct console *console, uint8_t error)
     printer_line(&console->printer, message_servo);
 }
 
+/* Submits the READ of mode and torque. CDS_NO_REPLY_DUE: they cannot be known. */
+static uint8_t look(struct console *console)
+{
+    if (console->line.id == CDS_BROADCAST_ID)
+        return CDS_NO_REPLY_DUE;
+    return servo_read(console, LOOK_FROM, LOOK_SIZE);
+}
+
 static uint8_t move_begin(struct console *console)
 {
     struct command_line *line = &console->line;
@@ -77,42 +91,12 @@ static uint8_t move_begin(struct console *console)
         result = servo_cycled(console);
     if (result)
         return result;
-    if (line->id != CDS_BROADCAST_ID)
-        result = servo_read(console, LOOK_FROM, LOOK_SIZE);
-    if (line->id == CDS_BROADCAST_ID || result == CDS_NO_REPLY_DUE) {
+    result = look(console);
+    if (result == CDS_NO_REPLY_DUE) {
         console->part = 1; // its torque is not known
         result = servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * line->numbers));
     }
     return result;
-}
-
-/* A servo in endless turn, or with torque off, accepts a goal without moving. */
-static void look(struct console *console)
-{
-    const uint8_t *bytes = console->line.request->reply;
-
-    console->part = bytes[LOOK_SIZE - 1]; // torque
-    if ((bytes[0] | bytes[1] | bytes[2] | bytes[3]) == 0) {
-        console->error = ERROR_ENDLESS;
-        return;
-    }
-    console->error =
-        servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * console->line.numbers));
-}
-
-static bool move_poll(struct console *console)
-{
-    if (console_waits(console))
-        return true;
-    if (!console_answered(console))
-        return false;
-    if (console->phase == SERVO_WRITE_SENT) {
-        if (!console->part)
-            printer_line(&console->printer, message_torque_is_off);
-        return false;
-    }
-    look(console);
-    return console->error == 0;
 }
 
 /* Both angle limits 0 select the endless turn (manual 3.2). Before that the speed is set to 1, 0.1
@@ -149,10 +133,22 @@ static uint8_t continue_turn(struct console *console)
     return servo_write(console, CDS_REG_MOVING_SPEED, 2);
 }
 
+/* Tells that the servo does not turn yet, as far as is known. The profile `console` has no flash
+ * for it. */
+static void tell_torque(struct console *console)
+{
+    const struct cds_servo_state *servo = console_servo(console);
+
+    if (servo && servo->presence == CDS_PRESENCE_ONLINE && !servo->torque)
+        printer_line(&console->printer, message_turn_again);
+}
+
 static bool turn_poll(struct console *console)
 {
     if (console->phase == LIMITS ? setup_waits(console) : console_waits(console))
         return true;
+    if (command_set.explain && console->phase == SERVO_WRITE_SENT && console_answered(console))
+        tell_torque(console);
     if (console->phase == SERVO_WRITE_SENT || console->error)
         return false;
     console->error = continue_turn(console);
@@ -161,13 +157,17 @@ static bool turn_poll(struct console *console)
 
 NOINLINE static uint8_t write_switch(struct console *console, uint8_t address)
 {
-    set_job(console)->data[0] = console->line.choice == 1;
+    set_job(console)->data[0] = console->line.choice == CHOICE_ON;
     return servo_write(console, address, 1);
 }
 
 static uint8_t torque_begin(struct console *console)
 {
-    return write_switch(console, CDS_REG_TORQUE_ENABLE);
+    uint8_t result = CDS_NO_REPLY_DUE;
+
+    if (console->line.choice == CHOICE_ON)
+        result = look(console);
+    return result == CDS_NO_REPLY_DUE ? write_switch(console, CDS_REG_TORQUE_ENABLE) : result;
 }
 
 static uint8_t led_begin(struct console *console)
@@ -175,17 +175,56 @@ static uint8_t led_begin(struct console *console)
     return write_switch(console, CDS_REG_LED);
 }
 
+/* The poll of move and torque. A servo in endless turn, or with torque off, accepts a goal without
+ * moving. Torque must not start an endless turn: a servo without torque gets speed 0 before it. */
+static bool look_poll(struct console *console)
+{
+    const uint8_t *bytes = console->line.request->reply;
+    bool is_move = console->line.choice == 0;
+
+    if (console_waits(console))
+        return true;
+    if (!console_answered(console))
+        return false;
+    if (console->phase == SERVO_WRITE_SENT) {
+        if (is_move && !console->part)
+            printer_line(&console->printer, message_torque_is_off);
+        return false;
+    }
+    if (console->phase == LOOK) {
+        console->part = bytes[LOOK_SIZE - 1]; // torque
+        if ((bytes[0] | bytes[1] | bytes[2] | bytes[3]) == 0) {
+            if (is_move) {
+                console->error = ERROR_ENDLESS;
+                return false;
+            }
+            if (!console->part) {
+                printer_line(&console->printer, message_stands_still);
+                console->error = servo_write(console, CDS_REG_MOVING_SPEED, 2); // the job is zeroed
+                console->phase = LOOKED;
+                return console->error == 0;
+            }
+        }
+    }
+    if (is_move)
+        console->error =
+            servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * console->line.numbers));
+    else
+        console->error = write_switch(console, CDS_REG_TORQUE_ENABLE);
+    return console->error == 0;
+}
+
 static const CDS_FLASH struct command servo_rows[] = {
     {
         .usage = FLASH_TEXT("move ID|254 ANGLE [SPEED]"),
         .what = FLASH_TEXT("go to an angle"),
         .details =
-            COMMAND_DETAILS("ANGLE: 0 to 300deg, or 0raw to 1023raw. SPEED: 0 to 62rpm, 0 "
-                            "as fast as it can; without it the speed stays; needed if 'limits' "
-                            "has a speed. ID 254: all"),
+            COMMAND_DETAILS("ANGLE: 0 to 300deg. SPEED: 0 to 62rpm, 0 the "
+                            "fastest; without it the speed stays; needed if 'limits' has one. "
+                            "ID 254: all"),
         .example = COMMAND_DETAILS("move 1 90deg 30rpm"),
         .begin = move_begin,
-        .poll = move_poll,
+        .poll = look_poll,
     },
     {
         .usage = FLASH_TEXT("turn ID SPEED"),
@@ -200,12 +239,12 @@ static const CDS_FLASH struct command servo_rows[] = {
     {
         .usage = FLASH_TEXT("torque ID|254 on|off"),
         .what = FLASH_TEXT("torque on or off"),
-        .details = COMMAND_DETAILS("on: the servo moves to its last goal or turns on; 'teach off "
-                                   "ID' keeps it where it is. off: "
-                                   "the output turns freely. ID 254: all"),
+        .details = COMMAND_DETAILS("on: the servo moves to its last goal; 'teach off ID' keeps it "
+                                   "where it is. In endless turn its speed becomes 0. off: "
+                                   "the output turns freely. ID 254: all, which may turn on"),
         .example = COMMAND_DETAILS("torque 1 on"),
         .begin = torque_begin,
-        .poll = console_waits,
+        .poll = look_poll,
     },
     {
         .usage = FLASH_TEXT("led ID|254 on|off"),

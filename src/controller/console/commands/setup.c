@@ -1,18 +1,17 @@
 /* SPDX-License-Identifier: MIT */
 /* id, baud, factory, lock: settings of a servo that outlive power-off. */
+#include "cds55xx/control_table.h" // CDS_REG_LOCK
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
 #include "console/messages.h"
 
-static const CDS_FLASH char message_until_power_off[] = ", until power-off";
 static const CDS_FLASH char message_place[] = "ID %u at %b%s";
 static const CDS_FLASH char message_others[] =
     "the bus changed to this rate: servos at the old rate answer again after 'bus %b'";
 static const CDS_FLASH char message_unchanged_place[] = "unchanged: ID %u at %b";
 static const CDS_FLASH char message_written[] = "written";
-static const CDS_FLASH char message_unchanged[] = "unchanged";
 
 /* ---- ID, baud rate, factory values: an operation of several transactions ---- */
 
@@ -136,9 +135,10 @@ static bool conclude(struct console *console)
     return false;
 }
 
-bool setup_has_try(struct console *console, uint8_t result)
+bool setup_has_try(struct console *console, uint8_t result, uint8_t bits)
 {
-    return command_set.set_up_tries && (result == CDS_TIMEOUT || result == CDS_CORRUPT) &&
+    return command_set.set_up_tries &&
+           (result == CDS_TIMEOUT || result == CDS_CORRUPT || bits & CDS_ERROR_CHECKSUM) &&
            ++console->part < command_set.set_up_tries;
 }
 
@@ -150,7 +150,7 @@ static bool begins_again(struct console *console)
     const struct cds_identity *state = &console->robot->work.identity;
 
     return state->state == CDS_IDENTITY_UNCHANGED && state->is_written &&
-           setup_has_try(console, state->steps.result) &&
+           setup_has_try(console, state->steps.result, state->error) &&
            console->line.command->begin(console) == 0;
 }
 
@@ -170,25 +170,24 @@ static bool identity_poll(struct console *console)
 
 /* ---- settings that are written only if they differ ---- */
 
-static uint8_t begin(struct console *console, struct cds_setup_config *config)
+uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *data, uint8_t length)
 {
-    config->bus = console->bus;
-    config->request = console->line.request;
-    config->id = console->line.id;
-    return (uint8_t)cds_setup_begin(&set_job(console)->setup, config);
+    return (uint8_t)cds_setup_begin(&set_job(console)->setup,
+                                    &(struct cds_setup_config){.bus = console->bus,
+                                                               .request = console->line.request,
+                                                               .id = console->line.id,
+                                                               .setting = CDS_SETUP_REGISTERS,
+                                                               .address = address,
+                                                               .length = length,
+                                                               .data = data});
 }
 
 static uint8_t lock_begin(struct console *console)
 {
-    return begin(console, &(struct cds_setup_config){.setting = CDS_SETUP_LOCK});
-}
+    uint8_t *data = set_job(console)->data;
 
-uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *data, uint8_t length)
-{
-    return begin(console, &(struct cds_setup_config){.setting = CDS_SETUP_REGISTERS,
-                                                     .address = address,
-                                                     .length = length,
-                                                     .data = data});
+    data[0] = 1;
+    return setup_write(console, CDS_REG_LOCK, data, 1);
 }
 
 /* Begins once more, which does no harm: the register is read first, and written only if it differs,
@@ -199,10 +198,9 @@ static bool sets_up_again(struct console *console)
     bool is_written = setup->is_written;
     uint8_t error;
 
-    if (!setup_has_try(console, setup->steps.result))
+    if (!setup_has_try(console, setup->steps.result, setup->error))
         return false;
-    error = setup->data ? setup_write(console, setup->address, setup->data, setup->length)
-                        : lock_begin(console);
+    error = setup_write(console, setup->address, setup->data, setup->length);
     setup->is_written = is_written; // by an earlier try
     return error == 0;
 }
@@ -241,7 +239,7 @@ static const CDS_FLASH struct command setup_rows[] = {
     {
         .usage = FLASH_TEXT("baud ID RATE"),
         .what = FLASH_TEXT("set a servo's baud rate"),
-        .details = COMMAND_DETAILS("RATE: 7843 to 2000000bps, or 0raw to 254raw. The bus changes "
+        .details = COMMAND_DETAILS("RATE: 7843 to 2000000bps. The bus changes "
                                    "with it: other servos answer after 'bus' has changed it back"),
         .example = COMMAND_DETAILS("baud 1 57600bps"),
         .begin = baud_begin,

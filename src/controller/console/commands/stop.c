@@ -23,8 +23,8 @@ static const CDS_FLASH char message_torque_unknown[] = "unknown";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", latched alarms: %s";
 static const CDS_FLASH char message_presence[] = "servo %u: %s, torque %s";
-static const CDS_FLASH char message_presence_limits[] =
-    "servo %u: %s, torque %s, limits %a to %a and %r";
+static const CDS_FLASH char message_angle_limits[] = ", limits %a to %a";
+static const CDS_FLASH char message_all_limits[] = ", limits %a to %a and %r";
 static const CDS_FLASH char message_on[] = "on";
 static const CDS_FLASH char message_off[] = "off";
 static const CDS_FLASH char message_lost[] = ", inhibited: lost its state";
@@ -120,13 +120,11 @@ static uint8_t limits_begin(struct console *console)
     struct cds_servos *servos = &console->robot->servos;
     struct cds_servo_state *servo = console_servo(console);
     uint16_t raw[3];
-    uint8_t error = number_register(&line->number[0], CDS_UNIT_MDEG, &raw[0]);
+    uint8_t error = 0;
 
-    if (error == 0)
-        error = number_register(&line->number[1], CDS_UNIT_MDEG, &raw[1]);
     raw[2] = 0;
-    if (error == 0 && line->numbers == 3)
-        error = number_register(&line->number[2], CDS_UNIT_MRPM, &raw[2]);
+    for (uint8_t i = 0; error == 0 && i < line->numbers; i++)
+        error = number_register(&line->number[i], i < 2 ? CDS_UNIT_MDEG : CDS_UNIT_MRPM, &raw[i]);
     if (error)
         return error;
     if (raw[2] == 0) // as in the servo: no limit
@@ -142,6 +140,7 @@ static uint8_t limits_begin(struct console *console)
 
 enum servos_part {
     PART_STATE,
+    PART_LIMITS,
     PART_LOST,
     PART_STOPPED,
     PART_ALARMS, // one part for each bit
@@ -209,13 +208,6 @@ ALWAYS_INLINE void print_presence(struct console *console, const struct cds_serv
     printer->values[2].text = servo->torque ? message_on : message_off;
     if (is_unknown)
         printer->values[2].text = message_torque_unknown;
-    if (command_set.explain && servo->has_limits) {
-        printer->values[3].number = servo->lowest;
-        printer->values[4].number = servo->highest;
-        printer->values[5].number = servo->fastest;
-        printer_text(printer, message_presence_limits);
-        return;
-    }
     printer_text(printer, message_presence);
 }
 
@@ -229,6 +221,15 @@ NOINLINE static void servo_part(struct console *console, const struct cds_servo_
 
     switch (part) {
     case PART_STATE: print_presence(console, servo); break;
+    case PART_LIMITS:
+        if (!command_set.explain || !servo->has_limits)
+            break;
+        printer->values[0].number = servo->lowest;
+        printer->values[1].number = servo->highest;
+        printer->values[2].number = servo->fastest;
+        printer_text(printer,
+                     servo->fastest < CDS_VALUE_MAX ? message_all_limits : message_angle_limits);
+        break;
     case PART_LOST:
         if (servo->inhibits & CDS_INHIBIT_STATE_LOST)
             printer_text(printer, message_lost);
@@ -272,7 +273,6 @@ const CDS_FLASH struct command stop_rows[] = {
         .what = FLASH_TEXT("torque off for all servos"),
         .details =
             COMMAND_DETAILS("Ctrl-X does the same at any time. Driving is inhibited until release"),
-        .example = COMMAND_DETAILS("stop"),
         .begin = stop_begin,
         .poll = stop_poll,
     },

@@ -110,7 +110,8 @@ static bool teach_poll(struct console *console)
     if (error == CDS_PENDING)
         return true;
     if (error) {
-        servo_failed(console, error);
+        if (job->count > 1) // else the error of the reply names it
+            servo_failed(console, error);
         if (job->error == 0) {
             job->error = error;
             job->failed = console->line.id;
@@ -127,7 +128,7 @@ static bool teach_poll(struct console *console)
 static const CDS_FLASH struct command teach_rows[] = {
     {
         .usage = FLASH_TEXT("teach on|off [ID...]"),
-        .what = FLASH_TEXT("switch torque off to turn servos by hand, and on again where they are"),
+        .what = FLASH_TEXT("torque off to turn servos by hand, on again where they are"),
         .details = COMMAND_DETAILS("Without IDs: the group. on: torque off. off: torque on, each "
                                    "servo holds its present position"),
         .example = COMMAND_DETAILS("teach on 1 2 3"),
