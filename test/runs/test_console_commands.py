@@ -86,6 +86,10 @@ EXPLAINED = {11, 30, 31, 32, 33, 34, 38, 39, 41, 60, 95}
 OF_SERVO = {2, 3, 5, 7, *range(9, 15), *range(20, 24), 42, 47, 48, 50, 51, 52}
 
 
+# The reason of each error 9 here, in the profile `full`.
+LINE_IS_LOW = "the line is held low; look for a short circuit"
+
+
 def error(number, line):
     """A line and its error, which said_by() completes for a profile."""
     return f"! {line}\n" + text(f"ERROR {number}: {line}")
@@ -99,10 +103,11 @@ def error_line(number, line, profile):
         return start + CAUSES[number]
     if number in EXPLAINED or words[0] == "pose":
         return start
+    cause = LINE_IS_LOW if number == 9 else ERRORS[number].removeprefix("servo: ")
     if number in OF_SERVO and words[0] not in ("monitor", "group", "sync") and len(words) > 1 \
             and words[1].isdigit():
-        return start + f"servo {words[1]}: {ERRORS[number].removeprefix('servo: ')}"[:130]
-    return start + ERRORS[number][:130]
+        return start + f"servo {words[1]}: {cause}"[:130]
+    return start + (cause if number == 9 else ERRORS[number])[:130]
 
 
 def said_by(profile, script):
@@ -137,7 +142,7 @@ SCRIPT = {
             + error(6, "sync 0x1E 4 " + " ".join(f"{n}:1,0,1,0" for n in range(51))),
     "led": "led 1 off\n" + wire(1, WRITE, [0x19, 0]) + servo("1 LED 0") + "led 254 on\n"
            + servo("1-3 LED 1") + error(38, "led 1 maybe") + error(31, "led 1"),
-    "torque": "torque 1 on\n" + wire(1, WRITE, [0x18, 1]) + servo("1 torque on") + "torque 254 off\n"
+    "torque": "torque 1 on\n" + wire(1, READ, [6, 19]) + wire(1, WRITE, [0x18, 1]) + servo("1 torque on") + "torque 254 off\n"
               + wire(BROADCAST, WRITE, [0x18, 0]) + servo("1-3 torque off")
               + error(38, "torque 1 maybe"),
     "move": "torque 1 on\nmove 1 90.5deg 30rpm\n" + wire(1, READ, [6, 19])
@@ -407,6 +412,32 @@ class Scripts(unittest.TestCase):
                     + error(11, "move 2 100") + speed + error(11, "move 2 100 40rpm") + speed + error(11, "move 2 100 0") + speed
                     + error(11, "set 2 GOAL_POSITION 50") + angle + error(11, "turn 2 30rpm") + text("servo 2: its limits are 60.117deg to "))
 
+    def test_torque_on_does_not_start_an_endless_turn(self):
+        for board in ("atmega128", "arbotix"):
+            told = board == "atmega128"
+            self.run_on(board, "scan\n@wait 1500\nturn 1 20rpm\n" + (text("torque is off: 'torque ID on', then 'turn' again") if told else "")
+                        + "torque 1 on\n" + text("endless turn: speed set to 0, 'turn' sets it") + servo("1 torque on") + servo("1 MOVING_SPEED 0")
+                        + "@wait 300\n" + servo("1 PRESENT_SPEED 0") + "turn 1 20rpm\n@wait 300\n" + servo("1 MOVING_SPEED 330")
+                        + servo("1 PRESENT_SPEED 300..340") + "torque 1 on\n" + servo("1 MOVING_SPEED 330"))
+
+    def test_limit_of_a_servo_that_turns_is_refused(self):
+        for board in ("atmega128", "arbotix"):
+            self.run_on(board, "scan\ntorque 1 on\nturn 1 20rpm\n" + error(47, "set 1 CCW_ANGLE_LIMIT 300") + error(47, "set 1 CW_ANGLE_LIMIT 10")
+                        + servo("1 CCW_ANGLE_LIMIT 0") + "set 1 CCW_ANGLE_LIMIT 0\ntorque 1 off\nset 1 CCW_ANGLE_LIMIT 300\n"
+                        + servo("1 CCW_ANGLE_LIMIT 1023") + "torque 1 on\nset 1 CCW_ANGLE_LIMIT 280\n" + servo("1 CCW_ANGLE_LIMIT 955"))
+
+    def test_limits_without_a_speed_are_shown_without_one(self):
+        run = self.run_on("atmega128", "scan\n@wait 1500\nlimits 2 60 240\nservos\n")
+        self.assertIn("servo 2: online, torque off, limits 60.117deg to 239.883deg\n", run.output)
+
+    def test_question_mark_is_help(self):
+        for board in ("atmega128", "arbotix"):
+            self.run_on(board, "?\n" + text("  help [COMMAND]: this list, or one command") + "? led\n" + text("led ID|254 on|off: LED on or off"))
+
+    def test_teach_of_one_servo_names_its_error_once(self):
+        run = self.run_on("atmega128", "! teach off 9\n" + text("error 2: servo 9: no reply by the deadline"))
+        self.assertEqual(run.output.count("servo 9: no reply"), 1, run.output)
+
     def test_pose_of_servos_without_torque_is_told(self):
         run = self.run_on("atmega128", "scan\n@wait 1500\ngroup 1 2\npose 90 90\n" + text("moves once torque is on")
                           + "torque 1 2 on\npose 90 90\ngroup 1 2 action\ntorque 2 off\npose 100 100\n" + text("moves once torque is on")
@@ -569,7 +600,7 @@ class Terminal:
 
 
 # Arguments in capitals that are no number.
-ARGUMENTS = set(re.findall(r'{"(\S+)", +ARGUMENT_', (ROOT / "src/controller/console/parse.c").read_text()))
+ARGUMENTS = set(re.findall(r'{FLASH_TEXT\("(\S+)"\), ARGUMENT_', (ROOT / "src/controller/console/parse.c").read_text()))
 
 
 def list_line(name, usage):
@@ -603,7 +634,8 @@ class Typed(unittest.TestCase):
                 for _, usage, what, details, example in commands.get(name, []):
                     self.assertIn(f"\r\n  {usage}: {what}\r\n", listed)
                     help_of += f"{usage}: {what}\r\n"
-                    help_of += "" if brief else f"{details}\r\n{list_line(name, usage)}Example: {example}\r\n"
+                    help_of += "" if brief else f"{details}\r\n{list_line(name, usage)}"
+                    help_of += f"Example: {example}\r\n" if example and not brief else ""
                 if help_of:
                     self.assertEqual(terminal.ask(f"help {name}"), f"{help_of}ok\r\n")
                 else:

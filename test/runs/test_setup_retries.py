@@ -49,6 +49,13 @@ class Retries(unittest.TestCase):
             said, written = self.typed("id 1 5", fault)
             self.assertEqual((said, len(written)), ("ID 5 at 1000000bps\nok\n", 1), fault)
 
+    def test_write_that_the_servo_found_damaged_is_sent_again(self):
+        for line, flip, reply in (("id 1 5", "flip in 5 5 3", "ID 5 at 1000000bps\nok\n"),
+                                  ("baud 1 500000", "flip in 5 5 3", "ID 1 at 500000bps\nok\n"),
+                                  ("set 1 MIN_VOLTAGE 6.5V", "flip in 2 5 3", "written\nok\n")):
+            said, written = self.typed(line, flip)
+            self.assertEqual((said, len(written)), (reply, 2), line)
+
     def test_baud_whose_write_was_lost_is_written_again(self):
         said, written = self.typed("baud 1 500000", *self.lost(1))
         self.assertEqual((said, len(written)), ("ID 1 at 500000bps\nok\n", 2))

@@ -228,6 +228,24 @@ void test_ctrl_u_deletes_the_line_and_ctrl_c_drops_it(void)
     assert_line("", 0); // neither is in the history
 }
 
+void test_ctrl_k_deletes_the_rest_of_the_line(void)
+{
+    type("ping 13" LEFT LEFT "\x0B");
+    assert_line("ping ", 5);
+    type("\x0B");
+    assert_line("ping ", 5);
+}
+
+void test_ctrl_w_deletes_the_word_before_the_cursor(void)
+{
+    type("move 1 90  \x17");
+    assert_line("move 1 ", 7);
+    type(LEFT LEFT "\x17");
+    assert_line("1 ", 0);
+    type("\x17");
+    assert_line("1 ", 0);
+}
+
 void test_ends_of_line_of_every_kind(void)
 {
     TEST_ASSERT_EQUAL(EDITOR_END, type("a\r"));
