@@ -420,6 +420,11 @@ class Scripts(unittest.TestCase):
                         + "@wait 300\n" + servo("1 PRESENT_SPEED 0") + "turn 1 20rpm\n@wait 300\n" + servo("1 MOVING_SPEED 330")
                         + servo("1 PRESENT_SPEED 300..340") + "torque 1 on\n" + servo("1 MOVING_SPEED 330"))
 
+    def test_move_of_all_servos_names_those_in_endless_turn(self):
+        run = self.run_on("atmega128", "scan\nturn 2 0\nmove 254 90\n" + text("servo 2: the servo is in endless turn") + "turn 3 0\nmove 254 100 20rpm\n"
+                          + text("servo 3: the servo is in endless turn") + "set 2 CCW_ANGLE_LIMIT 300\nset 3 CCW_ANGLE_LIMIT 300\nmove 254 110\n")
+        self.assertEqual(run.output.count("is in endless turn"), 3, run.output)
+
     def test_limit_of_a_servo_that_turns_is_refused(self):
         for board in ("atmega128", "arbotix"):
             self.run_on(board, "scan\ntorque 1 on\nturn 1 20rpm\n" + error(47, "set 1 CCW_ANGLE_LIMIT 300") + error(47, "set 1 CW_ANGLE_LIMIT 10")

@@ -422,8 +422,7 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("status"),
         .what = FLASH_TEXT("state of the controller"),
-        .details =
-            COMMAND_DETAILS("Reset, settings, host link, inhibit, stop, bus, servos, EEPROM"),
+        .details = COMMAND_DETAILS("docs/console.md explains the lines"),
         .poll = status_poll,
     },
     {
@@ -444,8 +443,8 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("settings [SETTING [VALUE]]"),
         .what = FLASH_TEXT("all settings, or one"),
-        .details = COMMAND_DETAILS("See docs/settings.md; a rate as the register or in bps. In "
-                                   "force at once, after power-off only if saved"),
+        .details = COMMAND_DETAILS(
+            "See docs/settings.md. In force at once, after power-off only if saved"),
         .example = COMMAND_DETAILS("settings link_loss_ms 500"),
         .begin = settings_begin,
         .poll = settings_poll,

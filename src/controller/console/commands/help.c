@@ -137,7 +137,7 @@ static const CDS_FLASH struct command help_rows[] = {
     {
         .usage = FLASH_TEXT("mode program|echo|person"),
         .what = FLASH_TEXT("bare replies, echo or prompt"),
-        .details = COMMAND_DETAILS("Sets echo: 0, 1 or 2; save keeps it. person also "
+        .details = COMMAND_DETAILS("Sets echo: 0, 1 or 2. person also "
                                    "prints a banner after a reset"),
         .example = COMMAND_DETAILS("mode program"),
         .begin = mode_begin,

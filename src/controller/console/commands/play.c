@@ -219,7 +219,7 @@ static const CDS_FLASH struct command play_rows[] = {
         .usage = FLASH_TEXT("play NAME [at PERCENT]"),
         .what = FLASH_TEXT("play a stored sequence"),
         .details = COMMAND_DETAILS(
-            "PERCENT: 10 to 200% of the speed, as far as servos can: see motion. "
+            "PERCENT: 10 to 200% of the speed. "
             "ok: the motion has begun. Without a group: the servos of all stored poses"),
         .example = COMMAND_DETAILS("play walk at 80%"),
         .begin = once_begin,

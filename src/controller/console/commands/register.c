@@ -97,9 +97,8 @@ uint8_t register_take_value(struct console *console, struct cds_register *at)
 static bool turns(const struct console *console)
 {
     const struct cds_servo_state *servo = console_servo(console);
-    uint8_t turn = CDS_HELD_CW_0 | CDS_HELD_CCW_0;
 
-    return servo && servo->torque && (servo->held & turn) == turn;
+    return servo && servo->torque && servo_is_endless(servo);
 }
 
 static uint8_t set_begin(struct console *console)

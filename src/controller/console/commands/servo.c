@@ -80,6 +80,11 @@ static uint8_t look(struct console *console)
     return servo_read(console, LOOK_FROM, LOOK_SIZE);
 }
 
+bool servo_is_endless(const struct cds_servo_state *servo)
+{
+    return (uint8_t)(~servo->held & (CDS_HELD_CW_0 | CDS_HELD_CCW_0)) == 0;
+}
+
 static uint8_t move_begin(struct console *console)
 {
     struct command_line *line = &console->line;
@@ -175,6 +180,25 @@ static uint8_t led_begin(struct console *console)
     return write_switch(console, CDS_REG_LED);
 }
 
+/* A move of all servos: prints the next servo that is known to be in endless turn. False: there is
+ * none. The profile `console` has no flash for it. */
+static bool tell_endless(struct console *console)
+{
+    const struct cds_servos *servos = &console->robot->servos;
+
+    while (console->line.request->packet.bytes[CDS_AT_ID] == CDS_BROADCAST_ID &&
+           console->index < servos->count) {
+        const struct cds_servo_state *servo = &servos->states[console->index++];
+
+        if (servo_is_endless(servo)) {
+            console->line.id = servo->id;
+            servo_failed(console, ERROR_ENDLESS);
+            return true;
+        }
+    }
+    return false;
+}
+
 /* The poll of move and torque. A servo in endless turn, or with torque off, accepts a goal without
  * moving. Torque must not start an endless turn: a servo without torque gets speed 0 before it. */
 static bool look_poll(struct console *console)
@@ -189,7 +213,7 @@ static bool look_poll(struct console *console)
     if (console->phase == SERVO_WRITE_SENT) {
         if (is_move && !console->part)
             printer_line(&console->printer, message_torque_is_off);
-        return false;
+        return command_set.explain && is_move && tell_endless(console);
     }
     if (console->phase == LOOK) {
         console->part = bytes[LOOK_SIZE - 1]; // torque
