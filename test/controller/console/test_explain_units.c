@@ -58,10 +58,15 @@ void test_wrong_number_of_arguments_shows_usage(void)
 
 void test_refusal_of_limits_in_a_list_names_them(void)
 {
+    const uint8_t registers[19] = {[2] = 0xFF, [3] = 3}; // limits and torque: position mode, off
+
     robot_add(&robot, 4);
     robot_add(&robot, 5);
     reply_to("limits 4 60 200 30rpm");
     reply_to("torque 4 5 on");
+    if (bus.link.state == CDS_LINK_TALKING)
+        port_fake_transmit(&bus.link, 0);
+    answer(4, 0, registers, sizeof registers);
     TEST_ASSERT_NOT_NULL(strstr(said, "servo 4: its limits are 60.117deg to 200deg and 3"));
 }
 

@@ -42,7 +42,7 @@ static void stay_silent(void)
 
 void test_torque_of_three_servos_has_line_for_each(void)
 {
-    reply_to("torque 1 2 3 on");
+    reply_to("torque 1 2 3 off");
     acknowledge(1);
     acknowledge(2);
     acknowledge(3);
