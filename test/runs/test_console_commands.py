@@ -416,7 +416,7 @@ class Scripts(unittest.TestCase):
         for board in ("atmega128", "arbotix"):
             told = board == "atmega128"
             self.run_on(board, "scan\n@wait 1500\nturn 1 20rpm\n" + (text("torque is off: 'torque ID on', then 'turn' again") if told else "")
-                        + "torque 1 on\n" + text("endless turn: speed set to 0, 'turn' sets it") + servo("1 torque on") + servo("1 MOVING_SPEED 0")
+                        + "torque 1 on\n" + text("endless turn: speed set to 0") + servo("1 torque on") + servo("1 MOVING_SPEED 0")
                         + "@wait 300\n" + servo("1 PRESENT_SPEED 0") + "turn 1 20rpm\n@wait 300\n" + servo("1 MOVING_SPEED 330")
                         + servo("1 PRESENT_SPEED 300..340") + "torque 1 on\n" + servo("1 MOVING_SPEED 330"))
 

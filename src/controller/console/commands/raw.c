@@ -105,7 +105,7 @@ static const CDS_FLASH struct command raw_rows[] = {
     },
     {
         .usage = FLASH_TEXT("write ID|254 REG VALUE..."),
-        .what = FLASH_TEXT("write registers from REG"),
+        .what = FLASH_TEXT("write registers"),
         .details = COMMAND_DETAILS(
             "By name: values of registers. By address: bytes, 0 to 255. ID 254: all"),
         .example = COMMAND_DETAILS("write 1 GOAL_POSITION 512 300"),

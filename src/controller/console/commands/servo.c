@@ -9,7 +9,7 @@
 #include "console/messages.h"
 
 static const CDS_FLASH char message_limits_are_off[] = "limits are 0: endless turn";
-static const CDS_FLASH char message_stands_still[] = "endless turn: speed set to 0, 'turn' sets it";
+static const CDS_FLASH char message_stands_still[] = "endless turn: speed set to 0";
 static const CDS_FLASH char message_turn_again[] =
     "torque is off: 'torque ID on', then 'turn' again";
 
