@@ -88,6 +88,8 @@ struct cds_move {
                                // stop, towards next_pose
     uint32_t next_ms;          // time from `pose` to next_pose. The program submits that move with
                                // `waits`
+    uint32_t pass_rate;        // internal, of a sequence that was tried: the highest rate of the
+                               // time while a joint passes a pose, in 1/65536; 0: as given
 };
 
 /* The curve that all joints of a move share. Its fields are internal. */
@@ -272,7 +274,8 @@ void cds_motion_abort(struct cds_motion *motion, uint16_t deceleration);
 
 /* Lets the time of this and later moves run at `percent`, 10 to 200, as far as speed limits and
  * config.acceleration permit. A move that begins or ends in motion takes its time as given, or
- * longer. Changes within a quarter of a second. CDS_OK; CDS_BAD_ARGUMENT: out of range. */
+ * longer, unless it belongs to a sequence with checks_all. Changes within a quarter of a second.
+ * CDS_OK; CDS_BAD_ARGUMENT: out of range. */
 enum cds_result cds_motion_set_override(struct cds_motion *motion, uint8_t percent);
 
 #ifdef __cplusplus

@@ -49,7 +49,7 @@ struct cds_sequence_config {
                                                                   // NULL: not called
     uint16_t repeats; // how often the sequence runs; 0: for ever
     bool checks_all;  // the steps of the first two runs are checked before anything moves
-                      // (cds_motion_try()); each other run is as the second one. A step takes 4
+                      // (cds_motion_try()); each other run is as the second one. A step takes 7
                       // polls, and 3 for each servo of the cycle, or 4 if it begins or ends at a
                       // pose that is passed; each longer time that is tried then takes 2, and up
                       // to 1 for each servo. Not for a `read` that has steps for ever
@@ -81,6 +81,8 @@ struct cds_sequence {
     uint16_t step_dwell_ms; // of the step under way
     uint16_t dwell_ms;      // of the pose where the joints are at rest
     uint32_t dwell_from_us; // when they came to rest
+    uint32_t pass_rate;     // of struct cds_move
+    bool has_passed;        // while steps are tried: the step before passes its pose
 };
 
 /* Begins; the first poll begins the first step. CDS_OK; CDS_BAD_ARGUMENT: there is no step;

@@ -96,11 +96,9 @@ static void restart(struct host_demux *demux, uint16_t count)
 /* 0xFF: a packet may begin. */
 static void begin(struct host_demux *demux, bool late)
 {
-    demux->skipping = false;
     demux->late = late;
     demux->begun_us = cds_port_now_us();
     restart(demux, 1);
-    drop_line(demux);
 }
 
 /* No good packet begins at `from`: drops the bytes from there to the next 0xFF, and searches on. */
@@ -193,14 +191,18 @@ static void examine(struct host_demux *demux)
     uint16_t at = (uint16_t)(demux->seen++ - demux->from);
 
     demux->sum = (uint8_t)(demux->sum + byte);
-    if (at == 1 && byte != CDS_HEADER) {
-        bool lone = demux->count == 2; // only 0xFF came before: this byte is text
+    if (at == 1) {
+        bool lone = byte != CDS_HEADER; // only 0xFF came before: this byte is text
 
-        if (lone) {
-            restart(demux, 0);
-            take_text(demux, byte);
-        } else {
+        if (lone && demux->count > 2) {
             reject(demux);
+            return;
+        }
+        demux->skipping = lone && (demux->skipping || demux->typing);
+        drop_line(demux); // 0xFF may stand in place of another byte of the line
+        if (lone) {
+            demux->count = demux->seen = 0; // begin() sets the rest
+            take_text(demux, byte);
         }
     } else if (at == CDS_AT_ID) {
         demux->sum = byte;

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* Separates the bytes of the host into protocol packets and text, in any order.
  *
- * A byte 0xFF outside a packet begins a packet and drops the unfinished line of text. If no second
- * 0xFF follows, there was no packet, and the next byte is text. Every other byte outside a packet
- * is text. A packet is damaged if it has a wrong LENGTH or a wrong checksum, or if the host is
- * silent for HOST_SILENCE_US before its end. The demux drops a damaged packet, since its ID may be
- * wrong, and searches its bytes for another packet. A good packet there is passed on, unless it is
- * HOST_SILENCE_US old: the client has then given up waiting for the reply. A packet that waits that
- * long for the bridge is dropped, too.
+ * Two bytes 0xFF outside a packet begin a packet and drop the unfinished line of text. One 0xFF in
+ * a line drops this line up to its end; before a line, or before HOST_SILENCE_US of silence, it is
+ * ignored. Every other byte outside a packet is text. A packet is damaged if it has a wrong LENGTH
+ * or a wrong checksum, or if the host is silent for HOST_SILENCE_US before its end. The demux drops
+ * a damaged packet, since its ID may be wrong, and searches its bytes for another packet. A good
+ * packet there is passed on, unless it is HOST_SILENCE_US old: the client has then given up waiting
+ * for the reply. A packet that waits that long for the bridge is dropped, too.
  *
  * Ctrl-X (0x18) in text or in a damaged packet is a stop. In a good packet it is data, even if the
  * packet is dropped as late. If Ctrl-X comes after packets that wait for the bridge, they are
@@ -71,7 +71,8 @@ struct host_demux {
     bool typing;         // the last line of text has no end yet
     bool suspect;        // a packet was malformed: the text after it may belong to it
     bool lost;           // bytes were lost: HOST_MARK_LOST is still to be put into the text
-    bool skipping;       // bytes were lost: text is dropped up to the end of the line
+    bool skipping;       // bytes were lost, or one 0xFF came: text is dropped up to the end of the
+                         // line
     bool stop;           // Ctrl-X has come; the caller stops the robot and clears it
     struct host_demux_counters counters;
 };

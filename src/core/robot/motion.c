@@ -3,6 +3,7 @@
 #include "cds55xx/motion.h"
 
 #include "cds55xx/control_table.h" // CDS_VALUE_MAX
+#include "compiler.h"              // NOINLINE
 #include "robot/curve_internal.h"
 #include "robot/motion_internal.h"
 #include "robot/rate_internal.h"
@@ -88,13 +89,13 @@ static void set_basis(struct cds_motion *motion)
 
 /* ---- a period ---- */
 
-static uint32_t permitted_rate(const struct cds_motion *motion)
+NOINLINE static uint32_t permitted_rate(const struct cds_motion *motion)
 {
     return motion->override < motion->plan.rate_most ? motion->override : motion->plan.rate_most;
 }
 
 /* Change of the rate in a period, for a change of the override. */
-static uint32_t override_step(const struct cds_motion *motion)
+NOINLINE static uint32_t override_step(const struct cds_motion *motion)
 {
     return CDS_MOTION_RATE_1 * motion->config.cycle->period_us / OVERRIDE_US + 1;
 }
@@ -135,7 +136,7 @@ static void begin_move(struct cds_motion *motion)
 
 /* The motion is over; its joints stay where their last goals are. If the move was paused before its
  * first goal, the joints still have the paths of the move before. */
-static void end(struct cds_motion *motion, enum cds_result result)
+NOINLINE static void end(struct cds_motion *motion, enum cds_result result)
 {
     if (motion->begun == 0)
         motion->basis = motion->last_basis;

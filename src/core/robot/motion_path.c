@@ -94,7 +94,8 @@ static bool locate(const struct cds_motion *motion, uint8_t index,
 }
 
 /* Mean speed over `distance`, in 1/16 unit; INT16_MAX, or minus that, if it is beyond any speed. */
-static int16_t mean_speed(const struct cds_motion_joint *joint, int16_t distance, uint32_t duration)
+NOINLINE static int16_t mean_speed(const struct cds_motion_joint *joint, int16_t distance,
+                                   uint32_t duration)
 {
     int32_t speed = ((int32_t)distance * (int32_t)joint->scale >> 3) / (int32_t)duration;
 

@@ -4,6 +4,7 @@
 #include <stdlib.h> // abs()
 
 #include "cds55xx/control_table.h" // CDS_VALUE_MAX
+#include "compiler.h"              // NOINLINE
 #include "robot/curve_internal.h"
 #include "robot/motion_internal.h"
 
@@ -19,15 +20,15 @@ enum stage {
     CURVE,
     SPEEDS, // of joints that move at begin or end; if one is too fast: DURATION again
     DECISION,
-    TRIAL_END, // of a trial only, which ends with it
     TIME,
     BRAKING_TIME,
     OVERRIDE,
+    TRIAL_END, // of a trial only
     DONE,
 };
 
 /* Periods that `time_ms` lasts, rounded up: 3000000 at most, 600 s with periods of 200 us. */
-static uint32_t periods_of(const struct cds_motion *motion, uint32_t time_ms)
+NOINLINE static uint32_t periods_of(const struct cds_motion *motion, uint32_t time_ms)
 {
     uint16_t period_us = motion->config.cycle->period_us;
 
@@ -63,7 +64,7 @@ void cds_motion_begin_check(struct cds_motion *motion)
     motion->move_result = CDS_PENDING;
 }
 
-uint32_t cds_motion_speed_change(const struct cds_motion *motion, uint16_t acceleration)
+NOINLINE uint32_t cds_motion_speed_change(const struct cds_motion *motion, uint16_t acceleration)
 {
     uint32_t change = (uint32_t)acceleration * motion->config.cycle->period_us / 62500ul;
 
@@ -78,7 +79,7 @@ static uint32_t trapezoid_change(const struct cds_motion *motion)
     return cds_motion_speed_change(motion, most && most < requested ? most : requested);
 }
 
-static uint32_t root_up(uint32_t square)
+NOINLINE static uint32_t root_up(uint32_t square)
 {
     uint32_t root = cds_curve_root(square);
 
@@ -96,21 +97,29 @@ static uint32_t shortest_trapezoid(uint32_t distance, uint16_t fastest, uint32_t
     return 2 * root_up(distance * CDS_MOTION_UNIT / change + 1);
 }
 
+/* Periods in which minimum jerk keeps the acceleration of the joints: its peak is 5.774 distance /
+ * time^2. */
+static uint32_t shortest_minimum_jerk(const struct cds_motion *motion, uint32_t distance)
+{
+    uint16_t most = motion->config.acceleration;
+
+    if (most == 0)
+        return 0;
+    return root_up(distance * 370 / 4 / cds_motion_speed_change(motion, most) + 1);
+}
+
 /* Periods that a joint takes at least for `distance` from rest. */
 static uint32_t shortest_from_rest(const struct cds_motion *motion, uint32_t distance,
                                    uint16_t fastest)
 {
-    uint16_t most = motion->config.acceleration;
     uint32_t by_speed = (distance + fastest - 1) / fastest, by_acceleration = 0;
 
     switch (motion->next.curve) {
     case CDS_MOTION_TRAPEZOID:
         return shortest_trapezoid(distance, fastest, trapezoid_change(motion));
-    case CDS_MOTION_MINIMUM_JERK: // peaks: 15/8 of the mean speed, 5.774 distance / time^2
+    case CDS_MOTION_MINIMUM_JERK: // peak: 15/8 of the mean speed
         by_speed = (distance * 15 / 8 + fastest - 1) / fastest;
-        if (most)
-            by_acceleration =
-                root_up(distance * 370 / 4 / cds_motion_speed_change(motion, most) + 1);
+        by_acceleration = shortest_minimum_jerk(motion, distance);
         break;
     default: break;
     }
@@ -131,13 +140,20 @@ static void narrow_window(struct cds_motion *motion, const struct cds_motion_pat
         motion->longest_window = periods ? periods : 1;
 }
 
+/* Returns a distance in 1/8 step as register units of speed x periods. */
+static uint32_t units_of(const struct cds_motion_joint *joint, uint16_t distance)
+{
+    return ((uint32_t)distance * joint->scale >> 7) + 1;
+}
+
 /* Notes how many periods joint `index` takes at least. A joint that moves at the beginning or at
  * the end is checked later, when the curve is known. */
 static void note_shortest(struct cds_motion *motion, uint8_t index,
                           const struct cds_motion_path *path, uint16_t fastest)
 {
-    uint16_t scale = motion->config.joints[index].scale;
-    uint32_t units = ((uint32_t)abs(path->position - path->goal) * scale >> 7) + 1, periods;
+    uint32_t units = units_of(&motion->config.joints[index],
+                              (uint16_t)abs(path->position - path->goal)),
+             periods;
 
     if (units > motion->longest_distance)
         motion->longest_distance = units;
@@ -152,7 +168,8 @@ static void note_shortest(struct cds_motion *motion, uint8_t index,
     }
 }
 
-static const struct cds_servo_state *servo_of(const struct cds_motion *motion, uint8_t index)
+NOINLINE static const struct cds_servo_state *servo_of(const struct cds_motion *motion,
+                                                       uint8_t index)
 {
     if (!motion->config.servos)
         return NULL;
@@ -254,18 +271,20 @@ static void set_curve(struct cds_motion *motion)
 
 /* ---- speeds of joints that move at the beginning or at the end ---- */
 
-/* True if the joint is not faster than `fastest`, in 1/4 unit, at the share `time` of the move and
- * the share `braking` of the window. */
-static bool is_slow_at(const struct cds_motion_plan *plan, const struct cds_motion_joint *joint,
-                       uint16_t time, uint16_t braking, uint16_t fastest)
+/* Raises *peak to the speed of the joint, in 1/4 unit, at the share `time` of the move and the
+ * share `braking` of the window. */
+static void note_speed(const struct cds_motion_plan *plan, const struct cds_motion_joint *joint,
+                       uint16_t time, uint16_t braking, uint16_t *peak)
 {
     struct cds_motion_basis basis = {
         .rate = cds_curve_rate(&plan->curve, time),
         .braking_rate = cds_curve_braking_rate(braking),
         .passing_rate = cds_curve_braking_rate((uint16_t)~time),
     };
+    uint16_t speed = (uint16_t)abs(cds_motion_speed(joint, &basis));
 
-    return (uint16_t)abs(cds_motion_speed(joint, &basis)) <= fastest;
+    if (speed > *peak)
+        *peak = speed;
 }
 
 /* Returns window / duration, in 1/65536. */
@@ -278,49 +297,62 @@ static uint32_t share_of_window(const struct cds_motion_plan *plan)
     return (window << 16) / duration;
 }
 
-/* True if the joint is not faster than `fastest`: in the window, behind the window, and where the
- * speed of a trapezoid has its corners. */
-static bool is_slow(const struct cds_motion_plan *plan, const struct cds_motion_joint *joint,
-                    uint16_t fastest)
+/* Returns the highest speed of the joint, in 1/4 unit: in the window, behind the window, and where
+ * the speed of a trapezoid has its corners. */
+static uint16_t peak_speed(const struct cds_motion_plan *plan, const struct cds_motion_joint *joint)
 {
     uint32_t window = share_of_window(plan);
-    uint16_t ramp = plan->curve.ramp, braking = UINT16_MAX;
+    uint16_t ramp = plan->curve.ramp, braking = UINT16_MAX, peak = 0;
 
     for (uint8_t i = 0; i < SAMPLES; i++) {
         uint16_t share = (uint16_t)(i * (65536ul / SAMPLES));
 
-        if (!is_slow_at(plan, joint, (uint16_t)(i * window / SAMPLES), share, fastest) ||
-            (share >= window && !is_slow_at(plan, joint, share, UINT16_MAX, fastest)))
-            return false;
+        note_speed(plan, joint, (uint16_t)(i * window / SAMPLES), share, &peak);
+        if (share >= window)
+            note_speed(plan, joint, share, UINT16_MAX, &peak);
     }
-    if (plan->curve.kind != CDS_MOTION_TRAPEZOID)
-        return true;
-    if (ramp < window)
-        braking = (uint16_t)(((uint32_t)ramp << 16) / window);
-    return is_slow_at(plan, joint, ramp, braking, fastest) &&
-           is_slow_at(plan, joint, (uint16_t)~ramp, UINT16_MAX, fastest);
+    if (plan->curve.kind == CDS_MOTION_TRAPEZOID) {
+        if (ramp < window)
+            braking = (uint16_t)(((uint32_t)ramp << 16) / window);
+        note_speed(plan, joint, ramp, braking, &peak);
+        note_speed(plan, joint, (uint16_t)~ramp, UINT16_MAX, &peak);
+    }
+    return peak;
+}
+
+static void note_periods(struct cds_motion *motion, uint32_t periods)
+{
+    if (periods > motion->shortest_periods)
+        motion->shortest_periods = periods;
 }
 
 /* Third check of joint `index`: its speed. CDS_PENDING: it is too fast, and a duration 1/8 longer
- * is tried. A joint that rests now is checked, too: if it was moving in check_goal(), its shortest
- * time was not noted there. */
+ * is tried. Else notes in how many periods it can go the same path. A joint that rests now is
+ * checked, too: if it was moving in check_goal(), its shortest time was not noted there. */
 static enum cds_result check_speed(struct cds_motion *motion, uint8_t index)
 {
     const struct cds_motion_plan *plan = &motion->next_plan;
     struct cds_motion_joint joint = motion->config.joints[index];
     struct cds_motion_path path;
+    uint16_t peak, distance;
 
     if (!motion->has_speeds || motion->next.pose[index] == CDS_POSE_NONE)
         return CDS_OK;
     if (!cds_motion_find_path(motion, index, basis_before(motion), plan->duration, &path))
         return CDS_TIMEOUT;
     cds_motion_set_path(&joint, &path, plan);
+    peak = peak_speed(plan, &joint);
     // what is sent is limited to joint.fastest: a servo catches up 1/8
-    if (is_slow(plan, &joint, (uint16_t)(joint.fastest + joint.fastest / 8)))
-        return CDS_OK;
-    motion->shortest_periods = plan->duration + plan->duration / 8 + 1;
-    motion->joint = index;
-    return CDS_PENDING;
+    if (peak > joint.fastest + joint.fastest / 8) {
+        motion->shortest_periods = plan->duration + plan->duration / 8 + 1;
+        motion->joint = index;
+        return CDS_PENDING;
+    }
+    note_periods(motion, (plan->duration + 3) / 4 * peak / (joint.fastest / 4) + 1);
+    // braking and speeding up: 3/2 of the difference of their distances / time^2
+    distance = (uint16_t)(abs(joint.distance) + abs(joint.passing - joint.braking) / 4);
+    note_periods(motion, shortest_minimum_jerk(motion, units_of(&joint, distance)));
+    return CDS_OK;
 }
 
 /* ---- the rest of the plan ---- */
@@ -329,7 +361,7 @@ static enum cds_result decide(struct cds_motion *motion)
 {
     uint32_t duration = motion->next_plan.duration;
 
-    if (motion->has_speeds) // joints with speeds were checked for this duration only
+    if (motion->shortest_periods > duration) // a joint with speeds is permitted 1/8 more
         motion->shortest_periods = duration;
     if (duration <= periods_of(motion, motion->next.time_ms))
         return CDS_OK;
@@ -356,18 +388,24 @@ static void start_clock(struct cds_motion_clock *clock, uint32_t periods)
     clock->step_low = (uint16_t)(clock->step_low + (rest % periods << 8) / periods);
 }
 
-/* The highest rate of the time at which speed and acceleration stay within what was checked. */
+/* The highest rate of the time at which speed and acceleration stay within what was checked, and
+ * that the move behind a passed pose can keep. */
 static uint32_t highest_rate(const struct cds_motion *motion)
 {
     uint32_t duration = motion->next_plan.duration, shortest = motion->shortest_periods;
+    uint32_t most = 2 * CDS_MOTION_RATE_1, rate;
 
-    if (motion->next.curve == CDS_MOTION_TRAPEZOID && motion->config.acceleration)
+    if (motion->has_speeds)
+        most = motion->next.pass_rate;
+    if (most < CDS_MOTION_RATE_1 ||
+        (motion->next.curve == CDS_MOTION_TRAPEZOID && motion->config.acceleration))
         return CDS_MOTION_RATE_1;
     if (duration / 2 >= shortest)
-        return 2 * CDS_MOTION_RATE_1;
+        return most;
     for (; duration > UINT16_MAX; duration >>= 1, shortest = (shortest >> 1) + 1) {
     }
-    return (duration << 16) / shortest;
+    rate = (duration << 16) / shortest;
+    return rate < most ? rate : most;
 }
 
 /* The next trial starts from where this one ends. A joint that is not in the pose rests. */
@@ -421,10 +459,7 @@ static void go_on(struct cds_motion *motion, bool is_of_joints)
     if (is_of_joints && ++motion->checked < motion->count)
         return;
     motion->checked = 0;
-    if (motion->stage == TRIAL_END)
-        motion->stage = DONE;
-    else
-        motion->stage++;
+    motion->stage++;
     if (motion->stage == SPEEDS && !motion->has_speeds)
         motion->stage++;
     if (motion->stage == TRIAL_END && !motion->is_trial)
@@ -446,7 +481,7 @@ enum cds_result cds_motion_check(struct cds_motion *motion)
         return CDS_PENDING;
     }
     motion->carry = CDS_MOTION_CARRY_1; // upper bound: begin_move() lowers it if the rate falls
-    if (motion->rate > CDS_MOTION_RATE_1)
+    if (motion->rate > CDS_MOTION_RATE_1 && !motion->next.waits) // pass_rate keeps the rate
         motion->carry = (uint16_t)(motion->rate >> 4);
 
     result = is_of_joints ? check_joint(motion, motion->checked) : do_plan_step(motion);

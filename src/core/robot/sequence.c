@@ -2,6 +2,7 @@
 /* Sequences of poses; see sequence.h. The step under way and the next one are in two slots by
  * turns. */
 #include "cds55xx/sequence.h"
+#include "robot/motion_internal.h"
 
 #define RUNS_TRIED 2
 
@@ -52,6 +53,7 @@ static enum cds_result submit(struct cds_sequence *sequence, uint8_t slot, bool 
                             .curve = step->curve,
                             .may_take_longer = step->may_take_longer,
                             .waits = waits,
+                            .pass_rate = sequence->pass_rate,
                             .acceleration = step->acceleration};
 
     if (cds_motion_is_busy(sequence->config.motion))
@@ -124,8 +126,10 @@ static enum cds_result try_next(struct cds_sequence *sequence)
 
 static enum cds_result poll_trial(struct cds_sequence *sequence)
 {
-    enum cds_result result = submit(sequence, sequence->slot, false);
+    enum cds_result result;
 
+    sequence->has_passed = sequence->passes; // the step before
+    result = submit(sequence, sequence->slot, false);
     if (result != CDS_OK)
         return end(sequence, result);
     sequence->state = TRIED;
@@ -134,10 +138,14 @@ static enum cds_result poll_trial(struct cds_sequence *sequence)
 
 static enum cds_result poll_tried(struct cds_sequence *sequence)
 {
-    enum cds_result result = (enum cds_result)sequence->config.motion->move_result;
+    struct cds_motion *motion = sequence->config.motion;
+    enum cds_result result = (enum cds_result)motion->move_result;
 
-    if (result == CDS_OK)
+    if (result == CDS_OK) {
+        if (sequence->has_passed && motion->has_speeds)
+            sequence->pass_rate = motion->next_plan.rate_most;
         return try_next(sequence);
+    }
     return result == CDS_PENDING ? result : end(sequence, result);
 }
 
@@ -236,7 +244,8 @@ enum cds_result cds_sequence_begin(struct cds_sequence *sequence,
         return CDS_BUSY;
     *sequence = (struct cds_sequence){.config = *config,
                                       .state = config->checks_all ? TRYING : DWELLING,
-                                      .is_checking = config->checks_all};
+                                      .is_checking = config->checks_all,
+                                      .pass_rate = config->checks_all ? 2 * CDS_MOTION_RATE_1 : 0};
     if (!rewind_to_first(sequence))
         return CDS_BAD_ARGUMENT;
     sequence->result = CDS_PENDING;

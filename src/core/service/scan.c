@@ -6,10 +6,11 @@
 
 #include "bus/steps_internal.h" // cds_steps_poll()
 #include "cds55xx/servo.h"      // cds_servo_ping(), cds_servo_read()
+#include "compiler.h"           // NOINLINE
 
 const uint8_t cds_scan_listed_baud_regs[CDS_SCAN_LISTED_BAUDS] = {1, 3, 7, 16, 34, 103};
 
-static uint8_t baud_reg_of(const struct cds_scan_config *config, uint8_t index)
+NOINLINE static uint8_t baud_reg_of(const struct cds_scan_config *config, uint8_t index)
 {
     return config->tries_every_rate ? index : config->baud_regs[index];
 }

@@ -175,6 +175,29 @@ void test_header_byte_alone_begins_no_packet(void)
 {
     type("\xFFping 1\r");
     assert_said("ping 1\r");
+    type("ping 1");
+    type("\xFF"); // a glitch on the idle line
+    pause_us(HOST_SILENCE_US);
+    type("2\r");
+    assert_said("ping 12\r");
+    TEST_ASSERT_EQUAL_UINT16(0, host.counters.gaps);
+    TEST_ASSERT_EQUAL_UINT16(0, host.counters.malformed);
+}
+
+void test_line_with_one_header_byte_is_dropped_to_its_end(void)
+{
+    type("pose \xFFmove 1 500\r");
+    assert_said("pose " MARK_DROPPED);
+    type("ping 1\xFF\rping 2\r");
+    assert_said("ping 1" MARK_DROPPED "ping 2\r");
+    host_demux_gap(&host);
+    type("torque\xFF 1\r"); // the rest of a line that a gap has cut
+    assert_said(MARK_LOST);
+    type("pi\xFFng");
+    feed(ping, sizeof ping, 1);
+    assert_ping_found(1);
+    assert_said("pi" MARK_DROPPED);
+    TEST_ASSERT_EQUAL_UINT16(1, host.counters.gaps);
     TEST_ASSERT_EQUAL_UINT16(0, host.counters.malformed);
 }
 
@@ -615,11 +638,12 @@ void test_line_cut_without_room_for_a_mark_is_not_joined(void)
         cds_ring_put(&input, 'x');
         host_demux_poll(&host);
     }
-    cds_ring_put(&input, 0xFF);
+    for (uint8_t i = 0; i < 2; i++)
+        cds_ring_put(&input, CDS_HEADER);
     host_demux_poll(&host);
     take_text();
     said_size = 0;
-    feed(&ping[1], sizeof ping - 1, 1);
+    feed(&ping[2], sizeof ping - 2, 1);
     type("ping 1\r");
     assert_said(MARK_LOST "ping 1\r");
 }

@@ -2,6 +2,7 @@
 /* The check of a move: its duration, what is refused, and the limits of the joints. */
 #include "cds55xx/motion.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "motion_rig.h"
@@ -138,6 +139,98 @@ void test_time_too_short_to_pass_is_refused(void)
         TEST_ASSERT_EQUAL(CDS_LIMIT, motion.move_result);
         TEST_ASSERT_GREATER_THAN_UINT32(ms, motion.shortest_ms);
     }
+}
+
+/* ---- rate of a move that begins or ends in motion ---- */
+
+/* A move of one joint as real numbers: steps and periods. */
+struct real_move {
+    double distance, periods, begin_speed, end_speed;
+};
+
+static double greater(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+/* The highest rate within `fastest` steps a period and `most` steps a period^2, 0: any. */
+static double slow_rate(const struct real_move *move, double fastest, double most)
+{
+    double mean = move->distance / move->periods - (move->begin_speed + move->end_speed) / 2;
+    double peak = 0, change = 0, rate = 2;
+
+    for (uint16_t i = 0; i <= 200; i++) {
+        double x = i / 200.0, y = 1 - x;
+        double speed = mean * 30 * x * x * y * y +
+                       move->begin_speed * (1 - 3 * x * x + 2 * x * x * x) +
+                       move->end_speed * (1 - 3 * y * y + 2 * y * y * y);
+        double acceleration =
+            (mean * 60 * x * y * (y - x) + (move->end_speed - move->begin_speed) * 6 * x * y) /
+            move->periods;
+
+        peak = greater(peak, fabs(speed));
+        change = greater(change, fabs(acceleration));
+    }
+    if (peak * rate > fastest)
+        rate = fastest / peak;
+    while (most > 0 && change * rate * rate > most)
+        rate *= 0.999;
+    return greater(rate, 1);
+}
+
+static double passing_speed_of(double before, double after)
+{
+    return before * after > 0 ? 2 * before * after / (before + after) : 0;
+}
+
+void test_rate_of_moves_that_pass_is_that_of_real_numbers(void)
+{
+    uint16_t places[4], tried = 0, faster = 0;
+    static uint16_t next_pose[JOINTS];
+
+    memset(next_pose, 0xFF, sizeof next_pose);
+    for (uint16_t trial = 0; trial < 2000 / AVR_DIVIDES_RANDOM; trial++) {
+        uint16_t acceleration = random_below(2) ? 8000 : 0;
+        uint16_t times_ms[3];
+        double speed = 0, step_speed;
+
+        rig_begin_motion(acceleration);
+        step_speed = 1023 * 16.0 / joints[0].scale; // steps a period
+        feedback[0].position = places[0] = 500;
+        for (uint8_t i = 0; i < 3; i++) {
+            places[i + 1] = random_below(1024);
+            times_ms[i] = (uint16_t)(4 * (50 + random_below(500)));
+        }
+        for (uint8_t i = 0; i < 2; i++) {
+            struct cds_move it = {.pose = pose,
+                                  .time_ms = times_ms[i],
+                                  .next_pose = next_pose,
+                                  .next_ms = times_ms[i + 1],
+                                  .pass_rate = 2 * 65536};
+            double to = (double)places[i + 1] - places[i];
+            double behind = (double)places[i + 2] - places[i + 1];
+            struct real_move move = {to, times_ms[i] / 4, speed, 0};
+            double rate, most = acceleration * 16.0 * 0.004 / joints[0].scale;
+
+            speed = move.end_speed =
+                passing_speed_of(to / move.periods, behind / (times_ms[i + 1] / 4));
+            pose[0] = places[i + 1];
+            next_pose[0] = places[i + 2];
+            TEST_ASSERT_EQUAL(CDS_OK, cds_motion_try(&motion, &it, i == 0));
+            for (uint16_t polls = 0; polls < 8 * JOINTS && motion.is_trial; polls++)
+                cds_motion_poll(&motion);
+            if (motion.move_result != CDS_OK)
+                break;
+            rate = slow_rate(&move, step_speed, most);
+            tried++;
+            if (rate > 1.05)
+                faster++;
+            TEST_ASSERT_TRUE(motion.next_plan.rate_most < 65536 * rate * 1.02);
+            TEST_ASSERT_TRUE(motion.next_plan.rate_most > 65536 * greater(rate * 0.9, 0.999));
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT16(600 / AVR_DIVIDES_RANDOM, tried);
+    TEST_ASSERT_GREATER_THAN_UINT16(300 / AVR_DIVIDES_RANDOM, faster);
 }
 
 /* ---- joints and their limits ---- */

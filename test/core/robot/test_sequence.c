@@ -7,6 +7,7 @@
 #define JOINTS 2
 
 #include "motion_rig.h"
+#include "robot/motion_internal.h"
 
 #ifdef __AVR__
 #define RANDOM_SEQUENCES 8
@@ -353,11 +354,11 @@ static uint8_t polls_of_check(bool passes)
     return polls;
 }
 
-/* As sequence.h says: 4 a step, and 3 or 4 for each servo. */
+/* As sequence.h says: 7 a step, and 3 or 4 for each servo. */
 void test_check_takes_up_to_4_polls_for_each_servo_and_step(void)
 {
-    TEST_ASSERT_EQUAL_UINT8(2 * (4 + 3 * JOINTS), polls_of_check(false));
-    TEST_ASSERT_EQUAL_UINT8(2 * (4 + 4 * JOINTS), polls_of_check(true));
+    TEST_ASSERT_EQUAL_UINT8(2 * (7 + 3 * JOINTS), polls_of_check(false));
+    TEST_ASSERT_EQUAL_UINT8(2 * (7 + 4 * JOINTS), polls_of_check(true));
 }
 
 /* Result of a run of the steps. */
@@ -413,6 +414,95 @@ void test_check_agrees_with_the_motion_at_random(void)
     }
     TEST_ASSERT_GREATER_THAN_UINT8(RANDOM_SEQUENCES / 8, refused);
     TEST_ASSERT_GREATER_THAN_UINT8(RANDOM_SEQUENCES / 8, played);
+}
+
+/* ---- override ---- */
+
+/* Four steps up, one way: 100 periods at 100 %. */
+static void add_steps_that_pass(void)
+{
+    for (uint8_t i = 1; i <= 4; i++)
+        add_step((uint16_t)(500 + 25 * i), 100, 0, i < 4);
+}
+
+static uint16_t periods_of_run(bool checks, uint8_t percent)
+{
+    setUp();
+    add_steps_that_pass();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_set_override(&motion, percent));
+    checks_all = checks;
+    begin(1);
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_OK, sequence.result);
+    TEST_ASSERT_EQUAL_UINT16(600, goals[0]);
+    return periods;
+}
+
+void test_override_shortens_steps_that_pass_if_they_were_tried(void)
+{
+    uint16_t tried = periods_of_run(true, 100);
+
+    TEST_ASSERT_UINT16_WITHIN(4, tried - 33, periods_of_run(true, 150));
+    TEST_ASSERT_UINT16_WITHIN(4, tried - 50, periods_of_run(true, 200));
+    TEST_ASSERT_UINT16_WITHIN(4, 100, periods_of_run(false, 200));
+}
+
+/* The way from where the joint is to the first pose needs most of the speed. */
+void test_first_step_at_its_limit_does_not_slow_the_next_ones(void)
+{
+    setUp();
+    feedback[0].position = 420;
+    add_steps_that_pass();
+    steps[0].pose[0] = 500;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, &states[0], 0, 1023, 1000));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_set_override(&motion, 200));
+    steps[0].step.time_ms = 120;
+    checks_all = true;
+    begin(1);
+    while (sequence.step == 0)
+        pass_period();
+    TEST_ASSERT_LESS_THAN_UINT32(CDS_MOTION_RATE_1 * 5 / 4, motion.rate);
+    while (sequence.step < 3)
+        pass_period();
+    TEST_ASSERT_GREATER_THAN_UINT32(CDS_MOTION_RATE_1 * 3 / 2, motion.rate);
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_OK, sequence.result);
+}
+
+/* Above 100 % no joint exceeds its speed, and the paths are those of 100 %: no move has to begin
+ * with a lower rate than the one before has ended with. */
+void test_override_keeps_speeds_and_paths_at_random(void)
+{
+    uint16_t faster = 0;
+
+    for (uint8_t trial = 0; trial < RANDOM_SEQUENCES; trial++) {
+        setUp();
+        rig_begin_motion(random_below(2) ? 8000 : 0);
+        for (uint8_t i = 0; i < 4; i++) {
+            add_step(random_below(1024), (uint16_t)(400 + random_below(1600)), 0, i < 3);
+            if (random_below(2))
+                steps[i].pose[1] = random_below(1024);
+        }
+        TEST_ASSERT_EQUAL(CDS_OK,
+                          cds_motion_set_override(&motion, (uint8_t)(101 + random_below(100))));
+        checks_all = true;
+        begin(2);
+        while (sequence.result == CDS_PENDING) {
+            pass_period();
+            if (motion.rate <= CDS_MOTION_RATE_1 || !motion.is_under_way)
+                continue;
+            faster++;
+            for (uint8_t i = 0; i < JOINTS; i++) {
+                uint16_t speed = (uint16_t)abs(cds_motion_speed(&joints[i], &motion.basis));
+
+                if (joints[i].begin_speed)
+                    TEST_ASSERT_LESS_OR_EQUAL_UINT16(CDS_MOTION_CARRY_1 + 16, motion.carry);
+                TEST_ASSERT_LESS_OR_EQUAL_UINT32(1023ul * CDS_MOTION_QUARTERS * 102 / 100,
+                                                 speed * (motion.rate >> 4) >> 12);
+            }
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT16(RANDOM_SEQUENCES * 20, faster);
 }
 
 void test_sequence_that_was_never_begun_does_nothing(void)
