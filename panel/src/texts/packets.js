@@ -30,7 +30,6 @@ export const decode = {
     noReply: "no reply",
     unanswered: "No reply came",
     notExpected: (hex) => `No request asked for this: late, or after a stop. ${hex}`.trim(),
-    checksum: (value) => `checksum ${value} is right`,
     stop: "Ctrl-X",
     key: "key that ends the command",
     dropped: "not sent: stopped first",

@@ -147,8 +147,8 @@ test("packets: filter, pause and clear", async (t) => {
     await page.click(".withPolling");
     await shows(page, "PRESENT_POSITION to PRESENT_TEMPERATURE", ".traffic");
     await page.waitForFunction(() => document.querySelectorAll(".traffic .row").length === 200);
-    await page.click(".show-bytes");
-    await shows(page, /checksum 0x[0-9A-F]{2} is right/, ".traffic");
+    await page.click(".showBytes");
+    await shows(page, /FF FF (?:[0-9A-F]{2} ?)+/, ".traffic .bytes");
     await page.click(".pause");
     await shows(page, "Resume", ".pause");
     await page.click(".clear");

@@ -98,7 +98,7 @@ test("a recording comes into sight when it ends, and its heading has the focus",
     await page.waitForFunction(() => parseFloat(document.querySelector(".recording-length")?.innerText) > 0.3);
     await page.focus("button.record");
     await page.keyboard.press("Enter");
-    await page.waitForSelector("#motion-recording:focus");
+    await page.waitForSelector(".recording h2:focus");
     await page.waitForFunction(() => {
         const { top } = document.querySelector(".recording").getBoundingClientRect();
 
