@@ -2,6 +2,7 @@
 /* What the view Motion works on: the poses and sequences of the page, and what is done with them: play, store on
  * the board, files. */
 
+import { alarms } from "../texts/alarms.js";
 import { texts } from "../texts/texts.js";
 import { readMotions, textOfMotions } from "./motion_text.js";
 import { MotionEditor } from "./motion_editor.js";
@@ -230,7 +231,10 @@ export class MotionDesk extends MotionEditor {
         const id = /^servo (\d+) /.exec(lines[0])?.[1];
         const { answering, isLineLow, servos } = session.robot;
 
-        const cause = servos.size && !answering ? { remedy: isLineLow ? texts.robot.lineLow : texts.robot.allSilent } : { id, remedy };
+        const names = servos.get(Number(id))?.alarms ?? [];
+        const cause = servos.size && !answering
+            ? { remedy: isLineLow ? texts.robot.lineLow : texts.robot.allSilent }
+            : { id, remedy: [...names.map((name) => alarms[name]), remedy].join(" ") };
 
         session.notify({ code: "motion-ended", number, message, ...cause });
     }

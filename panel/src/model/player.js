@@ -114,7 +114,7 @@ export class Player {
 
     #goal(id, raw, rpm) {
         if (this.#session.robot.setGoal(id, degreesOf(raw), Math.min(RPM_MAX, rpm))) return;
-        if (this.#session.wire.state !== "ready") throw new MotionError("motion-unanswered");
+        if (this.#session.wire.state !== "ready") throw new MotionError("silent");
         throw torqueError(this.#session.robot, [id]);
     }
 
@@ -155,7 +155,7 @@ export class Player {
     /* No goal may leave behind what held it up: the servo would make up for the time at once. */
     #busy(ids) {
         this.#session.robot.dropGoals(ids);
-        return new MotionError("motion-busy");
+        return new MotionError("late");
     }
 
     /* The servos stay where they are. */

@@ -122,7 +122,7 @@ export const motion = {
     cancel: "Cancel",
 };
 
-const inLine = (line) => (line ? `Line ${line}: ` : "");
+const inLine = (line) => (line ? `Nothing was loaded. Line ${line}: ` : "");
 
 export const motionNotices = {
     "motion-name": ({ detail, line }) => ({
@@ -155,10 +155,6 @@ export const motionNotices = {
     "motion-joints": ({ count }) => ({
         text: `The poses have ${count} servos. The board stores poses of 18 servos.`,
         remedy: "Delete poses, here or on the board, or take servos out of them.",
-    }),
-    "motion-unanswered": () => ({
-        text: "The controller did not answer in time. The page sends no more goals.",
-        remedy: "Check the cable and the rate, then play again.",
     }),
     "motion-file": ({ line, why }) => ({
         text: `${line ? `Line ${line} of the file is damaged: ${why}` : "The file has neither poses nor sequences"}. Nothing was loaded.`,
@@ -228,10 +224,6 @@ export const motionNotices = {
     "motion-not-asked": () => ({
         text: "Nothing was replaced: the view Motion was left.",
         remedy: "Start it again, and stay in the view.",
-    }),
-    "motion-busy": () => ({
-        text: "A command had the wire for too long. The page sends no more goals; the servos hold their last ones.",
-        remedy: "Let the command end, then play again.",
     }),
     "motion-none-chosen": () => ({ text: "No servo is chosen.", remedy: "Choose servos in the box Teach." }),
     "motion-offline": ({ ids }) => ({

@@ -46,7 +46,7 @@ export const packets = {
     out: "to the controller",
     in: "to the page",
     arrows: { out: "→", in: "←" },
-    count: (shown, max) => (shown < max ? `${shown} shown` : `the newest ${shown} shown`),
+    count: (shown) => `the newest ${shown}`,
     filter: "Filter",
     servo: "Servo",
     anyServo: "all",

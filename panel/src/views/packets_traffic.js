@@ -153,7 +153,7 @@ class TrafficPart extends Part {
         const rows = this.frozen ?? this.#select();
 
         return html`<section aria-label=${t.traffic}>
-            <h2>${t.traffic} <span class="soft">${t.count(rows.length, ROWS_SHOWN)}</span></h2>
+            <h2>${t.traffic} <span class="soft">${t.count(rows.length)}</span></h2>
             ${this.#controls()}
             <ol class="traffic" tabindex="0" aria-label=${t.list} @scroll=${this.#scrolled}>
                 ${rows.length ? repeat(rows, ({ number }) => number, (row) => this.#row(row)) : html`<li class="soft">${t.empty}</li>`}

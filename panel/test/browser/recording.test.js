@@ -24,7 +24,7 @@ test("record: a movement by hand, replayed, error measured", async (t) => {
     hand("load 1 0");
     await page.click("button.record");
     await shows(page, /samples/, ".recorded");
-    const rate = Number(/(\d+) a second/.exec(await page.$eval(".recorded", (it) => it.innerText))[1]);
+    const rate = Number(/(\d+) samples a second/.exec(await page.$eval(".recorded", (it) => it.innerText))[1]);
 
     assert.ok(rate >= 20, `${rate} samples a second`);
     await page.click("button.replay");

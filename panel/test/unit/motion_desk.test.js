@@ -315,6 +315,14 @@ for (const [isLineLow, remedy] of [[true, texts.robot.lineLow], [false, texts.ro
         assert.deepEqual([notice.remedy, more], [remedy, []]);
     });
 
+test("motion: its end names what the servo reports first, as a goal beyond its angle limits", async () => {
+    const robot = { servos: new Map([[2, { alarms: ["angle limit"] }]]) };
+    const [{ text, remedy }] = await ended(() => {}, { number: 83, lines: ["servo 2 is stuck"], robot });
+
+    assert.match(text, /^Servo 2: the motion has ended with error 83: /);
+    assert.equal(remedy, `${alarms["angle limit"]} ${tables().errors[83].remedy}`);
+});
+
 /* The notice of play() while servo 1 is as `servo`. */
 async function refused(servo) {
     const { desk, done } = await deskWithBoard();
@@ -588,7 +596,7 @@ test("play: a goal that the wire does not take names the controller, not torque"
         takeMotion: () => {}, robot: { isInhibited: false, servos: new Map([[1, servo]]), setGoal: () => false },
     });
 
-    await assert.rejects(new Player(session).goTo(new Map([[1, 600]])), { code: "motion-unanswered" });
+    await assert.rejects(new Player(session).goTo(new Map([[1, 600]])), { code: "silent" });
 });
 
 test("play: pressed several times begins once", async () => {
