@@ -40,7 +40,7 @@ const orderByStorey = {
 const MINIFY = {
     module: true,
     ecma: 2022,
-    compress: { passes: 4, keep_fargs: false, lhs_constants: false, pure_getters: true, unsafe_arrows: true },
+    compress: { passes: 6, keep_fargs: false, lhs_constants: false, pure_getters: true, unsafe_arrows: true },
     mangle: { properties: { regex: /^_(?!_)/, keep_quoted: true } },
 };
 
@@ -62,7 +62,7 @@ function ownNames() {
         for (const { type, key, left, value, name } of nodesOf(parse(read(join(PANEL, "src", path)), { ecmaVersion: "latest", sourceType: "module" }))) {
             if ((type === "MethodDefinition" && key.type === "Identifier") || (type === "Property" && path.startsWith("texts"))) names.add(key.name);
             if (type === "AssignmentExpression" && left.object?.type === "ThisExpression" && left.property.type === "Identifier") names.add(left.property.name);
-            if (type === "Identifier" && /^(?:is|has)[A-Z]/.test(name)) names.add(name);
+            if (type === "Identifier" && /^(?:is|has|on|keeps|names|reset|bus|alarm|speed)[A-Z]/.test(name)) names.add(name);
             if (type === "Literal") strings.add(value);
         }
     return [...names].filter((name) => /^[a-z]+[A-Z]\w*$/.test(name) && !strings.has(name));
@@ -101,7 +101,7 @@ export const filesBundled = async (tables) => Object.keys((await runEsbuild(tabl
 export async function bundle(tables) {
     const { outputFiles } = await runEsbuild(tables);
     const properties = { regex: new RegExp(`^(?:_(?!_)|(?:${ownNames().join("|")})$)`), keep_quoted: true };
-    const optionsOf = (path) => (path.endsWith("app.js") ? { ...MINIFY, mangle: { properties } } : MINIFY);
+    const optionsOf = (path) => (path.endsWith("app.js") ? { ...MINIFY, compress: { ...MINIFY.compress, conditionals: false, inline: 1 }, mangle: { properties } } : MINIFY);
     const minified = async ({ path, text }) => ({ name: basename(path), text: path.endsWith(".js") ? (await minify(text, optionsOf(path))).code : text });
 
     return Promise.all(outputFiles.map(minified));

@@ -107,7 +107,7 @@ class App extends View {
         const hasTorque = [...session.robot.servos.values()].some(({ torque }) => torque);
         const { askDisconnect: text, disconnect: yes } = texts.connect;
 
-        if (!hasTorque || (await confirmed({ text, yes, no: texts.board.cancel }))) session.disconnect();
+        if (!hasTorque || session.capture.port.isReplay || (await confirmed({ text, yes, no: texts.board.cancel }))) session.disconnect();
     };
 
     #replay = async ({ target }) => {

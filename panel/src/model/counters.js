@@ -4,10 +4,11 @@
  * The device has all counters; the console tells how much of those of the bus `scan` and `diagnose`
  * have caused, and since when it counts. A counter that only one of them has is shown, too. */
 
-import { texts } from "../texts/texts.js";
 import { wordAt } from "../wire/packet.js";
 
 const LINE = /^([a-z ]+?) (\d+)(?:, of these (\d+) .*)?$/;
+const TROUBLES = ("timeouts corrupt framing_errors line_busy duplicate_replies unexpected_packets stale_replies overruns ring_overflows " +
+    "echo_errors noise_bytes host_malformed host_gaps").split(" "); // 0 on a good bus; texts.packets.findings tells each
 const OF_SERVO = ["ok", "timeouts", "corrupt", "stale_replies", "duplicate_replies", "unexpected_packets", "echo_errors"];
 
 /* "BUS_STALE_REPLIES" is "stale_replies", "HOST_GAPS" is "host_gaps". */
@@ -80,9 +81,9 @@ export function countedFrom(start, rows) {
     });
 }
 
-/* What is wrong: [{key, count}], of the counters that are 0 on a good bus. What `scan` has caused does not count. */
+/* What is wrong: [{key, count}]. What `scan` has caused does not count. */
 export function healthOf(rows) {
-    return Object.keys(texts.packets.findings).map((key) => {
+    return TROUBLES.map((key) => {
         const row = rows.find((one) => one.key === key);
 
         return { key, count: row ? less(row.count, row.ofScan) : 0 };

@@ -2,13 +2,14 @@
 /* What the view Motion works on: the poses and sequences of the page, and what is done with them: play, store on
  * the board, files. */
 
+import { alarms } from "../texts/alarms.js";
 import { texts } from "../texts/texts.js";
 import { readMotions, textOfMotions } from "./motion_text.js";
 import { MotionEditor } from "./motion_editor.js";
 import { MotionStore } from "./motion_store.js";
 import { MotionError } from "./motions.js";
 import { lastPositions, pathOfPoints, pathOfSequence } from "./path.js";
-import { Player } from "./player.js";
+import { Player, torqueError } from "./player.js";
 import { compare } from "./recording.js";
 import { Recordings } from "./recordings.js";
 
@@ -123,12 +124,16 @@ export class MotionDesk extends MotionEditor {
         const { sequence, store, isLoop, times } = this;
         const { robot } = this.session;
         const part = this.#shown; // the user may go on editing
-        const off = part.joints.filter((id) => robot.servos.get(id)?.torque === false);
+        const off = part.joints.filter((id) => {
+            const { torque, presence } = robot.servos.get(id) ?? {};
+
+            return torque === false || presence === "offline";
+        });
 
         if (robot.isInhibited) throw new MotionError("motion-inhibited");
-        if (off.length) throw new MotionError("motion-torque", { ids: off });
+        if (off.length) throw torqueError(robot, off);
         await this.#loadStored();
-        if (!this.store.newOf(part).isEmpty && !(await this.#during("storing", () => this.#store(part)))) return;
+        if (!this.store.newOf(part).isEmpty && !(await this.#during("storing", () => this.#store(part), "play"))) return;
         if (this.#isEnding) return;
         await store.play(sequence, { times: isLoop ? 0 : times, percent: this.percent });
         this.session.takeMotion();
@@ -181,15 +186,12 @@ export class MotionDesk extends MotionEditor {
         this.changed();
     }
 
-    pause() {
-        if (!this.player.isPlaying) return this.attempt(this.store.pause);
-        this.player.isPaused = true;
-        return this.changed();
-    }
+    /* Pauses, or goes on. */
+    togglePause() {
+        const isPaused = !this.isPaused;
 
-    resume() {
-        if (!this.player.isPlaying) return this.attempt(this.store.resume);
-        this.player.isPaused = false;
+        if (!this.player.isPlaying) return this.attempt(() => this.store.setPaused(isPaused));
+        this.player.isPaused = isPaused;
         return this.changed();
     }
 
@@ -221,27 +223,32 @@ export class MotionDesk extends MotionEditor {
         this.#tellEnd(motion.error);
     }
 
-    /* The register has the number of the error. The console names the servo, too. */
+    /* The register has the number of the error. The console names the servo, too: the first one, also if none answers. */
     async #tellEnd(number) {
         const { session } = this;
         const { text: message = "", remedy = "" } = session.tables.errors[number] ?? {};
         const { lines = [] } = (await session.controller.order("motion wait", { timeout: WAIT_MS }).catch((error) => error)) ?? {};
         const id = /^servo (\d+) /.exec(lines[0])?.[1];
+        const { answering, isLineLow, servos } = session.robot;
 
-        session.notify({ code: "motion-ended", id, number, message, remedy });
+        const names = servos.get(Number(id))?.alarms ?? [];
+        const cause = servos.size && !answering
+            ? { remedy: isLineLow ? texts.robot.lineLow : texts.robot.allSilent }
+            : { id, remedy: [...names.map((name) => alarms[name]), remedy].join(" ") };
+
+        session.notify({ code: "motion-ended", number, message, ...cause });
     }
 
     /* ---- the board, files ---- */
 
-    async #during(task, call) {
+    /* Runs `call`; a failure is a notice. */
+    #during(task, call, input) {
         this.task = task;
         this.changed();
-        try {
-            return await call();
-        } finally {
+        return this.attempt(call, input).finally(() => {
             this.task = "";
             this.changed();
-        }
+        });
     }
 
     /* Reads what the board has: once for each connection, and again after a line by hand, which may write poses. */
@@ -261,12 +268,10 @@ export class MotionDesk extends MotionEditor {
     async show() {
         if (!this.store.canStore || this.task || this.#shownOf === this.session.controller) return;
         this.#shownOf = this.session.controller;
-        await this.#during("loading", () =>
-            this.attempt(async () => {
-                await this.#loadStored();
-                if (this.motions.isEmpty) this.#takeMotions(this.store.stored, namesOf(this.store.stored));
-            }),
-        );
+        await this.#during("loading", async () => {
+            await this.#loadStored();
+            if (this.motions.isEmpty) this.#takeMotions(this.store.stored, namesOf(this.store.stored));
+        });
     }
 
     #takeMotions(motions, onBoard) {
@@ -286,32 +291,28 @@ export class MotionDesk extends MotionEditor {
     }
 
     async load() {
-        await this.#during("loading", () =>
-            this.attempt(async () => {
-                await this.store.load();
-                // Asks now: the user may have changed something during the load.
-                if (this.motions.isChanged && !(await this.#mayReplace(t.askReplacePage))) return;
-                this.#takeMotions(this.store.stored, namesOf(this.store.stored));
-                if (this.store.gone.length) this.session.notify({ code: "motion-gone", names: this.store.gone });
-                this.#notifyCounts("motion-loaded");
-            }, "load"),
-        );
+        await this.#during("loading", async () => {
+            await this.store.load();
+            // Asks now: the user may have changed something during the load.
+            if (this.motions.isChanged && !(await this.#mayReplace(t.askReplacePage))) return;
+            this.#takeMotions(this.store.stored, namesOf(this.store.stored));
+            if (this.store.gone.length) this.session.notify({ code: "motion-gone", names: this.store.gone });
+            this.#notifyCounts("motion-loaded");
+        }, "load");
     }
 
     async storeAll() {
         if (this.task) return; // the button was pressed twice
-        await this.#during("storing", () =>
-            this.attempt(async () => {
-                const { motions, store } = this;
+        await this.#during("storing", async () => {
+            const { motions, store } = this;
 
-                if (motions.isEmpty) throw new MotionError("motion-empty");
-                motions.check();
-                const sent = readMotions(textOfMotions(motions)).motions; // the user may go on editing
+            if (motions.isEmpty) throw new MotionError("motion-empty");
+            motions.check();
+            const sent = readMotions(textOfMotions(motions)).motions; // the user may go on editing
 
-                await store.load();
-                if (await this.#store(sent)) await this.#removeGone(namesOf(sent));
-            }, "store"),
-        );
+            await store.load();
+            if (await this.#store(sent)) await this.#removeGone(namesOf(sent));
+        }, "store");
     }
 
     /* Offers to delete on the board what was renamed or deleted here. A pose that a sequence of the board needs stays. */
@@ -353,7 +354,7 @@ export class MotionDesk extends MotionEditor {
         const motions = await this.attempt(async () => {
             const read = readMotions(text, { keywords: this.keywords });
 
-            if (read.motions.isEmpty) throw new MotionError("motion-file-empty");
+            if (read.motions.isEmpty) throw new MotionError("motion-file");
             if (read.gone.length) this.session.notify({ code: "motion-gone", names: read.gone });
             return !this.motions.isChanged || (await this.#mayReplace(t.askReplacePage)) ? read.motions : null;
         }, "open");

@@ -231,8 +231,7 @@ export class MotionStore {
         await this.#controller.order(`play ${name}${how} at ${percent}%`, { timeout: REPLY_MS });
     }
 
-    pause = () => this.#write(DEVICE.MOTION_PAUSE, 1);
-    resume = () => this.#write(DEVICE.MOTION_PAUSE, 0);
+    setPaused = (isPaused) => this.#write(DEVICE.MOTION_PAUSE, Number(isPaused));
     end = () => this.#write(DEVICE.MOTION_PLAY, 0);
     override = (percent) => this.#write(DEVICE.MOTION_OVERRIDE, percent);
 

@@ -21,6 +21,15 @@ const BUSY_MS = 600; // goals that could not leave for longer end the replay; th
 const RESERVE = 1.15; // of the speed: a servo that lags catches up
 const RPM_PER_SPEED = 1000 / 6; // rpm of a degree in a ms
 
+/* Why these servos take no goal. */
+export function torqueError(robot, ids) {
+    const servos = ids.map((id) => robot.servos.get(id) ?? {});
+    const silent = ids.filter((_, index) => servos[index].presence === "offline");
+
+    if (silent.length) return new MotionError("servo-silent", { ids: silent });
+    return new MotionError("motion-torque", { ids, names: new Set(servos.flatMap(({ alarms = [] }) => alarms)), isInhibited: servos.some(({ inhibit }) => inhibit) });
+}
+
 export class Player {
     #session;
     #isEnding = false;
@@ -96,7 +105,7 @@ export class Player {
         if (robot.isInhibited || this.#session.stopState === "stopping") throw new MotionError("motion-inhibited");
         const off = ids.filter((id) => robot.servos.get(id)?.torque !== true);
 
-        if (off.length) throw new MotionError("motion-torque", { ids: off });
+        if (off.length) throw torqueError(robot, off);
         const endless = ids.filter((id) => robot.servos.get(id).isEndless);
 
         if (endless.length) throw new MotionError("motion-endless", { ids: endless });
@@ -105,8 +114,8 @@ export class Player {
 
     #goal(id, raw, rpm) {
         if (this.#session.robot.setGoal(id, degreesOf(raw), Math.min(RPM_MAX, rpm))) return;
-        if (this.#session.wire.state !== "ready") throw new MotionError("motion-unanswered");
-        throw new MotionError("motion-torque", { ids: [id] });
+        if (this.#session.wire.state !== "ready") throw new MotionError("silent");
+        throw torqueError(this.#session.robot, [id]);
     }
 
     async #goTo(positions) {
@@ -146,7 +155,7 @@ export class Player {
     /* No goal may leave behind what held it up: the servo would make up for the time at once. */
     #busy(ids) {
         this.#session.robot.dropGoals(ids);
-        return new MotionError("motion-busy");
+        return new MotionError("late");
     }
 
     /* The servos stay where they are. */

@@ -6,7 +6,7 @@
  * second, each at most once; a goal that could not leave within 150 ms is dropped. The goal of a hold also waits for its
  * turn, at most 50 ms, and is never dropped. Torque is switched within 2 s or not at all.
  *
- * Events: `feedback` after each round, `change` when anything else has changed, `notice`, `reset` when the
+ * Events: `feedback` after each round, `whole` when all servos answer again, `change` when anything else has changed, `notice`, `reset` when the
  * controller has been reset: its RESET_CAUSE is another one, it echoes a line, or it has forgotten its servos. */
 
 import { AT_INSTRUCTION, AT_PARAMETERS, ERRORS_OF_PACKET, FAILED, ID_MAX, INSTRUCTION, errorNames, syncRead, word, wordAt, write } from "../wire/packet.js";
@@ -30,6 +30,7 @@ const TORQUE_TRIES = 3;
 const MOVED_RAW = 17; // 5 degrees
 const ROUND_MS = 10; // a faster round would only cost CPU time
 const PAUSE_MS = 100; // after an error of the wire
+const AWAY_MS = 500; // a servo that was silent for longer has been away
 const SLOW_MS = 250; // torque and goals, the device, the motion
 const LIMITS_MS = 1000;
 const TEXT_MS = 5000; // the command `servos`
@@ -56,6 +57,7 @@ export class Robot extends EventTarget {
     #torqueOrders = new Map(); // newest torque command, by servo ID
     #due = new Map(); // time of the next slow read, by its name
     #rounds = []; // times of the last feedback
+    #wholeAt = Infinity; // time when all servos have answered last
     #isListed = false; // the command `servos` has listed servos
 
     constructor(controller) {
@@ -82,6 +84,11 @@ export class Robot extends EventTarget {
 
     get ids() {
         return [...this.servos.keys()];
+    }
+
+    /* Number of servos that answer, or were not asked yet. */
+    get answering() {
+        return [...this.servos.values()].filter(({ presence }) => presence !== "offline").length;
     }
 
     get #online() {
@@ -462,6 +469,7 @@ export class Robot extends EventTarget {
         await this.#readAll(FEEDBACK, (servo, bytes) => servo.takeFeedback(bytes, this.#clock.now()));
         this.#countRound();
         this.dispatchEvent(new Event("feedback"));
+        this.#tellWhole();
         await this.#sendGoals();
         await this.#readSlowly();
     }
@@ -471,6 +479,15 @@ export class Robot extends EventTarget {
 
         if (this.servos.size) this.#rounds.push(now);
         while (this.#rounds[0] <= now - RATE_MS) this.#rounds.shift();
+    }
+
+    /* Not after a single reply that was lost: on a line with noise the notices would go at once. */
+    #tellWhole() {
+        const now = this.#clock.now();
+
+        if (this.answering < this.servos.size) return;
+        if (now - this.#wholeAt > AWAY_MS) this.dispatchEvent(new Event("whole"));
+        this.#wholeAt = now;
     }
 
     /* Reads a block of all servos. A servo that failed has bytes FF. */

@@ -30,6 +30,7 @@ const WITHDRAWN_BY = { // notices that an event withdraws
     stop: ["lost-stopping", "stop-failed", "stop-no-inhibit", "stop-not-sent", "stop-unverified", "turning"],
     back: ["silent"],
     motion: ["motion-ended"],
+    whole: ["motion-ended", "servo-silent"],
 };
 /* Notices that no other notice pushes out: the robot may move, or its torque is not known. */
 const ABOUT_SAFETY = new Set([...WITHDRAWN_BY.stop, "lost", "reset", "silent", "turn-not-ended"]);
@@ -208,6 +209,7 @@ export class Session extends EventTarget {
             this.#followStop();
             this.dispatchEvent(new Event("feedback"));
         });
+        on(robot, "whole", () => this.withdraw(WITHDRAWN_BY.whole));
         on(robot, "change", () => this.#change());
         on(robot, "notice", (detail) => this.notify(detail));
         on(robot, "reset", () => this.#renew());

@@ -3,16 +3,18 @@
  * web_serial.js.
  *
  * A capture is lines of text. `out HEX` is what the page wrote, `in HEX` what came, in order; a line
- * that begins with # is a comment. The search starts behind the last answer and goes on from the
- * start of the capture, so a page that asks at other times than the recorded one is answered, too. */
+ * that begins with # is a comment. Each request moves the capture on. A page that asks at other times than the recorded one
+ * gets the nearest answer, and at the end of the capture the last one. */
 
 import { fromHex, toHex } from "./hex.js";
 import { PortError } from "./web_serial.js";
 
+const NEAR = 20; // steps; the page sends about 100 requests a second
 const LINES_MAX = 50000; // the page saves 40400 pieces at most
 const LINE_MAX = 200000; // characters: a piece of a WebSocket has 64 KB at most; with a much longer one the RegExp overflows
 
-/* Returns [{bytes, answers}], each write with what came before the next one. Throws PortError. */
+/* Returns [{bytes, answers}], each write with what came before the next one. The last write is left out: its answer may be cut
+ * off. Throws PortError. */
 export function parseCapture(text) {
     const steps = [];
     const lines = text.split(/\r?\n/);
@@ -29,7 +31,7 @@ export function parseCapture(text) {
         else steps.at(-1)?.answers.push(bytes);
     });
     if (!steps.length) throw new PortError("bad-capture", "it is empty");
-    return steps;
+    return steps.length > 1 ? steps.slice(0, -1) : steps;
 }
 
 const FIRST_MIN = 400; // pieces that are kept from the start: behind the start-up the page reads limits and state of each servo
@@ -132,14 +134,14 @@ export class ReplayPort {
         if (step) this.later(() => this.#answer(step));
     }
 
-    /* The next step from `at` on, else the first one. */
+    /* The next step from `at` on if it is near, else the one before: the capture neither jumps to its end nor begins again. */
     #find(hex) {
-        const indices = this.indices.get(hex);
+        const indices = this.indices.get(hex) ?? [];
+        const next = indices.find((one) => one >= this.at);
+        const isNear = next < this.at + NEAR;
+        const index = isNear ? next : (indices.findLast((one) => one < this.at) ?? next);
 
-        if (!indices) return null;
-        const index = indices.find((one) => one >= this.at) ?? indices[0];
-
-        this.at = index + 1;
+        this.at = isNear ? next + 1 : this.at + 1;
         return this.steps[index];
     }
 

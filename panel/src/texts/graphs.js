@@ -23,7 +23,6 @@ export const graphs = {
     later: { sign: "→", label: "Later" },
     save: "Save as CSV",
     saveHint: "Saves the chosen servos and graphs, and the time on the screen",
-    fileName: (time) => `servos-${time}.csv`,
     hint: "Drag in a graph to zoom.",
     paused: "Paused. Recording goes on. A double click shows the present again.",
 };

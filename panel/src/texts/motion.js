@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The view Motion, and its notices. */
 
+import { alarms } from "./alarms.js";
 import { list, many } from "./words.js";
 
 const NAME = "up to 8 letters and digits, first a letter, no word of the console";
@@ -26,7 +27,6 @@ export const motion = {
     poseName: "Name of the pose",
     nameHint: NAME,
     capture: "Capture pose",
-    captureHint: "Keeps where the chosen servos are now",
     record: "Record",
     recordHint: "Keeps how you lead the chosen servos by hand, torque off",
     askTorqueOff: (ids) => `Torque is on: ${list(ids)}. Without torque the robot may fall: support it first.`,
@@ -46,15 +46,15 @@ export const motion = {
     name: "Name",
 
     recording: "Recording",
-    recordingIs: ({ seconds, samples, rate, servos }) =>
-        `${seconds} s of ${many(servos, "servo")}, ${samples} samples, ${rate} a second`,
+    recordingIs: ({ seconds, rate, servos }) =>
+        `${seconds} s of ${many(servos, "servo")}, ${rate} samples a second`,
     missing: (count) => `${many(count, "position is", "positions are")} missing`,
     tolerance: "Error of the steps, at most",
     fit: "Fit into 16 steps",
     fitHint: "Those 16 steps at most that have the smallest error",
     thinned: ({ steps, error }) => `${many(steps, "step")}, at most ${error}° from the recording when they play.`,
     tooLong: "A sequence has at most 16 steps: press “Fit into 16 steps”, or permit a larger error.",
-    coarse: ({ error, chosen }) => `The steps are up to ${error}° from the recording, not ${chosen}° as chosen. Record a shorter movement.`,
+    coarse: (chosen) => `That is more than the ${chosen}° that you chose. Record a shorter movement.`,
     replay: "Replay the recording",
     replayHint: "The page sends the recording as goals, once, at the Speed of the box Play",
     replayed: ({ largest, id, mean, percent }) => `Replay at ${percent} %: largest error ${largest}° (servo ${id}), mean ${mean}°`,
@@ -92,6 +92,7 @@ export const motion = {
     times: "Times",
     loop: "Loop",
     unknown: "unknown",
+    fixed: "Press End first: what plays keeps its Times and Loop",
     override: "Speed",
     play: "Play",
     pause: "Pause",
@@ -121,7 +122,7 @@ export const motion = {
     cancel: "Cancel",
 };
 
-const inLine = (line) => (line ? `Line ${line}: ` : "");
+const inLine = (line) => (line ? `Nothing was loaded. Line ${line}: ` : "");
 
 export const motionNotices = {
     "motion-name": ({ detail, line }) => ({
@@ -155,16 +156,8 @@ export const motionNotices = {
         text: `The poses have ${count} servos. The board stores poses of 18 servos.`,
         remedy: "Delete poses, here or on the board, or take servos out of them.",
     }),
-    "motion-unanswered": () => ({
-        text: "The controller did not answer in time. The page sends no more goals.",
-        remedy: "Check the cable and the rate, then play again.",
-    }),
     "motion-file": ({ line, why }) => ({
-        text: `Line ${line} of the file is damaged: ${why}. Nothing was loaded.`,
-        remedy: "Choose a file that this page has saved, or lines of “pose show” and “sequence show”.",
-    }),
-    "motion-file-empty": () => ({
-        text: "The file has neither poses nor sequences. Nothing was loaded.",
+        text: `${line ? `Line ${line} of the file is damaged: ${why}` : "The file has neither poses nor sequences"}. Nothing was loaded.`,
         remedy: "Choose a file that this page has saved, or lines of “pose show” and “sequence show”.",
     }),
     "motion-gone": ({ names }) => ({
@@ -212,9 +205,9 @@ export const motionNotices = {
         text: "Driving is inhibited. No goal is sent.",
         remedy: "Remove the cause, press Release, then switch torque on.",
     }),
-    "motion-torque": ({ ids }) => ({
+    "motion-torque": ({ ids, names = [], isInhibited }) => ({
         text: `Torque is not on: ${list(ids)}. No goal is sent.`,
-        remedy: "Choose these servos and press “Torque on”.",
+        remedy: [...[...names].map((name) => alarms[name]), isInhibited ? "Press Release." : "", "Choose these servos and press “Torque on”."].filter(Boolean).join(" "),
     }),
     "motion-endless": ({ ids }) => ({
         text: `Endless turn: ${list(ids)}. Such a servo has no position to go to.`,
@@ -231,10 +224,6 @@ export const motionNotices = {
     "motion-not-asked": () => ({
         text: "Nothing was replaced: the view Motion was left.",
         remedy: "Start it again, and stay in the view.",
-    }),
-    "motion-busy": () => ({
-        text: "A command had the wire for too long. The page sends no more goals; the servos hold their last ones.",
-        remedy: "Let the command end, then play again.",
     }),
     "motion-none-chosen": () => ({ text: "No servo is chosen.", remedy: "Choose servos in the box Teach." }),
     "motion-offline": ({ ids }) => ({

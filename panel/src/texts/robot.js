@@ -32,7 +32,7 @@ export const robot = {
     silent: "Does not answer",
     silentAdvice: "no answer. Check power, wiring and ID.",
     otherRate: "not at the rate of the bus. Set the rate of the bus or of the servo in the view Set-up.",
-    allSilent: "No servo answers. Check their power, and whether the line is held low.",
+    allSilent: "No servo answers. Check their power, and whether the line is held low or disturbed.",
     lineLow: "The line is held low: no servo can answer or switch torque off. Switch off the power of the servos.",
     ignored: "Ignored: torque is off",
     ignoredAdvice: "torque is off. Switch torque on first.",

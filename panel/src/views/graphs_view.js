@@ -112,7 +112,7 @@ export class GraphsView extends View {
         const { known, chosen } = this.#idsOf(history);
         const lines = this.#graphs.flatMap((quantity) => this.#linesOf(quantity, chosen, known));
 
-        saveFile(t.fileName(new Date().toISOString().slice(0, 19).replace(/:/g, "")), history.csv(lines, ...range), "text/csv");
+        saveFile("servos.csv", history.csv(lines, ...range), "text/csv");
     };
 
     /* ---- plots ---- */

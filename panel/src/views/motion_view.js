@@ -102,8 +102,8 @@ export class MotionView extends View {
         const { desk, session } = this;
         const isOff = !session.isConnected || desk.recordings.isRecording;
 
-        return html`<section class="panel teach" aria-labelledby="motion-teach">
-            <h2 id="motion-teach">${t.teach}</h2>
+        return html`<section class="panel teach" aria-label=${t.teach}>
+            <h2>${t.teach}</h2>
             ${desk.ids.length ? nothing : html`<p class="soft">${session.isConnected ? t.noServos : t.notConnected}</p>`}
             <fieldset class="chips" ?disabled=${isOff}>
                 <legend>${t.servos}</legend>
@@ -121,7 +121,7 @@ export class MotionView extends View {
             <form class="row" @submit=${this.#capture}>
                 <label>${t.name}
                     <input class="pose-name" size="9" aria-label=${t.poseName} autocomplete="off" spellcheck="false" /></label>
-                <button class="capture" title=${t.captureHint} ?disabled=${isOff}>${t.capture}</button>
+                <button class="capture" ?disabled=${isOff}>${t.capture}</button>
                 <span class="soft">${t.nameHint}</span>
             </form>
             <p class="row">
@@ -185,8 +185,8 @@ export class MotionView extends View {
     #poses() {
         const poses = [...this.desk.motions.poses];
 
-        return html`<section class="panel poses" aria-labelledby="motion-poses">
-            <h2 id="motion-poses">${t.poses}</h2>
+        return html`<section class="panel poses" aria-label=${t.poses}>
+            <h2>${t.poses}</h2>
             ${poses.length
                 ? html`<ul class="list">${poses.map((entry) => this.#poseRow(entry))}</ul>`
                 : html`<ol class="first soft">${t.noPoses.map((step) => html`<li>${step}</li>`)}</ol>`}
@@ -253,8 +253,8 @@ export class MotionView extends View {
         const { desk } = this;
         const names = [...desk.motions.sequences.keys()];
 
-        return html`<section class="panel sequence" aria-labelledby="motion-sequence">
-            <h2 id="motion-sequence">${t.sequence}</h2>
+        return html`<section class="panel sequence" aria-label=${t.sequence}>
+            <h2>${t.sequence}</h2>
             <p class="row">
                 <label>${t.choose}
                     <select class="choose" ?disabled=${!names.length} @change=${({ target }) => desk.showSequence(target.value)}>
@@ -314,12 +314,12 @@ export class MotionView extends View {
         const { latest: recording, thinned, replay } = recordings;
 
         if (!recording) return nothing;
-        const { length, samples, rate, ids } = recording;
+        const { length, rate, ids } = recording;
         const isTooLong = thinned.points.length > STEPS_MAX;
-        const facts = { seconds: seconds(length, 2), samples: samples.length, rate: rate.toFixed(0), servos: ids.length };
+        const facts = { seconds: seconds(length, 2), rate: rate.toFixed(0), servos: ids.length };
 
-        return html`<section class="panel recording" aria-labelledby="motion-recording">
-            <h2 id="motion-recording" tabindex="-1">${t.recording}</h2>
+        return html`<section class="panel recording" aria-label=${t.recording}>
+            <h2 tabindex="-1">${t.recording}</h2>
             <p class="recorded">
                 ${t.recordingIs(facts)}
                 ${recording.missing ? html`<span class="warn">${t.missing(recording.missing)}</span>` : nothing}
@@ -335,7 +335,7 @@ export class MotionView extends View {
                 <output class="thinned">${t.thinned({ steps: thinned.points.length, error: degrees(thinned.error) })}</output>
             </p>
             ${isTooLong ? html`<p class="warn">${t.tooLong}</p>` : nothing}
-            ${recordings.isCoarse ? html`<p class="warn coarse">${t.coarse({ error: degrees(thinned.error), chosen: recordings.tolerance.toFixed(1) })}</p>` : nothing}
+            ${recordings.isCoarse ? html`<p class="warn coarse">${t.coarse(recordings.tolerance.toFixed(1))}</p>` : nothing}
             ${tooFast(thinned.tooFast, 2)}
             <p class="row">${this.#recordingButtons(isTooLong)}</p>
             ${replay
@@ -367,9 +367,9 @@ export class MotionView extends View {
         const { desk } = this;
         const { isPlaying, isPaused } = desk;
 
-        return html`${isPaused
-                ? html`<button class="resume" @click=${() => desk.resume()}>${t.resume}</button>`
-                : html`<button class="pause" ?disabled=${!isPlaying} @click=${() => desk.pause()}>${t.pause}</button>`}
+        return html`<button class=${isPaused ? "resume" : "pause"} ?disabled=${!isPlaying && !isPaused} @click=${() => desk.togglePause()}>
+                ${isPaused ? t.resume : t.pause}
+            </button>
             <button class="end" ?disabled=${!isPlaying && !desk.isStarting} @click=${() => desk.end()}>${t.end}</button>
             <span class="motion-state" role="status">${this.#stateOfMotion()}</span>
             ${desk.task === "storing" ? html`<progress aria-label=${t.storing} .value=${desk.store.progress}></progress>` : nothing}`;
@@ -378,10 +378,11 @@ export class MotionView extends View {
     #player() {
         const { desk, session } = this;
         const { isPlaying } = desk;
+        const isFixed = isPlaying || desk.isStarting;
         const isUnknown = desk.isBoardPlaying && !desk.isOwn; // begun before this page was connected, or by a line
 
-        return html`<section class="panel player ${isPlaying || desk.task ? "busy" : ""}" aria-labelledby="motion-player">
-            <h2 id="motion-player">${t.player}</h2>
+        return html`<section class="panel player ${isPlaying || desk.task ? "busy" : ""}" aria-label=${t.player}>
+            <h2>${t.player}</h2>
             <p class="row">
                 <label>${t.where}
                     <select class="by" ?disabled=${!desk.store.canPlay} @change=${({ target }) => (desk.by = target.value)}>
@@ -389,11 +390,11 @@ export class MotionView extends View {
                         <option value="page" .selected=${live(desk.playedBy === "page")}>${t.byPage}</option>
                     </select>
                 </label>
-                <label>${t.times} <input class="times" inputmode="numeric" ?disabled=${desk.isLoop || isUnknown}
+                <label>${t.times} <input class="times" inputmode="numeric" ?disabled=${desk.isLoop || isFixed}
                     placeholder=${t.unknown} .value=${taken(isUnknown ? "" : String(desk.times))}
                     @change=${({ target }) => (desk.times = Math.min(65535, Math.max(1, Math.round(typedNumber(target.value)) || desk.times)))} /></label>
-                <label>
-                    <input class="loop" type="checkbox" .checked=${live(desk.isLoop)} .indeterminate=${isUnknown} ?disabled=${isUnknown}
+                <label title=${isFixed ? t.fixed : nothing}>
+                    <input class="loop" type="checkbox" .checked=${live(desk.isLoop)} .indeterminate=${isUnknown} ?disabled=${isFixed}
                         @change=${({ target }) => desk.setLoop(target.checked)} /> ${t.loop}
                 </label>
                 <label class="speed">${t.override}
@@ -428,8 +429,8 @@ export class MotionView extends View {
         const { canStore, canPlay, room } = desk.store;
         const isOff = !canStore || Boolean(desk.task) || desk.isPlaying;
 
-        return html`<section class="panel board" aria-labelledby="motion-board">
-            <h2 id="motion-board">${t.board}</h2>
+        return html`<section class="panel board" aria-label=${t.board}>
+            <h2>${t.board}</h2>
             <div class="files">
                 <button class="store" ?disabled=${isOff} @click=${() => desk.storeAll()}>
                     ${desk.task === "storing" ? t.storing : t.store}

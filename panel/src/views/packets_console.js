@@ -189,22 +189,21 @@ class ConsolePart extends Part {
         </form>`;
     }
 
-    render() {
-        const { session } = this;
-
-        if (session.isConnected && !session.wire.hasConsole)
-            return html`<section aria-labelledby="console-title">
-                <h2 id="console-title">${t.console}</h2>
-                <p>${t.noConsole}</p>
-            </section>`;
-        return html`<section aria-labelledby="console-title">
-            <h2 id="console-title">${t.console}</h2>
-            <ol class="console-output" role="log" tabindex="0" aria-label=${t.output} @scroll=${this.#scrolled}>
+    #content() {
+        return html`<ol class="console-output" role="log" tabindex="0" aria-label=${t.output} @scroll=${this.#scrolled}>
                 ${repeat(this.replies, ({ number }) => number, (reply) => this.#reply(reply))}
             </ol>
             ${this.#form()}
             <p class="hint" id="console-keys" role="status">${this.choices.length ? t.choices(this.choices) : t.keys}</p>
-            ${this.#commands()}
+            ${this.#commands()}`;
+    }
+
+    render() {
+        const { session } = this;
+
+        return html`<section aria-label=${t.console}>
+            <h2>${t.console}</h2>
+            ${session.isConnected && !session.wire.hasConsole ? html`<p>${t.noConsole}</p>` : this.#content()}
         </section>`;
     }
 }

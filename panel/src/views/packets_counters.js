@@ -91,8 +91,8 @@ class CountersPart extends Part {
         const rows = this.counters && countedFrom(this.start, this.counters.rows);
         const ids = session.wire?.hasConsole ? (session.robot?.ids ?? []) : [];
 
-        return html`<section aria-labelledby="counters-title">
-            <h2 id="counters-title">${t.health}</h2>
+        return html`<section aria-label=${t.health}>
+            <h2>${t.health}</h2>
             <p class="controls">
                 <label>
                     ${t.countersOf}

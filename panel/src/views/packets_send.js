@@ -184,8 +184,8 @@ class SendPart extends Part {
         const made = this.#packet();
         const { instruction } = this.form;
 
-        return html`<section aria-labelledby="send-title">
-            <h2 id="send-title">${t.send}</h2>
+        return html`<section aria-label=${t.send}>
+            <h2>${t.send}</h2>
             <form class="send" @submit=${this.#submit}>
                 <div class="fields">
                     <label>

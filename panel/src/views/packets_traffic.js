@@ -5,7 +5,6 @@
 import { html, nothing } from "lit/html.js";
 import { repeat } from "lit/directives/repeat.js";
 import { AT_ID, INSTRUCTION } from "../wire/packet.js";
-import { hexByte } from "../model/decode.js";
 import { texts } from "../texts/texts.js";
 import { Part } from "./part.js";
 import { saveFile } from "./save_file.js";
@@ -22,8 +21,7 @@ class TrafficPart extends Part {
 
     constructor() {
         super();
-        this.filter = { id: null, group: "", errorsOnly: false, text: "", withPolling: false };
-        this.showsBytes = false;
+        this.filter = { id: null, group: "", errorsOnly: false, text: "", withPolling: false, showBytes: false };
         this.frozen = null; // rows that are shown while paused
     }
 
@@ -126,30 +124,13 @@ class TrafficPart extends Part {
                 ${t.text}
                 <input class="filter-text" type="search" size="12" @input=${({ target }) => this.#set("text", target.value)} />
             </label>
-            ${this.#check(t.errorsOnly, "errorsOnly")} ${this.#check(t.withPolling, "withPolling")}
-            <label class="check">
-                <input
-                    type="checkbox"
-                    class="show-bytes"
-                    .checked=${this.showsBytes}
-                    @change=${({ target }) => {
-                        this.showsBytes = target.checked;
-                        this.requestUpdate();
-                    }}
-                />
-                ${t.showBytes}
-            </label>
+            ${this.#check(t.errorsOnly, "errorsOnly")} ${this.#check(t.withPolling, "withPolling")} ${this.#check(t.showBytes, "showBytes")}
             <span class="buttons">
                 <button class="pause" aria-pressed=${this.frozen !== null} @click=${this.#pause}>${this.frozen ? t.goOn : t.pause}</button>
                 <button class="clear" @click=${this.#clear}>${t.clear}</button>
                 <button class="save" title=${t.saveHint} ?disabled=${!this.session.capture} @click=${this.#save}>${t.save}</button>
             </span>
         </div>`;
-    }
-
-    #bytes(row, hex) {
-        if (row.kind !== "packet") return html`<code>${hex}</code>`;
-        return html`<code>${hex}</code> <span class="soft">${texts.decode.checksum(hexByte(row.bytes.at(-1)))}</span>`;
     }
 
     #row(row) {
@@ -163,7 +144,7 @@ class TrafficPart extends Part {
             <span class="who">${who}</span>
             <span class="what">
                 <b>${name}</b> ${text}${row.isUnanswered ? html` <em>${texts.decode.unanswered}</em>` : nothing}
-                ${this.showsBytes && hex ? html`<span class="bytes">${this.#bytes(row, hex)}</span>` : nothing}
+                ${this.filter.showBytes && hex ? html`<code class="bytes">${hex}</code>` : nothing}
             </span>
         </li>`;
     }
@@ -171,8 +152,8 @@ class TrafficPart extends Part {
     render() {
         const rows = this.frozen ?? this.#select();
 
-        return html`<section aria-labelledby="traffic-title">
-            <h2 id="traffic-title">${t.traffic} <span class="soft">${t.count(rows.length, ROWS_SHOWN)}</span></h2>
+        return html`<section aria-label=${t.traffic}>
+            <h2>${t.traffic} <span class="soft">${t.count(rows.length)}</span></h2>
             ${this.#controls()}
             <ol class="traffic" tabindex="0" aria-label=${t.list} @scroll=${this.#scrolled}>
                 ${rows.length ? repeat(rows, ({ number }) => number, (row) => this.#row(row)) : html`<li class="soft">${t.empty}</li>`}

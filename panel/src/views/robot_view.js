@@ -61,20 +61,21 @@ export class RobotView extends View {
         super.connectedCallback();
         this.#jog ??= new Jog(this.session);
         this.#ticker = setInterval(() => this.requestUpdate(), TICK_MS);
-        this.session.addEventListener("change", this.#onChange);
-        document.addEventListener("keydown", this.#onKey);
-        document.addEventListener("visibilitychange", this.#onBlur);
-        globalThis.addEventListener("blur", this.#onBlur);
+        this.#listen("addEventListener");
     }
 
     disconnectedCallback() {
         super.disconnectedCallback();
         this.#endMoves();
         clearInterval(this.#ticker);
-        this.session.removeEventListener("change", this.#onChange);
-        document.removeEventListener("keydown", this.#onKey);
-        document.removeEventListener("visibilitychange", this.#onBlur);
-        globalThis.removeEventListener("blur", this.#onBlur);
+        this.#listen("removeEventListener");
+    }
+
+    #listen(how) {
+        this.session[how]("change", this.#onChange);
+        document[how]("keydown", this.#onKey);
+        document[how]("visibilitychange", this.#onBlur);
+        globalThis[how]("blur", this.#onBlur);
     }
 
     /* ---- goals ---- */
@@ -229,15 +230,11 @@ export class RobotView extends View {
         this.found = 0;
         await this.session.attempt(async () => {
             await this.session.robot.findServos({ how: "" });
-            this.found = this.#answering;
+            this.found = this.session.robot.answering;
         });
         this.isFinding = false;
         this.requestUpdate();
     };
-
-    get #answering() {
-        return [...this.session.robot.servos.values()].filter(({ presence }) => presence !== "offline").length;
-    }
 
     #releaseServo({ id }) {
         this.session.attempt(async () => {
@@ -262,7 +259,7 @@ export class RobotView extends View {
                 </select>
             </label>
             <button class="find" ?disabled=${this.isFinding} @click=${this.#find}>${this.isFinding ? t.finding : t.find}</button>
-            <span role="status">${this.found === this.#answering ? t.found(this.found) : ""}</span>
+            <span role="status">${this.found === robot.answering ? t.found(this.found) : ""}</span>
             ${hasAlarms
                 ? html`<button class="clear-alarms" @click=${() => this.session.attempt(() => robot.clearAlarms())}>
                       ${t.clearAlarms}
@@ -340,7 +337,7 @@ export class RobotView extends View {
     #silenceOf({ hasOtherRate }) {
         const { robot } = this.session;
 
-        if (!robot.isLineLow && (hasOtherRate || this.#answering)) return { advice: hasOtherRate ? t.otherRate : t.silentAdvice };
+        if (!robot.isLineLow && (hasOtherRate || robot.answering)) return { advice: hasOtherRate ? t.otherRate : t.silentAdvice };
         return { advice: WITH_DIAGNOSIS[Number(robot.isLineLow)], namesNoServo: true };
     }
 

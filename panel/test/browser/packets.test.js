@@ -147,8 +147,8 @@ test("packets: filter, pause and clear", async (t) => {
     await page.click(".withPolling");
     await shows(page, "PRESENT_POSITION to PRESENT_TEMPERATURE", ".traffic");
     await page.waitForFunction(() => document.querySelectorAll(".traffic .row").length === 200);
-    await page.click(".show-bytes");
-    await shows(page, /checksum 0x[0-9A-F]{2} is right/, ".traffic");
+    await page.click(".showBytes");
+    await shows(page, /FF FF (?:[0-9A-F]{2} ?)+/, ".traffic .bytes");
     await page.click(".pause");
     await shows(page, "Resume", ".pause");
     await page.click(".clear");
@@ -183,10 +183,25 @@ test("packets: the capture is saved and can be read", async (t) => {
     await client.send("Browser.setDownloadBehavior", { behavior: "allow", browserContextId: browser.id, downloadPath: folder, eventsEnabled: true });
     const done = new Promise((resolve) => client.on("Browser.downloadProgress", ({ state }) => state === "completed" && resolve()));
 
+    await page.click("button.torque-on");
+    await page.waitForFunction(() => document.querySelectorAll(".torque input:checked").length === 3);
     await openTab(page, "packets");
+    await command(page, "ping 1"); // a second or more of feedback with torque
+    await shows(page, /ping 1/, ".traffic");
     await page.click(".save");
     await done;
-    assert.ok(parseCapture(readFileSync(join(folder, readdirSync(folder)[0]), "utf8")).length > 5);
+    const path = join(folder, readdirSync(folder)[0]);
+
+    assert.ok(parseCapture(readFileSync(path, "utf8")).length > 5);
+    await page.click("button.disconnect");
+    await page.waitForSelector("dialog .yes");
+    await page.click("dialog .yes");
+    await shows(page, "Not connected", ".state-line");
+    await (await page.$(".replay input")).uploadFile(path);
+    await openTab(page, "robot");
+    await page.waitForFunction(() => document.querySelectorAll(".torque input:checked").length === 3);
+    await page.click("button.disconnect"); // no robot: nothing to ask
+    await shows(page, "Not connected", ".state-line");
 });
 
 test("console: a line and its reply, Up, and Tab", async (t) => {

@@ -24,7 +24,7 @@ test("record: a movement by hand, replayed, error measured", async (t) => {
     hand("load 1 0");
     await page.click("button.record");
     await shows(page, /samples/, ".recorded");
-    const rate = Number(/(\d+) a second/.exec(await page.$eval(".recorded", (it) => it.innerText))[1]);
+    const rate = Number(/(\d+) samples a second/.exec(await page.$eval(".recorded", (it) => it.innerText))[1]);
 
     assert.ok(rate >= 20, `${rate} samples a second`);
     await page.click("button.replay");
@@ -98,7 +98,7 @@ test("a recording comes into sight when it ends, and its heading has the focus",
     await page.waitForFunction(() => parseFloat(document.querySelector(".recording-length")?.innerText) > 0.3);
     await page.focus("button.record");
     await page.keyboard.press("Enter");
-    await page.waitForSelector("#motion-recording:focus");
+    await page.waitForSelector(".recording h2:focus");
     await page.waitForFunction(() => {
         const { top } = document.querySelector(".recording").getBoundingClientRect();
 

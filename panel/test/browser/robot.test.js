@@ -288,7 +288,7 @@ test("power cut: no servo answers, then one Release releases all, and the view B
     await page.waitForFunction(() => document.querySelectorAll(".torque input:checked").length === 3);
     hand("power off");
     await shows(page, "No servo answers", ".advice");
-    assert.deepEqual(await advice(page), ["No servo answers. Check their power, and whether the line is held low. Diagnosis"]);
+    assert.deepEqual(await advice(page), ["No servo answers. Check their power, and whether the line is held low or disturbed. Diagnosis"]);
     hand("power on");
     await shows(page, "3 servos are inhibited", ".stop-state");
     await shows(page, "then press Release.", ".advice");

@@ -175,14 +175,14 @@ test("play: loop, override, pause, resume, end", async (t) => {
     assert.equal(store.playing, "wave");
     await store.override(150);
     await until(session, () => motion().override === 150);
-    await store.pause();
+    await store.setPaused(true);
     await until(session, () => motion().paused === 1);
     await assert.rejects(store.store(read(WAVE)), { code: "motion-playing" });
-    await store.resume();
+    await store.setPaused(false);
     await until(session, () => motion().paused === 0);
     await store.end();
     await until(session, () => motion().state === 0);
-    await assert.rejects(store.pause(), { code: "motion-none" });
+    await assert.rejects(store.setPaused(true), { code: "motion-none" });
 });
 
 test("play: ends where the sequence ends", async (t) => {

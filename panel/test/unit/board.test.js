@@ -44,6 +44,12 @@ test("healthOf: ignores counts of a scan; each trouble has a text", () => {
     }
 });
 
+test("healthOf: knows all troubles that have a text, in the order of the texts", () => {
+    const keys = Object.keys(texts.packets.findings);
+
+    assert.deepEqual(healthOf(keys.map((key) => ({ key, count: 1, ofScan: 0 }))).map(({ key }) => key), keys);
+});
+
 test("healthOf: missing replies name the servos that are silent now, else the button that counts anew", () => {
     const { timeouts } = texts.packets.findings;
 

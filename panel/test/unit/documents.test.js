@@ -25,7 +25,7 @@ test("docs/panel.md: placeholders of the notices are explained", () => {
     const used = table.match(/\b(?:N|A|B|X|NAME|LINE|COMMAND|TEXT|CAUSE)\b/g);
 
     for (const name of new Set(used)) assert.match(told, new RegExp(`^\\| [A-Z, ]*\\b${name}\\b[A-Z, ]* \\|`, "m"));
-    assert.ok(table.includes("| Line LINE: ") && table.includes("| “COMMAND”: error N"));
+    assert.ok(table.includes(" Line LINE: ") && table.includes("| “COMMAND”: error N"));
 });
 
 test("docs/panel.md: a section for each view", () => {

@@ -8,19 +8,20 @@ import { MotionDesk } from "../../src/model/motion_desk.js";
 import { MotionStore } from "../../src/model/motion_store.js";
 import { Player } from "../../src/model/player.js";
 import { Session } from "../../src/model/session.js";
+import { alarms } from "../../src/texts/alarms.js";
 import { texts } from "../../src/texts/texts.js";
 import { tables } from "../support/tables.js";
 
 /* The notices of a motion of the board that ends with error `number`; `meanwhile` is called before. `lines`: what the console
- * prints of it. */
-async function ended(meanwhile, { number = 54, lines = [] } = {}) {
+ * prints of it. `robot`: the servos and the line. */
+async function ended(meanwhile, { number = 54, lines = [], robot = {} } = {}) {
     const session = new Session({ tables: tables() });
     const tell = (state, error) => {
         session.robot.motion = { state, error };
         session.dispatchEvent(new Event("change"));
     };
 
-    session.robot = {};
+    session.robot = { servos: new Map([[1, {}]]), answering: 1, ...robot };
     session.controller = { order: async (line) => Promise.reject(Object.assign(new Error(line), { number, lines })) };
     new MotionDesk(session);
     tell(2, 0);
@@ -306,6 +307,43 @@ for (const [what, board, isNeeded, expected] of [
         assert.deepEqual(done, expected);
     });
 
+for (const [isLineLow, remedy] of [[true, texts.robot.lineLow], [false, texts.robot.allSilent]])
+    test(`motion: its end while no servo answers blames none, ${isLineLow ? "the line is held low" : "power may be off"}`, async () => {
+        const [notice, ...more] = await ended(() => {}, { number: 83, lines: ["servo 1 is stuck"], robot: { answering: 0, isLineLow } });
+
+        assert.match(notice.text, /^The motion has ended with error 83: /);
+        assert.deepEqual([notice.remedy, more], [remedy, []]);
+    });
+
+test("motion: its end names what the servo reports first, as a goal beyond its angle limits", async () => {
+    const robot = { servos: new Map([[2, { alarms: ["angle limit"] }]]) };
+    const [{ text, remedy }] = await ended(() => {}, { number: 83, lines: ["servo 2 is stuck"], robot });
+
+    assert.match(text, /^Servo 2: the motion has ended with error 83: /);
+    assert.equal(remedy, `${alarms["angle limit"]} ${tables().errors[83].remedy}`);
+});
+
+/* The notice of play() while servo 1 is as `servo`. */
+async function refused(servo) {
+    const { desk, done } = await deskWithBoard();
+
+    desk.session.robot.servos.set(1, servo);
+    await desk.play();
+    assert.deepEqual(done, []);
+    return desk.session.notices[0];
+}
+
+test("play: a hot servo must cool down, then be released, before torque is switched on", async () => {
+    const { remedy } = await refused({ torque: false, alarms: ["overheating"], inhibit: "lost" });
+
+    assert.equal(remedy, `${alarms.overheating} Press Release. Choose these servos and press “Torque on”.`);
+    assert.equal((await refused({ torque: false, alarms: [], inhibit: "" })).remedy, "Choose these servos and press “Torque on”.");
+});
+
+test("play: a servo that does not answer is told as such", async () => {
+    assert.equal((await refused({ torque: null, presence: "offline" })).text, "Servo 1 does not answer.");
+});
+
 for (const [what, change, code] of [
     ["torque is off", ({ session }) => session.robot.servos.set(1, { torque: false }), "motion-torque"],
     ["driving is inhibited", ({ session }) => (session.robot.isInhibited = true), "motion-inhibited"],
@@ -558,7 +596,7 @@ test("play: a goal that the wire does not take names the controller, not torque"
         takeMotion: () => {}, robot: { isInhibited: false, servos: new Map([[1, servo]]), setGoal: () => false },
     });
 
-    await assert.rejects(new Player(session).goTo(new Map([[1, 600]])), { code: "motion-unanswered" });
+    await assert.rejects(new Player(session).goTo(new Map([[1, 600]])), { code: "silent" });
 });
 
 test("play: pressed several times begins once", async () => {

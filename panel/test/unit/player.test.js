@@ -49,7 +49,7 @@ test("replay: ends while a command has the wire; no goal leaves behind it", asyn
 
     await clock.advance(1000);
     assert.equal(player.state, "idle");
-    assert.equal(await played, "motion-busy");
+    assert.equal(await played, "late");
     const before = goals().length;
 
     port.say("0 found", "ok");
@@ -88,7 +88,7 @@ test("go to: ends if its goal could not leave", async () => {
     const gone = player.goTo(new Map([[1, 900]])).then(() => "there", ({ code }) => code);
 
     await clock.advance(1000);
-    assert.equal(await gone, "motion-busy");
+    assert.equal(await gone, "late");
     port.say("0 found", "ok");
     await clock.advance(10);
     await search;

@@ -28,8 +28,8 @@ test("capture: a packet and its answer can be played", async () => {
 
     await replay.open();
     replay.onBytes = (bytes) => heard.push([...bytes]);
-    replay.write(ping(2));
-    assert.deepEqual(heard, [[...status(2)]]);
+    replay.write(ping(1));
+    assert.deepEqual(heard, [[...status(1)]]);
 });
 
 test("capture: a long one keeps start and end, is readable", async () => {
@@ -75,7 +75,7 @@ test("capture: one with too many lines is refused", () => {
 test("capture: half a byte is refused with its line", () => {
     for (const half of ["out 1", "in FF F FF", "out FFF"])
         assert.throws(() => parseCapture(`out FF\n${half}`), { code: "bad-capture", detail: "line 2" });
-    assert.deepEqual([...parseCapture("out FF 01\nout ff01")].map(({ bytes }) => [...bytes]), [[255, 1], [255, 1]]);
+    assert.deepEqual([...parseCapture("out FF 01\nout ff01\nout 00")].map(({ bytes }) => [...bytes]), [[255, 1], [255, 1]]);
 });
 
 test("capture: a very long line is refused with its number, 64 KB are read", () => {
@@ -95,4 +95,36 @@ test("replay: a long capture is not searched in full for each write", async () =
     for (let count = 0; count < 100; count++) port.write(Uint8Array.of(0xee, 2)); // not in the capture
     port.write(Uint8Array.of(3, 1));
     assert.deepEqual([got, compared], [[0x55], 0]);
+});
+
+/* What a capture answers to each of `requests`, one byte each. */
+async function answersOf(capture, requests) {
+    const port = new ReplayPort(capture, { later: (call) => call() });
+    const got = [];
+
+    port.onBytes = ([byte]) => got.push(byte);
+    await port.open();
+    for (const request of requests) {
+        const { length } = got;
+
+        port.write(Uint8Array.of(request));
+        if (got.length === length) got.push(null);
+    }
+    return got;
+}
+
+test("replay: a request that came once at the start does not begin the capture again", async () => {
+    const feedback = Array.from({ length: 9 }, (_, index) => `out 01\nin 1${index}\n`).join("");
+
+    assert.deepEqual(await answersOf(`out 02\nin 20\n${feedback}out 03`, [2, 1, 1, 2, 1]), [0x20, 0x10, 0x11, 0x20, 0x13]);
+});
+
+test("replay: a request that came only late does not move the capture to its end", async () => {
+    const feedback = Array.from({ length: 99 }, (_, index) => `out 01\nin 1${index % 10}\n`).join("");
+
+    assert.deepEqual(await answersOf(`${feedback}out 02\nin 20\nout 03`, [1, 2, 1]), [0x10, 0x20, 0x12]);
+});
+
+test("replay: at the end the last answers stay; an answer that was cut off counts for none", async () => {
+    assert.deepEqual(await answersOf("out 01\nin 10\nout 01\nin 11\nout 01", [1, 1, 1, 1]), [0x10, 0x11, 0x11, 0x11]);
 });

@@ -523,6 +523,28 @@ test("notices: an error goes once its cause is gone", async () => {
     assert.deepEqual(codes(), [85]);
 });
 
+test("notices: that servos do not answer is told until all answer again", async () => {
+    const { clock, port, session } = await rig({ ids: [1, 2] });
+    const codes = () => session.notices.map(({ code }) => code);
+
+    session.notices = [];
+    session.notify({ code: "servo-silent", id: 2 });
+    port.offline.add(2);
+    await clock.advance(100);
+    port.offline.delete(2);
+    await clock.advance(500);
+    assert.deepEqual(codes(), ["servo-silent"]); // a reply that was lost
+    for (const id of [1, 2]) port.offline.add(id);
+    await clock.advance(700);
+    session.notify({ code: "motion-ended", number: 83 });
+    port.offline.delete(1);
+    await clock.advance(500);
+    assert.deepEqual(codes(), ["servo-silent", "motion-ended"]);
+    port.offline.delete(2);
+    await clock.advance(500);
+    assert.deepEqual(codes(), []);
+});
+
 test("notices: the remedy of a command names buttons of the page, not commands", () => {
     const remedyOf = (number) => new CommandError("x", { number, text: "y; 'z'" }, [], tables().errors).remedy;
 
