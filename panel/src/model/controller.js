@@ -23,9 +23,7 @@ export class CommandError extends Error {
         this.line = line;
         this.number = number;
         this.lines = lines;
-        const own = remedies[number]?.remedy ?? "";
-
-        this.remedy = own.includes("“") ? own : remedy.join("; ") || own; // “”: it names buttons
+        this.remedy = remedies[number]?.remedy ?? remedy.join("; "); // that of the table names what the page has
     }
 }
 

@@ -526,7 +526,9 @@ test("notices: an error goes once its cause is gone", async () => {
 test("notices: the remedy of a command names buttons of the page, not commands", () => {
     const remedyOf = (number) => new CommandError("x", { number, text: "y; 'z'" }, [], tables().errors).remedy;
 
+    for (const { remedy } of Object.values(tables().errors)) assert.doesNotMatch(remedy, /(?<!\w)'/);
     assert.match(remedyOf(12), /press “Release”$/);
+    assert.equal(remedyOf(57), "give it more time in the view Motion");
     assert.match(remedyOf(40), /send “servos forget” by the console of the view Packets/);
     assert.match(remedyOf(84), /press “Torque on”/);
     assert.equal(remedyOf(41), "'z'");

@@ -528,7 +528,7 @@ test("restore: shows what a servo did not take", async () => {
     await finish(clock, setup.compare(file, 1));
     await finish(clock, setup.restore());
     assert.deepEqual(setup.restored.map(({ row, why }) => [row.name, why]), [
-        ["MIN_VOLTAGE", "servo 1: range error; locked until power-off"],
+        ["MIN_VOLTAGE", "servo 1: range error; a value or address is out of its range, read-only, or locked until power-off"],
         ["MAX_VOLTAGE", ""],
     ]);
 });
