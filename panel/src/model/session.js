@@ -67,6 +67,7 @@ export class Session extends EventTarget {
         this.controller = null;
         this.robot = null;
         this.history = null; // History of the servos, since the connection began
+        this.starts = 0; // counts connections, and resets of the controller: what was read of it before is old
     }
 
     get isConnected() {
@@ -160,6 +161,7 @@ export class Session extends EventTarget {
     }
 
     #clear(port, isPatient) {
+        this.starts++;
         this.isWaiting &&= isPatient;
         this.portName = port.name ?? "";
         this.notices = isPatient ? this.notices.filter(isStopDue) : [];
@@ -229,6 +231,8 @@ export class Session extends EventTarget {
             await robot.findServos();
         });
         this.#isRenewing = false;
+        this.starts++;
+        this.#change();
     }
 
     #follow(state) {

@@ -27,15 +27,15 @@ class SettingsPart extends Part {
     #settings = null;
     #changes = new Map(); // of the name: what is typed
     #isBusy = false;
-    #wire = null; // of the settings that are shown
+    #start = 0; // session.starts of the settings that are shown
 
     updated() {
-        if (this.session.isConnected && this.session.wire !== this.#wire) this.#readNew();
+        if (this.session.isConnected && this.session.starts !== this.#start) this.#readNew();
     }
 
-    /* Another connection: another controller, perhaps. */
+    /* Another connection: another controller, perhaps. Or the controller was reset: the saved settings are in force. */
     #readNew() {
-        this.#wire = this.session.wire;
+        this.#start = this.session.starts;
         this.#settings = new Settings(this.session);
         this.#changes.clear();
         this.#do(() => this.#settings.read());

@@ -453,8 +453,11 @@ for (const [what, reset] of Object.entries(resets))
         port.written = [];
         assert.ok(!session.notices.some(({ code }) => code === "reset"));
         port.device[INHIBIT] = 0;
+        const before = session.starts;
+
         reset(port);
         await clock.advance(7000);
+        assert.equal(session.starts, before + 1);
         assert.ok(session.notices.some(({ code }) => code === "reset"));
         assert.equal(port.lines.filter((line) => line === "mode program").length, 1);
         assert.equal(session.robot.servos.get(1).inhibit, "");

@@ -13,6 +13,7 @@ import { RobotView } from "../../src/views/robot_view.js";
 import { texts } from "../../src/texts/texts.js";
 import { Decoder } from "../../src/model/decode.js";
 import "../../src/views/board_settings.js";
+import { modeOf } from "../../src/views/part.js";
 import "../../src/views/packets_send.js";
 import { registerRows } from "../../src/model/registers.js";
 import "../../src/views/setup_backup.js";
@@ -230,6 +231,20 @@ test("settings: read again after a first read that failed", async () => {
     button()();
     await settle();
     assert.ok(valuesOf(part.render()).some(([, value]) => value === "20000"));
+});
+
+test("settings: read again after a reset of the controller, and what was typed before it is dropped", async () => {
+    const { part, shown, type } = await settingsPart();
+    const { session } = part;
+    const mode = modeOf(session);
+
+    type("link_loss_ms", "1234");
+    session.controller.run = () => Promise.resolve(["link_loss_ms = 700", "settings at start: as saved"]);
+    session.starts = 2;
+    assert.notEqual(modeOf(session), mode); // so the part is rendered
+    part.updated();
+    await settle();
+    assert.equal(shown("link_loss_ms"), "700");
 });
 
 test("settings: tells when they have changed, so that the status is read again", async () => {
