@@ -41,6 +41,8 @@ const PORT_RETRY_MS = 250;
 const BANNER = /^cds55xx \d/; // a controller in the mode for people tells it after a reset
 const PORT_TAKEN = /another client is connected/; // the simulator says so, then hangs up
 
+const UNWATCHED = "unwatched-still"; // true of the next connection, too
+
 const isStopDue = ({ code }) => code === "stop-not-sent";
 
 export class Session extends EventTarget {
@@ -164,14 +166,17 @@ export class Session extends EventTarget {
         this.starts++;
         this.isWaiting &&= isPatient;
         this.portName = port.name ?? "";
-        this.notices = isPatient ? this.notices.filter(isStopDue) : [];
+        this.notices = this.notices.filter((notice) => notice.code === UNWATCHED || (isPatient && isStopDue(notice)));
         this.stopState = "none";
         this.#isRetrying = false;
         this.capture = new CapturePort(port);
         this.wire = new Wire(this.capture, { clock: this.clock });
         this.controller = new Controller(this.wire, this.tables);
         this.controller.onDone = (line) => this.takeDone(line);
-        this.controller.onUnwatched = (ms) => this.notify({ code: "unwatched", ms });
+        this.controller.onWatch = (code, ms) => {
+            this.withdraw(["unwatched", UNWATCHED]);
+            if (code) this.notify({ code, ms });
+        };
         this.robot = new Robot(this.controller);
         this.history = new History(this.clock.now());
         this.#listen(this.wire, this.robot, isPatient);
@@ -179,10 +184,11 @@ export class Session extends EventTarget {
     }
 
     async disconnect() {
-        const { wire } = this;
+        const { controller, robot, wire } = this;
 
-        this.robot?.end();
-        await wire?.close(this.robot?.endsOfTurns());
+        if (!wire) return;
+        robot.end();
+        await wire.close([...controller.lastPackets(), ...robot.endsOfTurns()]);
         if (this.wire === wire) this.#setState("disconnected");
     }
 
@@ -224,6 +230,7 @@ export class Session extends EventTarget {
         this.#isRenewing = true;
         this.stopState = "none";
         robot.forget();
+        controller.takeWatched(); // the saved value is in force
         this.notify({ code: "reset" });
         await this.attempt(async () => {
             await this.#setUp();

@@ -148,12 +148,12 @@ export const notice = {
     }),
     unwatched: ({ ms }) => ({
         text: `The page is silent during this command, so link_loss_ms is 0, then ${ms} again.`,
-        remedy: "If the page is closed meanwhile, reset the board.",
-        level: "info",
+        remedy: "If the port is lost meanwhile, reset the board.",
+        level: "warning",
     }),
     "unwatched-still": ({ ms }) => ({
-        text: `The controller does not watch the link: link_loss_ms could not be set back to ${ms}.`,
-        remedy: "Set it in the view Board.",
+        text: `link_loss_ms is 0 in place of ${ms}: the controller does not watch the link.`,
+        remedy: "Wait for the end of the command, or set it in the view Board.",
     }),
     "clear-inhibited": () => ({
         text: "The alarms were not cleared: driving is inhibited, and “clear” would end that, too.",

@@ -135,6 +135,23 @@ test("apply: a value is in force at once and not saved", async () => {
     assert.equal(settings.isSaved, false);
 });
 
+test("isSaved: as the values are; a refused value changes nothing", async () => {
+    const { port, settings } = await rig();
+
+    await settings.read();
+    port.onText = (line) => line === "settings cycle_us 1" && (port.say("error 61: setting out of range"), true);
+    await assert.rejects(settings.apply({ cycle_us: 1 }), { number: 61 });
+    assert.equal(settings.isSaved, null);
+    await settings.save();
+    await settings.apply({ cycle_us: 5000 });
+    assert.equal(settings.isSaved, false);
+    await settings.apply({ cycle_us: 4000 });
+    assert.equal(settings.isSaved, true);
+    port.onText = (line) => line === "settings" && (port.say("bus_baud = 9", "ok"), true); // by the view Set-up
+    await settings.read();
+    assert.equal(settings.isSaved, false);
+});
+
 test("save: the mode of before is saved, not that of the page", async () => {
     const { port, settings } = await rig();
 

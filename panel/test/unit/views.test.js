@@ -204,7 +204,7 @@ async function settingsPart() {
     part.requestUpdate = () => {};
     part.session = {
         isConnected: true, wire: { hasConsole: true }, tables: tables(), robot: { ids: [] },
-        controller: { modeBefore: null, run }, attempt: (call) => call(), notify: () => {},
+        controller: { modeBefore: null, run, takeWatched: () => {} }, attempt: (call) => call(), notify: () => {},
     };
     part.updated();
     await settle();
