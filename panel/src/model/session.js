@@ -21,12 +21,15 @@ const NOTICES_MAX = 20;
 const INFO_MS = 8000; // information then goes away by itself
 const INFO_TO_DO_MS = 20000; // one with a remedy or a button
 /* Errors of the controller. */
-const ERROR_MAY_NOT_DRIVE = 12; // inhibited
+const ERROR_MAY_NOT_DRIVE = 12; // a servo is inhibited
+const ERROR_INHIBITED = 54;
+const ERROR_STOPPING = 64; // torque off is under way
+const ERROR_LINK_LOST = 65;
 const ERROR_TOO_MANY = 40; // servos in its list
 const ERROR_NOT_NEW = 95; // `new`: the servo that answers may be one of the list
 const LISTS_SERVOS = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "joint-moves", "refused", "servo-silent", "turn-not-ended", "turning"]); // one notice lists all servos
 const WITHDRAWN_BY = { // notices that an event withdraws
-    release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-no-inhibit", "stop-unverified", "stopped", ERROR_MAY_NOT_DRIVE],
+    release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-no-inhibit", "stop-unverified", "stopped", ERROR_MAY_NOT_DRIVE, ERROR_INHIBITED, ERROR_STOPPING, ERROR_LINK_LOST],
     stop: ["lost-stopping", "stop-failed", "stop-no-inhibit", "stop-not-sent", "stop-unverified", "turning"],
     back: ["silent"],
     motion: ["motion-ended"],
@@ -50,6 +53,7 @@ export class Session extends EventTarget {
     #staleAt = 0; // when the confirmed stop is no longer shown, unless feedback comes
     #staleTimer = null; // of the confirmed stop
     #expiry = null; // timer of the information that goes away next
+    #wasInhibited = false;
     #isRenewing = false; // asks a controller that was reset
     #isRetrying = false; // another client has the port, and connectAtLoad() tries again
 
@@ -314,11 +318,21 @@ export class Session extends EventTarget {
         }
     }
 
-    /* That torque is off is told until it is on. A confirmed stop is shown only while feedback comes, INHIBIT reads 1, and the
-     * torque of each servo reads 0. */
+    /* That torque is off is told until it is on, and that a servo does not answer until it does. What an inhibit has refused is
+     * told until its end, also if another program or a line by hand ends it. A confirmed stop is shown only while feedback
+     * comes, INHIBIT reads 1, and the torque of each servo reads 0. */
     #followStop() {
-        this.notices = this.notices.filter(({ code, ids }) => code !== "motion-torque" || this.isInhibited || !ids.every((id) => this.robot.servos.get(id)?.torque));
         const { robot } = this;
+        const isOver = {
+            "motion-torque": (servo) => servo?.torque && !this.isInhibited,
+            "servo-silent": (servo, notice) => (notice.isAway ||= servo?.presence === "offline") && servo?.presence === "online",
+        };
+
+        this.notices = this.notices.filter((notice) => !isOver[notice.code] || !notice.ids.every((id) => isOver[notice.code](robot?.servos.get(id), notice)));
+        const isReleased = this.#wasInhibited && robot?.device?.inhibit === 0;
+
+        this.#wasInhibited = this.isInhibited;
+        if (isReleased) this.withdraw(WITHDRAWN_BY.release);
         const isStopped = robot?.isInhibited && [...robot.servos.values()].every(({ torque }) => torque === false);
 
         if (isStopped && this.stopState === "unverified" && robot.servos.size) {

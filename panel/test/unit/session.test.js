@@ -512,11 +512,26 @@ test("notices: an error goes once its cause is gone", async () => {
 
     session.notices = [];
     port.onText = (line) => /^(?:servos forget|release)$/.test(line) && (port.say("ok"), true);
-    for (const number of [40, 12, 85]) tell(number);
+    for (const number of [40, 12, 54, 64, 65, 85]) tell(number);
     session.notify({ code: "motion-ended", number: 12, message: "", remedy: "" });
     await Promise.all([session.controller.run("servos forget"), clock.advance(100)]);
-    assert.deepEqual(codes(), [12, 85, 12]);
+    assert.deepEqual(codes(), [12, 54, 64, 65, 85, 12]);
     await Promise.all([session.release(), clock.advance(100)]);
+    assert.deepEqual(codes(), [85]);
+    port.device[INHIBIT] = 1;
+    await clock.advance(1000);
+    tell(54);
+    port.device[INHIBIT] = 0; // by a line by hand
+    await clock.advance(1000);
+    assert.deepEqual(codes(), [85]);
+    session.notify({ code: "servo-silent", id: 1 }); // the reply to a write, perhaps
+    await clock.advance(1000);
+    assert.deepEqual(codes(), [85, "servo-silent"]);
+    port.offline.add(1);
+    await clock.advance(1000);
+    assert.deepEqual(codes(), [85, "servo-silent"]);
+    port.offline.delete(1);
+    await clock.advance(1000);
     assert.deepEqual(codes(), [85]);
     servo.torque = false;
     session.notify({ code: "motion-torque", ids: [1] });
