@@ -331,7 +331,7 @@ export class Session extends EventTarget {
         this.notices = this.notices.filter((notice) => !isOver[notice.code] || !notice.ids.every((id) => isOver[notice.code](robot?.servos.get(id), notice)));
         const isReleased = this.#wasInhibited && robot?.device?.inhibit === 0;
 
-        this.#wasInhibited = this.isInhibited;
+        this.#wasInhibited = robot?.device?.inhibit === 1;
         if (isReleased) this.withdraw(WITHDRAWN_BY.release);
         const isStopped = robot?.isInhibited && [...robot.servos.values()].every(({ torque }) => torque === false);
 

@@ -413,12 +413,22 @@ export class Setup extends EventTarget {
 
             for (const entry of entries) {
                 if (operation.isEnding()) return;
-                servos.push({ id: entry.id, entry, changes: await this.#differences(entry) });
+                await this.#tryServo(entries, async () => servos.push({ id: entry.id, entry, changes: await this.#differences(entry) }));
                 operation.done++;
                 this.#change();
             }
-            this.plan = { scope: id, servos };
+            if (servos.length) this.plan = { scope: id, servos };
         });
+    }
+
+    /* A servo that fails does not hold up the others of the file: a notice names it. */
+    async #tryServo({ length }, call) {
+        try {
+            await call();
+        } catch (error) {
+            if (length === 1 || FATAL_CODES.has(error.code)) throw error;
+            this.session.notify(error);
+        }
     }
 
     async #differences(entry) {
@@ -436,18 +446,23 @@ export class Setup extends EventTarget {
         this.isRestoreEarlier = false;
     }
 
-    /* Writes what differs. The servos must still be as they were when the file was compared. */
+    /* Writes what differs. A servo must still be as it was when the file was compared. */
     restore() {
         return this.#run("restore", async (operation) => {
-            const { servos } = this.plan;
+            const planned = this.plan.servos;
+            const servos = [];
 
-            for (const { id, entry, changes } of servos)
-                if (!isSame(changes, await this.#differences(entry))) throw new Failure("backup-changed", { id });
+            for (const { id, entry, changes } of planned)
+                await this.#tryServo(planned, async () => {
+                    if (!isSame(changes, await this.#differences(entry))) throw new Failure("backup-changed", { id });
+                    servos.push({ id, entry, changes });
+                });
+            if (!servos.length) return;
             this.plan = null;
             this.restored = servos.flatMap(({ id, changes }) => changes.map(({ row, file }) => ({ id, row, file, why: "ended" })));
             this.registers = null;
             operation.total = this.restored.length;
-            for (const { id, entry, changes } of servos) if (changes.length) await this.#restoreServo(operation, id, entry);
+            for (const { id, entry, changes } of servos) if (changes.length) await this.#tryServo(servos, () => this.#restoreServo(operation, id, entry));
         }, "compare");
     }
 

@@ -6,12 +6,11 @@ import { many } from "./words.js";
 export const page = {
     name: "CDS55xx",
 
-    framed: "Inside a frame of another page the control panel does not connect. Open it in a tab of its own.",
+    framed: "Inside a frame of another page this page does not connect. Open it in a tab of its own.",
 
     connect: {
         serial: "Connect by USB",
         rate: "Rate",
-        rateUnit: "bit/s",
         socket: "Connect to the simulator",
         more: "More",
         address: "Address of the simulator",

@@ -3,13 +3,13 @@
 
 import { list, many } from "./words.js";
 
+const FORGET = "the controller must forget the list first, with “limits” and inhibits; “Search” fills it again";
 const ENDLESS = "With both limits 0 the servo turns without end: it has a speed, and no goal. Write the limit?";
 
 export const setup = {
     notConnected: "Connect to a controller, or to the simulator, to set up servos.",
     end: "End",
     ending: "Ending …",
-    cancel: "Cancel",
     rate: (bps) => `${bps} bit/s`,
     servo: (id) => `Servo ${id}`,
     notInFirmware: (profile) => `The profile ${profile} of this firmware does not have this. Flash the profile full for it.`,
@@ -44,8 +44,8 @@ export const setup = {
     newStart: "Set up",
     newIdWrong: "An ID is a number from 0 to 253.",
     newIdOfDevice: (id) => `${id} is the ID of the controller itself. Choose another.`,
-    newIdTaken: (id) => `Servo ${id} is in the controller’s list. Choose another ID. If the new servo takes its place, the controller must forget the list first; “Search” fills it again.`,
-    newFull: "The controller’s list is full. It must forget the list first, with “limits” and inhibits; a search fills it again.",
+    newIdTaken: (id) => `Servo ${id} is in the controller’s list. Choose another ID. If the new servo takes its place, ${FORGET}.`,
+    newFull: `The controller’s list is full: ${FORGET}.`,
     newDone: (id) => `Servo ${id} is set up. Plug in the others again, then press “Search”.`,
     newKnown: "Nothing was written: the servo that answers has an ID of the controller’s list. If it is not the new one, unplug it and set up again. If it is, let the controller forget the list:",
     newForget: (id) => `Forget the list, set up servo ${id}`,
@@ -160,7 +160,7 @@ export const setup = {
     why: {
         unconfirmed: "not confirmed: read the registers",
         unread: "written; at this level the servo answers PING only, so it cannot be read back",
-        ended: "not written: the restore has ended",
+        ended: "not written",
         "servo-silent": "no reply",
         "register-not-taken": "the servo kept another value",
     },

@@ -16,9 +16,9 @@ const DELAY_US = 2;
 /* The values that a setting can be set to, [[value, text]]; undefined: any of its range. `value` is in force. */
 function choicesOf(name, value) {
     if (!name.endsWith("_baud")) return t.choices[name]?.map((text, index) => [index, t.choice(index, text)]);
-    const texts = new Map([[value, t.rate(Math.round(BAUD_CLOCK / (value + 1)))], ...RATES.map((rate) => [Math.round(BAUD_CLOCK / rate) - 1, t.rate(rate)])]);
+    const rates = new Map([[value, texts.setup.rate(Math.round(BAUD_CLOCK / (value + 1)))], ...RATES.map((rate) => [Math.round(BAUD_CLOCK / rate) - 1, texts.setup.rate(rate)])]);
 
-    return [...(name === "host_baud" ? texts.set(OWN_RATE, t.ownRate) : texts)];
+    return [...(name === "host_baud" ? rates.set(OWN_RATE, t.ownRate) : rates)];
 }
 
 class SettingsPart extends Part {
@@ -94,7 +94,7 @@ class SettingsPart extends Part {
         const risks = risksOf(Object.fromEntries([...this.#changes].map(([name, text]) => [name, Number(text)])));
         const text = risks.map((name) => t.risks[name]).join(" ");
 
-        return !risks.length || confirmed({ text, yes: t.applyAllTheSame, no: t.cancel });
+        return !risks.length || confirmed({ text, yes: t.applyAllTheSame });
     }
 
     #apply = async () => {
@@ -115,7 +115,7 @@ class SettingsPart extends Part {
     };
 
     #defaults = async () => {
-        if (!(await confirmed({ text: t.confirmDefaults, yes: t.confirmYes, no: t.cancel }))) return;
+        if (!(await confirmed({ text: t.confirmDefaults, yes: t.confirmYes }))) return;
         this.#changes.clear();
         await this.#do(() => this.#settings.defaults());
     };
@@ -156,7 +156,7 @@ class SettingsPart extends Part {
             <div class="value">${this.#field(row, choices)} <span class="unit">${meaning || shownUnit}</span></div>
             <p class="help" id="help-${name}">
                 ${what}. ${choices ? nothing : html`<span class="soft">${t.range(lowest, highest, initial)}</span>`}
-                ${isWrong ? html`<strong class="bad">${t.notInRange(row)}</strong>` : nothing}
+                ${isWrong ? html`<strong class="bad">${texts.setup.problems.outOfRange}</strong>` : nothing}
                 ${name === "echo" && value === 0 && !this.#settings.isSaved ? html`<strong class="warn">${t.echoHint}</strong>` : nothing}
             </p>
         </div>`;

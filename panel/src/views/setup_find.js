@@ -44,7 +44,7 @@ class FindPart extends SetupPart {
     #setBusRate = async () => {
         const mayHaveTorque = [...this.session.robot.servos.values()].some(({ torque }) => torque !== false);
 
-        if (mayHaveTorque && !(await confirmed({ text: t.askBusRate, yes: t.setBusRate, no: t.cancel }))) return;
+        if (mayHaveTorque && !(await confirmed({ text: t.askBusRate, yes: t.setBusRate }))) return;
         await this.setup.changeRateOfBus(this.#chosenRate);
         this.#rate = null;
     };

@@ -23,7 +23,7 @@ const rateField = (label) => ({
 
 class PlacePart extends SetupPart {
     #ask(text, label, field) {
-        return confirmed({ text, yes: label.replace(" …", ""), no: t.cancel, ...field });
+        return confirmed({ text, yes: label.replace(" …", ""), ...field });
     }
 
     #changeId = async (id) => {

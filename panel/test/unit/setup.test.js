@@ -571,6 +571,25 @@ test("restore: writes what differs, nothing else", async () => {
     assert.equal(setup.plan, null);
 });
 
+test("restore of all: a servo that is missing is named, the others are restored", async () => {
+    const { setup, port, clock, session } = await rig();
+    const file = await finish(clock, setup.backup(null));
+
+    for (const id of [1, 2, 3]) port.servos.get(id)[MIN_VOLTAGE] = 65;
+    port.offline.add(1);
+    await finish(clock, setup.compare(file, null), 3000);
+    assert.deepEqual(setup.plan.servos.map(({ id }) => id), [2, 3]);
+    assert.deepEqual(session.notices.map(({ code, ids }) => [code, ids]), [["servo-silent", [1]]]);
+    port.offline.add(2);
+    await finish(clock, setup.restore(), 3000);
+    assert.deepEqual(setLines(port), ["set 3 MIN_VOLTAGE 0raw"]);
+    assert.deepEqual(setup.restored.map(({ id, why }) => [id, why]), [[3, ""]]);
+    assert.deepEqual(session.notices.map(({ code, ids }) => [code, ids]), [["servo-silent", [1, 2]]]);
+    port.offline.add(3);
+    await finish(clock, setup.compare(file, null), 3000);
+    assert.equal(setup.plan, null);
+});
+
 test("restore: shows what a servo did not take", async () => {
     const isLocked = { value: false };
     const { setup, port, clock } = await rig({
