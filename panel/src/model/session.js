@@ -190,9 +190,8 @@ export class Session extends EventTarget {
     async disconnect() {
         const { controller, robot, wire } = this;
 
-        if (!wire) return;
-        robot.end();
-        await wire.close([...controller.lastPackets(), ...robot.endsOfTurns()]);
+        robot?.end();
+        await wire?.close([...controller.lastPackets(), ...robot.endsOfTurns()]);
         if (this.wire === wire) this.#setState("disconnected");
     }
 
