@@ -42,7 +42,7 @@ MOTION_ERRORS = {*map(str, range(1, 20)), *enum_numbers("src/controller/robot/ro
                  *enum_numbers("src/controller/robot/motion_start.h", "motion_refusal")}
 
 # Errors of a line that only a user types. The page shows the reply to such a line as it is.
-TYPED_ERRORS = {"0", "20", *map(str, range(30, 40)), "41", "42", "44", "46", "53", "56", "60", "61"}
+TYPED_ERRORS = {"0", "20", "22", "23", *map(str, range(30, 40)), "41", "42", "44", "46", "53", "56", "60", "61"}
 
 # Errors that only a program with the library gets: the console waits until a servo and the bus are free.
 LIBRARY_ERRORS = {"1", "4", "6"}
@@ -54,6 +54,7 @@ IN_CONSOLE = "by the console of the view Packets"
 # console sends.
 REMEDIES = {
     "5": "use a value within the range",
+    "7": "a value or address is out of its range, read-only, or locked until power-off",
     "8": "try again",
     "10": f"send “write ID STATUS_RETURN_LEVEL 2” {IN_CONSOLE}",
     "11": "keep within its angle limits and those of the command “limits”",

@@ -105,10 +105,9 @@ class App extends View {
 
     #disconnect = async () => {
         const { session } = this;
-        const hasTorque = [...session.robot.servos.values()].some(({ torque }) => torque);
-        const { askDisconnect: text, disconnect: yes } = texts.connect;
+        const { askDisconnect, disconnect: yes } = texts.connect;
 
-        if (!hasTorque || (await confirmed({ text, yes }))) session.disconnect();
+        if (!session.mayHaveTorque || (await confirmed({ text: askDisconnect(session.linkLoss ?? {}), yes }))) session.disconnect();
     };
 
     #replay = async ({ target }) => {

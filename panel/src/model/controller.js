@@ -148,16 +148,24 @@ export class Controller {
         }
     }
 
-    /* Tries again after a stop, or a reply that does not come. */
     async #watchAgain(ms) {
         try {
-            await this.run(`settings link_loss_ms ${ms}`);
+            await this.insist(`settings link_loss_ms ${ms}`);
             this.takeWatched();
-        } catch (error) {
-            const isReady = !(error instanceof CommandError) && (await this.#wire.whenReady().then(() => true, () => false));
+        } catch {
+            if (this.unwatchedMs) this.onWatch("unwatched-still", ms);
+        }
+    }
 
-            if (isReady) await this.#watchAgain(ms);
-            else if (this.unwatchedMs) this.onWatch("unwatched-still", ms);
+    /* As run(). If a stop or a reply that does not come is between, the line is sent again as soon as the wire is ready. */
+    async insist(line) {
+        for (;;) {
+            try {
+                return await this.run(line);
+            } catch (error) {
+                if (!["stopped", "silent", "timeout"].includes(error.code)) throw error;
+            }
+            await this.#wire.whenReady();
         }
     }
 

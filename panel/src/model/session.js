@@ -73,6 +73,7 @@ export class Session extends EventTarget {
         this.controller = null;
         this.robot = null;
         this.history = null; // History of the servos, since the connection began
+        this.seenIds = new Set(); // IDs of servos since the page began: one that the controller has forgotten may be unplugged only
         this.starts = 0; // counts connections, and resets of the controller: what was read of it before is old
     }
 
@@ -89,6 +90,16 @@ export class Session extends EventTarget {
     /* IDs of the servos that are inhibited by themselves, as after a power cut. */
     get lostIds() {
         return this.isConnected ? [...this.robot.servos.values()].filter(({ inhibit }) => inhibit === "lost").map(({ id }) => id) : [];
+    }
+
+    /* True unless each servo is known to have no torque. */
+    get mayHaveTorque() {
+        return [...this.robot.servos.values()].some(({ torque }) => torque !== false);
+    }
+
+    /* What the controller does once the link is lost, {ms, action}; null: not known. */
+    get linkLoss() {
+        return this.controller.unwatchedMs ? { ms: 0 } : (this.robot.device?.linkLoss ?? null);
     }
 
     /* True while a command of the console runs: values of the servos are old. */
@@ -206,7 +217,7 @@ export class Session extends EventTarget {
         });
         on(wire, "notice", (detail) => {
             if (detail.code === "back") this.withdraw(WITHDRAWN_BY.back);
-            this.notify(detail);
+            this.notify({ ...detail, ...this.linkLoss });
         });
         on(wire, "state", (state) => this.#follow(state));
         on(wire, "close", () => {
@@ -219,7 +230,10 @@ export class Session extends EventTarget {
             this.#followStop();
             this.dispatchEvent(new Event("feedback"));
         });
-        on(robot, "change", () => this.#change());
+        on(robot, "change", () => {
+            for (const id of robot.ids) this.seenIds.add(id);
+            this.#change();
+        });
         on(robot, "notice", (detail) => this.notify(detail));
         on(robot, "reset", () => this.#renew());
     }

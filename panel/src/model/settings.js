@@ -14,6 +14,7 @@ const SAVE_MS = 5000; // then the EEPROM has failed
 const POLL_MS = 20;
 const DEVICE_OFF = 254;
 const MODE_OF_PAGE = 0;
+const OWN_MODE = `settings echo ${MODE_OF_PAGE}`;
 const FIRST = 0x03; // registers of the device that SAVE keeps
 const LAST = 0x0e;
 const SAVE_FAILED = 2;
@@ -130,8 +131,8 @@ export class Settings {
         });
     }
 
-    /* Runs `call`, which may change the mode, then takes the mode of the page. If a stop or a reply that does
-     * not come is between, it is taken as soon as the wire is ready again, unless the page must connect again first. */
+    /* Runs `call`, which may change the mode, then takes the mode of the page. `waits`: false if the page must connect again
+     * first. */
     async #thenTakeMode(call, { waits = true } = {}) {
         const controller = this.#controller;
 
@@ -139,18 +140,8 @@ export class Settings {
         try {
             return await call();
         } finally {
-            while (!(await this.#takeMode(controller)) && waits) await controller.wire.whenReady();
+            await (waits ? controller.insist(OWN_MODE) : controller.run(OWN_MODE).catch(() => {}));
             controller.hasOwnMode = true;
-        }
-    }
-
-    async #takeMode(controller) {
-        try {
-            await controller.run(`settings echo ${MODE_OF_PAGE}`);
-            return true;
-        } catch (error) {
-            if (!["stopped", "silent", "timeout"].includes(error.code)) throw error;
-            return false;
         }
     }
 

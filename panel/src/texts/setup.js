@@ -47,7 +47,7 @@ export const setup = {
     newIdTaken: (id) => `Servo ${id} is in the controller’s list. Choose another ID. If the new servo takes its place, ${FORGET}.`,
     newFull: `The controller’s list is full: ${FORGET}.`,
     newDone: (id) => `Servo ${id} is set up. Plug in the others again, then press “Search”.`,
-    newKnown: "Nothing was written: the servo that answers has an ID of the controller’s list. If it is not the new one, unplug it and set up again. If it is, let the controller forget the list:",
+    newKnown: "Nothing was written: the servo that answers has an ID of the controller’s list. Unless it is the new one, unplug it and set up again. If it is:",
     newForget: (id) => `Forget the list, set up servo ${id}`,
     newEnded: "You ended the set-up. Search for the servo before you try again.",
 
@@ -120,7 +120,7 @@ export const setup = {
     askId: (id, isFull) => `Servo ${id} gets another ID. The controller checks first that no servo has it.${isFull ? ` ${setup.newFull}` : ""}`,
     askRate: (id) => `Servo ${id} gets another rate, and the bus, too. The other servos do not answer until the rate of the bus is set back.`,
     askRateOfAll: "All servos of the robot and the bus get another rate. A servo that does not follow is named.",
-    askFactory: (id) => `Servo ${id} loses all of its settings. It then has ID 1 at 1000000 bit/s.`,
+    askFactory: (id, isTaken) => `Servo ${id} loses all of its settings. It then has ID 1 at 1000000 bit/s.${isTaken ? " First give servo 1 another ID." : ""}`,
     outcomes: {
         id: "The ID is changed.",
         rate: "The rate is changed.",

@@ -45,7 +45,9 @@ class PlacePart extends SetupPart {
     };
 
     #factory = async (id) => {
-        if (await this.#ask(t.askFactory(id), t.factory)) await this.setup.factory(id);
+        const isTaken = id !== 1 && this.setup.ids.includes(1); // then the controller refuses
+
+        if (await this.#ask(t.askFactory(id, isTaken), t.factory, { isReady: () => !isTaken })) await this.setup.factory(id);
     };
 
     #outcome() {

@@ -7,6 +7,7 @@ import { packetChangesOwnMode, sendLine } from "../../src/model/by_hand.js";
 import { CommandError } from "../../src/model/controller.js";
 import { Session } from "../../src/model/session.js";
 import { read, reset, write } from "../../src/wire/packet.js";
+import { texts } from "../../src/texts/texts.js";
 import { FakeClock } from "../support/fake_clock.js";
 import { FakePort } from "../support/fake_port.js";
 import { tables } from "../support/tables.js";
@@ -539,6 +540,25 @@ test("notices: an error goes once its cause is gone", async () => {
     servo.torque = true;
     session.robot.dispatchEvent(new Event("change"));
     assert.deepEqual(codes(), [85]);
+});
+
+test("disconnect: asks unless torque is known to be off, and tells what the controller does", async () => {
+    const { clock, port, session } = await rig();
+    const askedWith = (action, ms) => texts.connect.askDisconnect({ action, ms });
+    const [servo] = session.robot.servos.values();
+    const asks = [true, null, false].map((torque) => ((servo.torque = torque), session.mayHaveTorque));
+
+    assert.deepEqual(asks, [true, true, false]);
+    assert.match(askedWith(1, 0), /goes on with its last orders\./);
+    assert.match(askedWith(0, 500), /goes on with its last orders\./);
+    assert.match(askedWith(1, 500), /After 500 ms the controller inhibits driving; a movement under way goes on/);
+    assert.match(askedWith(2, 500), /After 500 ms the controller switches torque off/);
+    assert.match(texts.connect.askDisconnect({}), /unless link_loss_ms/);
+    port.device.set([2, 0xf4, 1], 9); // link_loss_action, link_loss_ms
+    await clock.advance(1000);
+    assert.deepEqual(session.linkLoss, { ms: 500, action: 2 });
+    port.unplug();
+    assert.match(session.notices.find(({ code }) => code === "lost").text, /After 500 ms the controller switches torque off/);
 });
 
 test("notices: the remedy of a command names buttons of the page, not commands", () => {

@@ -247,6 +247,16 @@ async function unwatched() {
     return { ...it, run, settings: new Settings(it.session) };
 }
 
+test("freeId: not that of a servo of an earlier connection, nor of one seen before the view was opened", async () => {
+    const { clock, session, port } = await rig();
+
+    for (const id of [2, 3]) port.servos.delete(id);
+    await session.disconnect();
+    await finish(clock, session.connect(port));
+    assert.deepEqual(session.robot.ids, [1]);
+    assert.equal(new Setup(session).freeId, 4);
+});
+
 test("link_loss_ms: set back after a stop; the notice goes", async () => {
     const { clock, session, port, run } = await unwatched();
 

@@ -301,6 +301,23 @@ test("restore: tells that a servo will turn without end", () => {
     assert.deepEqual([shown(0), shown(1)], [true, false]);
 });
 
+test("diagnosis: its result comes into view at its end", () => {
+    const part = new (customElements.get("panel-setup-diagnose"))();
+    let shown = 0;
+
+    part.querySelector = () => ({ scrollIntoView: () => shown++ });
+    for (const kind of ["search", "diagnose", "diagnose", undefined, undefined, "search"]) {
+        part.setup = { operation: kind && { kind } };
+        part.updated();
+    }
+    assert.equal(shown, 1);
+});
+
+test("factory: not offered while another servo has ID 1", () => {
+    assert.match(texts.setup.askFactory(3, true), /First give servo 1 another ID/);
+    assert.doesNotMatch(texts.setup.askFactory(1, false), /First/);
+});
+
 test("diagnosis: a remedy names the button Search, not the command", () => {
     const part = new (customElements.get("panel-setup-diagnose"))();
 
