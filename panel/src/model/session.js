@@ -331,17 +331,13 @@ export class Session extends EventTarget {
         }
     }
 
-    /* That torque is off is told until it is on, and that a servo does not answer until it does. What an inhibit has refused is
-     * told until its end, also if another program or a line by hand ends it. A confirmed stop is shown only while feedback
-     * comes, INHIBIT reads 1, and the torque of each servo reads 0. */
+    /* That torque is off is told until it is on. What an inhibit has refused is told until its end, also if another program or a
+     * line by hand ends it. A confirmed stop is shown only while feedback comes, INHIBIT reads 1, and the torque of each
+     * servo reads 0. */
     #followStop() {
         const { robot } = this;
-        const isOver = {
-            "motion-torque": (servo) => servo?.torque && !this.isInhibited,
-            "servo-silent": (servo, notice) => (notice.isAway ||= servo?.presence === "offline") && servo?.presence === "online",
-        };
 
-        this.notices = this.notices.filter((notice) => !isOver[notice.code] || !notice.ids.every((id) => isOver[notice.code](robot?.servos.get(id), notice)));
+        this.notices = this.notices.filter(({ code, ids }) => code !== "motion-torque" || this.isInhibited || !ids.every((id) => robot.servos.get(id)?.torque));
         const isReleased = this.#wasInhibited && robot?.device?.inhibit === 0;
 
         this.#wasInhibited = robot?.device?.inhibit === 1;

@@ -29,6 +29,12 @@ class SettingsPart extends Part {
     #isBusy = false;
     #start = 0; // session.starts of the settings that are shown
 
+    /* The view is opened again: a command may have changed settings. */
+    connectedCallback() {
+        super.connectedCallback();
+        if (this.#settings && this.session.isConnected && !this.#isBusy) this.#do(() => this.#settings.read());
+    }
+
     updated() {
         if (this.session.isConnected && this.session.starts !== this.#start) this.#readNew();
     }

@@ -525,15 +525,6 @@ test("notices: an error goes once its cause is gone", async () => {
     port.device[INHIBIT] = 0; // by a line by hand
     await clock.advance(1000);
     assert.deepEqual(codes(), [85]);
-    session.notify({ code: "servo-silent", id: 1 }); // the reply to a write, perhaps
-    await clock.advance(1000);
-    assert.deepEqual(codes(), [85, "servo-silent"]);
-    port.offline.add(1);
-    await clock.advance(1000);
-    assert.deepEqual(codes(), [85, "servo-silent"]);
-    port.offline.delete(1);
-    await clock.advance(1000);
-    assert.deepEqual(codes(), [85]);
     servo.torque = false;
     session.notify({ code: "motion-torque", ids: [1] });
     assert.deepEqual(codes(), [85, "motion-torque"]);

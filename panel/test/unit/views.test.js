@@ -247,6 +247,17 @@ test("settings: read again after a reset of the controller, and what was typed b
     assert.equal(shown("link_loss_ms"), "700");
 });
 
+test("settings: read again when the view is opened again; what is typed stays", async () => {
+    const { part, shown, type } = await settingsPart();
+
+    type("cycle_us", "20000");
+    part.session.controller.run = () => Promise.resolve(["link_loss_ms = 700"]); // by the console
+    part.shouldUpdate = () => false;
+    part.connectedCallback();
+    await settle();
+    assert.deepEqual([shown("link_loss_ms"), shown("cycle_us")], ["700", "20000"]);
+});
+
 test("settings: tells when they have changed, so that the status is read again", async () => {
     const { part, apply, type, answer } = await settingsPart();
     let isTold = false;
