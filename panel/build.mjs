@@ -17,9 +17,9 @@ const [tables = join(HERE, "../build/panel-tables.json"), folder = join(HERE, ".
 await mkdir(folder, { recursive: true });
 for (const name of await readdir(folder)) await rm(join(folder, name), { recursive: true });
 
+await writeFile(join(folder, "index.html"), (await readFile(join(HERE, "index.html"), "utf8")).replace(/<!--.*-->\n/, "")); // the licence stands beside it
 for (const { name, text } of await bundle(resolve(tables))) await writeFile(join(folder, name), text);
 for (const [from, to] of [
-    ["index.html", "index.html"],
     ["public/icon.svg", "icon.svg"],
     ["node_modules/lit/LICENSE", "LICENSE-lit.txt"],
     ["node_modules/uplot/LICENSE", "LICENSE-uplot.txt"],

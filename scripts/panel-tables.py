@@ -42,15 +42,43 @@ MOTION_ERRORS = {*map(str, range(1, 20)), *enum_numbers("src/controller/robot/ro
                  *enum_numbers("src/controller/robot/motion_start.h", "motion_refusal")}
 
 # Errors of a line that only a user types. The page shows the reply to such a line as it is.
-TYPED_ERRORS = {"0", *map(str, range(30, 40)), "41", "42", "44", "46", "56", "60", "61"}
+TYPED_ERRORS = {"0", "20", "22", "23", *map(str, range(30, 40)), "41", "42", "44", "46", "53", "56", "60", "61"}
 
-# Remedies of the console name its commands; the page has buttons, in “”.
+# Errors that only a program with the library gets: the console waits until a servo and the bus are free.
+LIBRARY_ERRORS = {"1", "4", "6"}
+
+IN_MOTION = "in the view Motion"
+IN_CONSOLE = "by the console of the view Packets"
+
+# Remedies of the console name its commands; here they name what the page has. The page shows them in place of those that the
+# console sends.
 REMEDIES = {
+    "5": "use a value within the range",
+    "7": "a value or address is out of its range, read-only, or locked until power-off",
+    "8": "try again",
+    "10": f"send “write ID STATUS_RETURN_LEVEL 2” {IN_CONSOLE}",
+    "11": "keep within its angle limits and those of the command “limits”",
     "12": "look for heat, overload or lost power, then press “Release”",
-    "40": "the controller knows 18 servos at most: unplug one, then send “servos forget” by the console of the view Packets",
+    "13": "raise its RETURN_DELAY; the status in the view Board shows the lowest value",
+    "40": f"the controller knows 18 servos at most: unplug one, then send “servos forget” {IN_CONSOLE}",
+    "43": f"send “cycle off” {IN_CONSOLE}",
+    "45": f"choose servos {IN_MOTION}",
+    "47": "switch its torque off, then set its CCW_ANGLE_LIMIT above 0 in the view Set-up",
+    "48": "press “Search” in the view Set-up",
+    "51": "wait a second, then search at six rates; it may have lost its power",
     "54": "remove the cause, press “Release”, then switch torque on",
-    "84": "press “Torque on” in the view Motion",
+    "57": f"give it more time {IN_MOTION}",
+    "58": f"wait until it has ended, or press “End” {IN_MOTION}",
+    "64": "try again in a second",
+    "65": "press “Release”",
+    "75": f"press “Store on the board” {IN_MOTION}",
+    "78": f"press “Store on the board” {IN_MOTION}",
+    "79": f"press “Play” {IN_MOTION}",
+    "81": f"press “Play” {IN_MOTION}",
+    "83": "check what blocks it, its power, torque and line: “Diagnosis” in the view Set-up",
+    "84": f"press “Torque on” {IN_MOTION}",
     "89": "leave only the new servo connected, then press “Set up” in the view Set-up",
+    "92": f"press “Resume” or “End” {IN_MOTION}",
 }
 
 
@@ -72,14 +100,14 @@ FINDINGS = {
     "11": ("no servo has this ID, but others answer",
            "check plug and power of this servo; then press “Search”: it may have another ID"),
     "12": ("the servo answers PING only, so nothing can be read",
-           "send “write ID STATUS_RETURN_LEVEL 2” by the console of the view Packets"),
+           f"send “write ID STATUS_RETURN_LEVEL 2” {IN_CONSOLE}"),
     "13": ("the servo answers later than the controller waits",
            "lower its RETURN_DELAY, or raise the setting return_delay in the view Board"),
     "14": ("the supply of the servo is too low (below MIN_VOLTAGE)", None),
     "15": ("the supply of the servo is too high (above MAX_VOLTAGE)", None),
     "16": ("the servo is too hot (above MAX_TEMPERATURE)", None),
     "18": ("the servo answers before the controller listens",
-           "send “write ID RETURN_DELAY 1” by the console of the view Packets; it takes effect although no reply comes"),
+           f"send “write ID RETURN_DELAY 1” {IN_CONSOLE}; it takes effect although no reply comes"),
 }
 
 
@@ -134,6 +162,8 @@ def table_of_errors():
     found = {}
     for source in errors.SOURCES:
         for name, number, text, remedy in errors.rows(source):
+            if number in LIBRARY_ERRORS:
+                continue
             if number in MOTION_ERRORS:
                 found[number] = {"text": text, "remedy": REMEDIES.get(number, remedy)}
             elif number in REMEDIES or (number not in TYPED_ERRORS and f"X({name}," not in of_full):

@@ -40,7 +40,7 @@ const orderByStorey = {
 const MINIFY = {
     module: true,
     ecma: 2022,
-    compress: { passes: 6, keep_fargs: false, lhs_constants: false, pure_getters: true, unsafe_arrows: true },
+    compress: { passes: 8, keep_fargs: false, lhs_constants: false, pure_getters: true, unsafe_arrows: true },
     mangle: { properties: { regex: /^_(?!_)/, keep_quoted: true } },
 };
 

@@ -195,7 +195,7 @@ export function withFacts(text) {
 }
 
 /* Rules of uPlot.min.css for what is never drawn. */
-const UNUSED_RULES = /[^{}]*\.u-(?:title|legend|inline|series)\b[^{}]*\{[^}]*\}/g;
+const UNUSED_RULES = /[^{}]*\.u-(?:title|legend|inline|series|vt \.u-cursor-x)\b[^{}]*\{[^}]*\}/g;
 
-/* The text of uPlot.min.css without the rules of legend and title. */
-export const withoutLegend = (text) => text.replace(UNUSED_RULES, "");
+/* The text of uPlot.min.css without the rules of legend and title, and without a font: uPlot then writes on its canvas only. */
+export const withoutLegend = (text) => text.replace(UNUSED_RULES, "").replace(/font-family:[^;]*;/, "");

@@ -9,6 +9,7 @@ import { html, nothing } from "lit/html.js";
 import { ReplayPort } from "./port/replay.js";
 import { WebSerialPort } from "./port/web_serial.js";
 import { WebSocketPort } from "./port/web_socket.js";
+import { RATES } from "./model/setup.js";
 import { Session } from "./model/session.js";
 import { takesSpace } from "./keys.js";
 import { texts } from "./texts/texts.js";
@@ -17,7 +18,7 @@ import { textOfFile } from "./views/read_file.js";
 import { View } from "./views/view.js";
 import { VIEWS } from "./views/views.js";
 
-const RATES = [115200, 57600, 1000000, 500000, 250000, 19200];
+const RATE = 115200; // of most boards
 const RECORDING_MAX = 20000000; // bytes; the page itself saves less, with 31 servos in each reply, too
 
 class App extends View {
@@ -29,7 +30,7 @@ class App extends View {
         this.session = new Session({ tables });
         this.isFramed = globalThis.top !== globalThis.self; // the page around it could lead the clicks of a user
         this.tab = this.#tabOfAddress();
-        this.rate = RATES[0];
+        this.rate = RATE;
         this.address = this.#parameters.get("ws") ?? WebSocketPort.urlBeside(location) ?? "ws://127.0.0.1:8055/websockify";
         for (const name of ["error", "unhandledrejection"]) globalThis.addEventListener(name, this.#tellError);
         if (this.isFramed) return;
@@ -104,10 +105,9 @@ class App extends View {
 
     #disconnect = async () => {
         const { session } = this;
-        const hasTorque = [...session.robot.servos.values()].some(({ torque }) => torque);
-        const { askDisconnect: text, disconnect: yes } = texts.connect;
+        const { askDisconnect, disconnect: yes } = texts.connect;
 
-        if (!hasTorque || session.capture.port.isReplay || (await confirmed({ text, yes, no: texts.board.cancel }))) session.disconnect();
+        if (session.capture.port.isReplay || !session.mayHaveTorque || (await confirmed({ text: askDisconnect(session.linkLoss ?? {}), yes }))) session.disconnect();
     };
 
     #replay = async ({ target }) => {
@@ -171,7 +171,7 @@ class App extends View {
             <label>
                 ${c.rate}
                 <select @change=${({ target }) => (this.rate = Number(target.value))}>
-                    ${RATES.map((rate) => html`<option value=${rate} ?selected=${rate === this.rate}>${rate} ${c.rateUnit}</option>`)}
+                    ${RATES.map((rate) => html`<option value=${rate} ?selected=${rate === this.rate}>${texts.setup.rate(rate)}</option>`)}
                 </select>
             </label>
             <button class="socket" @click=${this.#connectSocket}>${c.socket}</button>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The controller as the page uses it: what its firmware has, and commands of its console. */
 
-import { FAILED, ID_MAX, read, syncRead, write } from "../wire/packet.js";
+import { FAILED, ID_MAX, read, syncRead, word, write } from "../wire/packet.js";
 import { DEVICE, REGISTER } from "../wire/registers.js";
 import { Failure, parametersOf } from "./registers.js";
 
@@ -23,9 +23,7 @@ export class CommandError extends Error {
         this.line = line;
         this.number = number;
         this.lines = lines;
-        const own = remedies[number]?.remedy ?? "";
-
-        this.remedy = own.includes("“") ? own : remedy.join("; ") || own; // “”: it names buttons
+        this.remedy = remedies[number]?.remedy ?? remedy.join("; "); // that of the table names what the page has
     }
 }
 
@@ -42,7 +40,8 @@ export class Controller {
         this.hasOwnMode = true; // false while the page has given the mode of before back, to save it
         this.commands = new Set(); // usage of each command, as in the tables
         this.onDone = () => {}; // (line) is called when a command has succeeded
-        this.onUnwatched = () => {}; // (ms) is called when link_loss_ms is 0 for the time of a command
+        this.unwatchedMs = 0; // link_loss_ms is 0 for the time of a command, then this again
+        this.onWatch = () => {}; // (code of a notice, ms) is called when it changes; "": it is back
         this.hasMotion = false; // timed moves, stored poses and sequences
     }
 
@@ -139,23 +138,50 @@ export class Controller {
         const ms = await this.#watchedMs();
 
         if (!ms) return this.run(line, options);
-        this.onUnwatched(ms);
+        this.unwatchedMs = ms;
+        this.onWatch("unwatched", ms);
         try {
             await this.run("settings link_loss_ms 0");
-            return await this.run(line, options);
+            return this.run(line, options); // not awaited: what sets it back waits right behind it
         } finally {
-            await this.#watchAgain(ms);
+            this.#watchAgain(ms);
         }
     }
 
-    /* A stop, or a reply that does not come, may be before it. */
     async #watchAgain(ms) {
         try {
-            await this.#wire.whenReady();
-            await this.run(`settings link_loss_ms ${ms}`);
+            await this.insist(`settings link_loss_ms ${ms}`);
+            this.takeWatched();
         } catch {
-            throw new Failure("unwatched-still", { ms });
+            if (this.unwatchedMs) this.onWatch("unwatched-still", ms);
         }
+    }
+
+    /* As run(). If a stop or a reply that does not come is between, the line is sent again as soon as the wire is ready. */
+    async insist(line) {
+        for (;;) {
+            try {
+                return await this.run(line);
+            } catch (error) {
+                if (!["stopped", "silent", "timeout"].includes(error.code)) throw error;
+            }
+            await this.#wire.whenReady();
+        }
+    }
+
+    /* Packets that set back, before the port closes, what a command needed. A packet ends the command. */
+    lastPackets() {
+        const ms = this.unwatchedMs;
+
+        if (!ms || !this.#wire.hasDevice) return [];
+        this.unwatchedMs = 0;
+        return [write(this.#wire.deviceId, DEVICE.LINK_LOSS_MS, word(ms))];
+    }
+
+    /* link_loss_ms has the value that the user wants. */
+    takeWatched() {
+        this.unwatchedMs = 0;
+        this.onWatch("");
     }
 
     /* link_loss_ms if the controller stops the robot as soon as the page is silent for this time. */

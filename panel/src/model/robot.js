@@ -37,7 +37,7 @@ const TEXT_MS = 5000; // the command `servos`
 const TEXT_ALARM_MS = 1000; // while something is wrong
 const RATE_MS = 1000; // over which updates are counted
 const POSITION_AT = REGISTER.PRESENT_POSITION - REGISTER.GOAL_POSITION; // in a read from GOAL_POSITION on
-const DEVICE_FIRST = DEVICE.SAVE;
+const DEVICE_FIRST = DEVICE.LINK_LOSS_ACTION;
 const MOTION_COUNT = 6;
 const LINE_LOW = 2; // BUS_STATE of the device
 
@@ -66,7 +66,7 @@ export class Robot extends EventTarget {
         this.#wire = controller.wire;
         this.#clock = controller.wire.clock;
         this.servos = new Map(); // servos by ID, in the order of IDs
-        this.device = null; // {saving, busState, resetCause, linkLost, alarms, alarmId, failed, inhibit}; null: not known
+        this.device = null; // {linkLoss, saving, busState, resetCause, linkLost, alarms, alarmId, failed, inhibit}; null: not known
         this.motion = null; // {play, override, paused, state, step, error}; null: the firmware has none
     }
 
@@ -548,11 +548,13 @@ export class Robot extends EventTarget {
 
     async #readDevice() {
         if (!this.#wire.hasDevice) return;
-        const [saving, busState, resetCause, linkLost, alarms, alarmId, failed, inhibit] =
-            await this.#controller.readDevice(DEVICE_FIRST, DEVICE.INHIBIT - DEVICE_FIRST + 1);
+        const bytes = await this.#controller.readDevice(DEVICE_FIRST, DEVICE.INHIBIT - DEVICE_FIRST + 1);
+        const [saving, busState, resetCause, linkLost, alarms, alarmId, failed, inhibit] = bytes.slice(DEVICE.SAVE - DEVICE_FIRST);
         const before = this.device;
 
-        this.device = { saving, busState, resetCause, linkLost, alarms, alarmId, failed, inhibit };
+        const linkLoss = { ms: wordAt(bytes, 1), action: bytes[0] };
+
+        this.device = { linkLoss, saving, busState, resetCause, linkLost, alarms, alarmId, failed, inhibit };
         if (before?.resetCause !== undefined && before.resetCause !== resetCause) this.#tellReset();
         if (before?.alarms !== alarms || before?.inhibit !== inhibit) this.#due.delete("text");
     }

@@ -21,12 +21,15 @@ const NOTICES_MAX = 20;
 const INFO_MS = 8000; // information then goes away by itself
 const INFO_TO_DO_MS = 20000; // one with a remedy or a button
 /* Errors of the controller. */
-const ERROR_MAY_NOT_DRIVE = 12; // inhibited
+const ERROR_MAY_NOT_DRIVE = 12; // a servo is inhibited
+const ERROR_INHIBITED = 54;
+const ERROR_STOPPING = 64; // torque off is under way
+const ERROR_LINK_LOST = 65;
 const ERROR_TOO_MANY = 40; // servos in its list
 const ERROR_NOT_NEW = 95; // `new`: the servo that answers may be one of the list
 const LISTS_SERVOS = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "joint-moves", "refused", "servo-silent", "turn-not-ended", "turning"]); // one notice lists all servos
 const WITHDRAWN_BY = { // notices that an event withdraws
-    release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-no-inhibit", "stop-unverified", "stopped", ERROR_MAY_NOT_DRIVE],
+    release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-no-inhibit", "stop-unverified", "stopped", ERROR_MAY_NOT_DRIVE, ERROR_INHIBITED, ERROR_STOPPING, ERROR_LINK_LOST],
     stop: ["lost-stopping", "stop-failed", "stop-no-inhibit", "stop-not-sent", "stop-unverified", "turning"],
     back: ["silent"],
     motion: ["motion-ended"],
@@ -42,6 +45,8 @@ const PORT_RETRY_MS = 250;
 const BANNER = /^cds55xx \d/; // a controller in the mode for people tells it after a reset
 const PORT_TAKEN = /another client is connected/; // the simulator says so, then hangs up
 
+const UNWATCHED = "unwatched-still"; // true of the next connection, too
+
 const isStopDue = ({ code }) => code === "stop-not-sent";
 
 export class Session extends EventTarget {
@@ -49,6 +54,7 @@ export class Session extends EventTarget {
     #staleAt = 0; // when the confirmed stop is no longer shown, unless feedback comes
     #staleTimer = null; // of the confirmed stop
     #expiry = null; // timer of the information that goes away next
+    #wasInhibited = false;
     #isRenewing = false; // asks a controller that was reset
     #isRetrying = false; // another client has the port, and connectAtLoad() tries again
 
@@ -68,6 +74,8 @@ export class Session extends EventTarget {
         this.controller = null;
         this.robot = null;
         this.history = null; // History of the servos, since the connection began
+        this.seenIds = new Set(); // IDs of servos since the page began: one that the controller has forgotten may be unplugged only
+        this.starts = 0; // counts connections, and resets of the controller: what was read of it before is old
     }
 
     get isConnected() {
@@ -83,6 +91,16 @@ export class Session extends EventTarget {
     /* IDs of the servos that are inhibited by themselves, as after a power cut. */
     get lostIds() {
         return this.isConnected ? [...this.robot.servos.values()].filter(({ inhibit }) => inhibit === "lost").map(({ id }) => id) : [];
+    }
+
+    /* True unless each servo is known to have no torque. */
+    get mayHaveTorque() {
+        return [...this.robot.servos.values()].some(({ torque }) => torque !== false);
+    }
+
+    /* What the controller does once the link is lost, {ms, action}; null: not known. */
+    get linkLoss() {
+        return this.controller.unwatchedMs ? { ms: 0 } : (this.robot.device?.linkLoss ?? null);
     }
 
     /* True while a command of the console runs: values of the servos are old. */
@@ -161,16 +179,20 @@ export class Session extends EventTarget {
     }
 
     #clear(port, isPatient) {
+        this.starts++;
         this.isWaiting &&= isPatient;
         this.portName = port.name ?? "";
-        this.notices = isPatient ? this.notices.filter(isStopDue) : [];
+        this.notices = this.notices.filter((notice) => notice.code === UNWATCHED || (isPatient && isStopDue(notice)));
         this.stopState = "none";
         this.#isRetrying = false;
         this.capture = new CapturePort(port);
         this.wire = new Wire(this.capture, { clock: this.clock });
         this.controller = new Controller(this.wire, this.tables);
         this.controller.onDone = (line) => this.takeDone(line);
-        this.controller.onUnwatched = (ms) => this.notify({ code: "unwatched", ms });
+        this.controller.onWatch = (code, ms) => {
+            this.withdraw(["unwatched", UNWATCHED]);
+            if (code) this.notify({ code, ms });
+        };
         this.robot = new Robot(this.controller);
         this.history = new History(this.clock.now());
         this.#listen(this.wire, this.robot, isPatient);
@@ -178,10 +200,10 @@ export class Session extends EventTarget {
     }
 
     async disconnect() {
-        const { wire } = this;
+        const { controller, robot, wire } = this;
 
-        this.robot?.end();
-        await wire?.close(this.robot?.endsOfTurns());
+        robot?.end();
+        await wire?.close([...controller.lastPackets(), ...robot.endsOfTurns()]);
         if (this.wire === wire) this.#setState("disconnected");
     }
 
@@ -196,7 +218,7 @@ export class Session extends EventTarget {
         });
         on(wire, "notice", (detail) => {
             if (detail.code === "back") this.withdraw(WITHDRAWN_BY.back);
-            this.notify(detail);
+            this.notify({ ...detail, ...this.linkLoss });
         });
         on(wire, "state", (state) => this.#follow(state));
         on(wire, "close", () => {
@@ -210,7 +232,10 @@ export class Session extends EventTarget {
             this.dispatchEvent(new Event("feedback"));
         });
         on(robot, "whole", () => this.withdraw(WITHDRAWN_BY.whole));
-        on(robot, "change", () => this.#change());
+        on(robot, "change", () => {
+            for (const id of robot.ids) this.seenIds.add(id);
+            this.#change();
+        });
         on(robot, "notice", (detail) => this.notify(detail));
         on(robot, "reset", () => this.#renew());
     }
@@ -224,6 +249,7 @@ export class Session extends EventTarget {
         this.#isRenewing = true;
         this.stopState = "none";
         robot.forget();
+        controller.takeWatched(); // the saved value is in force
         this.notify({ code: "reset" });
         await this.attempt(async () => {
             await this.#setUp();
@@ -231,6 +257,8 @@ export class Session extends EventTarget {
             await robot.findServos();
         });
         this.#isRenewing = false;
+        this.starts++;
+        this.#change();
     }
 
     #follow(state) {
@@ -305,11 +333,17 @@ export class Session extends EventTarget {
         }
     }
 
-    /* That torque is off is told until it is on. A confirmed stop is shown only while feedback comes, INHIBIT reads 1, and the
-     * torque of each servo reads 0. */
+    /* That torque is off is told until it is on. What an inhibit has refused is told until its end, also if another program or a
+     * line by hand ends it. A confirmed stop is shown only while feedback comes, INHIBIT reads 1, and the torque of each
+     * servo reads 0. */
     #followStop() {
-        this.notices = this.notices.filter(({ code, ids }) => code !== "motion-torque" || this.isInhibited || !ids.every((id) => this.robot.servos.get(id)?.torque));
         const { robot } = this;
+
+        this.notices = this.notices.filter(({ code, ids }) => code !== "motion-torque" || this.isInhibited || !ids.every((id) => robot.servos.get(id)?.torque));
+        const isReleased = this.#wasInhibited && robot?.device?.inhibit === 0;
+
+        this.#wasInhibited = robot?.device?.inhibit === 1;
+        if (isReleased) this.withdraw(WITHDRAWN_BY.release);
         const isStopped = robot?.isInhibited && [...robot.servos.values()].every(({ torque }) => torque === false);
 
         if (isStopped && this.stopState === "unverified" && robot.servos.size) {

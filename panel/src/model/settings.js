@@ -8,16 +8,16 @@
 import { packet, word, wordAt, INSTRUCTION } from "../wire/packet.js";
 import { pause } from "../wire/clock.js";
 import { DEVICE } from "../wire/registers.js";
+import { Failure } from "./registers.js";
 
 const SAVE_MS = 5000; // then the EEPROM has failed
 const POLL_MS = 20;
 const DEVICE_OFF = 254;
 const MODE_OF_PAGE = 0;
+const OWN_MODE = `settings echo ${MODE_OF_PAGE}`;
 const FIRST = 0x03; // registers of the device that SAVE keeps
 const LAST = 0x0e;
 const SAVE_FAILED = 2;
-
-const settingError = (code, setting = "") => Object.assign(new Error(`${code} ${setting}`), { code, setting });
 
 /* Names of the changes, {name: value}, that take feedback or Stop away. A user must say yes first. */
 export function risksOf(changes) {
@@ -32,7 +32,12 @@ export class Settings {
         this.rows = session.tables.settings;
         this.values = new Map(); // of the name: the value in force; of `echo`: what is kept
         this.origin = ""; // what the controller says of the settings at its start
-        this.isSaved = null; // false: a value in force is not saved; null: not known
+        this.saved = null; // a Map of the values that are saved, as far as they are known; null: nothing was changed here yet
+    }
+
+    /* False: a value in force is not saved; null: not known. */
+    get isSaved() {
+        return this.saved && this.rows.every(({ name }) => this.saved.get(name) === this.values.get(name));
     }
 
     get #controller() {
@@ -74,11 +79,11 @@ export class Settings {
 
     /* Puts values in force, {name: value}. Throws CommandError, WireError, or Error with `code`. */
     async apply(changes) {
-        if (this.#session.robot.ids.includes(changes.device_id)) throw settingError("device-id-taken", changes.device_id);
+        if (this.#session.robot.ids.includes(changes.device_id)) throw new Failure("device-id-taken", { setting: changes.device_id });
         for (const [name, value] of Object.entries(changes)) {
-            this.isSaved = false;
             if (name === "echo" && this.#wire.hasConsole) this.#controller.modeBefore = value;
             else await this.#set(name, value);
+            this.saved ??= new Map();
             this.values.set(name, value);
             this.#follow(name, value);
         }
@@ -91,7 +96,7 @@ export class Settings {
             const row = this.#registerOf(name);
             const bytes = row.bytes === 2 ? word(value) : [value];
 
-            if (await this.#controller.writeDevice(row.address, bytes)) throw settingError("setting-refused", name);
+            if (await this.#controller.writeDevice(row.address, bytes)) throw new Failure("setting-refused", { setting: name });
         }
     }
 
@@ -102,12 +107,17 @@ export class Settings {
             if (this.#wire.hasDevice) this.#wire.deviceId = value;
         }
         if (name === "host_baud") this.#session.notify({ code: "host-rate" });
+        if (name === "link_loss_ms") this.#controller.takeWatched();
     }
 
+    /* While link_loss_ms is 0 for the time of a command it would be saved as 0. */
     async save() {
+        const { unwatchedMs: ms } = this.#controller;
+
+        if (ms) throw new Failure("unwatched-still", { ms });
         if (this.#wire.hasConsole) await this.#withMode(() => this.#controller.run("save"));
         else await this.#saveByPacket();
-        this.isSaved = true;
+        this.saved = new Map(this.values);
     }
 
     /* Runs `call` while the mode that is kept is in force. */
@@ -121,8 +131,8 @@ export class Settings {
         });
     }
 
-    /* Runs `call`, which may change the mode, then takes the mode of the page. If a stop or a reply that does
-     * not come is between, it is taken as soon as the wire is ready again, unless the page must connect again first. */
+    /* Runs `call`, which may change the mode, then takes the mode of the page. `waits`: false if the page must connect again
+     * first. */
     async #thenTakeMode(call, { waits = true } = {}) {
         const controller = this.#controller;
 
@@ -130,18 +140,8 @@ export class Settings {
         try {
             return await call();
         } finally {
-            while (!(await this.#takeMode(controller)) && waits) await controller.wire.whenReady();
+            await (waits ? controller.insist(OWN_MODE) : controller.run(OWN_MODE).catch(() => {}));
             controller.hasOwnMode = true;
-        }
-    }
-
-    async #takeMode(controller) {
-        try {
-            await controller.run(`settings echo ${MODE_OF_PAGE}`);
-            return true;
-        } catch (error) {
-            if (!["stopped", "silent", "timeout"].includes(error.code)) throw error;
-            return false;
         }
     }
 
@@ -149,12 +149,12 @@ export class Settings {
         const { clock } = this.#session;
         const end = clock.now() + SAVE_MS;
 
-        if (await this.#controller.writeDevice(DEVICE.SAVE, [1])) throw settingError("not-saved");
+        if (await this.#controller.writeDevice(DEVICE.SAVE, [1])) throw new Failure("not-saved");
         for (;;) {
             const [state] = await this.#controller.readDevice(DEVICE.SAVE, 1);
 
             if (state === 0) return;
-            if (state === SAVE_FAILED || clock.now() > end) throw settingError("not-saved");
+            if (state === SAVE_FAILED || clock.now() > end) throw new Failure("not-saved");
             await pause(clock, POLL_MS);
         }
     }
@@ -165,11 +165,11 @@ export class Settings {
 
         if (this.#wire.hasConsole) await this.#defaultsByConsole(initial);
         else if ((await this.#wire.request(packet(this.#wire.deviceId, INSTRUCTION.RESET))).error)
-            throw settingError("defaults-refused");
+            throw new Failure("defaults-refused");
         const before = this.values;
 
         this.values = initial;
-        this.isSaved = false;
+        this.saved ??= new Map();
         for (const name of ["device_id", "host_baud"])
             if (before.get(name) !== initial.get(name)) this.#follow(name, initial.get(name));
     }

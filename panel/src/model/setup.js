@@ -25,7 +25,6 @@ const FATAL_CODES = new Set(["stopped", "closed", "silent", "cancelled"]); // er
 export class Setup extends EventTarget {
     #wire = null; // of the connection that the results belong to
     #servos = null; // servos of the robot after the last operation
-    #seen; // IDs that servos had since the connection began: a servo that the controller has forgotten may be unplugged only
 
     constructor(session) {
         super();
@@ -37,7 +36,6 @@ export class Setup extends EventTarget {
     }
 
     #clear() {
-        this.#seen = new Set();
         this.operation = null; // {kind, lines, done, total, signal, end(), isEnding()}
         this.found = null; // servos of the last search: [{id, model, rate}]; null: no search yet
         this.remarks = []; // lines of the last search behind the servos
@@ -80,7 +78,6 @@ export class Setup extends EventTarget {
         const isNew = this.#servos !== this.session.robot?.servos;
 
         this.#servos = this.session.robot?.servos;
-        for (const id of this.ids) this.#seen.add(id);
         if (isNew) this.readBusRate();
     }
 
@@ -145,7 +142,7 @@ export class Setup extends EventTarget {
 
     /* The lowest ID from 2 on that no servo is known to have or to have had, or null. 1 comes last: new servos have it. */
     get freeId() {
-        const taken = new Set([...this.ids, ...this.#seen, ...(this.found ?? []).map(({ id }) => id)]);
+        const taken = new Set([...this.session.seenIds, ...(this.found ?? []).map(({ id }) => id)]);
 
         if (this.idOfDevice !== null) taken.add(this.idOfDevice);
         for (let id = 2; id <= ID_MAX; id++) if (!taken.has(id)) return id;
@@ -337,7 +334,6 @@ export class Setup extends EventTarget {
                 if (forgets) await this.session.controller.order("servos forget");
                 this.outcome = { kind, lines: await this.session.controller.order(command, { timeout: CHANGE_MS }) };
                 this.chosen = id;
-                if (kind === "id" || kind === "factory") this.#seen.delete(Number(command.split(" ")[1]));
                 this.#dropFound(command.split(" ")[1]);
             } catch (error) {
                 if (error instanceof CommandError) this.outcome = outcomeOfFailure(error);
@@ -345,6 +341,7 @@ export class Setup extends EventTarget {
             } finally {
                 if (this.session.isConnected) await this.#findServos(forgets ? { how: "" } : {}).catch(() => {}); // the first failure is told
             }
+            if (kind === "id" || kind === "factory") this.session.seenIds.delete(Number(command.split(" ")[1]));
         });
     }
 
@@ -404,7 +401,7 @@ export class Setup extends EventTarget {
 
     /* Compares a file with the servo `id`, or with the whole robot. Writes nothing. */
     compare(text, id) {
-        this.#forgetPlan();
+        this.forgetPlan();
         return this.#run("compare", async (operation) => {
             const entries = entriesFor(readBackup(text, this.rows), id);
 
@@ -413,12 +410,22 @@ export class Setup extends EventTarget {
 
             for (const entry of entries) {
                 if (operation.isEnding()) return;
-                servos.push({ id: entry.id, entry, changes: await this.#differences(entry) });
+                await this.#tryServo(entries, async () => servos.push({ id: entry.id, entry, changes: await this.#differences(entry) }));
                 operation.done++;
                 this.#change();
             }
-            this.plan = { scope: id, servos };
+            if (servos.length) this.plan = { scope: id, servos };
         });
+    }
+
+    /* A servo that fails does not hold up the others of the file: a notice names it. */
+    async #tryServo({ length }, call) {
+        try {
+            await call();
+        } catch (error) {
+            if (length === 1 || FATAL_CODES.has(error.code)) throw error;
+            this.session.notify(error);
+        }
     }
 
     async #differences(entry) {
@@ -426,28 +433,29 @@ export class Setup extends EventTarget {
     }
 
     forgetPlan() {
-        this.#forgetPlan();
-        this.#change();
-    }
-
-    #forgetPlan() {
         this.plan = null;
         this.restored = null;
         this.isRestoreEarlier = false;
+        this.#change();
     }
 
-    /* Writes what differs. The servos must still be as they were when the file was compared. */
+    /* Writes what differs. A servo must still be as it was when the file was compared. */
     restore() {
         return this.#run("restore", async (operation) => {
-            const { servos } = this.plan;
+            const planned = this.plan.servos;
+            const servos = [];
 
-            for (const { id, entry, changes } of servos)
-                if (!isSame(changes, await this.#differences(entry))) throw new Failure("backup-changed", { id });
+            for (const { id, entry, changes } of planned)
+                await this.#tryServo(planned, async () => {
+                    if (!isSame(changes, await this.#differences(entry))) throw new Failure("backup-changed", { id });
+                    servos.push({ id, entry, changes });
+                });
+            if (!servos.length) return;
             this.plan = null;
             this.restored = servos.flatMap(({ id, changes }) => changes.map(({ row, file }) => ({ id, row, file, why: "ended" })));
             this.registers = null;
             operation.total = this.restored.length;
-            for (const { id, entry, changes } of servos) if (changes.length) await this.#restoreServo(operation, id, entry);
+            for (const { id, entry, changes } of servos) if (changes.length) await this.#tryServo(servos, () => this.#restoreServo(operation, id, entry));
         }, "compare");
     }
 

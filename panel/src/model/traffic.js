@@ -21,7 +21,7 @@ export const ROWS_MAX = 2000;
 export const POLLS_MAX = 400;
 
 const POLLED = [FEEDBACK, LIMITS, STATE];
-const POLLED_OF_DEVICE = [DEVICE.SAVE, DEVICE.MOTION_PLAY];
+const POLLED_OF_DEVICE = [DEVICE.LINK_LOSS_ACTION, DEVICE.MOTION_PLAY];
 const POLLED_LINE = "servos";
 /* A line up to an ID, as text of a RegExp. Elsewhere a number behind the command is an angle, a time or a rate. */
 const TAKES_IDS = "^(?:(?:monitor|group|teach \\w+)(?: \\d+)*|sync \\w+ \\d+ .*|(?!pose|cycle|bus|sync)\\w+)";

@@ -57,7 +57,6 @@ export const board = {
     conditions: alarms,
     settings: "Settings",
     range: (lowest, highest, initial) => `${lowest} to ${highest}, default ${initial}`,
-    rate: (bps) => `${bps} bit/s`,
     ownRate: "the board’s own rate",
     us: "µs",
     choices: {
@@ -87,5 +86,4 @@ export const board = {
     },
     applyAllTheSame: "Apply all the same",
     cancel: "Cancel",
-    notInRange: ({ name, lowest, highest }) => `${name}: write a whole number from ${lowest} to ${highest}.`,
 };

@@ -3,7 +3,7 @@
 
 import { board } from "./board.js";
 import { motionNotices } from "./motion.js";
-import { does, list, servo } from "./words.js";
+import { afterLoss, does, list, servo } from "./words.js";
 
 const STOP_AGAIN = "Press Stop again. If the robot still moves, switch off the power of the servos.";
 
@@ -27,12 +27,12 @@ export const wire = {
     }),
     silent: () => ({
         text: "The controller does not answer.",
-        remedy: "Check its power, the cable and the rate. Press reset on the board. If another program has the port, close it.",
+        remedy: "Check its power, the cable and the rate. Press reset on the board. Close other programs and tabs that have the port.",
     }),
     back: () => ({ text: "The controller answers again.", remedy: "", level: "info" }),
-    lost: ({ detail }) => ({
-        text: `The port was lost: ${detail}.`,
-        remedy: "Check the cable, then connect again. The robot goes on with its last orders.",
+    lost: ({ detail, ...loss }) => ({
+        text: `The port was lost: ${detail}. ${afterLoss(loss)}`,
+        remedy: "Check the cable, then connect again.",
     }),
     "lost-stopping": ({ detail }) => ({
         text: `The port was lost during a stop: ${detail}. It is not known whether torque is off.`,
@@ -53,7 +53,7 @@ export const port = {
     }),
     "in-use": ({ detail }) => ({
         text: `The port could not be opened: ${detail}.`,
-        remedy: "Close the other program or tab that has the port. On Linux your user must be in the group dialout.",
+        remedy: "Close other programs and tabs that have the port. On Linux your user must be in the group dialout.",
     }),
     "not-open": () => ({ text: "The port is not open.", remedy: "Connect again." }),
     "bad-address": ({ detail }) => ({
@@ -148,12 +148,12 @@ export const notice = {
     }),
     unwatched: ({ ms }) => ({
         text: `The page is silent during this command, so link_loss_ms is 0, then ${ms} again.`,
-        remedy: "If the page is closed meanwhile, reset the board.",
-        level: "info",
+        remedy: "If the port is lost meanwhile, reset the board.",
+        level: "warning",
     }),
     "unwatched-still": ({ ms }) => ({
-        text: `The controller does not watch the link: link_loss_ms could not be set back to ${ms}.`,
-        remedy: "Set it in the view Board.",
+        text: `link_loss_ms is 0 in place of ${ms}: the controller does not watch the link.`,
+        remedy: "Wait for the end of the command, or set it in the view Board.",
     }),
     "clear-inhibited": () => ({
         text: "The alarms were not cleared: driving is inhibited, and “clear” would end that, too.",

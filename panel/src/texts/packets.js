@@ -137,7 +137,7 @@ export const packets = {
     scanCounts: "Every search for servos is counted, too.",
     healthy: "The bus is well: no packet was lost or damaged.",
     findings: {
-        timeouts: (n, away) => `No reply came to ${many(n, "transaction")}: its servo is absent, or at another ID or rate. ${away.length ? `No answer now: ${list(away)}.` : "Now all servos answer: press “Count from now”."}`,
+        timeouts: (n, away, servos) => `No reply came to ${many(n, "transaction")}: its servo is absent, or at another ID or rate. ${away.length ? `No answer now: ${list(away)}.` : servos ? "Now all servos answer: press “Count from now”." : ""}`,
         corrupt: (n) => `Damage in ${many(n, "reply", "replies")}. Look for noise, a long or loose wire, or two servos with one ID.`,
         framing_errors: (n) => `Damage in ${many(n, "byte")}: noise, a collision, or a servo at another rate.`,
         line_busy: (n) => `The line was not quiet for ${many(n, "packet")}. Another sender is on the wire, or the wire is held low.`,

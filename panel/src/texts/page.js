@@ -1,23 +1,22 @@
 // SPDX-License-Identifier: MIT
 /* Header, tabs and notices of the page; units. */
 
-import { many } from "./words.js";
+import { afterLoss, many } from "./words.js";
 
 export const page = {
     name: "CDS55xx",
 
-    framed: "Inside a frame of another page the control panel does not connect. Open it in a tab of its own.",
+    framed: "This page does not connect inside another page. Open it in a tab of its own.",
 
     connect: {
         serial: "Connect by USB",
         rate: "Rate",
-        rateUnit: "bit/s",
         socket: "Connect to the simulator",
         more: "More",
         address: "Address of the simulator",
         replay: "Play a capture",
         disconnect: "Disconnect",
-        askDisconnect: "Servos have torque. They keep it, and no stop of this page reaches them then. Disconnect?",
+        askDisconnect: (loss) => `Torque is on, or not known. ${afterLoss(loss)} No stop of this page reaches the servos then. Disconnect?`,
         noSerial: "This browser cannot open serial ports. Use Chrome or Edge, at https or localhost.",
     },
 

@@ -3,13 +3,13 @@
 
 import { list, many } from "./words.js";
 
+const FORGET = "the controller must forget the list first, with “limits” and inhibits; “Search” fills it again";
 const ENDLESS = "With both limits 0 the servo turns without end: it has a speed, and no goal. Write the limit?";
 
 export const setup = {
     notConnected: "Connect to a controller, or to the simulator, to set up servos.",
     end: "End",
     ending: "Ending …",
-    cancel: "Cancel",
     rate: (bps) => `${bps} bit/s`,
     servo: (id) => `Servo ${id}`,
     notInFirmware: (profile) => `The profile ${profile} of this firmware does not have this. Flash the profile full for it.`,
@@ -44,10 +44,10 @@ export const setup = {
     newStart: "Set up",
     newIdWrong: "An ID is a number from 0 to 253.",
     newIdOfDevice: (id) => `${id} is the ID of the controller itself. Choose another.`,
-    newIdTaken: (id) => `Servo ${id} is in the controller’s list. Choose another ID. If the new servo takes its place, the controller must forget the list first; “Search” fills it again.`,
-    newFull: "The controller’s list is full. It must forget the list first, with “limits” and inhibits; a search fills it again.",
+    newIdTaken: (id) => `Servo ${id} is in the controller’s list. Choose another ID. If the new servo takes its place, ${FORGET}.`,
+    newFull: `The controller’s list is full: ${FORGET}.`,
     newDone: (id) => `Servo ${id} is set up. Plug in the others again, then press “Search”.`,
-    newKnown: "Nothing was written: the servo that answers has an ID of the controller’s list. If it is not the new one, unplug it and set up again. If it is, let the controller forget the list:",
+    newKnown: "Nothing was written: the servo that answers has an ID of the controller’s list. Unless it is the new one, unplug it and set up again. If it is:",
     newForget: (id) => `Forget the list, set up servo ${id}`,
     newEnded: "You ended the set-up. Search for the servo before you try again.",
 
@@ -120,7 +120,7 @@ export const setup = {
     askId: (id, isFull) => `Servo ${id} gets another ID. The controller checks first that no servo has it.${isFull ? ` ${setup.newFull}` : ""}`,
     askRate: (id) => `Servo ${id} gets another rate, and the bus, too. The other servos do not answer until the rate of the bus is set back.`,
     askRateOfAll: "All servos of the robot and the bus get another rate. A servo that does not follow is named.",
-    askFactory: (id) => `Servo ${id} loses all of its settings. It then has ID 1 at 1000000 bit/s.`,
+    askFactory: (id, isTaken) => `Servo ${id} loses all of its settings. It then has ID 1 at 1000000 bit/s.${isTaken ? " First give servo 1 another ID." : ""}`,
     outcomes: {
         id: "The ID is changed.",
         rate: "The rate is changed.",
@@ -160,7 +160,7 @@ export const setup = {
     why: {
         unconfirmed: "not confirmed: read the registers",
         unread: "written; at this level the servo answers PING only, so it cannot be read back",
-        ended: "not written: the restore has ended",
+        ended: "not written",
         "servo-silent": "no reply",
         "register-not-taken": "the servo kept another value",
     },

@@ -16,9 +16,9 @@ const DELAY_US = 2;
 /* The values that a setting can be set to, [[value, text]]; undefined: any of its range. `value` is in force. */
 function choicesOf(name, value) {
     if (!name.endsWith("_baud")) return t.choices[name]?.map((text, index) => [index, t.choice(index, text)]);
-    const texts = new Map([[value, t.rate(Math.round(BAUD_CLOCK / (value + 1)))], ...RATES.map((rate) => [Math.round(BAUD_CLOCK / rate) - 1, t.rate(rate)])]);
+    const rates = new Map([[value, texts.setup.rate(Math.round(BAUD_CLOCK / (value + 1)))], ...RATES.map((rate) => [Math.round(BAUD_CLOCK / rate) - 1, texts.setup.rate(rate)])]);
 
-    return [...(name === "host_baud" ? texts.set(OWN_RATE, t.ownRate) : texts)];
+    return [...(name === "host_baud" ? rates.set(OWN_RATE, t.ownRate) : rates)];
 }
 
 class SettingsPart extends Part {
@@ -27,15 +27,21 @@ class SettingsPart extends Part {
     #settings = null;
     #changes = new Map(); // of the name: what is typed
     #isBusy = false;
-    #wire = null; // of the settings that are shown
+    #start = 0; // session.starts of the settings that are shown
 
-    updated() {
-        if (this.session.isConnected && this.session.wire !== this.#wire) this.#readNew();
+    /* The view is opened again: a command may have changed settings. */
+    connectedCallback() {
+        super.connectedCallback();
+        if (this.#settings && this.session.isConnected && !this.#isBusy) this.#do(() => this.#settings.read());
     }
 
-    /* Another connection: another controller, perhaps. */
+    updated() {
+        if (this.session.isConnected && this.session.starts !== this.#start) this.#readNew();
+    }
+
+    /* Another connection: another controller, perhaps. Or the controller was reset: the saved settings are in force. */
     #readNew() {
-        this.#wire = this.session.wire;
+        this.#start = this.session.starts;
         this.#settings = new Settings(this.session);
         this.#changes.clear();
         this.#do(() => this.#settings.read());
@@ -94,7 +100,7 @@ class SettingsPart extends Part {
         const risks = risksOf(Object.fromEntries([...this.#changes].map(([name, text]) => [name, Number(text)])));
         const text = risks.map((name) => t.risks[name]).join(" ");
 
-        return !risks.length || confirmed({ text, yes: t.applyAllTheSame, no: t.cancel });
+        return !risks.length || confirmed({ text, yes: t.applyAllTheSame });
     }
 
     #apply = async () => {
@@ -115,7 +121,7 @@ class SettingsPart extends Part {
     };
 
     #defaults = async () => {
-        if (!(await confirmed({ text: t.confirmDefaults, yes: t.confirmYes, no: t.cancel }))) return;
+        if (!(await confirmed({ text: t.confirmDefaults, yes: t.confirmYes }))) return;
         this.#changes.clear();
         await this.#do(() => this.#settings.defaults());
     };
@@ -156,7 +162,7 @@ class SettingsPart extends Part {
             <div class="value">${this.#field(row, choices)} <span class="unit">${meaning || shownUnit}</span></div>
             <p class="help" id="help-${name}">
                 ${what}. ${choices ? nothing : html`<span class="soft">${t.range(lowest, highest, initial)}</span>`}
-                ${isWrong ? html`<strong class="bad">${t.notInRange(row)}</strong>` : nothing}
+                ${isWrong ? html`<strong class="bad">${texts.setup.problems.outOfRange}</strong>` : nothing}
                 ${name === "echo" && value === 0 && !this.#settings.isSaved ? html`<strong class="warn">${t.echoHint}</strong>` : nothing}
             </p>
         </div>`;

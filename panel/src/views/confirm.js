@@ -13,7 +13,7 @@ const valueIn = (dialog) => dialog.querySelector(".dialog-value")?.value;
 /* Resolves with false unless the user presses the button `yes`: then with the value of the field, or true. `field`: a template
  * that stands between question and buttons, with a control of the class dialog-value. `isReady(value)`: false disables
  * `yes`. An older question that is still open is answered with no. */
-export function confirmed({ text, yes, no, field, isReady = () => true }) {
+export function confirmed({ text, yes, no = texts.board.cancel, field, isReady = () => true }) {
     answerNo();
     const view = document.querySelector("main");
     const before = document.activeElement;

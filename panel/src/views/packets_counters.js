@@ -48,7 +48,7 @@ class CountersPart extends Part {
         const isMixed = findings.some(({ key }) => key === "timeouts") && !this.counters.since;
 
         return html`<ul class="health" role="status">
-                ${findings.map(({ key, count }) => html`<li>${t.findings[key](count, away)}</li>`)}
+                ${findings.map(({ key, count }) => html`<li>${t.findings[key](count, away, this.session.robot.servos.size)}</li>`)}
             </ul>
             ${isMixed ? html`<p class="soft">${t.scanCounts}</p>` : nothing}`;
     }

@@ -8,7 +8,7 @@ export class Part extends LightElement {
     static properties = ["session", "mode"];
 }
 
-/* A text that changes with the connection, the firmware or the inhibit. */
-export function modeOf({ state, wire, controller, robot }) {
-    return [state, wire?.hasConsole, wire?.hasDevice, controller?.profile, controller?.version, robot?.isInhibited].join(" ");
+/* A text that changes with the connection, a reset of the controller, the firmware or the inhibit. */
+export function modeOf({ state, starts, wire, controller, robot }) {
+    return [state, starts, wire?.hasConsole, wire?.hasDevice, controller?.profile, controller?.version, robot?.isInhibited].join(" ");
 }

@@ -69,7 +69,7 @@ class BackupPart extends SetupPart {
             <div class="controls">
                 <button class="restore" ?disabled=${this.setup.isRunning}
                     @click=${() => this.setup.restore()}>${t.writeAll(rows.length)}</button>
-                <button class="close" ?disabled=${this.setup.isRunning} @click=${() => this.setup.forgetPlan()}>${t.cancel}</button>
+                <button class="close" ?disabled=${this.setup.isRunning} @click=${() => this.setup.forgetPlan()}>${texts.board.cancel}</button>
             </div>
         </div>`;
     }

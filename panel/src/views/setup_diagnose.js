@@ -12,6 +12,7 @@ const OTHER = "other";
 class DiagnosePart extends SetupPart {
     #who = null; // null: a servo is proposed
     #other = "1";
+    #isRunning = false;
 
     /* The chosen servo. At first one that does not answer, else the one of the registers. */
     get #chosen() {
@@ -50,6 +51,14 @@ class DiagnosePart extends SetupPart {
             ${remedy && !isGood ? html`<p><b>${texts.remedy}</b> ${remedy}.</p>` : nothing}
             <p class="soft">${measured.map(t.measured).join(" ")}</p>
         </li>`;
+    }
+
+    /* The result is below the screen, often. */
+    updated() {
+        const isOver = this.#isRunning && !this.runs("diagnose");
+
+        this.#isRunning = this.runs("diagnose");
+        if (isOver) this.querySelector(".findings")?.scrollIntoView({ block: "nearest" });
     }
 
     #form() {

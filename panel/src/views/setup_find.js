@@ -42,9 +42,7 @@ class FindPart extends SetupPart {
 
     /* Servos that have torque keep it at another rate. */
     #setBusRate = async () => {
-        const mayHaveTorque = [...this.session.robot.servos.values()].some(({ torque }) => torque !== false);
-
-        if (mayHaveTorque && !(await confirmed({ text: t.askBusRate, yes: t.setBusRate, no: t.cancel }))) return;
+        if (this.session.mayHaveTorque && !(await confirmed({ text: t.askBusRate, yes: t.setBusRate }))) return;
         await this.setup.changeRateOfBus(this.#chosenRate);
         this.#rate = null;
     };

@@ -23,7 +23,7 @@ const rateField = (label) => ({
 
 class PlacePart extends SetupPart {
     #ask(text, label, field) {
-        return confirmed({ text, yes: label.replace(" …", ""), no: t.cancel, ...field });
+        return confirmed({ text, yes: label.replace(" …", ""), ...field });
     }
 
     #changeId = async (id) => {
@@ -45,7 +45,9 @@ class PlacePart extends SetupPart {
     };
 
     #factory = async (id) => {
-        if (await this.#ask(t.askFactory(id), t.factory)) await this.setup.factory(id);
+        const isTaken = id !== 1 && this.setup.ids.includes(1); // then the controller refuses
+
+        if (await this.#ask(t.askFactory(id, isTaken), t.factory, { isReady: () => !isTaken })) await this.setup.factory(id);
     };
 
     #outcome() {

@@ -94,7 +94,7 @@ class RegistersPart extends SetupPart {
         const question = this.#questionFor(row, raw);
 
         if (raw === undefined || this.setup.isRunning) return;
-        if (question && !(await confirmed({ text: t.asks(id, row.name, valueText(row, raw), question), yes: t.write, no: t.cancel }))) return;
+        if (question && !(await confirmed({ text: t.asks(id, row.name, valueText(row, raw), question), yes: t.write }))) return;
         if (!(await this.setup.write(id, row, raw))) return;
         this.#note = { text: t.written(id, row.name), registers: this.setup.registers };
         if (this.#edited === edited && edited.unit === sent.unit && edited.raw === sent.raw) this.#cancel(row.name);
@@ -129,7 +129,7 @@ class RegistersPart extends SetupPart {
         return html`<div class="edit-form" @keydown=${(event) => this.#key(event, row)}>
             ${row.scale.name ? this.#field(row, false, unit, problem) : nothing} ${this.#field(row, true, raw, problem)}
             <button class="write" ?disabled=${Boolean(problem) || this.setup.isRunning} @click=${() => this.#write(row)}>${t.write}</button>
-            <button class="cancel" @click=${() => this.#cancel(row.name)}>${t.cancel}</button>
+            <button class="cancel" @click=${() => this.#cancel(row.name)}>${texts.board.cancel}</button>
             <span id="edit-note" role="status" class=${problem ? "bad" : "soft"}>${problemText}${range}${rangeOfRaw}</span>
         </div>`;
     }

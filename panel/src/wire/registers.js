@@ -18,6 +18,8 @@ export const DEVICE = {
     ID: 0x03,
     HOST_BAUD: 0x04,
     ECHO: 0x08,
+    LINK_LOSS_ACTION: 0x09,
+    LINK_LOSS_MS: 0x0a,
     SAVE: 0x10,
     LINK_LOST: 0x13,
     ALARMS: 0x14,

@@ -4,6 +4,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { Session } from "../../src/model/session.js";
+import { Settings } from "../../src/model/settings.js";
 import { Setup } from "../../src/model/setup.js";
 import { PtyPort, Simulator } from "../support/simulator.js";
 import { tables } from "../support/tables.js";
@@ -23,7 +24,7 @@ async function rig(t, options) {
     await session.connect(new PtyPort(simulator.path));
     assert.equal(session.state, "connected", JSON.stringify(session.notices));
     session.notices = [];
-    return { session, setup, row: (name) => setup.rows.find((one) => one.name === name) };
+    return { session, setup, simulator, row: (name) => setup.rows.find((one) => one.name === name) };
 }
 
 const codes = (session) => session.notices.map(({ code, text }) => `${code}: ${text}`);
@@ -53,6 +54,23 @@ async function restoreAll({ session, setup, row }) {
 }
 
 test("profile full: backup, change, restore", async (t) => restoreAll(await rig(t)));
+
+test("link_loss_ms: back in force after the port was closed during a search", async (t) => {
+    const { session, setup, simulator } = await rig(t);
+    const settings = new Settings(session);
+
+    await settings.read();
+    await settings.apply({ link_loss_ms: 1500 });
+    const search = setup.search("rescue");
+
+    await new Promise((resolve) => setTimeout(resolve, 500));
+    assert.equal(session.controller.unwatchedMs, 1500);
+    await session.disconnect();
+    await search;
+    await session.connect(new PtyPort(simulator.path));
+    await settings.read();
+    assert.equal(settings.values.get("link_loss_ms"), 1500);
+});
 
 /* A restore of two registers and of the level at which servo 1 answers PING only, or PING and READ. */
 async function restoreLevel({ session, setup, row }, level) {

@@ -54,7 +54,8 @@ test("healthOf: missing replies name the servos that are silent now, else the bu
     const { timeouts } = texts.packets.findings;
 
     assert.match(timeouts(5, [3, 7]), /5 transactions.*No answer now: servos 3, 7\.$/);
-    assert.match(timeouts(5, []), /Now all servos answer: press “Count from now”\.$/);
+    assert.match(timeouts(5, [], 2), /Now all servos answer: press “Count from now”\.$/);
+    assert.doesNotMatch(timeouts(5, [], 0), /Now all/);
 });
 
 test("healthOf: is right behind 65535, too", () => {
@@ -138,6 +139,23 @@ test("apply: a value is in force at once and not saved", async () => {
     await settings.read();
     await settings.apply({ cycle_us: 5000 });
     assert.ok(port.lines.includes("settings cycle_us 5000"));
+    assert.equal(settings.isSaved, false);
+});
+
+test("isSaved: as the values are; a refused value changes nothing", async () => {
+    const { port, settings } = await rig();
+
+    await settings.read();
+    port.onText = (line) => line === "settings cycle_us 1" && (port.say("error 61: setting out of range"), true);
+    await assert.rejects(settings.apply({ cycle_us: 1 }), { number: 61 });
+    assert.equal(settings.isSaved, null);
+    await settings.save();
+    await settings.apply({ cycle_us: 5000 });
+    assert.equal(settings.isSaved, false);
+    await settings.apply({ cycle_us: 4000 });
+    assert.equal(settings.isSaved, true);
+    port.onText = (line) => line === "settings" && (port.say("bus_baud = 9", "ok"), true); // by the view Set-up
+    await settings.read();
     assert.equal(settings.isSaved, false);
 });
 

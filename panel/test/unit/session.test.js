@@ -7,6 +7,7 @@ import { packetChangesOwnMode, sendLine } from "../../src/model/by_hand.js";
 import { CommandError } from "../../src/model/controller.js";
 import { Session } from "../../src/model/session.js";
 import { read, reset, write } from "../../src/wire/packet.js";
+import { texts } from "../../src/texts/texts.js";
 import { FakeClock } from "../support/fake_clock.js";
 import { FakePort } from "../support/fake_port.js";
 import { tables } from "../support/tables.js";
@@ -453,8 +454,11 @@ for (const [what, reset] of Object.entries(resets))
         port.written = [];
         assert.ok(!session.notices.some(({ code }) => code === "reset"));
         port.device[INHIBIT] = 0;
+        const before = session.starts;
+
         reset(port);
         await clock.advance(7000);
+        assert.equal(session.starts, before + 1);
         assert.ok(session.notices.some(({ code }) => code === "reset"));
         assert.equal(port.lines.filter((line) => line === "mode program").length, 1);
         assert.equal(session.robot.servos.get(1).inhibit, "");
@@ -509,11 +513,17 @@ test("notices: an error goes once its cause is gone", async () => {
 
     session.notices = [];
     port.onText = (line) => /^(?:servos forget|release)$/.test(line) && (port.say("ok"), true);
-    for (const number of [40, 12, 85]) tell(number);
+    for (const number of [40, 12, 54, 64, 65, 85]) tell(number);
     session.notify({ code: "motion-ended", number: 12, message: "", remedy: "" });
     await Promise.all([session.controller.run("servos forget"), clock.advance(100)]);
-    assert.deepEqual(codes(), [12, 85, 12]);
+    assert.deepEqual(codes(), [12, 54, 64, 65, 85, 12]);
     await Promise.all([session.release(), clock.advance(100)]);
+    assert.deepEqual(codes(), [85]);
+    port.device[INHIBIT] = 1;
+    await clock.advance(1000);
+    tell(54);
+    port.device[INHIBIT] = 0; // by a line by hand
+    await clock.advance(1000);
     assert.deepEqual(codes(), [85]);
     servo.torque = false;
     session.notify({ code: "motion-torque", ids: [1] });
@@ -545,10 +555,31 @@ test("notices: that servos do not answer is told until all answer again", async 
     assert.deepEqual(codes(), []);
 });
 
+test("disconnect: asks unless torque is known to be off, and tells what the controller does", async () => {
+    const { clock, port, session } = await rig();
+    const askedWith = (action, ms) => texts.connect.askDisconnect({ action, ms });
+    const [servo] = session.robot.servos.values();
+    const asks = [true, null, false].map((torque) => ((servo.torque = torque), session.mayHaveTorque));
+
+    assert.deepEqual(asks, [true, true, false]);
+    assert.match(askedWith(1, 0), /goes on with its last orders\./);
+    assert.match(askedWith(0, 500), /goes on with its last orders\./);
+    assert.match(askedWith(1, 500), /After 500 ms the controller inhibits driving; a movement under way goes on/);
+    assert.match(askedWith(2, 500), /After 500 ms the controller switches torque off/);
+    assert.match(texts.connect.askDisconnect({}), /unless link_loss_ms/);
+    port.device.set([2, 0xf4, 1], 9); // link_loss_action, link_loss_ms
+    await clock.advance(1000);
+    assert.deepEqual(session.linkLoss, { ms: 500, action: 2 });
+    port.unplug();
+    assert.match(session.notices.find(({ code }) => code === "lost").text, /After 500 ms the controller switches torque off/);
+});
+
 test("notices: the remedy of a command names buttons of the page, not commands", () => {
     const remedyOf = (number) => new CommandError("x", { number, text: "y; 'z'" }, [], tables().errors).remedy;
 
+    for (const { remedy } of Object.values(tables().errors)) assert.doesNotMatch(remedy, /(?<!\w)'/);
     assert.match(remedyOf(12), /press “Release”$/);
+    assert.equal(remedyOf(57), "give it more time in the view Motion");
     assert.match(remedyOf(40), /send “servos forget” by the console of the view Packets/);
     assert.match(remedyOf(84), /press “Torque on”/);
     assert.equal(remedyOf(41), "'z'");

@@ -4,6 +4,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { Session } from "../../src/model/session.js";
+import { Settings } from "../../src/model/settings.js";
 import { Setup } from "../../src/model/setup.js";
 import { texts } from "../../src/texts/texts.js";
 import { INSTRUCTION } from "../../src/wire/packet.js";
@@ -121,7 +122,7 @@ for (const action of [0, 1])
         const { setup, clock, session, port } = await rig({ onText });
 
         for (const start of Object.values(deaf).map((each) => each.start)) await finish(clock, start(setup), 5000);
-        assert.deepEqual(codes(session), action ? ["unwatched"] : []);
+        assert.deepEqual(codes(session), []);
         await finish(clock, setup.search(""), 5000); // watched: by packets
         const lines = port.lines.filter((line) => /^(scan|new|diagnose|settings link)/.test(line));
         const unwatched = (line) => (action ? ["settings link_loss_ms 0", line, "settings link_loss_ms 1000"] : [line]);
@@ -235,21 +236,89 @@ test("freeId: not that of a servo that the controller has forgotten, but one tha
     assert.equal(setup.freeId, 3);
 });
 
-test("link_loss_ms: set back after a stop, and told if it cannot be", async () => {
+/* A controller that watches its link; servo 9 is under diagnosis. */
+async function unwatched() {
     const onText = (line, at) => (line === "settings" ? (at.say("link_loss_ms = 1000 ms", "link_loss_action = 2", "ok"), true) : line === "diagnose 9");
-    const { setup, clock, session, port } = await rig({ onText });
-    const run = setup.diagnose(9);
+    const it = await rig({ onText });
+    const run = it.setup.diagnose(9);
 
-    await clock.advance(100);
+    await it.clock.advance(100);
+    assert.deepEqual(codes(it.session), ["unwatched"]);
+    return { ...it, run, settings: new Settings(it.session) };
+}
+
+test("freeId: not that of a servo of an earlier connection, nor of one seen before the view was opened", async () => {
+    const { clock, session, port } = await rig();
+
+    for (const id of [2, 3]) port.servos.delete(id);
+    await session.disconnect();
+    await finish(clock, session.connect(port));
+    assert.deepEqual(session.robot.ids, [1]);
+    assert.equal(new Setup(session).freeId, 4);
+});
+
+test("link_loss_ms: set back after a stop; the notice goes", async () => {
+    const { clock, session, port, run } = await unwatched();
+
     session.stop();
     await finish(clock, run, 5000);
     assert.equal(port.lines.findLast((line) => /link_loss/.test(line)), "settings link_loss_ms 1000");
-    const other = setup.diagnose(9);
+    assert.ok(!codes(session).includes("unwatched"));
+});
+
+test("link_loss_ms: set back before any other line that waits", async () => {
+    const { clock, session, port, run } = await unwatched();
+    const other = session.controller.run("bus");
 
     await clock.advance(100);
+    port.say("ok");
+    await finish(clock, Promise.all([run, other]));
+    assert.deepEqual(port.lines.slice(port.lines.indexOf("diagnose 9")).filter((line) => /link|bus/.test(line)), ["settings link_loss_ms 1000", "bus"]);
+});
+
+test("link_loss_ms: nothing is saved while it is 0 for a command", async () => {
+    const { clock, port, run, settings } = await unwatched();
+
+    await assert.rejects(settings.save(), { code: "unwatched-still", ms: 1000 });
+    port.say("ok");
+    await finish(clock, run);
+    await finish(clock, settings.save());
+    assert.deepEqual(port.lines.filter((line) => /link|save/.test(line)).slice(-2), ["settings link_loss_ms 1000", "save"]);
+});
+
+test("link_loss_ms: the outcome of a command stays if it cannot be set back", async () => {
+    const { clock, session, setup, port, run, settings } = await unwatched();
+    const { onText } = port;
+
+    port.onText = (line) => (line === "settings link_loss_ms 1000" ? (port.say("error 63: the EEPROM is being written"), true) : onText(line));
+    port.say("finding 9: no servo answers", "error 49: ended by a key or packet");
+    setup.end();
+    await finish(clock, run);
+    assert.equal(setup.isDiagnosisEnded, true);
+    assert.deepEqual(codes(session), ["unwatched-still"]);
+    port.onText = onText;
+    await finish(clock, settings.apply({ link_loss_ms: 700 }));
+    assert.deepEqual(codes(session), []);
+});
+
+test("link_loss_ms: a port that is lost meanwhile is told at the next connection, too", async () => {
+    const { clock, session, port, run } = await unwatched();
+
     port.unplug();
-    await finish(clock, other);
-    assert.match(session.notices.at(-1).text, /link_loss_ms could not be set back to 1000/);
+    await finish(clock, run);
+    assert.ok(codes(session).includes("unwatched-still"));
+    await finish(clock, session.connect(port));
+    assert.ok(codes(session).includes("unwatched-still"));
+    assert.ok(!codes(session).includes("lost"));
+});
+
+test("link_loss_ms: set back by a packet before the port is closed", async () => {
+    const { clock, session, port, run } = await unwatched();
+
+    session.disconnect();
+    await finish(clock, run);
+    assert.deepEqual([...port.device.slice(10, 12)], [0xe8, 3]);
+    assert.ok(!codes(session).includes("unwatched-still"));
 });
 
 test("change of an ID: a full list is forgotten first, and a search fills it again, also after a refusal", async () => {
@@ -512,6 +581,25 @@ test("restore: writes what differs, nothing else", async () => {
     assert.equal(setup.plan, null);
 });
 
+test("restore of all: a servo that is missing is named, the others are restored", async () => {
+    const { setup, port, clock, session } = await rig();
+    const file = await finish(clock, setup.backup(null));
+
+    for (const id of [1, 2, 3]) port.servos.get(id)[MIN_VOLTAGE] = 65;
+    port.offline.add(1);
+    await finish(clock, setup.compare(file, null), 3000);
+    assert.deepEqual(setup.plan.servos.map(({ id }) => id), [2, 3]);
+    assert.deepEqual(session.notices.map(({ code, ids }) => [code, ids]), [["servo-silent", [1]]]);
+    port.offline.add(2);
+    await finish(clock, setup.restore(), 3000);
+    assert.deepEqual(setLines(port), ["set 3 MIN_VOLTAGE 0raw"]);
+    assert.deepEqual(setup.restored.map(({ id, why }) => [id, why]), [[3, ""]]);
+    assert.deepEqual(session.notices.map(({ code, ids }) => [code, ids]), [["servo-silent", [1, 2]]]);
+    port.offline.add(3);
+    await finish(clock, setup.compare(file, null), 3000);
+    assert.equal(setup.plan, null);
+});
+
 test("restore: shows what a servo did not take", async () => {
     const isLocked = { value: false };
     const { setup, port, clock } = await rig({
@@ -528,7 +616,7 @@ test("restore: shows what a servo did not take", async () => {
     await finish(clock, setup.compare(file, 1));
     await finish(clock, setup.restore());
     assert.deepEqual(setup.restored.map(({ row, why }) => [row.name, why]), [
-        ["MIN_VOLTAGE", "servo 1: range error; locked until power-off"],
+        ["MIN_VOLTAGE", "servo 1: range error; a value or address is out of its range, read-only, or locked until power-off"],
         ["MAX_VOLTAGE", ""],
     ]);
 });

@@ -179,8 +179,8 @@ test("filter: hides polling, not the same requests by hand", () => {
 
     r.out(POLL);
     r.in(status(253, 0, new Array(16).fill(0)));
-    r.out(read(253, 0x10, 8));
-    r.in(status(253, 0, new Array(8).fill(0)));
+    r.out(read(253, 0x09, 15));
+    r.in(status(253, 0, new Array(15).fill(0)));
     r.say("servos");
     r.hear("servo 1: online");
     r.hear("ok");

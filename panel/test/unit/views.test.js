@@ -13,6 +13,7 @@ import { RobotView } from "../../src/views/robot_view.js";
 import { texts } from "../../src/texts/texts.js";
 import { Decoder } from "../../src/model/decode.js";
 import "../../src/views/board_settings.js";
+import { modeOf } from "../../src/views/part.js";
 import "../../src/views/packets_send.js";
 import { registerRows } from "../../src/model/registers.js";
 import "../../src/views/setup_backup.js";
@@ -203,7 +204,7 @@ async function settingsPart() {
     part.requestUpdate = () => {};
     part.session = {
         isConnected: true, wire: { hasConsole: true }, tables: tables(), robot: { ids: [] },
-        controller: { modeBefore: null, run }, attempt: (call) => call(), notify: () => {},
+        controller: { modeBefore: null, run, takeWatched: () => {} }, attempt: (call) => call(), notify: () => {},
     };
     part.updated();
     await settle();
@@ -230,6 +231,31 @@ test("settings: read again after a first read that failed", async () => {
     button()();
     await settle();
     assert.ok(valuesOf(part.render()).some(([, value]) => value === "20000"));
+});
+
+test("settings: read again after a reset of the controller, and what was typed before it is dropped", async () => {
+    const { part, shown, type } = await settingsPart();
+    const { session } = part;
+    const mode = modeOf(session);
+
+    type("link_loss_ms", "1234");
+    session.controller.run = () => Promise.resolve(["link_loss_ms = 700", "settings at start: as saved"]);
+    session.starts = 2;
+    assert.notEqual(modeOf(session), mode); // so the part is rendered
+    part.updated();
+    await settle();
+    assert.equal(shown("link_loss_ms"), "700");
+});
+
+test("settings: read again when the view is opened again; what is typed stays", async () => {
+    const { part, shown, type } = await settingsPart();
+
+    type("cycle_us", "20000");
+    part.session.controller.run = () => Promise.resolve(["link_loss_ms = 700"]); // by the console
+    part.shouldUpdate = () => false;
+    part.connectedCallback();
+    await settle();
+    assert.deepEqual([shown("link_loss_ms"), shown("cycle_us")], ["700", "20000"]);
 });
 
 test("settings: tells when they have changed, so that the status is read again", async () => {
@@ -284,6 +310,23 @@ test("restore: tells that a servo will turn without end", () => {
     };
 
     assert.deepEqual([shown(0), shown(1)], [true, false]);
+});
+
+test("diagnosis: its result comes into view at its end", () => {
+    const part = new (customElements.get("panel-setup-diagnose"))();
+    let shown = 0;
+
+    part.querySelector = () => ({ scrollIntoView: () => shown++ });
+    for (const kind of ["search", "diagnose", "diagnose", undefined, undefined, "search"]) {
+        part.setup = { operation: kind && { kind } };
+        part.updated();
+    }
+    assert.equal(shown, 1);
+});
+
+test("factory: not offered while another servo has ID 1", () => {
+    assert.match(texts.setup.askFactory(3, true), /First give servo 1 another ID/);
+    assert.doesNotMatch(texts.setup.askFactory(1, false), /First/);
 });
 
 test("diagnosis: a remedy names the button Search, not the command", () => {
