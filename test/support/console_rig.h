@@ -30,7 +30,7 @@ static struct failsafe failsafe;
 static struct console console;
 
 /* What the console has said; only the end of it is kept. */
-static char said[640];
+static char said[512];
 static uint16_t said_length;
 
 static inline void begin_console(void)
