@@ -312,8 +312,9 @@ static void read_input(struct console *console)
             return;
         }
         take(console, (char)byte, echo);
-        if (command_set.typing && console->completing)
-            return; // the keys behind a Tab wait
+        if (console->editor.length == 0 || (command_set.typing && console->completing))
+            return; // the prompt of a dropped line takes as long as three keys; the keys behind a
+                    // Tab wait
     }
 }
 
