@@ -132,7 +132,7 @@ the rows of `src/controller/console/commands/` and from a real run in the simula
 
 One command a line, ended by Enter. The reply has zero or more lines, then `ok`, or `error N: text; remedy`
 ([errors.md](errors.md)); the profile `console` leaves the remedy out. Lines that begin with `warning:` report a
-condition; the command has worked. `help` lists the commands, `help COMMAND` explains one.
+condition; the command has worked. `help` or `?` lists the commands, `help COMMAND` explains one.
 
 | key | what it does |
 |---|---|

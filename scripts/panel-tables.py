@@ -42,19 +42,18 @@ MOTION_ERRORS = {*map(str, range(1, 20)), *enum_numbers("src/controller/robot/ro
                  *enum_numbers("src/controller/robot/motion_start.h", "motion_refusal")}
 
 # Errors of a line that only a user types. The page shows the reply to such a line as it is.
-TYPED_ERRORS = {"0", "20", "22", "23", *map(str, range(30, 40)), "41", "42", "44", "46", "53", "56", "60", "61"}
+TYPED_ERRORS = {"0", "6", "20", "22", "23", *map(str, range(30, 40)), "41", "42", "44", "46", "53", "56", "60", "61"}
 
-# Errors that only a program with the library gets: the console waits until a servo and the bus are free.
-LIBRARY_ERRORS = {"1", "4", "6"}
+# Errors that only the library returns.
+LIBRARY_ERRORS = {"1", "4"}
 
 IN_MOTION = "in the view Motion"
 IN_CONSOLE = "by the console of the view Packets"
 
-# Remedies of the console name its commands; here they name what the page has. The page shows them in place of those that the
-# console sends.
+# Remedies that name parts of the page. The page shows them in place of those of the console.
 REMEDIES = {
     "5": "use a value within the range",
-    "7": "a value or address is out of its range, read-only, or locked until power-off",
+    "7": "mend the value or address; a locked servo needs its power off",
     "8": "try again",
     "10": f"send “write ID STATUS_RETURN_LEVEL 2” {IN_CONSOLE}",
     "11": "keep within its angle limits and those of the command “limits”",
@@ -65,7 +64,7 @@ REMEDIES = {
     "45": f"choose servos {IN_MOTION}",
     "47": "switch its torque off, then set its CCW_ANGLE_LIMIT above 0 in the view Set-up",
     "48": "press “Search” in the view Set-up",
-    "51": "wait a second, then search at six rates; it may have lost its power",
+    "51": "wait a second, then search at six rates; the servo may have lost its power",
     "54": "remove the cause, press “Release”, then switch torque on",
     "57": f"give it more time {IN_MOTION}",
     "58": f"wait until it has ended, or press “End” {IN_MOTION}",

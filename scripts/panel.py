@@ -71,7 +71,7 @@ def wait_for_server(server, port):
 
 
 def end(process):
-    """Kills what a SIGTERM does not end: websockify heeds only the first, and drops it if it comes while a line is logged."""
+    """Kills what a SIGTERM does not end: websockify may ignore the first one, and ignores each later one."""
     process.terminate()
     try:
         process.wait(2)

@@ -152,8 +152,8 @@ SIM_TEST_ELFS := $(patsubst test/firmware/registers/%.c,build/firmware/%.elf,$(w
 UNIT_TESTS := $(call host_program,$(UNIT_TEST_SRC)) \
 	$(patsubst %,$(AVR_TEST)/%.elf,$(basename $(notdir $(UNIT_TEST_SRC))))
 SIM_TESTS := $(SIM_TEST_SRC:%.c=build/host/%)
-# make test-long runs these suites in full length; make test runs them, first, with fewer random inputs; CI runs a third of
-# them in full length (is_long() of test/runs/simulator.py).
+# make test-long runs these suites in full length; make test runs them, first, with fewer random inputs; CI runs one
+# of three parts in full length (is_long() of test/runs/simulator.py).
 LONG_TESTS := $(wildcard $(patsubst %,test/runs/test_%.py,autostart bus_random console_commands example_hexapod example_robot example_teach failsafe faults_all fuzz identity inhibit permit_random diagnose flood bridge firmware))
 RUN_TESTS := $(LONG_TESTS) $(filter-out $(LONG_TESTS),$(wildcard test/runs/test_*.py))
 

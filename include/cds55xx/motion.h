@@ -62,8 +62,8 @@ struct cds_motion_config {
     struct cds_motion_joint *joints; // one for each servo of the cycle
     const struct cds_register_profile *const *profiles; // one for each joint; NULL: all CDS55xx
     uint16_t acceleration; // the most of minimum jerk and trapezoid, for joints that begin and end
-                           // at rest, in speed register units (62/1023 RPM) per second:
-                           // cds_motion_acceleration(); 0: not checked
+                           // at rest, above 100 % for all, in speed register units (62/1023
+                           // RPM) per second: cds_motion_acceleration(); 0: not checked
 };
 
 /* Returns the acceleration that a CDS55xx has with the value `acc`, 0 to 255, in register 0x22 or
@@ -88,8 +88,8 @@ struct cds_move {
                                // stop, towards next_pose
     uint32_t next_ms;          // time from `pose` to next_pose. The program submits that move with
                                // `waits`
-    uint32_t pass_rate;        // internal, of a sequence that was tried: the highest rate of the
-                               // time while a joint passes a pose, in 1/65536; 0: as given
+    uint32_t pass_rate;        // internal: highest rate, in 1/65536, beside a passed pose of a
+                               // sequence that was tried; 0: 65536
 };
 
 /* The curve that all joints of a move share. Its fields are internal. */

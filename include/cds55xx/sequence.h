@@ -81,7 +81,7 @@ struct cds_sequence {
     uint16_t step_dwell_ms; // of the step under way
     uint16_t dwell_ms;      // of the pose where the joints are at rest
     uint32_t dwell_from_us; // when they came to rest
-    uint32_t pass_rate;     // of struct cds_move
+    uint32_t pass_rate;     // highest rate beside a passed pose, in 1/65536
     bool has_passed;        // while steps are tried: the step before passes its pose
 };
 

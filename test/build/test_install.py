@@ -94,7 +94,7 @@ class Files(unittest.TestCase):
         self.assert_uninstalls(FOLDER / "image/usr", words)
         self.assertFalse((FOLDER / "image").exists())
 
-    def test_install_closed_umask_others_may_read_chip_twice_is_one(self):
+    def test_install_umask_077_others_may_read_chip_twice_is_one(self):
         prefix = FOLDER / "open"
         command = shlex.join(["make", "-C", str(ROOT), "-s", "install", f"PREFIX={prefix}", "MCUS=atmega328p atmega328p"])
         status, output = call("sh", "-c", f"umask 077 && {command}", env={**os.environ, "MAKEFLAGS": ""})

@@ -17,9 +17,11 @@ PACKET = re.compile(r"^\s*(\d+)(?: bus\d)? (->in|<-out): ((?:[0-9A-F]{2} ?)+)\(L
 
 
 def is_long(wanted, suite):
-    """Whether a suite runs in full length. wanted: 1 for all (make test-long), N/M for part N of M (CI)."""
+    """Whether a suite runs in full length. wanted: "" for none, 1 for all (make test-long), N/M for part N of M (CI)."""
+    if not wanted:
+        return False
     part, _, parts = wanted.partition("/")
-    return zlib.crc32(suite.encode()) % int(parts or 1) == int(part) - 1 if wanted else False
+    return zlib.crc32(suite.encode()) % int(parts or 1) == int(part) - 1
 
 
 LONG = is_long(os.environ.get("TEST_LONG", ""), pathlib.Path(sys.argv[0]).stem)

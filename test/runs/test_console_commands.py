@@ -416,7 +416,7 @@ class Scripts(unittest.TestCase):
         for board in ("atmega128", "arbotix"):
             told = board == "atmega128"
             self.run_on(board, "scan\n@wait 1500\nturn 1 20rpm\n" + (text("torque is off: 'torque ID on', then 'turn' again") if told else "")
-                        + "torque 1 on\n" + text("endless turn: speed set to 0") + servo("1 torque on") + servo("1 MOVING_SPEED 0")
+                        + "torque 1 on\n" + text("endless turn: speed 0 first") + servo("1 torque on") + servo("1 MOVING_SPEED 0")
                         + "@wait 300\n" + servo("1 PRESENT_SPEED 0") + "turn 1 20rpm\n@wait 300\n" + servo("1 MOVING_SPEED 330")
                         + servo("1 PRESENT_SPEED 300..340") + "torque 1 on\n" + servo("1 MOVING_SPEED 330"))
 
@@ -437,7 +437,8 @@ class Scripts(unittest.TestCase):
 
     def test_question_mark_is_help(self):
         for board in ("atmega128", "arbotix"):
-            self.run_on(board, "?\n" + text("  help [COMMAND]: this list, or one command") + "? led\n" + text("led ID|254 on|off: LED on or off"))
+            self.run_on(board, "?\n" + text("  help [COMMAND]: this list, or one command") + "? led\n" + text("led ID|254 on|off: LED on or off")
+                        + error(30, "?x"))
 
     def test_teach_of_one_servo_names_its_error_once(self):
         run = self.run_on("atmega128", "! teach off 9\n" + text("error 2: servo 9: no reply by the deadline"))

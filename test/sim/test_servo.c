@@ -1322,7 +1322,7 @@ static bool blinks(void)
     return said;
 }
 
-void test_R17_each_alarm_bit_makes_the_led_blink_for_its_error(void)
+void test_R17_each_alarm_bit_blinks_for_its_error_only(void)
 {
     for (unsigned bit = 0; bit < 7; bit++) {
         for (unsigned mask = 0; mask < 7; mask++) {
@@ -1348,7 +1348,7 @@ void test_R17_the_led_blinks_as_long_as_the_condition_lasts(void)
     TEST_ASSERT_FALSE(servo_led(&servo));
 }
 
-void test_R17_each_shutdown_bit_turns_torque_off_for_its_error(void)
+void test_R17_each_shutdown_bit_acts_for_its_error_only(void)
 {
     for (unsigned bit = 0; bit < 7; bit++) {
         for (unsigned mask = 0; mask < 7; mask++) {
@@ -1374,7 +1374,7 @@ void test_R17_torque_stays_off_until_it_is_enabled_again(void)
     TEST_ASSERT_TRUE(servo_torque(&servo));
 }
 
-void test_R36_enabled_torque_goes_off_while_the_condition_lasts(void)
+void test_R36_torque_goes_off_at_once_while_a_condition_lasts(void)
 {
     provoke(SERVO_ERROR_OVERHEATING);
     TEST_ASSERT_FALSE(servo_torque(&servo));

@@ -40,8 +40,8 @@ export class Controller {
         this.hasOwnMode = true; // false while the page has given the mode of before back, to save it
         this.commands = new Set(); // usage of each command, as in the tables
         this.onDone = () => {}; // (line) is called when a command has succeeded
-        this.unwatchedMs = 0; // link_loss_ms is 0 for the time of a command, then this again
-        this.onWatch = () => {}; // (code of a notice, ms) is called when it changes; "": it is back
+        this.unwatchedMs = 0; // value of link_loss_ms after the command that needs 0; 0: there is no such command
+        this.onWatch = () => {}; // (code of a notice, ms): link_loss_ms was set to 0; code "": it was set back
         this.hasMotion = false; // timed moves, stored poses and sequences
     }
 
@@ -142,7 +142,7 @@ export class Controller {
         this.onWatch("unwatched", ms);
         try {
             await this.run("settings link_loss_ms 0");
-            return this.run(line, options); // not awaited: what sets it back waits right behind it
+            return this.run(line, options); // not awaited: the line that sets it back is queued at once
         } finally {
             this.#watchAgain(ms);
         }
@@ -157,7 +157,7 @@ export class Controller {
         }
     }
 
-    /* As run(). If a stop or a reply that does not come is between, the line is sent again as soon as the wire is ready. */
+    /* As run(). After a stop or a missing reply it sends the line again once the wire is ready. */
     async insist(line) {
         for (;;) {
             try {
@@ -169,8 +169,8 @@ export class Controller {
         }
     }
 
-    /* Packets that set back, before the port closes, what a command needed. A packet ends the command. */
-    lastPackets() {
+    /* The packet that sets link_loss_ms back before the port closes. It ends the command. */
+    takeLastPackets() {
         const ms = this.unwatchedMs;
 
         if (!ms || !this.#wire.hasDevice) return [];

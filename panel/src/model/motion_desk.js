@@ -223,7 +223,7 @@ export class MotionDesk extends MotionEditor {
         this.#tellEnd(motion.error);
     }
 
-    /* The register has the number of the error. The console names the servo, too: the first one, also if none answers. */
+    /* The register has the number of the error. The console names the first servo even if none answers: then the line or the power is named. */
     async #tellEnd(number) {
         const { session } = this;
         const { text: message = "", remedy = "" } = session.tables.errors[number] ?? {};
@@ -231,10 +231,10 @@ export class MotionDesk extends MotionEditor {
         const id = /^servo (\d+) /.exec(lines[0])?.[1];
         const { answering, isLineLow, servos } = session.robot;
 
-        const names = servos.get(Number(id))?.alarms ?? [];
+        const reported = servos.get(Number(id))?.alarms ?? [];
         const cause = servos.size && !answering
             ? { remedy: isLineLow ? texts.robot.lineLow : texts.robot.allSilent }
-            : { id, remedy: [...names.map((name) => alarms[name]), remedy].join(" ") };
+            : { id, remedy: [...reported.map((name) => alarms[name]), remedy].join(" ") };
 
         session.notify({ code: "motion-ended", number, message, ...cause });
     }

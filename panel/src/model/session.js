@@ -21,19 +21,18 @@ const NOTICES_MAX = 20;
 const INFO_MS = 8000; // information then goes away by itself
 const INFO_TO_DO_MS = 20000; // one with a remedy or a button
 /* Errors of the controller. */
-const ERROR_MAY_NOT_DRIVE = 12; // a servo is inhibited
-const ERROR_INHIBITED = 54;
+const ERROR_INHIBITED = 12; // a servo is inhibited
+const ERROR_STOPPED = 54;
 const ERROR_STOPPING = 64; // torque off is under way
 const ERROR_LINK_LOST = 65;
 const ERROR_TOO_MANY = 40; // servos in its list
 const ERROR_NOT_NEW = 95; // `new`: the servo that answers may be one of the list
 const LISTS_SERVOS = new Set(["goal-not-kept", "goal-refused", "goal-unconfirmed", "inhibited", "joint-moves", "refused", "servo-silent", "turn-not-ended", "turning"]); // one notice lists all servos
 const WITHDRAWN_BY = { // notices that an event withdraws
-    release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-no-inhibit", "stop-unverified", "stopped", ERROR_MAY_NOT_DRIVE, ERROR_INHIBITED, ERROR_STOPPING, ERROR_LINK_LOST],
+    release: ["clear-inhibited", "goal-unconfirmed", "inhibited", "motion-inhibited", "release-refused", "stop-no-inhibit", "stop-unverified", "stopped", ERROR_INHIBITED, ERROR_STOPPED, ERROR_STOPPING, ERROR_LINK_LOST],
     stop: ["lost-stopping", "stop-failed", "stop-no-inhibit", "stop-not-sent", "stop-unverified", "turning"],
     back: ["silent"],
     motion: ["motion-ended"],
-    whole: ["motion-ended", "servo-silent"],
 };
 /* Notices that no other notice pushes out: the robot may move, or its torque is not known. */
 const ABOUT_SAFETY = new Set([...WITHDRAWN_BY.stop, "lost", "reset", "silent", "turn-not-ended"]);
@@ -45,7 +44,7 @@ const PORT_RETRY_MS = 250;
 const BANNER = /^cds55xx \d/; // a controller in the mode for people tells it after a reset
 const PORT_TAKEN = /another client is connected/; // the simulator says so, then hangs up
 
-const UNWATCHED = "unwatched-still"; // true of the next connection, too
+const UNWATCHED = "unwatched-still"; // this notice outlives the connection
 
 const isStopDue = ({ code }) => code === "stop-not-sent";
 
@@ -203,7 +202,7 @@ export class Session extends EventTarget {
         const { controller, robot, wire } = this;
 
         robot?.end();
-        await wire?.close([...controller.lastPackets(), ...robot.endsOfTurns()]);
+        await wire?.close([...controller.takeLastPackets(), ...robot.endsOfTurns()]);
         if (this.wire === wire) this.#setState("disconnected");
     }
 
@@ -231,7 +230,7 @@ export class Session extends EventTarget {
             this.#followStop();
             this.dispatchEvent(new Event("feedback"));
         });
-        on(robot, "whole", () => this.withdraw(WITHDRAWN_BY.whole));
+        on(robot, "whole", () => this.#remove(({ code, id }) => code === "servo-silent" || (code === "motion-ended" && !id))); // no servo answered
         on(robot, "change", () => {
             for (const id of robot.ids) this.seenIds.add(id);
             this.#change();
@@ -370,7 +369,7 @@ export class Session extends EventTarget {
         const { servos } = this.robot;
 
         if (servos.has(id)) servos.get(id).inhibit = "";
-        if (!this.isInhibited && [...servos.values()].every(({ inhibit }) => !inhibit)) this.withdraw(["inhibited", ERROR_MAY_NOT_DRIVE]);
+        if (!this.isInhibited && [...servos.values()].every(({ inhibit }) => !inhibit)) this.withdraw(["inhibited", ERROR_INHIBITED]);
     }
 
     /* A command has succeeded: withdraws the notice that the same operation has failed. */
@@ -420,7 +419,7 @@ export class Session extends EventTarget {
         const before = this.notices.find((shown) => shown.key === key)?.ids ?? [];
         const ids = isOfMany ? [...new Set([...before, ...(detail.ids ?? [detail.id])])].sort((one, other) => one - other) : detail.ids;
         const operation = operationOf(detail.line === undefined ? "" : String(detail.line));
-        const notice = { key, input, code, ids, operation, number: detail.number, time: this.clock.now(), undo: detail.undo, ...noticeText({ ...detail, code, ids }) };
+        const notice = { key, input, code, id: detail.id, ids, operation, number: detail.number, time: this.clock.now(), undo: detail.undo, ...noticeText({ ...detail, code, ids }) };
 
         if (code === "unexpected") console.error(what);
         this.notices = withoutOldest(NOTICES_MAX, [...this.notices.filter((shown) => shown.key !== key && !(input && shown.input === input)), notice]);

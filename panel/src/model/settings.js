@@ -110,7 +110,7 @@ export class Settings {
         if (name === "link_loss_ms") this.#controller.takeWatched();
     }
 
-    /* While link_loss_ms is 0 for the time of a command it would be saved as 0. */
+    /* Refused while a command keeps link_loss_ms at 0: the 0 would be saved. */
     async save() {
         const { unwatchedMs: ms } = this.#controller;
 

@@ -153,7 +153,7 @@ export const notice = {
     }),
     "unwatched-still": ({ ms }) => ({
         text: `link_loss_ms is 0 in place of ${ms}: the controller does not watch the link.`,
-        remedy: "Wait for the end of the command, or set it in the view Board.",
+        remedy: "Wait for the end of the command, or set it in the view Board; then save.",
     }),
     "clear-inhibited": () => ({
         text: "The alarms were not cleared: driving is inhibited, and “clear” would end that, too.",

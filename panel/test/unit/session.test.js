@@ -547,12 +547,13 @@ test("notices: that servos do not answer is told until all answer again", async 
     for (const id of [1, 2]) port.offline.add(id);
     await clock.advance(700);
     session.notify({ code: "motion-ended", number: 83 });
+    session.notify({ code: "motion-ended", number: 81, id: 1 });
     port.offline.delete(1);
     await clock.advance(500);
-    assert.deepEqual(codes(), ["servo-silent", "motion-ended"]);
+    assert.deepEqual(codes(), ["servo-silent", "motion-ended", "motion-ended"]);
     port.offline.delete(2);
     await clock.advance(500);
-    assert.deepEqual(codes(), []);
+    assert.deepEqual(session.notices.map(({ number }) => number), [81]); // this motion ended for another reason
 });
 
 test("disconnect: asks unless torque is known to be off, and tells what the controller does", async () => {

@@ -312,9 +312,9 @@ static void read_input(struct console *console)
             return;
         }
         take(console, (char)byte, echo);
+        // The prompt after Ctrl-C takes as long as three keys. The keys behind a Tab wait.
         if (console->editor.length == 0 || (command_set.typing && console->completing))
-            return; // the prompt of a dropped line takes as long as three keys; the keys behind a
-                    // Tab wait
+            return;
     }
 }
 

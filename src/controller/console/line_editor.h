@@ -7,7 +7,8 @@
  *   Right, Ctrl-F  on one character          Down, Ctrl-N   the line after
  *   Home, Ctrl-A   to the begin of the line  Tab            EDITOR_COMPLETE, with echo
  *   End, Ctrl-E    to the end of the line    Del, Ctrl-D    deletes at the cursor
- *   Backspace      deletes before the cursor Ctrl-U         deletes the line */
+ *   Backspace      deletes before the cursor Ctrl-U         deletes the line
+ *   Ctrl-W         deletes the word before   Ctrl-K         deletes all from the cursor on */
 #ifndef CONTROLLER_LINE_EDITOR_H
 #define CONTROLLER_LINE_EDITOR_H
 

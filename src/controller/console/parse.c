@@ -206,8 +206,8 @@ bool parse_is_keyword(const CDS_FLASH char *usage, const struct token *token)
 static uint8_t take_command(struct command_line *line, const struct token *token)
 {
     line->command = parse_command(token);
-    if (*token->text == '?')
-        line->command = &command_set.groups[0]->rows[0]; // help
+    if (token->length == 1 && *token->text == '?')
+        line->command = &command_set.groups[0]->rows[0]; // help: the first row of each set
     if (line->command == NULL)
         return ERROR_UNKNOWN_COMMAND;
     line->usage = line->command->usage;

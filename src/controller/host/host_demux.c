@@ -192,16 +192,16 @@ static void examine(struct host_demux *demux)
 
     demux->sum = (uint8_t)(demux->sum + byte);
     if (at == 1) {
-        bool lone = byte != CDS_HEADER; // only 0xFF came before: this byte is text
+        bool is_header = byte == CDS_HEADER;
 
-        if (lone && demux->count > 2) {
+        if (!is_header && demux->count > 2) {
             reject(demux);
             return;
         }
-        demux->skipping = lone && (demux->skipping || demux->typing);
+        demux->skipping = !is_header && (demux->skipping || demux->typing);
         drop_line(demux); // 0xFF may stand in place of another byte of the line
-        if (lone) {
-            demux->count = demux->seen = 0; // begin() sets the rest
+        if (!is_header) { // after one 0xFF: the byte is text
+            demux->count = demux->seen = 0;
             take_text(demux, byte);
         }
     } else if (at == CDS_AT_ID) {

@@ -2,12 +2,12 @@
 /* Separates the bytes of the host into protocol packets and text, in any order.
  *
  * Two bytes 0xFF outside a packet begin a packet and drop the unfinished line of text. One 0xFF in
- * a line drops this line up to its end; before a line, or before HOST_SILENCE_US of silence, it is
- * ignored. Every other byte outside a packet is text. A packet is damaged if it has a wrong LENGTH
- * or a wrong checksum, or if the host is silent for HOST_SILENCE_US before its end. The demux drops
- * a damaged packet, since its ID may be wrong, and searches its bytes for another packet. A good
- * packet there is passed on, unless it is HOST_SILENCE_US old: the client has then given up waiting
- * for the reply. A packet that waits that long for the bridge is dropped, too.
+ * a line drops this line up to its end. One 0xFF is ignored before a line, or if HOST_SILENCE_US of
+ * silence follow. Every other byte outside a packet is text. A packet is damaged if it has a wrong
+ * LENGTH or a wrong checksum, or if the host is silent for HOST_SILENCE_US before its end. The
+ * demux drops a damaged packet, since its ID may be wrong, and searches its bytes for another
+ * packet. A good packet there is passed on, unless it is HOST_SILENCE_US old: the client has then
+ * given up waiting for the reply. A packet that waits that long for the bridge is dropped, too.
  *
  * Ctrl-X (0x18) in text or in a damaged packet is a stop. In a good packet it is data, even if the
  * packet is dropped as late. If Ctrl-X comes after packets that wait for the bridge, they are
@@ -28,8 +28,8 @@
 #define HOST_SILENCE_US 15000
 
 /* Marks that the demux puts into the ring of text. The demux drops such bytes if the host sends
- * them. Each mark ends the line before it. DROPPED: a packet began. LOST: bytes were lost, and the
- * console answers with an error. */
+ * them. Each mark ends the line before it. DROPPED: 0xFF came in the line. LOST: bytes were lost,
+ * and the console answers with an error. */
 enum host_mark { HOST_MARK_DROPPED = 0xF8, HOST_MARK_LOST = 0xF9 } __attribute__((packed));
 
 /* Each counts modulo 65536. */

@@ -97,8 +97,8 @@ static uint32_t shortest_trapezoid(uint32_t distance, uint16_t fastest, uint32_t
     return 2 * root_up(distance * CDS_MOTION_UNIT / change + 1);
 }
 
-/* Periods in which minimum jerk keeps the acceleration of the joints: its peak is 5.774 distance /
- * time^2. */
+/* Fewest periods in which minimum jerk stays within config.acceleration: its peak is 5.774 distance
+ * / time^2. */
 static uint32_t shortest_minimum_jerk(const struct cds_motion *motion, uint32_t distance)
 {
     uint16_t most = motion->config.acceleration;
@@ -349,7 +349,7 @@ static enum cds_result check_speed(struct cds_motion *motion, uint8_t index)
         return CDS_PENDING;
     }
     note_periods(motion, (plan->duration + 3) / 4 * peak / (joint.fastest / 4) + 1);
-    // braking and speeding up: 3/2 of the difference of their distances / time^2
+    // braking and speeding up: 3/2 of the difference of their distances / time^2, as 1/4 of 5.774
     distance = (uint16_t)(abs(joint.distance) + abs(joint.passing - joint.braking) / 4);
     note_periods(motion, shortest_minimum_jerk(motion, units_of(&joint, distance)));
     return CDS_OK;
@@ -361,7 +361,7 @@ static enum cds_result decide(struct cds_motion *motion)
 {
     uint32_t duration = motion->next_plan.duration;
 
-    if (motion->shortest_periods > duration) // a joint with speeds is permitted 1/8 more
+    if (motion->shortest_periods > duration) // a joint with speeds may have 1/8 more speed
         motion->shortest_periods = duration;
     if (duration <= periods_of(motion, motion->next.time_ms))
         return CDS_OK;
@@ -388,8 +388,8 @@ static void start_clock(struct cds_motion_clock *clock, uint32_t periods)
     clock->step_low = (uint16_t)(clock->step_low + (rest % periods << 8) / periods);
 }
 
-/* The highest rate of the time at which speed and acceleration stay within what was checked, and
- * that the move behind a passed pose can keep. */
+/* The highest rate of the time at which speed and acceleration stay within what was checked; at
+ * most pass_rate beside a passed pose. */
 static uint32_t highest_rate(const struct cds_motion *motion)
 {
     uint32_t duration = motion->next_plan.duration, shortest = motion->shortest_periods;
@@ -481,7 +481,7 @@ enum cds_result cds_motion_check(struct cds_motion *motion)
         return CDS_PENDING;
     }
     motion->carry = CDS_MOTION_CARRY_1; // upper bound: begin_move() lowers it if the rate falls
-    if (motion->rate > CDS_MOTION_RATE_1 && !motion->next.waits) // pass_rate keeps the rate
+    if (motion->rate > CDS_MOTION_RATE_1 && !motion->next.waits) // the rate is within pass_rate
         motion->carry = (uint16_t)(motion->rate >> 4);
 
     result = is_of_joints ? check_joint(motion, motion->checked) : do_plan_step(motion);

@@ -168,8 +168,8 @@ static const CDS_FLASH struct command autostart_rows[] = {
         .usage = FLASH_TEXT("settings autostart NAME [DELAY]"),
         .what = FLASH_TEXT("play a sequence after power-up"),
         .details = COMMAND_DETAILS(
-            "DELAY: 1s to 127s, default 3s. Only after power-on, if the host sends no byte until "
-            "then, every servo passes its check, and each pose is within its limits"),
+            "DELAY: 1s to 127s, default 3s. Only after power-on, if no byte comes before it, "
+            "every servo passes its check, and each pose is within its angle limits"),
         .example = COMMAND_DETAILS("settings autostart walk 5s"),
         .begin = once_begin,
         .poll = stored_save_poll,

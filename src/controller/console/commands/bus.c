@@ -287,7 +287,7 @@ static const CDS_FLASH struct command bus_rows[] = {
         .usage = FLASH_TEXT("counters [ID]"),
         .what = FLASH_TEXT("packets sent and lost"),
         .details = COMMAND_DETAILS("Of the bus since the reset; of a servo since it joined the "
-                                   "robot. Modulo 65536, or up to 255"),
+                                   "robot. Modulo 65536, some to 255"),
         .example = COMMAND_DETAILS("counters"),
         .begin = counters_begin,
         .poll = counters_poll,

@@ -422,7 +422,7 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("status"),
         .what = FLASH_TEXT("state of the controller"),
-        .details = COMMAND_DETAILS("docs/console.md explains the lines"),
+        .details = COMMAND_DETAILS("Reset, link, driving, bus, servos, EEPROM"),
         .poll = status_poll,
     },
     {
@@ -435,7 +435,7 @@ static const CDS_FLASH struct command controller_rows[] = {
     },
     {
         .usage = message_clear,
-        .what = FLASH_TEXT("clear alarms, lost link"),
+        .what = FLASH_TEXT("end alarms and lost link"),
         .details = COMMAND_DETAILS(
             "Servos inhibited for that or by stop may be driven again; nothing moves"),
         .begin = clear_begin,

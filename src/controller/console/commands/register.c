@@ -178,8 +178,8 @@ static const CDS_FLASH struct command register_rows[] = {
         .what = FLASH_TEXT("set a register"),
         .details =
             COMMAND_DETAILS("VALUE in the unit that get shows, another of its kind (mdeg, mV, ms), "
-                            "or raw. ID and BAUD_RATE: use id and baud. EEPROM is written only if "
-                            "the value differs"),
+                            "or raw. ID and BAUD_RATE: use id and baud. EEPROM is written if "
+                            "it differs; STATUS_RETURN_LEVEL always"),
         .example = COMMAND_DETAILS("set 1 MIN_VOLTAGE 6.5V"),
         .begin = set_begin,
         .poll = set_poll,

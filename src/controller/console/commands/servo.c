@@ -9,7 +9,7 @@
 #include "console/messages.h"
 
 static const CDS_FLASH char message_limits_are_off[] = "limits are 0: endless turn";
-static const CDS_FLASH char message_stands_still[] = "endless turn: speed set to 0";
+static const CDS_FLASH char message_stands_still[] = "endless turn: speed 0 first";
 static const CDS_FLASH char message_turn_again[] =
     "torque is off: 'torque ID on', then 'turn' again";
 
@@ -264,8 +264,8 @@ static const CDS_FLASH struct command servo_rows[] = {
         .usage = FLASH_TEXT("torque ID|254 on|off"),
         .what = FLASH_TEXT("torque on or off"),
         .details = COMMAND_DETAILS("on: the servo moves to its last goal; 'teach off ID' keeps it "
-                                   "where it is. In endless turn its speed becomes 0. off: "
-                                   "the output turns freely. ID 254: all, which may turn on"),
+                                   "where it is. A turn begins with speed 0. off: "
+                                   "the output turns freely. ID 254: all; a turn may begin"),
         .example = COMMAND_DETAILS("torque 1 on"),
         .begin = torque_begin,
         .poll = look_poll,

@@ -142,8 +142,8 @@ bool setup_has_try(struct console *console, uint8_t result, uint8_t bits)
            ++console->part < command_set.set_up_tries;
 }
 
-/* Begins the command once more if its write was lost: no good reply has come, and the servo answers
- * where it was, and only there. Any other end is not retried: the servo may have done what it was
+/* Begins the command once more if its write was lost or damaged: the servo answers where it was,
+ * and only there. Any other end is not retried: the servo may have done what it was
  * told, or has refused it. */
 static bool begins_again(struct console *console)
 {
