@@ -404,19 +404,28 @@ class Scripts(unittest.TestCase):
 
     def test_torque_on_within_limits_needs_goal_and_speed_read(self):
         self.run_on("atmega128", "scan\nlimits 2 60 240\n" + error(11, "torque 2 on")
-                    + text("'torque on' needs 'info ID' first") + "info 2\ntorque 2 on\n" + servo("2 torque on"))
+                    + text("'turn' needs none; 'torque on' needs 'info ID' first") + "info 2\ntorque 2 on\n" + servo("2 torque on"))
 
     def test_refusal_of_limits_tells_which_is_broken(self):
-        angle, speed = text("servo 2: the angle is not within its limits, 60.117deg to 239.883deg"), text("servo 2: 'move' needs a SPEED up to 20rpm, not 0")
+        angle, speed = text("servo 2: the angle is not within its limits, 60.117deg to 239.883deg"), text("servo 2: 'move' needs a SPEED above 0, up to 20rpm")
         self.run_on("atmega128", "scan\nlimits 2 60 240 20rpm\n" + error(11, "move 2 50") + angle + error(11, "move 2 241 10rpm") + angle
                     + error(11, "move 2 100") + speed + error(11, "move 2 100 40rpm") + speed + error(11, "move 2 100 0") + speed
                     + error(11, "set 2 GOAL_POSITION 50") + angle + error(11, "turn 2 30rpm") + text("servo 2: its limits are 60.117deg to "))
+
+    def test_torque_on_of_a_servo_that_cannot_be_read_is_refused(self):
+        for board in ("atmega128", "arbotix"):
+            self.run_on(board, "scan\nturn 1 30rpm\ntorque 1 off\nset 1 STATUS_RETURN_LEVEL 0raw\n" + error(10, "torque 1 on")
+                        + "@wait 300\n" + servo("1 torque off"))
+
+    def test_torque_on_that_is_refused_tells_no_speed(self):
+        run = self.run_on("atmega128", "scan\nturn 1 30rpm\nstop\n" + error(54, "torque 1 on"))
+        self.assertNotIn("speed set to 0", run.output)
 
     def test_torque_on_does_not_start_an_endless_turn(self):
         for board in ("atmega128", "arbotix"):
             told = board == "atmega128"
             self.run_on(board, "scan\n@wait 1500\nturn 1 20rpm\n" + (text("torque is off: 'torque ID on', then 'turn' again") if told else "")
-                        + "torque 1 on\n" + text("endless turn: speed 0 first") + servo("1 torque on") + servo("1 MOVING_SPEED 0")
+                        + "torque 1 on\n" + text("endless turn: speed set to 0") + servo("1 torque on") + servo("1 MOVING_SPEED 0")
                         + "@wait 300\n" + servo("1 PRESENT_SPEED 0") + "turn 1 20rpm\n@wait 300\n" + servo("1 MOVING_SPEED 330")
                         + servo("1 PRESENT_SPEED 300..340") + "torque 1 on\n" + servo("1 MOVING_SPEED 330"))
 

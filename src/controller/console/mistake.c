@@ -26,10 +26,10 @@ static const CDS_FLASH char message_known_id[] =
     "ID %u is in the robot's list; choose another ID, or 'servos forget'";
 static const CDS_FLASH char message_usage_due[] = "wrong number of arguments; usage: %s%s";
 static const CDS_FLASH char message_limits[] =
-    "its limits are %a to %a and %r; 'torque on' needs 'info ID' first";
+    "its limits are %a to %a and %r; 'turn' needs none; 'torque on' needs 'info ID' first";
 static const CDS_FLASH char message_beyond_angles[] =
     "the angle is not within its limits, %a to %a";
-static const CDS_FLASH char message_beyond_speed[] = "'move' needs a SPEED up to %r, not 0";
+static const CDS_FLASH char message_beyond_speed[] = "'move' needs a SPEED above 0, up to %r";
 static const CDS_FLASH char message_not_driven[] =
     "not driven, as it gives no good answer; check its power, plug and rate";
 

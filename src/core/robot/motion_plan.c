@@ -398,6 +398,7 @@ static uint32_t highest_rate(const struct cds_motion *motion)
     if (motion->has_speeds)
         most = motion->next.pass_rate;
     if (most < CDS_MOTION_RATE_1 ||
+        (motion->has_speeds && motion->next_plan.window < duration) || // brakes near a limit
         (motion->next.curve == CDS_MOTION_TRAPEZOID && motion->config.acceleration))
         return CDS_MOTION_RATE_1;
     if (duration / 2 >= shortest)

@@ -27,11 +27,12 @@ static void each_command(void (*check)(const CDS_FLASH struct command *command))
 
 static uint8_t read_example(const CDS_FLASH struct command *command)
 {
+    const CDS_FLASH char *example = command->example.text ? command->example.text : command->usage;
     char text[80];
     uint8_t length = 0;
 
-    for (; command->example.text[length]; length++)
-        text[length] = command->example.text[length];
+    for (; example[length]; length++)
+        text[length] = example[length];
     text[length] = '\0';
     return read_line(text);
 }

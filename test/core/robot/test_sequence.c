@@ -469,6 +469,32 @@ void test_first_step_at_its_limit_does_not_slow_the_next_ones(void)
     TEST_ASSERT_EQUAL(CDS_OK, sequence.result);
 }
 
+/* A joint next to its limit brakes in one period: the change of speed must not grow with the rate. */
+void test_override_leaves_a_step_that_brakes_near_a_limit(void)
+{
+    uint16_t seen = 0;
+
+    setUp();
+    feedback[0].position = 980;
+    add_step(1000, 2500, 0, true);
+    add_step(1022, 1200, 0, true);
+    add_step(1023, 1200, 0, false);
+    for (uint8_t i = 0; i < 3; i++)
+        steps[i].pose[1] = (uint16_t)(100 + 200 * i);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_motion_set_override(&motion, 200));
+    checks_all = true;
+    begin(1);
+    while (sequence.result == CDS_PENDING) {
+        pass_period();
+        if (!motion.is_under_way || motion.plan.window == motion.plan.duration)
+            continue;
+        seen++;
+        TEST_ASSERT_LESS_OR_EQUAL_UINT32(CDS_MOTION_RATE_1, motion.rate);
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, sequence.result);
+    TEST_ASSERT_GREATER_THAN_UINT16(10, seen);
+}
+
 /* Above 100 % no joint exceeds its speed, and the paths are those of 100 %: no move has to begin
  * with a lower rate than the one before has ended with. */
 void test_override_keeps_speeds_and_paths_at_random(void)

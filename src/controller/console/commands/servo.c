@@ -9,7 +9,7 @@
 #include "console/messages.h"
 
 static const CDS_FLASH char message_limits_are_off[] = "limits are 0: endless turn";
-static const CDS_FLASH char message_stands_still[] = "endless turn: speed 0 first";
+static const CDS_FLASH char message_stands_still[] = "endless turn: speed set to 0";
 static const CDS_FLASH char message_turn_again[] =
     "torque is off: 'torque ID on', then 'turn' again";
 
@@ -168,11 +168,9 @@ NOINLINE static uint8_t write_switch(struct console *console, uint8_t address)
 
 static uint8_t torque_begin(struct console *console)
 {
-    uint8_t result = CDS_NO_REPLY_DUE;
-
-    if (console->line.choice == CHOICE_ON)
-        result = look(console);
-    return result == CDS_NO_REPLY_DUE ? write_switch(console, CDS_REG_TORQUE_ENABLE) : result;
+    if (console->line.choice == CHOICE_ON && console->line.id != CDS_BROADCAST_ID)
+        return look(console); // refused if the servo does not reply: it may be in endless turn
+    return write_switch(console, CDS_REG_TORQUE_ENABLE);
 }
 
 static uint8_t led_begin(struct console *console)
@@ -223,13 +221,14 @@ static bool look_poll(struct console *console)
                 return false;
             }
             if (!console->part) {
-                printer_line(&console->printer, message_stands_still);
                 console->error = servo_write(console, CDS_REG_MOVING_SPEED, 2); // the job is zeroed
                 console->phase = LOOKED;
                 return console->error == 0;
             }
         }
     }
+    if (console->phase == LOOKED)
+        printer_line(&console->printer, message_stands_still);
     if (is_move)
         console->error =
             servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * console->line.numbers));
