@@ -175,7 +175,7 @@ export class MotionView extends View {
                                 @change=${({ target }) => desk.setAngle(id, typedNumber(target.value))} />°
                         </span>
                         <button class="delete" aria-label=${t.angleOut(id)} title=${t.angleOut(id)} ?disabled=${pose.size === 1}
-                            @click=${() => desk.edit((motions) => motions.removeJoint(name, id))}>×</button>
+                            @click=${() => desk.removeJoint(id)}>×</button>
                     </label>`,
                 )}
             </div>

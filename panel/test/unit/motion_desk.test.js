@@ -60,6 +60,7 @@ const shownBy = ({ motions, pose, sequence, step }) => [[...motions.poses], [...
 
 const deletions = {
     "Pose left": (desk) => desk.deletePose("left"),
+    "Pose left, servo 1": (desk) => desk.removeJoint(1),
     "Sequence seq1": (desk) => desk.deleteSequence(),
     "Step 2": (desk) => desk.removeStep(1),
 };
@@ -82,6 +83,18 @@ for (const [what, call] of Object.entries(deletions))
         assert.deepEqual(shownBy(desk), before);
         assert.deepEqual(session.notices, []);
     });
+
+test("recapture: a servo that is not chosen keeps its angle", async () => {
+    const { session, desk } = deskWith();
+    const servos = new Map([1, 2, 3].map((id) => [id, { id, presence: "online", isOld: () => false, raw: { position: 100 * id } }]));
+
+    Object.assign(session, { state: "connected", robot: { ids: [1, 2, 3], servos } });
+    desk.motions.setPose("up", new Map([[1, 512], [2, 512], [3, 512]]));
+    desk.showPose("up");
+    desk.unchosen = new Set([1, 2]);
+    await desk.recapture();
+    assert.deepEqual([...desk.motions.poses.get("up")], [[1, 512], [2, 512], [3, 300]]);
+});
 
 test("undo: offered until the next edit, not after a refusal, which is told until then, too", async () => {
     const { session, desk } = deskWith("up", "down");
