@@ -361,7 +361,6 @@ export class MotionDesk extends MotionEditor {
 
         if (!motions) return;
         this.#takeMotions(motions);
-        this.motions.isChanged = true; // the board does not have it
         this.#notifyCounts("motion-loaded");
     }
 }

@@ -228,6 +228,19 @@ test("open: a good file withdraws the notice of a damaged one", async () => {
     assert.deepEqual(codes(), ["motion-loaded"]);
 });
 
+test("open: a file that was not changed since is unsaved nowhere, and is replaced unasked", async () => {
+    const { desk } = deskWith("up");
+    const file = desk.exportText();
+
+    desk.ask = async (question) => assert.fail(question);
+    await desk.open(file);
+    assert.ok(!desk.hasUnsaved);
+    await desk.open(file);
+    desk.store.load = async () => {};
+    await desk.load();
+    assert.ok(desk.motions.isEmpty);
+});
+
 test("play: the board is asked again after a load that has failed", async () => {
     const { session, desk } = deskWith("up");
     const outcomes = [Promise.reject(Object.assign(new Error(), { code: "timeout" })), Promise.resolve()];
