@@ -7,7 +7,7 @@ import { texts } from "../texts/texts.js";
 import { readMotions, textOfMotions } from "./motion_text.js";
 import { MotionEditor } from "./motion_editor.js";
 import { MotionStore } from "./motion_store.js";
-import { MotionError } from "./motions.js";
+import { MotionError, Motions } from "./motions.js";
 import { lastPositions, pathOfPoints, pathOfSequence } from "./path.js";
 import { Player, torqueError } from "./player.js";
 import { compare } from "./recording.js";
@@ -25,7 +25,7 @@ const namesOf = ({ poses, sequences }) => [...[...poses.keys()].map((name) => `p
 export class MotionDesk extends MotionEditor {
     #loadedFrom = null; // the controller whose poses and sequences were read; null: none, or they may have changed since
     #isOld = false; // a line by hand came during the load
-    #onBoard = new Set(); // namesOf() what the page has loaded from the board, or stored there
+    #onBoard = new Motions(); // what the page has loaded from the board, or stored there
     #shownOf = null; // the controller that was asked for them when the view was shown
     #motionState = 0;
     #isStopped = false; // the user has stopped the motion that is or was under way
@@ -208,7 +208,7 @@ export class MotionDesk extends MotionEditor {
 
         if (robot !== this.#robot) {
             this.#robot = robot;
-            this.#onBoard.clear();
+            this.#onBoard = new Motions();
             this.#motionState = 0;
         }
         const before = this.#motionState;
@@ -270,13 +270,15 @@ export class MotionDesk extends MotionEditor {
         this.#shownOf = this.session.controller;
         await this.#during("loading", async () => {
             await this.#loadStored();
-            if (this.motions.isEmpty) this.#takeMotions(this.store.stored, namesOf(this.store.stored));
+            if (this.motions.isEmpty) this.#takeMotions(this.store.stored, true);
         });
     }
 
-    #takeMotions(motions, onBoard) {
-        this.#onBoard = new Set(onBoard);
-        this.motions = readMotions(textOfMotions(motions)).motions;
+    #takeMotions(motions, isOnBoard) {
+        const copy = () => readMotions(textOfMotions(motions)).motions;
+
+        this.#onBoard = isOnBoard ? copy() : new Motions();
+        this.motions = copy();
         this.motions.keywords = this.keywords;
         this.forgetUndo();
         this.pose = "";
@@ -295,7 +297,7 @@ export class MotionDesk extends MotionEditor {
             await this.store.load();
             // Asks now: the user may have changed something during the load.
             if (this.motions.isChanged && !(await this.#mayReplace(t.askReplacePage))) return;
-            this.#takeMotions(this.store.stored, namesOf(this.store.stored));
+            this.#takeMotions(this.store.stored, true);
             if (this.store.gone.length) this.session.notify({ code: "motion-gone", names: this.store.gone });
             this.#notifyCounts("motion-loaded");
         }, "load");
@@ -311,30 +313,30 @@ export class MotionDesk extends MotionEditor {
             const sent = readMotions(textOfMotions(motions)).motions; // the user may go on editing
 
             await store.load();
-            if (await this.#store(sent)) await this.#removeGone(namesOf(sent));
+            if (await this.#store(sent)) await this.#removeGone(sent);
         }, "store");
     }
 
     /* Offers to delete on the board what was renamed or deleted here. A pose that a sequence of the board needs stays. */
-    async #removeGone(names) {
+    async #removeGone(sent) {
         const { stored } = this.store;
-        const isGone = (name) => this.#onBoard.has(name) && !names.includes(name);
+        const isGone = (name) => namesOf(this.#onBoard).includes(name) && !namesOf(sent).includes(name);
         const needed = [...stored.sequences].flatMap(([name, steps]) => (isGone(`sequence ${name}`) ? [] : steps.map(({ pose }) => `pose ${pose}`)));
         const gone = namesOf(stored).filter((name) => isGone(name) && !needed.includes(name));
 
         if (gone.length && (await this.ask(t.askRemove(gone), t.remove))) await this.store.remove(gone);
-        this.#onBoard = new Set(names);
+        this.#onBoard = sent;
     }
 
     /* Stores `sent`, a copy of motions or of a part. False: the user keeps what the board has. */
     async #store(sent) {
         const { motions, store } = this;
-        const names = store.replaced(sent);
+        const names = store.replaced(sent, this.#onBoard);
 
         if (names.length && !(await this.#mayReplace(t.askReplaceBoard(names)))) return false;
         await store.store(store.newOf(sent));
-        for (const name of namesOf(sent)) this.#onBoard.add(name);
-        motions.isChanged &&= textOfMotions(motions) !== textOfMotions(sent);
+        for (const kind of ["poses", "sequences"]) for (const entry of sent[kind]) this.#onBoard[kind].set(...entry);
+        motions.isChanged &&= ![sent, this.#onBoard].some((known) => textOfMotions(known) === textOfMotions(motions));
         this.session.takeMotion();
         this.#notifyCounts("motion-stored", sent);
         return true;

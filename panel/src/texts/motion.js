@@ -62,7 +62,6 @@ export const motion = {
     saveRecording: "Save as CSV",
 
     sequence: "Sequence",
-    choose: "Sequence",
     noSequence: "none yet",
     noSequences: "Add a step to begin a sequence.",
     noPosesYet: "First capture poses in the box Teach, or open a file. Then add a step.",
@@ -82,7 +81,7 @@ export const motion = {
     ofStep: (what, number) => `${what}, step ${number}`,
     chart: "Curves of the sequence",
     chartText: ({ steps, seconds, servos }) => `${many(steps, "step")}, ${seconds} s, ${many(servos, "servo")}`,
-    chartOfRecording: "Curves of the recording and of its replay",
+    chartOfRecording: "Curves of the recording and replay",
     tooFast: ({ step, id, needed }) => `Step ${step} is too short: servo ${id} needs ${needed} s.`,
 
     player: "Play",
@@ -92,7 +91,7 @@ export const motion = {
     times: "Times",
     loop: "Loop",
     unknown: "unknown",
-    fixed: "Press End first: what plays keeps its Times and Loop",
+    fixed: "Press End first",
     override: "Speed",
     play: "Play",
     pause: "Pause",
@@ -223,7 +222,7 @@ export const motionNotices = {
     }),
     "motion-not-asked": () => ({
         text: "Nothing was replaced: the view Motion was left.",
-        remedy: "Start it again, and stay in the view.",
+        remedy: "Start it again.",
     }),
     "motion-none-chosen": () => ({ text: "No servo is chosen.", remedy: "Choose servos in the box Teach." }),
     "motion-offline": ({ ids }) => ({
@@ -233,7 +232,7 @@ export const motionNotices = {
     "motion-empty": () => ({ text: "There is no pose yet.", remedy: "Capture a pose first." }),
     "motion-record-cut": () => ({
         text: "The recording has ended, since the connection is lost.",
-        remedy: "Connect again, then record again if a part is missing.",
+        remedy: "Connect again.",
     }),
     "motion-short": () => ({
         text: "The recording is too short.",

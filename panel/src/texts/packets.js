@@ -163,5 +163,5 @@ export const packets = {
     commands: "All commands",
     ownMode: "Not sent: this changes or saves how the controller answers the page. Use the view Board.",
     ended: "Cancelled: the robot was stopped.",
-    notText: "The console takes letters, digits and signs of ASCII only.",
+    notText: "The console takes ASCII only.",
 };

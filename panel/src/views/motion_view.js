@@ -256,7 +256,7 @@ export class MotionView extends View {
         return html`<section class="panel sequence" aria-label=${t.sequence}>
             <h2>${t.sequence}</h2>
             <p class="row">
-                <label>${t.choose}
+                <label>${t.sequence}
                     <select class="choose" ?disabled=${!names.length} @change=${({ target }) => desk.showSequence(target.value)}>
                         ${names.length ? nothing : html`<option disabled selected>${t.noSequence}</option>`}
                         ${names.map((name) => html`<option .selected=${live(name === desk.sequence)}>${name}</option>`)}

@@ -114,7 +114,7 @@ sequence second new fresh 1s
         assert.deepEqual(contents(store.stored), contents(read(WAVE)), bad);
         assert.ok(session.notices.some(({ code }) => code === "motion-taken-back"));
     }
-    assert.deepEqual(store.replaced(other), ["left", "wave"]);
+    assert.deepEqual(store.replaced(other, new Motions()), ["left", "wave"]);
 });
 
 test("store: a stop between the lines leaves what was there before", async (t) => {

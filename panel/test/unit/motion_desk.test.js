@@ -333,6 +333,37 @@ for (const [what, board, isNeeded, expected] of [
         assert.deepEqual(done, expected);
     });
 
+test("play: what this page has stored is replaced unasked, until the board has something else", async () => {
+    const { desk, done } = await deskWithBoard({ raw: 600 });
+    const { store } = desk;
+
+    store.store = async ({ poses, sequences }) => { // as the board does
+        const stored = [store.stored, { poses, sequences }];
+
+        store.stored = { poses: new Map(stored.flatMap((one) => [...one.poses])), sequences: new Map(stored.flatMap((one) => [...one.sequences])) };
+    };
+    await desk.play();
+    assert.ok(!desk.hasUnsaved);
+    desk.showPose("up");
+    await desk.setAngle(1, 100);
+    await desk.play();
+    assert.deepEqual(done, ["ask", "play seq1", "play seq1"]);
+    store.stored.poses.set("up", new Map([[1, 7]]));
+    await desk.play();
+    assert.deepEqual(done.slice(3), ["ask", "play seq1"]);
+});
+
+test("play: what is loaded is replaced unasked, and nothing is unsaved then", async () => {
+    const { desk, done } = await deskThatLoaded();
+
+    desk.store.play = async () => {};
+    desk.showPose("up");
+    await desk.setAngle(1, 100);
+    await desk.play();
+    assert.deepEqual(done, []);
+    assert.ok(!desk.hasUnsaved);
+});
+
 for (const [isLineLow, remedy] of [[true, texts.robot.lineLow], [false, texts.robot.allSilent]])
     test(`motion: its end while no servo answers blames none, ${isLineLow ? "the line is held low" : "power may be off"}`, async () => {
         const [notice, ...more] = await ended(() => {}, { number: 83, lines: ["servo 1 is stuck"], robot: { answering: 0, isLineLow } });
