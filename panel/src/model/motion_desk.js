@@ -14,6 +14,8 @@ import { compare } from "./recording.js";
 import { Recordings } from "./recordings.js";
 
 const ERROR_NO_MOTION = 79; // the motion was ended
+const ERROR_STUCK = 83; // a servo does not follow its goals
+const ERROR_TORQUE_OFF = 84;
 const BEGINS = 1; // register MOTION_STATE
 const UNDER_WAY = 2;
 const WAIT_MS = 1000; // the motion has ended already
@@ -226,12 +228,13 @@ export class MotionDesk extends MotionEditor {
     /* The register has the number of the error. The console names the first servo even if none answers: then the line or the power is named. */
     async #tellEnd(number) {
         const { session } = this;
-        const { text: message = "", remedy = "" } = session.tables.errors[number] ?? {};
         const { lines = [] } = (await session.controller.order("motion wait", { timeout: WAIT_MS }).catch((error) => error)) ?? {};
         const id = /^servo (\d+) /.exec(lines[0])?.[1];
         const { answering, isLineLow, servos } = session.robot;
+        const { alarms: reported = [], torque } = servos.get(Number(id)) ?? {};
 
-        const reported = servos.get(Number(id))?.alarms ?? [];
+        if (number === ERROR_STUCK && torque === false) number = ERROR_TORQUE_OFF;
+        const { text: message = "", remedy = "" } = session.tables.errors[number] ?? {};
         const cause = servos.size && !answering
             ? { remedy: isLineLow ? texts.robot.lineLow : texts.robot.allSilent }
             : { id, remedy: [...reported.map((name) => alarms[name]), remedy].join(" ") };

@@ -64,7 +64,7 @@ export class MotionView extends View {
     #chip(id) {
         const { desk } = this;
         const { torque, position } = this.session.robot.servos.get(id);
-        const hint = torque === null ? t.isUnknown(id) : torque ? t.isHeld(id) : t.isLimp(id);
+        const hint = t.torqueOf(id, torque);
 
         return html`<label class="chip ${torque ? "held" : "limp"}" title=${hint}>
             <input type="checkbox" .checked=${live(!desk.unchosen.has(id))} aria-label=${hint}

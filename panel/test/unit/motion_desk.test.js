@@ -380,6 +380,16 @@ test("motion: its end names what the servo reports first, as a goal beyond its a
     assert.equal(remedy, `${alarms["angle limit"]} ${tables().errors[83].remedy}`);
 });
 
+test("motion: its end tells that torque is off, as the user has switched it", async () => {
+    const servo = { torque: false };
+    const end = (number) => ended(() => {}, { number, lines: ["servo 1 is stuck"], robot: { servos: new Map([[1, servo]]) } });
+
+    assert.equal((await end(83))[0].text, "Servo 1: the motion has ended with error 84: torque of a servo is off.");
+    assert.match((await end(54))[0].text, /error 54/);
+    servo.torque = true;
+    assert.match((await end(83))[0].text, /error 83/);
+});
+
 /* The notice of play() while servo 1 is as `servo`. */
 async function refused(servo) {
     const { desk, done } = await deskWithBoard();
