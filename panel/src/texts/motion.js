@@ -143,7 +143,7 @@ export const motionNotices = {
     }),
     "motion-no-pose": ({ detail, pose, line }) => ({
         text: `${inLine(line)}there is no pose “${pose}” (${detail}).`,
-        remedy: "Capture this pose first. In a file its line stands before the sequence.",
+        remedy: "Capture it first. In a file its line stands before the sequence.",
     }),
     "motion-time": ({ detail, line }) => ({
         text: `${inLine(line)}a time cannot be stored: ${detail}.`,
@@ -225,7 +225,7 @@ export const motionNotices = {
     "motion-none-chosen": () => ({ text: "No servo is chosen.", remedy: "Choose servos in the box Teach." }),
     "motion-offline": ({ ids }) => ({
         text: `No fresh position: ${list(ids)}. Nothing was kept.`,
-        remedy: "Check power and wiring, or leave these servos out.",
+        remedy: "Check power and wiring.",
     }),
     "motion-empty": () => ({ text: "There is no pose yet.", remedy: "Capture a pose first." }),
     "motion-record-cut": () => ({
