@@ -90,9 +90,8 @@ function bytesOfValue(text, row, unit) {
     if (!known.includes(suffix.toLowerCase())) fail("unit", { text, name: row.name, unit: unitText(unit?.name ?? "") });
     const raw = isRaw ? Number(number) : rawOf(unit, Number(number));
 
-    if (Number(number) < 0 && (isRaw || !unit.signed)) fail("fit", { text, name: row.name, bytes: row.bytes });
-    if (!Number.isInteger(raw) || raw < 0 || raw > 256 ** row.bytes - 1)
-        fail("fit", { text, name: row.name, bytes: row.bytes });
+    if (!Number.isInteger(raw) || raw < 0 || raw > 256 ** row.bytes - 1 || (Number(number) < 0 && (isRaw || !unit.signed)))
+        fail("fit", { text, name: row.name });
     return row.bytes === 1 ? [raw] : word(raw);
 }
 

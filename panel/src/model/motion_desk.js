@@ -7,13 +7,15 @@ import { texts } from "../texts/texts.js";
 import { readMotions, textOfMotions } from "./motion_text.js";
 import { MotionEditor } from "./motion_editor.js";
 import { MotionStore } from "./motion_store.js";
-import { MotionError } from "./motions.js";
+import { MotionError, Motions } from "./motions.js";
 import { lastPositions, pathOfPoints, pathOfSequence } from "./path.js";
 import { Player, torqueError } from "./player.js";
 import { compare } from "./recording.js";
 import { Recordings } from "./recordings.js";
 
 const ERROR_NO_MOTION = 79; // the motion was ended
+const ERROR_STUCK = 83; // a servo does not follow its goals
+const ERROR_TORQUE_OFF = 84;
 const BEGINS = 1; // register MOTION_STATE
 const UNDER_WAY = 2;
 const WAIT_MS = 1000; // the motion has ended already
@@ -25,7 +27,7 @@ const namesOf = ({ poses, sequences }) => [...[...poses.keys()].map((name) => `p
 export class MotionDesk extends MotionEditor {
     #loadedFrom = null; // the controller whose poses and sequences were read; null: none, or they may have changed since
     #isOld = false; // a line by hand came during the load
-    #onBoard = new Set(); // namesOf() what the page has loaded from the board, or stored there
+    #onBoard = new Motions(); // what the page has loaded from the board, or stored there
     #shownOf = null; // the controller that was asked for them when the view was shown
     #motionState = 0;
     #isStopped = false; // the user has stopped the motion that is or was under way
@@ -208,7 +210,7 @@ export class MotionDesk extends MotionEditor {
 
         if (robot !== this.#robot) {
             this.#robot = robot;
-            this.#onBoard.clear();
+            this.#onBoard = new Motions();
             this.#motionState = 0;
         }
         const before = this.#motionState;
@@ -226,12 +228,13 @@ export class MotionDesk extends MotionEditor {
     /* The register has the number of the error. The console names the first servo even if none answers: then the line or the power is named. */
     async #tellEnd(number) {
         const { session } = this;
-        const { text: message = "", remedy = "" } = session.tables.errors[number] ?? {};
         const { lines = [] } = (await session.controller.order("motion wait", { timeout: WAIT_MS }).catch((error) => error)) ?? {};
         const id = /^servo (\d+) /.exec(lines[0])?.[1];
         const { answering, isLineLow, servos } = session.robot;
+        const { alarms: reported = [], torque } = servos.get(Number(id)) ?? {};
 
-        const reported = servos.get(Number(id))?.alarms ?? [];
+        if (number === ERROR_STUCK && torque === false) number = ERROR_TORQUE_OFF;
+        const { text: message = "", remedy = "" } = session.tables.errors[number] ?? {};
         const cause = servos.size && !answering
             ? { remedy: isLineLow ? texts.robot.lineLow : texts.robot.allSilent }
             : { id, remedy: [...reported.map((name) => alarms[name]), remedy].join(" ") };
@@ -270,13 +273,15 @@ export class MotionDesk extends MotionEditor {
         this.#shownOf = this.session.controller;
         await this.#during("loading", async () => {
             await this.#loadStored();
-            if (this.motions.isEmpty) this.#takeMotions(this.store.stored, namesOf(this.store.stored));
+            if (this.motions.isEmpty) this.#takeMotions(this.store.stored, true);
         });
     }
 
-    #takeMotions(motions, onBoard) {
-        this.#onBoard = new Set(onBoard);
-        this.motions = readMotions(textOfMotions(motions)).motions;
+    #takeMotions(motions, isOnBoard) {
+        const copy = () => readMotions(textOfMotions(motions)).motions;
+
+        this.#onBoard = isOnBoard ? copy() : new Motions();
+        this.motions = copy();
         this.motions.keywords = this.keywords;
         this.forgetUndo();
         this.pose = "";
@@ -295,7 +300,7 @@ export class MotionDesk extends MotionEditor {
             await this.store.load();
             // Asks now: the user may have changed something during the load.
             if (this.motions.isChanged && !(await this.#mayReplace(t.askReplacePage))) return;
-            this.#takeMotions(this.store.stored, namesOf(this.store.stored));
+            this.#takeMotions(this.store.stored, true);
             if (this.store.gone.length) this.session.notify({ code: "motion-gone", names: this.store.gone });
             this.#notifyCounts("motion-loaded");
         }, "load");
@@ -311,30 +316,30 @@ export class MotionDesk extends MotionEditor {
             const sent = readMotions(textOfMotions(motions)).motions; // the user may go on editing
 
             await store.load();
-            if (await this.#store(sent)) await this.#removeGone(namesOf(sent));
+            if (await this.#store(sent)) await this.#removeGone(sent);
         }, "store");
     }
 
     /* Offers to delete on the board what was renamed or deleted here. A pose that a sequence of the board needs stays. */
-    async #removeGone(names) {
+    async #removeGone(sent) {
         const { stored } = this.store;
-        const isGone = (name) => this.#onBoard.has(name) && !names.includes(name);
+        const isGone = (name) => namesOf(this.#onBoard).includes(name) && !namesOf(sent).includes(name);
         const needed = [...stored.sequences].flatMap(([name, steps]) => (isGone(`sequence ${name}`) ? [] : steps.map(({ pose }) => `pose ${pose}`)));
         const gone = namesOf(stored).filter((name) => isGone(name) && !needed.includes(name));
 
         if (gone.length && (await this.ask(t.askRemove(gone), t.remove))) await this.store.remove(gone);
-        this.#onBoard = new Set(names);
+        this.#onBoard = sent;
     }
 
     /* Stores `sent`, a copy of motions or of a part. False: the user keeps what the board has. */
     async #store(sent) {
         const { motions, store } = this;
-        const names = store.replaced(sent);
+        const names = store.replaced(sent, this.#onBoard);
 
         if (names.length && !(await this.#mayReplace(t.askReplaceBoard(names)))) return false;
         await store.store(store.newOf(sent));
-        for (const name of namesOf(sent)) this.#onBoard.add(name);
-        motions.isChanged &&= textOfMotions(motions) !== textOfMotions(sent);
+        for (const kind of ["poses", "sequences"]) for (const entry of sent[kind]) this.#onBoard[kind].set(...entry);
+        motions.isChanged &&= ![sent, this.#onBoard].some((known) => textOfMotions(known) === textOfMotions(motions));
         this.session.takeMotion();
         this.#notifyCounts("motion-stored", sent);
         return true;
@@ -361,7 +366,6 @@ export class MotionDesk extends MotionEditor {
 
         if (!motions) return;
         this.#takeMotions(motions);
-        this.motions.isChanged = true; // the board does not have it
         this.#notifyCounts("motion-loaded");
     }
 }

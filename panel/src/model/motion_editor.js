@@ -127,9 +127,15 @@ export class MotionEditor {
         });
     }
 
-    /* Teaches the pose that is shown again. */
+    /* Teaches the pose that is shown again. Servos that are not chosen keep their angles. */
     recapture() {
-        return this.edit((motions) => motions.setPose(this.pose, this.present()));
+        return this.edit((motions) => motions.setPose(this.pose, [...motions.poses.get(this.pose), ...this.present()]));
+    }
+
+    removeJoint(id) {
+        const { pose } = this;
+
+        return this.#remove(`${texts.motion.pose} ${pose}, servo ${id}`, (motions) => motions.removeJoint(pose, id));
     }
 
     setAngle(id, degrees) {

@@ -88,8 +88,7 @@ export class MotionStore {
     /* ---- store ---- */
 
     /* The part of `motions` that the board does not have, or has with other contents. Call load() first. */
-    newOf(motions) {
-        const { stored } = this;
+    newOf(motions, stored = this.stored) {
         const part = new Motions({ keywords: this.keywords });
         const isNew = (kept, lines) => ([name, now]) => !kept.has(name) || String(lines(name, now)) !== String(lines(name, kept.get(name)));
 
@@ -98,14 +97,14 @@ export class MotionStore {
         return part;
     }
 
-    /* Names that the board has with other contents. Call load() first. */
-    replaced(motions) {
+    /* Names that the board has with other contents, which are not those of `known` either. Call load() first. */
+    replaced(motions, known) {
         const { poses, sequences } = this.newOf(motions);
-        const { stored, gone } = this;
+        const other = this.newOf(this.stored, known);
 
         return [
-            ...[...poses.keys()].filter((name) => stored.poses.has(name)),
-            ...[...sequences.keys()].filter((name) => stored.sequences.has(name) || gone.includes(name)),
+            ...[...poses.keys()].filter((name) => other.poses.has(name)),
+            ...[...sequences.keys()].filter((name) => other.sequences.has(name) || this.gone.includes(name)),
         ];
     }
 

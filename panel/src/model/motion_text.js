@@ -47,6 +47,7 @@ export function linesOfMotions({ poses, sequences }) {
 
 /* ---- from lines ---- */
 
+const NO_LINE = "it is no line of a pose or a sequence";
 const UNITS = { "": 1, deg: 1, mdeg: 0.001 };
 const TIMES = { s: 1000, ms: 1 };
 
@@ -86,13 +87,13 @@ class Reader {
 
     /* Takes a line. Throws MotionError, or a text that says what is wrong. */
     take(line) {
-        const words = line.trim().split(/\s+/);
+        const words = line.split(/\s+/);
         const [first, second] = words.map((word) => word.toLowerCase());
 
         if (first === "group") this.#takeGroup(words.slice(1));
         else if (first === "pose" && second === "set") this.#takePose(words[2] ?? "", words.slice(3));
         else if (first === "sequence") this.#takeStep(words.slice(1));
-        else throw "it is no line of a pose or a sequence";
+        else throw NO_LINE;
         if (this.motions.poses.size + this.motions.sequences.size > NAMES_MAX) throw `the file has more than ${NAMES_MAX} poses and sequences`;
     }
 
@@ -122,7 +123,7 @@ class Reader {
 
         if (verb.toLowerCase() === "step" || pose === "-") this.gone.add(name); // the pose is deleted
         if (this.gone.has(name)) return;
-        if (!isNew && verb.toLowerCase() !== "add") throw "it is no line of a sequence";
+        if (!isNew && verb.toLowerCase() !== "add") throw NO_LINE;
         if (time === undefined || dwell === undefined || !isKnown) throw "its times cannot be read";
         const before = isNew ? [] : (this.motions.sequences.get(name) ?? []);
 
@@ -133,14 +134,16 @@ class Reader {
 
 /* Reads lines. Returns {motions, gone}; `gone`: names of sequences with a deleted pose, which are left out.
  * Throws MotionError, as "motion-file" {line, why}. A line that begins with # is a
- * comment. */
+ * comment. A copy from the terminal may have prompts and "ok". */
 export function readMotions(text, { keywords = new Set() } = {}) {
     const reader = new Reader(keywords);
 
     text.split(/\r?\n/).forEach((line, index) => {
-        if (!line.trim() || line.trim().startsWith("#")) return;
+        const command = line.replace(/^> ?/, "").trim();
+
+        if (/^(#.*|ok|)$/.test(command)) return;
         try {
-            reader.take(line);
+            reader.take(command);
         } catch (error) {
             if (error instanceof MotionError) throw Object.assign(error, { line: index + 1 });
             if (typeof error !== "string") throw error;

@@ -65,7 +65,7 @@ export class Player {
         }
     }
 
-    /* Plays `path` once. Throws MotionError. False: ended by end(). */
+    /* Plays `path` once. Throws MotionError. False: ended by end() or by the user's Stop. */
     async play(path) {
         if (this.isPlaying) throw new MotionError("motion-playing");
         this.#begin();
@@ -95,6 +95,13 @@ export class Player {
 
     get #clock() {
         return this.#session.clock;
+    }
+
+    /* The user has pressed Stop, which tells its own state. */
+    get #isStopped() {
+        const { robot, stopState } = this.#session;
+
+        return stopState === "stopping" || (stopState !== "none" && robot.isInhibited);
     }
 
     /* Throws unless each servo of `ids` takes goals. */
@@ -134,6 +141,7 @@ export class Player {
         for (;;) {
             const away = ids.filter((id) => Math.abs(robot.servos.get(id)?.raw.position - positions.get(id)) > ARRIVED_RAW);
 
+            if (this.#isStopped) return false;
             if (!away.length) return true;
             if (this.#isEnding) return this.#rest(ids);
             this.#check(ids);
@@ -180,6 +188,7 @@ export class Player {
         try {
             while (!this.#isOver(path)) {
                 await pause(this.#clock, TICK_MS);
+                if (this.#isStopped) return false;
                 this.#check(path.ids);
                 if (this.#isEnding) return this.#rest(path.ids);
                 if (this.#isHeldUp(path.ids)) throw this.#busy(path.ids);

@@ -21,9 +21,7 @@ export const motion = {
     hold: "Torque on",
     holdHint: "The chosen servos hold where they are now",
     noServos: "No servo is known. Find servos in the view Robot.",
-    isLimp: (id) => `Servo ${id}, torque off`,
-    isHeld: (id) => `Servo ${id}, torque on`,
-    isUnknown: (id) => `Servo ${id}, torque not known`,
+    torqueOf: (id, torque) => `Servo ${id}, torque ${torque === null ? "not known" : torque ? "on" : "off"}`,
     poseName: "Name of the pose",
     nameHint: NAME,
     capture: "Capture pose",
@@ -51,18 +49,17 @@ export const motion = {
     missing: (count) => `${many(count, "position is", "positions are")} missing`,
     tolerance: "Error of the steps, at most",
     fit: "Fit into 16 steps",
-    fitHint: "Those 16 steps at most that have the smallest error",
+    fitHint: "With the smallest error",
     thinned: ({ steps, error }) => `${many(steps, "step")}, at most ${error}° from the recording when they play.`,
     tooLong: "A sequence has at most 16 steps: press “Fit into 16 steps”, or permit a larger error.",
     coarse: (chosen) => `That is more than the ${chosen}° that you chose. Record a shorter movement.`,
     replay: "Replay the recording",
-    replayHint: "The page sends the recording as goals, once, at the Speed of the box Play",
+    replayHint: "Once, at the Speed of the box Play",
     replayed: ({ largest, id, mean, percent }) => `Replay at ${percent} %: largest error ${largest}° (servo ${id}), mean ${mean}°`,
     toSequence: "Make a sequence of the steps",
     saveRecording: "Save as CSV",
 
     sequence: "Sequence",
-    choose: "Sequence",
     noSequence: "none yet",
     noSequences: "Add a step to begin a sequence.",
     noPosesYet: "First capture poses in the box Teach, or open a file. Then add a step.",
@@ -82,7 +79,7 @@ export const motion = {
     ofStep: (what, number) => `${what}, step ${number}`,
     chart: "Curves of the sequence",
     chartText: ({ steps, seconds, servos }) => `${many(steps, "step")}, ${seconds} s, ${many(servos, "servo")}`,
-    chartOfRecording: "Curves of the recording and of its replay",
+    chartOfRecording: "Curves of the recording and replay",
     tooFast: ({ step, id, needed }) => `Step ${step} is too short: servo ${id} needs ${needed} s.`,
 
     player: "Play",
@@ -92,7 +89,7 @@ export const motion = {
     times: "Times",
     loop: "Loop",
     unknown: "unknown",
-    fixed: "Press End first: what plays keeps its Times and Loop",
+    fixed: "Press End first",
     override: "Speed",
     play: "Play",
     pause: "Pause",
@@ -107,7 +104,7 @@ export const motion = {
 
     board: "Board and files",
     storeAndPlay: "Store and play",
-    storeAndPlayHint: "The board does not have this sequence as it is here: the page stores it first",
+    storeAndPlayHint: "The board does not have the sequence as it is here",
     store: "Store on the board",
     load: "Load from the board",
     exportFile: "Save as a file",
@@ -146,7 +143,7 @@ export const motionNotices = {
     }),
     "motion-no-pose": ({ detail, pose, line }) => ({
         text: `${inLine(line)}there is no pose “${pose}” (${detail}).`,
-        remedy: "Capture this pose first. In a file its line stands before the sequence.",
+        remedy: "Capture it first. In a file its line stands before the sequence.",
     }),
     "motion-time": ({ detail, line }) => ({
         text: `${inLine(line)}a time cannot be stored: ${detail}.`,
@@ -154,7 +151,7 @@ export const motionNotices = {
     }),
     "motion-joints": ({ count }) => ({
         text: `The poses have ${count} servos. The board stores poses of 18 servos.`,
-        remedy: "Delete poses, here or on the board, or take servos out of them.",
+        remedy: "Delete poses, or take servos out of them.",
     }),
     "motion-file": ({ line, why }) => ({
         text: `${line ? `Line ${line} of the file is damaged: ${why}` : "The file has neither poses nor sequences"}. Nothing was loaded.`,
@@ -162,12 +159,12 @@ export const motionNotices = {
     }),
     "motion-gone": ({ names }) => ({
         text: `Not loaded: ${names.join(", ")}. A step names a pose that was deleted.`,
-        remedy: "Store the sequence again, or delete it on the board with “sequence delete”.",
+        remedy: "Store it again, or delete it with “sequence delete”.",
         level: "warning",
     }),
     "motion-room": ({ poses, sequences, room }) => ({
         text: `The board has room for ${room.poses} poses and ${room.sequences} sequences; this needs ${poses} and ${sequences}. Nothing was stored.`,
-        remedy: "Delete poses or sequences on the board with “pose delete” and “sequence delete”.",
+        remedy: "Delete some with “pose delete” or “sequence delete”.",
     }),
     "motion-stored": ({ poses, sequences }) => ({
         text: `The board has confirmed ${many(poses, "pose")} and ${many(sequences, "sequence")}.`,
@@ -223,17 +220,17 @@ export const motionNotices = {
     }),
     "motion-not-asked": () => ({
         text: "Nothing was replaced: the view Motion was left.",
-        remedy: "Start it again, and stay in the view.",
+        remedy: "Start it again.",
     }),
     "motion-none-chosen": () => ({ text: "No servo is chosen.", remedy: "Choose servos in the box Teach." }),
     "motion-offline": ({ ids }) => ({
         text: `No fresh position: ${list(ids)}. Nothing was kept.`,
-        remedy: "Check power and wiring, or leave these servos out.",
+        remedy: "Check power and wiring.",
     }),
     "motion-empty": () => ({ text: "There is no pose yet.", remedy: "Capture a pose first." }),
     "motion-record-cut": () => ({
         text: "The recording has ended, since the connection is lost.",
-        remedy: "Connect again, then record again if a part is missing.",
+        remedy: "Connect again.",
     }),
     "motion-short": () => ({
         text: "The recording is too short.",

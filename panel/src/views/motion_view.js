@@ -64,7 +64,7 @@ export class MotionView extends View {
     #chip(id) {
         const { desk } = this;
         const { torque, position } = this.session.robot.servos.get(id);
-        const hint = torque === null ? t.isUnknown(id) : torque ? t.isHeld(id) : t.isLimp(id);
+        const hint = t.torqueOf(id, torque);
 
         return html`<label class="chip ${torque ? "held" : "limp"}" title=${hint}>
             <input type="checkbox" .checked=${live(!desk.unchosen.has(id))} aria-label=${hint}
@@ -175,7 +175,7 @@ export class MotionView extends View {
                                 @change=${({ target }) => desk.setAngle(id, typedNumber(target.value))} />°
                         </span>
                         <button class="delete" aria-label=${t.angleOut(id)} title=${t.angleOut(id)} ?disabled=${pose.size === 1}
-                            @click=${() => desk.edit((motions) => motions.removeJoint(name, id))}>×</button>
+                            @click=${() => desk.removeJoint(id)}>×</button>
                     </label>`,
                 )}
             </div>
@@ -256,7 +256,7 @@ export class MotionView extends View {
         return html`<section class="panel sequence" aria-label=${t.sequence}>
             <h2>${t.sequence}</h2>
             <p class="row">
-                <label>${t.choose}
+                <label>${t.sequence}
                     <select class="choose" ?disabled=${!names.length} @change=${({ target }) => desk.showSequence(target.value)}>
                         ${names.length ? nothing : html`<option disabled selected>${t.noSequence}</option>`}
                         ${names.map((name) => html`<option .selected=${live(name === desk.sequence)}>${name}</option>`)}

@@ -40,12 +40,13 @@ class SendPart extends Part {
         return WRITES.includes(this.form.instruction) ? rows.filter(({ writable }) => writable) : rows;
     }
 
-    /* The chosen register may be one that the instruction cannot write. */
+    /* The chosen register may be one that the instruction cannot write: then LED, which harms nothing. */
     #chooseInstruction(instruction) {
         this.#set("instruction", instruction);
         const rows = this.#registers;
 
-        if (!rows.some(({ address }) => address === this.form.address)) this.#chooseRegister(rows[0].address);
+        if (!rows.some(({ address }) => address === this.form.address))
+            this.#chooseRegister((rows.find(({ name }) => name === "LED") ?? rows[0]).address);
     }
 
     #chooseRegister(address) {

@@ -60,6 +60,7 @@ const shownBy = ({ motions, pose, sequence, step }) => [[...motions.poses], [...
 
 const deletions = {
     "Pose left": (desk) => desk.deletePose("left"),
+    "Pose left, servo 1": (desk) => desk.removeJoint(1),
     "Sequence seq1": (desk) => desk.deleteSequence(),
     "Step 2": (desk) => desk.removeStep(1),
 };
@@ -82,6 +83,18 @@ for (const [what, call] of Object.entries(deletions))
         assert.deepEqual(shownBy(desk), before);
         assert.deepEqual(session.notices, []);
     });
+
+test("recapture: a servo that is not chosen keeps its angle", async () => {
+    const { session, desk } = deskWith();
+    const servos = new Map([1, 2, 3].map((id) => [id, { id, presence: "online", isOld: () => false, raw: { position: 100 * id } }]));
+
+    Object.assign(session, { state: "connected", robot: { ids: [1, 2, 3], servos } });
+    desk.motions.setPose("up", new Map([[1, 512], [2, 512], [3, 512]]));
+    desk.showPose("up");
+    desk.unchosen = new Set([1, 2]);
+    await desk.recapture();
+    assert.deepEqual([...desk.motions.poses.get("up")], [[1, 512], [2, 512], [3, 300]]);
+});
 
 test("undo: offered until the next edit, not after a refusal, which is told until then, too", async () => {
     const { session, desk } = deskWith("up", "down");
@@ -215,6 +228,19 @@ test("open: a good file withdraws the notice of a damaged one", async () => {
     assert.deepEqual(codes(), ["motion-loaded"]);
 });
 
+test("open: a file that was not changed since is unsaved nowhere, and is replaced unasked", async () => {
+    const { desk } = deskWith("up");
+    const file = desk.exportText();
+
+    desk.ask = async (question) => assert.fail(question);
+    await desk.open(file);
+    assert.ok(!desk.hasUnsaved);
+    await desk.open(file);
+    desk.store.load = async () => {};
+    await desk.load();
+    assert.ok(desk.motions.isEmpty);
+});
+
 test("play: the board is asked again after a load that has failed", async () => {
     const { session, desk } = deskWith("up");
     const outcomes = [Promise.reject(Object.assign(new Error(), { code: "timeout" })), Promise.resolve()];
@@ -307,6 +333,37 @@ for (const [what, board, isNeeded, expected] of [
         assert.deepEqual(done, expected);
     });
 
+test("play: what this page has stored is replaced unasked, until the board has something else", async () => {
+    const { desk, done } = await deskWithBoard({ raw: 600 });
+    const { store } = desk;
+
+    store.store = async ({ poses, sequences }) => { // as the board does
+        const stored = [store.stored, { poses, sequences }];
+
+        store.stored = { poses: new Map(stored.flatMap((one) => [...one.poses])), sequences: new Map(stored.flatMap((one) => [...one.sequences])) };
+    };
+    await desk.play();
+    assert.ok(!desk.hasUnsaved);
+    desk.showPose("up");
+    await desk.setAngle(1, 100);
+    await desk.play();
+    assert.deepEqual(done, ["ask", "play seq1", "play seq1"]);
+    store.stored.poses.set("up", new Map([[1, 7]]));
+    await desk.play();
+    assert.deepEqual(done.slice(3), ["ask", "play seq1"]);
+});
+
+test("play: what is loaded is replaced unasked, and nothing is unsaved then", async () => {
+    const { desk, done } = await deskThatLoaded();
+
+    desk.store.play = async () => {};
+    desk.showPose("up");
+    await desk.setAngle(1, 100);
+    await desk.play();
+    assert.deepEqual(done, []);
+    assert.ok(!desk.hasUnsaved);
+});
+
 for (const [isLineLow, remedy] of [[true, texts.robot.lineLow], [false, texts.robot.allSilent]])
     test(`motion: its end while no servo answers blames none, ${isLineLow ? "the line is held low" : "power may be off"}`, async () => {
         const [notice, ...more] = await ended(() => {}, { number: 83, lines: ["servo 1 is stuck"], robot: { answering: 0, isLineLow } });
@@ -321,6 +378,16 @@ test("motion: its end names what the servo reports first, as a goal beyond its a
 
     assert.match(text, /^Servo 2: the motion has ended with error 83: /);
     assert.equal(remedy, `${alarms["angle limit"]} ${tables().errors[83].remedy}`);
+});
+
+test("motion: its end tells that torque is off, as the user has switched it", async () => {
+    const servo = { torque: false };
+    const end = (number) => ended(() => {}, { number, lines: ["servo 1 is stuck"], robot: { servos: new Map([[1, servo]]) } });
+
+    assert.equal((await end(83))[0].text, "Servo 1: the motion has ended with error 84: torque of a servo is off.");
+    assert.match((await end(54))[0].text, /error 54/);
+    servo.torque = true;
+    assert.match((await end(83))[0].text, /error 83/);
 });
 
 /* The notice of play() while servo 1 is as `servo`. */

@@ -59,6 +59,10 @@ test("text: a line of 18 servos fits into the buffers of the board", () => {
     assert.ok(linesOfMotions(all).every((line) => line.length <= 180));
 });
 
+test("text: a copy from the terminal has prompts and ok", () => {
+    assert.equal(textOfMotions(readMotions(TEXT.replace(/^(.*)$/gm, "> $1\nok\n> ")).motions), textOfMotions(motions()));
+});
+
 test("text: a damaged file names its line", () => {
     for (const [line, why] of [
         ["pose set a 1 2 3 4", /4 angles for a group of 1/],
@@ -69,7 +73,7 @@ test("text: a damaged file names its line", () => {
         ["sequence wave add left 0.8", /times/],
         ["sequence wave add left 0.8s dwell", /times/],
         ["sequence wave add left 0.8s twice", /times/],
-        ["sequence wave put left 0.8s", /no line of a sequence/],
+        ["sequence wave put left 0.8s", /no line of a pose/],
         ["torque 1 on", /no line of a pose/],
         ["ÿþ\u0000", /no line of a pose/],
     ])

@@ -59,6 +59,25 @@ test("replay: ends while a command has the wire; no goal leaves behind it", asyn
     assert.deepEqual(goals().slice(before), []);
 });
 
+for (const [what, stop, expected] of [
+    ["the user's Stop", { stopState: "verified" }, "ended"],
+    ["the user's Stop, under way", { stopState: "stopping" }, "ended"],
+    ["another program", {}, "motion-inhibited"],
+])
+    test(`replay and go to: an inhibit by ${what}`, async () => {
+        for (const call of [(player) => player.play(SLOW), (player) => player.goTo(new Map([[1, 900]]))]) {
+            const { clock, port, session, player } = await rig();
+
+            port.answer = () => {}; // the servo does not arrive
+            const played = call(player).then(() => "ended", ({ code }) => code);
+
+            session.robot.takeStop({ inhibited: stop.stopState !== "stopping", off: [], on: [1] });
+            Object.assign(session, stop);
+            await clock.advance(100);
+            assert.equal(await played, expected);
+        }
+    });
+
 test("replay: goes on behind a command of 0.2 s", async () => {
     const { clock, port, session, goals, player } = await rig();
     const played = player.play(SLOW).then(() => "played", ({ code }) => code);

@@ -388,6 +388,8 @@ test("send: an empty field is no error and cannot be sent", () => {
     };
 
     part.session = { isConnected: true, tables: tables(), traffic: { decoder: new Decoder(tables(), () => 253) } };
+    attributeOf(part.render(), "@change")({ target: { value: "WRITE" } });
+    assert.equal(part.form.address, 0x19); // LED: no other register is as harmless
     assert.deepEqual(shown({ instruction: "PING" }), [undefined, false]);
     assert.deepEqual(shown({ instruction: "hex" }), ["", true]);
     assert.deepEqual(shown({ instruction: "WRITE" }), ["Write the values.", true]);
