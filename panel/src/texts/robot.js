@@ -21,7 +21,7 @@ export const robot = {
     step: (degrees) => `${degrees > 0 ? "+" : "−"}${Math.abs(degrees)}°`,
     stepOf: (id, degrees) => `Servo ${id}: ${robot.step(degrees)}`,
     dialOf: (id) => `Goal of servo ${id}`,
-    dialValue: (goal, position, isOff) => `goal ${goal}, position ${position}${isOff ? ", torque is off" : ""}`,
+    dialValue: (goal, position, torque) => `goal ${goal}, position ${position}${torque ? "" : `, torque is ${torque === null ? "not known" : "off"}`}`,
     endless: "Endless turn",
     turnOf: (id) => `Turning speed of servo ${id}, right is clockwise`,
     turnHint: "Hold the slider or an arrow key: it turns until you let go",

@@ -282,7 +282,7 @@ export class RobotView extends View {
             aria-valuemin=${(servo.low ?? 0).toFixed(0)}
             aria-valuemax=${(servo.high ?? DEGREES_MAX).toFixed(0)}
             aria-valuenow=${(servo.goal ?? 0).toFixed(1)}
-            aria-valuetext=${t.dialValue(shown(servo.goal, 1, "°"), shown(servo.position, 1, "°"), isOff)}
+            aria-valuetext=${t.dialValue(shown(servo.goal, 1, "°"), shown(servo.position, 1, "°"), servo.torque)}
             aria-disabled=${isOff}
             @keydown=${(event) => this.#key(servo, event)}
             @keyup=${(event) => this.#keyUp(event)}
@@ -394,9 +394,9 @@ export class RobotView extends View {
                 <label class="torque">
                     <input
                         type="checkbox"
-                        role="switch"
                         aria-label=${t.torqueOf(servo.id)}
                         .checked=${live(servo.torque === true)}
+                        .indeterminate=${live(servo.torque === null)}
                         ?disabled=${servo.presence !== "online"}
                         @change=${(event) => this.#setTorque(servo, event)}
                     />
