@@ -24,7 +24,7 @@ export const robot = {
     dialValue: (goal, position, torque) => `goal ${goal}, position ${position}${torque ? "" : `, torque is ${torque === null ? "not known" : "off"}`}`,
     endless: "Endless turn",
     turnOf: (id) => `Turning speed of servo ${id}, right is clockwise`,
-    turnHint: "Hold the slider or an arrow key: it turns until you let go",
+    turnHint: "Turns while you hold the slider or an arrow key",
     unknown: "not asked yet",
     online: "online",
     offline: "offline",

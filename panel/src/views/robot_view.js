@@ -270,8 +270,6 @@ export class RobotView extends View {
     }
 
     #dial(servo) {
-        const isOff = servo.torque !== true;
-
         return html`<svg
             class="dial chosen-by-number"
             viewBox=${BOX}
@@ -283,7 +281,7 @@ export class RobotView extends View {
             aria-valuemax=${(servo.high ?? DEGREES_MAX).toFixed(0)}
             aria-valuenow=${(servo.goal ?? 0).toFixed(1)}
             aria-valuetext=${t.dialValue(shown(servo.goal, 1, "°"), shown(servo.position, 1, "°"), servo.torque)}
-            aria-disabled=${isOff}
+            aria-disabled=${!servo.torque}
             @keydown=${(event) => this.#key(servo, event)}
             @keyup=${(event) => this.#keyUp(event)}
             @blur=${() => this.#endJog()}
