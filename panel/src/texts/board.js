@@ -39,7 +39,7 @@ export const board = {
     labels: { reset: "Last reset by", "host link": "Link to this page", bus: "Bus", servos: "Servos", poses: "Stored poses" },
     meanings: {
         fault: `fault. ${robot.lineLow}`,
-        "brown-out": "brown-out: the supply of the board was too low",
+        "brown-out": "brown-out: the supply was too low",
         watchdog: "watchdog: the firmware hung",
         "not watched": "not watched: if it fails, servos go on. See link_loss_ms",
         watched: "watched: if it fails, the controller does what link_loss_action says",
