@@ -21,6 +21,7 @@ const NOTICES_MAX = 20;
 const INFO_MS = 8000; // information then goes away by itself
 const INFO_TO_DO_MS = 20000; // one with a remedy or a button
 /* Errors of the controller. */
+const ERROR_LINE_LOW = 9;
 const ERROR_INHIBITED = 12; // a servo is inhibited
 const ERROR_STOPPED = 54;
 const ERROR_STOPPING = 64; // torque off is under way
@@ -230,7 +231,7 @@ export class Session extends EventTarget {
             this.#followStop();
             this.dispatchEvent(new Event("feedback"));
         });
-        on(robot, "whole", () => this.#remove(({ code, id }) => code === "servo-silent" || (code === "motion-ended" && !id))); // no servo answered
+        on(robot, "whole", () => this.#remove(({ code, id, number }) => code === "servo-silent" || number === ERROR_LINE_LOW || (code === "motion-ended" && !id))); // no servo answered
         on(robot, "change", () => {
             for (const id of robot.ids) this.seenIds.add(id);
             this.#change();

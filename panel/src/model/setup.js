@@ -306,50 +306,54 @@ export class Setup extends EventTarget {
     changeId(id, to) {
         return this.session.attempt(() => {
             this.#checkNewId(to);
-            return this.#changePlace("id", `id ${id} ${to}`, to, this.isFull);
+            return this.#changePlace("id", `id ${id} ${to}`, { id: to }, this.isFull);
         }, "own id");
     }
 
     changeRate(id, rate) {
-        return this.#changePlace("rate", `baud ${id} ${rate}bps`, id);
+        return this.#changePlace("rate", `baud ${id} ${rate}bps`, { id, rate });
     }
 
     changeRateOfAll(rate) {
-        return this.#changePlace("rateOfAll", `baud all ${rate}bps`, this.id);
+        return this.#changePlace("rateOfAll", `baud all ${rate}bps`, { id: this.id });
     }
 
     factory(id) {
-        return this.#changePlace("factory", `factory ${id}`, 1);
+        return this.#changePlace("factory", `factory ${id}`, { id: 1, rate: RATES[0] });
     }
 
     changeRateOfBus(rate) {
-        return this.#changePlace("bus", `bus ${rate}bps`, this.id);
+        return this.#changePlace("bus", `bus ${rate}bps`, { id: this.id });
     }
 
-    #changePlace(kind, command, id, forgets = false) {
+    /* `change`: {id, rate} that the servo of `command` then has. */
+    #changePlace(kind, command, change, forgets = false) {
+        const who = command.split(" ")[1];
+
         return this.#run(kind, async () => {
             this.outcome = null;
             this.registers = null;
             try {
                 if (forgets) await this.session.controller.order("servos forget");
                 this.outcome = { kind, lines: await this.session.controller.order(command, { timeout: CHANGE_MS }) };
-                this.chosen = id;
-                this.#dropFound(command.split(" ")[1]);
+                this.chosen = change.id;
+                this.#dropFound(who, change, kind === "id");
             } catch (error) {
                 if (error instanceof CommandError) this.outcome = outcomeOfFailure(error);
                 throw error;
             } finally {
                 if (this.session.isConnected) await this.#findServos(forgets ? { how: "" } : {}).catch(() => {}); // the first failure is told
             }
-            if (kind === "id" || kind === "factory") this.session.seenIds.delete(Number(command.split(" ")[1]));
+            if (kind === "id" || kind === "factory") this.session.seenIds.delete(Number(who));
         });
     }
 
-    /* `who` (an ID, "all", or none) has another ID or rate. Servos that were found at rates of their own stay: a rescue takes 11 minutes. */
-    #dropFound(who) {
-        const kept = this.found?.filter(({ id, rate }) => rate && who !== "all" && String(id) !== who) ?? [];
+    /* Servo `who` has `change`. The servos at the rate of the bus are others, unless `isKnown`; if `who` is "all", so are all. Servos
+     * that were found at rates of their own stay: a rescue takes 11 minutes. */
+    #dropFound(who, change, isKnown) {
+        const kept = this.found?.filter(({ rate }) => isKnown || (rate && who !== "all"));
 
-        this.found = kept.length ? kept : null;
+        this.found = kept?.length ? kept.map((row) => (String(row.id) === who ? { ...row, ...change } : row)) : null;
     }
 
     /* ---- registers ---- */

@@ -2,6 +2,7 @@
 /* The view Board. */
 
 import { alarms } from "./alarms.js";
+import { robot } from "./robot.js";
 import { many, servo } from "./words.js";
 
 export const board = {
@@ -37,14 +38,15 @@ export const board = {
     /* What an owner of the robot needs of the status. */
     labels: { reset: "Last reset by", "host link": "Link to this page", bus: "Bus", servos: "Servos", poses: "Stored poses" },
     meanings: {
-        "brown-out": "brown-out: the supply of the board was too low",
+        fault: `fault. ${robot.lineLow}`,
+        "brown-out": "brown-out: the supply was too low",
         watchdog: "watchdog: the firmware hung",
         "not watched": "not watched: if it fails, servos go on. See link_loss_ms",
         watched: "watched: if it fails, the controller does what link_loss_action says",
         lost: "lost: press “Release”",
     },
     resets: ["power", "the reset pin", "brown-out", "watchdog", "JTAG"],
-    busStates: ["ok", "bytes came that no request asked for", "fault: the line is held low"],
+    busStates: ["ok", "bytes came that no request asked for", "fault"],
     alarms: "Alarms",
     noAlarms: "No alarm since they were cleared.",
     clear: "Clear alarms",

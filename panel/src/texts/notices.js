@@ -17,7 +17,7 @@ export const wire = {
         text: "Not sent: another command had the wire for too long.",
         remedy: "Wait for the end of the command, or end it. Then try again.",
     }),
-    stopped: () => ({ text: "Not sent: the robot was stopped first.", remedy: "Remove the cause, press Release, then try again." }),
+    stopped: () => ({ text: "Ended by Stop.", remedy: "Press Release, then try again.", level: "info" }),
     closed: () => ({ text: "The port is closed.", remedy: "Connect again." }),
     cancelled: () => ({ text: "Cancelled before it was sent.", remedy: "Start it again if you want it." }),
     ended: ({ detail }) => ({
@@ -44,7 +44,7 @@ export const wire = {
 export const port = {
     unsupported: () => ({
         text: "This browser cannot open serial ports.",
-        remedy: "Use Chrome or Edge, and open the page at https or localhost.",
+        remedy: "Use Chrome or Edge, at https or localhost.",
     }),
     "not-chosen": () => ({ text: "No port was chosen.", remedy: "Press the button again and choose a port.", level: "info" }),
     denied: ({ detail }) => ({
@@ -65,7 +65,7 @@ export const port = {
         remedy: "Start the simulator with make panel. Only one page at a time can be connected.",
     }),
     "no-answer": ({ detail }) => ({ text: `No answer from ${detail} within 5 s.`, remedy: "Check the address and the network." }),
-    "bad-capture": ({ detail }) => ({ text: `This is not a capture: ${detail}.`, remedy: "Choose a file that the page has saved." }),
+    "bad-capture": ({ detail }) => ({ text: `This is not a capture: ${detail}.`, remedy: "Choose a file that this page has saved." }),
 };
 
 /* Notices of the session and of the robot. */
@@ -89,11 +89,11 @@ export const notice = {
     }),
     "backup-foreign": () => ({
         text: "This file is no backup of servos. Nothing was written.",
-        remedy: "Choose a .json file that “Save servo” or “Save the robot” has made.",
+        remedy: "Choose a file that this page has saved.",
     }),
     "backup-version": ({ found, known }) => ({
         text: `The backup has version ${found}, this page knows version ${known}. Nothing was written.`,
-        remedy: "Open the page that saved it.",
+        remedy: "Open the page of that version.",
     }),
     "backup-other-id": ({ id, ids }) => ({
         text: `The backup is of ${list(ids)}, not of servo ${id}. Nothing was written.`,
@@ -115,19 +115,19 @@ export const notice = {
         text: `${servo(detail)} has changed since the file was compared. Nothing was written.`,
         remedy: "Choose the file again.",
     }),
-    "file-unread": ({ detail }) => ({ text: `The file cannot be read: ${detail}.`, remedy: "Choose it again." }),
+    "file-unread": ({ detail }) => ({ text: `The file cannot be read: ${detail}.`, remedy: "Choose the file again." }),
     "file-large": ({ limit }) => ({
         text: `The file is too large: it may have ${limit} KB.`,
         remedy: "Choose a file that this page has saved.",
     }),
     "setting-refused": ({ setting }) => ({
         text: `The controller did not take the setting ${setting}.`,
-        remedy: "Use a value within the range. While a motion is under way, end it first.",
+        remedy: "Use a value within the range. End a motion that is under way, then try again.",
     }),
     "defaults-refused": () => ({ text: "The controller did not take the defaults.", remedy: "End a motion that is under way, then try again." }),
     "device-id-taken": ({ setting }) => ({
         text: `A servo has the ID ${setting}: with this device_id it could not be reached.`,
-        remedy: "Choose an ID that no servo has.",
+        remedy: "Choose another ID.",
     }),
     "id-of-device": ({ id }) => ({
         text: `${id} is the ID of the controller itself: the page could not reach a servo there. Nothing was changed.`,
@@ -169,7 +169,7 @@ export const notice = {
     }),
     "turn-not-ended": (detail) => ({
         text: `${servo(detail)} did not confirm the end of endless turn.`,
-        remedy: "If it still turns, press Stop.",
+        remedy: "Press Stop if it must not turn.",
     }),
     turning: (detail) => ({
         text: `${servo(detail)} ${detail.ids?.length > 1 ? "turn" : "turns"} without end.`,
@@ -194,7 +194,7 @@ export const notice = {
     }),
     "torque-off-late": ({ id, ids = [id] }) => ({
         text: `Torque of ${list(ids)} stays on: another command had the wire for too long.`,
-        remedy: "Press Stop, or wait for the end of the command and try again.",
+        remedy: "Press Stop. Or wait for the end of the command, or end it. Then try again.",
     }),
     inhibited: ({ id, ids = [id] }) => ({
         text: `Torque of ${list(ids)} stays off: driving is inhibited.`,

@@ -4,7 +4,7 @@
 import { list, many } from "./words.js";
 
 const FORGET = "the controller must forget the list first, with “limits” and inhibits; “Search” fills it again";
-const ENDLESS = "With both limits 0 the servo turns without end: it has a speed, and no goal. Write the limit?";
+const ENDLESS = "With both limits 0 the servo turns without end: it has a speed, and no goal. Write it?";
 
 export const setup = {
     notConnected: "Connect to a controller, or to the simulator, to set up servos.",
@@ -25,7 +25,7 @@ export const setup = {
     searching: "Searching …",
     progress: (done, total) => `${done} of ${total} asked`,
     foundCount: (count) => (count === 0 ? "No servo answers. Check power, plug and wiring, then search at other rates." : `${many(count, "servo")} found.`),
-    searchEnded: "The search was ended before all IDs were asked: there may be more servos.",
+    searchEnded: "The search was ended before all was asked: there may be more servos.",
     columnId: "ID",
     columnModel: "Model",
     columnRate: "Rate",
@@ -40,7 +40,7 @@ export const setup = {
     newServo: "New servo",
     newHint: "Unplug all servos of the robot, then connect the new one alone. It gets this ID and the rate of the bus.",
     newId: "Its ID",
-    newIdHint: (free) => (free === null ? "All IDs are taken." : `The page has seen no servo with the ID ${free}.`),
+    newIdHint: (free) => (free === null ? "All IDs are taken." : `The page knows no servo with the ID ${free}.`),
     newStart: "Set up",
     newIdWrong: "An ID is a number from 0 to 253.",
     newIdOfDevice: (id) => `${id} is the ID of the controller itself. Choose another.`,
@@ -49,7 +49,7 @@ export const setup = {
     newDone: (id) => `Servo ${id} is set up. Plug in the others again, then press “Search”.`,
     newKnown: "Nothing was written: the servo that answers has an ID of the controller’s list. Unless it is the new one, unplug it and set up again. If it is:",
     newForget: (id) => `Forget the list, set up servo ${id}`,
-    newEnded: "You ended the set-up. Search for the servo before you try again.",
+    newEnded: "You ended the set-up. Search for the servo, then try again.",
 
     diagnosis: "Diagnosis",
     diagnoseHint: "Finds out why a servo does not answer. It writes nothing.",
@@ -104,8 +104,8 @@ export const setup = {
         TORQUE_ENABLE: "With torque on, the servo goes to its goal at once. The switch in the view Robot makes the present position the goal first. Write it?",
         CW_ANGLE_LIMIT: ENDLESS,
         CCW_ANGLE_LIMIT: ENDLESS,
-        GOAL_POSITION: "If its torque is on, the servo goes there at its speed. Write the goal?",
-        MOVING_SPEED: "If its torque is on, the servo may move. Write the speed?",
+        GOAL_POSITION: "If its torque is on, the servo goes there at its speed. Write it?",
+        MOVING_SPEED: "If its torque is on, the servo may move. Write it?",
         LOCK: "At 1 the servo refuses a change of its EEPROM until power-off. Write it?",
         STATUS_RETURN_LEVEL: "Below 2 the servo does not confirm writes, at 0 it answers PING only: the page cannot show it. Write it?",
     },
@@ -119,7 +119,7 @@ export const setup = {
     newRateOfAll: "New rate of all servos and of the bus",
     askId: (id, isFull) => `Servo ${id} gets another ID. The controller checks first that no servo has it.${isFull ? ` ${setup.newFull}` : ""}`,
     askRate: (id) => `Servo ${id} gets another rate, and the bus, too. The other servos do not answer until the rate of the bus is set back.`,
-    askRateOfAll: "All servos of the robot and the bus get another rate. A servo that does not follow is named.",
+    askRateOfAll: "All servos of the robot and the bus get another rate. Those that do not follow are named.",
     askFactory: (id, isTaken) => `Servo ${id} loses all of its settings. It then has ID 1 at 1000000 bit/s.${isTaken ? " First give servo 1 another ID." : ""}`,
     outcomes: {
         id: "The ID is changed.",
@@ -169,11 +169,11 @@ export const setup = {
 /* What each register of a servo does. */
 export const registers = {
     MODEL_NUMBER: "Model of the servo.",
-    FIRMWARE_VERSION: "Version of the firmware in the servo.",
-    ID: "Address of the servo on the bus. “Change ID” changes it.",
-    BAUD_RATE: "Rate at which the servo talks. “Change rate” changes it.",
+    FIRMWARE_VERSION: "Firmware of the servo.",
+    ID: "ID of the servo. “Change ID” changes it.",
+    BAUD_RATE: "Rate of the servo. “Change rate” changes it.",
     RETURN_DELAY: "Time from a packet to the reply. If it is too short, the controller does not hear the reply.",
-    CW_ANGLE_LIMIT: "Lowest goal that the servo takes. If both limits are 0, the servo turns without end.",
+    CW_ANGLE_LIMIT: "Lowest goal that the servo takes. With both limits 0 the servo turns without end.",
     CCW_ANGLE_LIMIT: "Highest goal that the servo takes.",
     MAX_TEMPERATURE: "Above it the servo reports overheating.",
     MIN_VOLTAGE: "Below it the servo reports its input voltage.",
@@ -190,17 +190,17 @@ export const registers = {
     CCW_COMPLIANCE_MARGIN: "Distance from the goal, counterclockwise, within which the motor does nothing.",
     CW_PROPORTION: "How the torque grows with the distance from the goal, clockwise.",
     CCW_PROPORTION: "How the torque grows with the distance from the goal, counterclockwise.",
-    GOAL_POSITION: "Where the servo goes.",
+    GOAL_POSITION: "Goal of the servo.",
     MOVING_SPEED: "Speed on the way to the goal; 0: as fast as it can. In endless turn its speed, above 1023 raw clockwise.",
     ACC: "How fast the speed grows.",
     DCC: "How fast the speed falls.",
     PRESENT_POSITION: "Where the output is.",
-    PRESENT_SPEED: "How fast the output turns; more than 0: counterclockwise.",
+    PRESENT_SPEED: "Speed of the output; more than 0: counterclockwise.",
     PRESENT_LOAD: "Load at the output. More than 0: the load pushes counterclockwise.",
-    PRESENT_VOLTAGE: "Supply at the servo.",
-    PRESENT_TEMPERATURE: "Temperature in the servo.",
+    PRESENT_VOLTAGE: "Supply of the servo.",
+    PRESENT_TEMPERATURE: "Temperature of the servo.",
     REGISTERED_INSTRUCTION: "1: a write waits for the instruction ACTION.",
     MOVING: "1: the servo is on its way to a goal.",
-    LOCK: "1: the registers in EEPROM cannot be changed until power-off.",
+    LOCK: "1: the servo refuses a change of its EEPROM until power-off.",
     PUNCH: "Least current of the motor as soon as it drives.",
 };

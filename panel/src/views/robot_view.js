@@ -270,8 +270,6 @@ export class RobotView extends View {
     }
 
     #dial(servo) {
-        const isOff = servo.torque !== true;
-
         return html`<svg
             class="dial chosen-by-number"
             viewBox=${BOX}
@@ -282,8 +280,8 @@ export class RobotView extends View {
             aria-valuemin=${(servo.low ?? 0).toFixed(0)}
             aria-valuemax=${(servo.high ?? DEGREES_MAX).toFixed(0)}
             aria-valuenow=${(servo.goal ?? 0).toFixed(1)}
-            aria-valuetext=${t.dialValue(shown(servo.goal, 1, "°"), shown(servo.position, 1, "°"), isOff)}
-            aria-disabled=${isOff}
+            aria-valuetext=${t.dialValue(shown(servo.goal, 1, "°"), shown(servo.position, 1, "°"), servo.torque)}
+            aria-disabled=${!servo.torque}
             @keydown=${(event) => this.#key(servo, event)}
             @keyup=${(event) => this.#keyUp(event)}
             @blur=${() => this.#endJog()}
@@ -394,9 +392,9 @@ export class RobotView extends View {
                 <label class="torque">
                     <input
                         type="checkbox"
-                        role="switch"
                         aria-label=${t.torqueOf(servo.id)}
                         .checked=${live(servo.torque === true)}
+                        .indeterminate=${live(servo.torque === null)}
                         ?disabled=${servo.presence !== "online"}
                         @change=${(event) => this.#setTorque(servo, event)}
                     />

@@ -80,6 +80,7 @@ test("parseStatus: what an owner needs with its meaning, the rest as details", (
         { label: "stack", text: "1 of 2 bytes unused", isDetail: true },
         { label: "odd", text: "", isDetail: true },
     ]);
+    assert.match(parseStatus(["bus: fault"])[0].text, /line is held low: .* Switch off the power/);
 });
 
 test("parseAlarms: each condition has a remedy", () => {

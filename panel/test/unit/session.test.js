@@ -548,9 +548,10 @@ test("notices: that servos do not answer is told until all answer again", async 
     await clock.advance(700);
     session.notify({ code: "motion-ended", number: 83 });
     session.notify({ code: "motion-ended", number: 81, id: 1 });
+    session.notify({ code: "command", line: "ping 2", number: 9, message: "", remedy: "" }); // the line was held low
     port.offline.delete(1);
     await clock.advance(500);
-    assert.deepEqual(codes(), ["servo-silent", "motion-ended", "motion-ended"]);
+    assert.deepEqual(codes(), ["servo-silent", "motion-ended", "motion-ended", "command"]);
     port.offline.delete(2);
     await clock.advance(500);
     assert.deepEqual(session.notices.map(({ number }) => number), [81]); // this motion ended for another reason
@@ -566,13 +567,13 @@ test("disconnect: asks unless torque is known to be off, and tells what the cont
     assert.match(askedWith(1, 0), /goes on with its last orders\./);
     assert.match(askedWith(0, 500), /goes on with its last orders\./);
     assert.match(askedWith(1, 500), /After 500 ms the controller inhibits driving; a movement under way goes on/);
-    assert.match(askedWith(2, 500), /After 500 ms the controller switches torque off/);
+    assert.match(askedWith(2, 500), /After 500 ms the controller switches torque off for servos that answer/);
     assert.match(texts.connect.askDisconnect({}), /unless link_loss_ms/);
     port.device.set([2, 0xf4, 1], 9); // link_loss_action, link_loss_ms
     await clock.advance(1000);
     assert.deepEqual(session.linkLoss, { ms: 500, action: 2 });
     port.unplug();
-    assert.match(session.notices.find(({ code }) => code === "lost").text, /After 500 ms the controller switches torque off/);
+    assert.match(session.notices.find(({ code }) => code === "lost").text, /After 500 ms the controller switches torque off for servos that answer/);
 });
 
 test("notices: the remedy of a command names buttons of the page, not commands", () => {

@@ -66,6 +66,7 @@ test("freeId: the lowest from 2 on that no servo has, 1 last", async () => {
     const { setup } = await rig({ ids: [1, 2, 4] });
 
     assert.equal(setup.freeId, 3);
+    assert.doesNotMatch(texts.setup.newIdHint(3), /has seen/); // a servo that gave its ID up was seen
     setup.found = [{ id: 3 }];
     assert.equal(setup.freeId, 5);
 });
@@ -150,6 +151,7 @@ test("search: one that a stop ends is not shown as complete", async () => {
     const stop = session.stop();
 
     await finish(clock, Promise.all([search, stop]));
+    assert.deepEqual(session.notices.filter(({ code }) => code === "stopped").map(({ text, level }) => [text, level]), [["Ended by Stop.", "info"]]);
     assert.deepEqual(setup.found.map(({ id }) => id), [1]);
     assert.equal(setup.isPartial, true);
 });
@@ -370,17 +372,20 @@ test("found: a search in the view Robot takes what was found before out, but not
     assert.deepEqual(setup.found, [{ id: 3, rate: 19200 }]);
 });
 
-test("found: a change takes its servo out, those at rates of their own stay", async () => {
-    const { setup, clock } = await rig({ onText: (line, at) => /^(?:id|bus|baud) /.test(line) && (at.say("ok"), true) });
-    const idsAfter = async (change) => {
+test("found: a change of ID or rate is shown; one of the bus takes those at its rate out", async () => {
+    const { setup, clock } = await rig({ onText: (line, at) => /^(?:id|bus|baud|factory) /.test(line) && (at.say("ok"), true) });
+    const foundAfter = async (change) => {
         setup.found = [{ id: 1, rate: null }, { id: 2, rate: 57143 }, { id: 3, rate: 19200 }];
         await finish(clock, change());
-        return setup.found?.map(({ id }) => id) ?? null;
+        return setup.found?.map(({ id, rate }) => [id, rate]) ?? null;
     };
 
-    assert.deepEqual(await idsAfter(() => setup.changeId(2, 7)), [3]);
-    assert.deepEqual(await idsAfter(() => setup.changeRateOfBus(57600)), [2, 3]);
-    assert.equal(await idsAfter(() => setup.changeRateOfAll(57600)), null);
+    assert.deepEqual(await foundAfter(() => setup.changeId(2, 7)), [[1, null], [7, 57143], [3, 19200]]);
+    assert.deepEqual(await foundAfter(() => setup.changeId(1, 8)), [[8, null], [2, 57143], [3, 19200]]);
+    assert.deepEqual(await foundAfter(() => setup.changeRate(2, 500000)), [[2, 500000], [3, 19200]]);
+    assert.deepEqual(await foundAfter(() => setup.factory(3)), [[2, 57143], [1, 1000000]]);
+    assert.deepEqual(await foundAfter(() => setup.changeRateOfBus(57600)), [[2, 57143], [3, 19200]]);
+    assert.equal(await foundAfter(() => setup.changeRateOfAll(57600)), null);
 });
 
 test("change of an ID: a servo that stays as it was is not told as partly done", async () => {

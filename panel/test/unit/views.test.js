@@ -89,6 +89,21 @@ test("robot: if no servo answers, the advice is about the line, once", () => {
     assert.equal(countOf(texts.robot.otherRate), 1);
 });
 
+test("robot: torque that is not known is not shown as off", () => {
+    const view = new RobotView();
+    const shown = (torque) => {
+        Object.assign(view.session.robot.servos.get(1), { torque, raw: {} });
+        const rendered = view.render();
+
+        return [...[".checked", ".indeterminate"].map((name) => attributeOf(rendered, name)?.values[0]), attributeOf(rendered, "aria-valuetext").split("torque is ")[1]];
+    };
+
+    view.session = turning();
+    assert.deepEqual(shown(null), [false, true, "not known"]);
+    assert.deepEqual(shown(false), [false, false, "off"]);
+    assert.deepEqual(shown(true), [true, false, undefined]);
+});
+
 /* A view in the document whose dial of servo 1 is dragged, and its pointer. */
 function dragging(t) {
     const view = new RobotView();
