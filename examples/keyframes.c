@@ -55,7 +55,10 @@ static void poll_sequence(struct cds_robot *self)
 {
     uint8_t result = cds_sequence_poll(&sequence);
 
-    if (result != CDS_PENDING && result != CDS_OK) // CDS_OK: the last repeat has ended
+    if (self->state != CDS_ROBOT_RUNNING || result == CDS_PENDING)
+        return;
+    // CDS_OK: the last repeat has ended; CDS_CANCELLED: the program has ended the sequence
+    if (result != CDS_OK && result != CDS_CANCELLED)
         stop_report_refused(self, result, sequence.step, &motion);
 }
 

@@ -5,7 +5,12 @@ robot (docs/motion.md), or a backup of servos. Ends at the first error. The file
 prompts, `ok` and lines that begin with # are left out. The console is then in mode program: `mode person` brings the
 prompt back. `make install` installs this program as cds55xx-send-lines.
 
-    scripts/send-lines.py /dev/ttyUSB0 poses.txt [BAUD]    BAUD: 115200 if not given; of the CM-510 57600
+    scripts/send-lines.py [--replies] /dev/ttyUSB0 poses.txt [BAUD]    BAUD: 115200 if not given; of the CM-510 57600
+
+With --replies the lines of each reply, without its `ok`, go to stdout, and the progress goes to stderr. This saves what
+the controller stores in a file that this program and the control panel read:
+
+    printf 'pose show\nsequence show\n' | scripts/send-lines.py --replies /dev/ttyUSB0 /dev/stdin > poses.txt
 
 `within MS` at the end of a line is the longest time without a byte of its reply: 10000 if not given, an hour for
 `motion wait`. It is not sent."""
@@ -53,15 +58,15 @@ def open_port(path, rate):
 
 
 def ask(port, line, within_ms):
-    """What the console replies, up to its line `ok` or `error`. None: nothing within the time."""
+    """The line `ok` or `error` of the console's reply, and the lines before it. None: nothing within the time."""
     os.write(port, line.encode() + b"\r")
     reply = b""
     while not (end := re.search(rb"(?:^|\n)(ok|error \d.*)\r\n", reply)):
         read = select.select([port], [], [], within_ms / 1000)[0] and os.read(port, 1000)
         if not read:
-            return None
+            return None, ""
         reply += read
-    return end[1].decode()
+    return end[1].decode(), reply[:end.start(1)].decode(errors="replace").replace("\r\n", "\n")
 
 
 def limited(line):
@@ -70,19 +75,21 @@ def limited(line):
     return command, int(within or LONG_MS.get(" ".join(command.split()), PATIENCE_MS))
 
 
-def main(path, file, rate=RATE):
+def main(path, file, rate=RATE, shows_replies=False):
     try:
         shown = pathlib.Path(file).read_text().splitlines()
     except (OSError, UnicodeDecodeError) as error:
         sys.exit(f"{file}: {error}; name a text file with lines of the console")
     port = open_port(path, rate)
     lines = [line for line in (line.removeprefix(">").strip() for line in shown) if line not in ("", "ok") and line[0] != "#"]
-    if not ask(port, "\x03mode program", PATIENCE_MS):
+    if not ask(port, "\x03mode program", PATIENCE_MS)[0]:
         sys.exit(f"no reply on {path} at {rate} bit/s: is it the console's port, at the right rate?")
     for number, line in enumerate(lines, 1):
         command, within_ms = limited(line)
-        reply = ask(port, command, within_ms)
-        print(f"{number}/{len(lines)} {command}: {reply or 'no reply'}")
+        reply, said = ask(port, command, within_ms)
+        print(f"{number}/{len(lines)} {command}: {reply or 'no reply'}", file=sys.stderr if shows_replies else sys.stdout)
+        if shows_replies:
+            print(said, end="")
         if not reply:
             sys.exit(f"{file}: no reply to '{command}' in {within_ms} ms, but the console has replied before it; if it takes longer, "
                      f"write '{command} within MS'; the lines after it were not sent")
@@ -91,6 +98,7 @@ def main(path, file, rate=RATE):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) not in (3, 4):
+    arguments = [word for word in sys.argv[1:] if word != "--replies"]
+    if len(arguments) not in (2, 3):
         sys.exit(__doc__)
-    main(*sys.argv[1:])
+    main(*arguments, shows_replies="--replies" in sys.argv)

@@ -85,8 +85,9 @@ struct cds_sequence {
     bool has_passed;        // while steps are tried: the step before passes its pose
 };
 
-/* Begins; the first poll begins the first step. CDS_OK; CDS_BAD_ARGUMENT: there is no step;
- * CDS_BUSY: a move of the motion is under way. */
+/* Begins; the first poll begins the first step. So begin it while the robot runs: a sequence that
+ * is begun while the robot is stopped moves the joints after the next cds_robot_start(). CDS_OK;
+ * CDS_BAD_ARGUMENT: there is no step; CDS_BUSY: a move of the motion is under way. */
 enum cds_result cds_sequence_begin(struct cds_sequence *sequence,
                                    const struct cds_sequence_config *config);
 
@@ -94,7 +95,7 @@ enum cds_result cds_sequence_begin(struct cds_sequence *sequence,
  *
  *   CDS_PENDING    it runs
  *   CDS_OK         all steps are over, or it was never begun: then the motion is not polled
- *   CDS_CANCELLED  it was aborted
+ *   CDS_CANCELLED  it was aborted; the joints may still brake
  *   else           why the move of sequence.step was refused or has ended: motion.h. A move behind
  *                  a passed pose is refused while the joints move: they come to rest */
 enum cds_result cds_sequence_poll(struct cds_sequence *sequence);
@@ -105,7 +106,8 @@ enum cds_result cds_sequence_poll(struct cds_sequence *sequence);
 void cds_sequence_pause(struct cds_sequence *sequence, uint16_t deceleration);
 void cds_sequence_resume(struct cds_sequence *sequence);
 
-/* Ends the sequence: the joints come to rest as by cds_motion_abort(). Does nothing if it does not
+/* Ends the sequence: sequence.result is CDS_CANCELLED at once, and the joints brake as by
+ * cds_motion_abort(). They rest when motion.result is not CDS_PENDING. Does nothing if it does not
  * run. */
 void cds_sequence_abort(struct cds_sequence *sequence, uint16_t deceleration);
 

@@ -411,39 +411,83 @@ class Readme(unittest.TestCase):
         self.assertEqual(status, 0, output)
         return output
 
-    def test_motion_calls_of_library_md_play_once_with_a_pause(self):
-        """The functions of "Play once, pause, change the speed", in keyframes.c."""
+    def play(self, turn, script):
+        """The code of "Play once, pause, change the speed", in keyframes.c: `turn` is called in each turn of the main loop
+        while the robot runs or has stopped, with the time since then."""
         text = (ROOT / "docs/library.md").read_text()
         block = re.search(r"### Play once, pause.*?```c\n(.*?)```", text, re.S)[1]
         program = (ROOT / "examples/keyframes.c").read_text()
-        program = program.replace("static void on_event(", f"{block}\nstatic void on_event(")
-        program = re.sub(r"cds_sequence_begin\(&sequence,\s+&\(struct[^}]*\.checks_all = true\}\);.*\n(?=    self)",
-                         "begun_us = cds_port_now_us();\nplay_at(150);\nplay_once();\n", program)
-        program = program.replace("static struct cds_motion motion;", "static struct cds_motion motion;\nstatic uint32_t begun_us;")
+        unused = '#pragma GCC diagnostic ignored "-Wunused-function"\n'
+        program = unused + re.sub(r"static void on_event\(.*?\n}\n", lambda _: block + f"""
+            static void turn(bool is_running, uint32_t ms)
+            {{
+                static uint8_t stage;
+                {turn}
+            }}""", program, count=1, flags=re.S)
         program = program.replace("        cds_robot_poll(&robot);\n", """
+            static uint32_t from_us;
+            static bool was_running;
             cds_robot_poll(&robot);
-            uint32_t time_us = cds_port_now_us() - begun_us;
-            if (robot.state != CDS_ROBOT_RUNNING || !begun_us)
-                ;
-            else if (has_ended())
-                cds_robot_stop(&robot);
-            else if (time_us > 30000000)
-                end_motion();
-            else if (time_us > 3000000)
-                go_on();
-            else if (time_us > 2000000)
-                pause_motion();
+            bool is_running = robot.state == CDS_ROBOT_RUNNING;
+            if (is_running != was_running)
+                from_us = cds_port_now_us();
+            was_running = is_running;
+            if (is_running || robot.state == CDS_ROBOT_STOPPED)
+                turn(is_running, (cds_port_now_us() - from_us) / 1000);
             """)
-        self.assertEqual(program.count("play_once();"), 1)
         with tempfile.TemporaryDirectory() as folder:
-            pathlib.Path(folder, "once.c").write_text(program)
-            self.assertEqual(run("avr-gcc", "-mmcu=atmega128", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", "-flto", "-Wall", "-Wextra",
-                                 "-Werror", "-Wl,--relax", "-Wl,--gc-sections", "-Iinclude", "-Iexamples", "-Iboards/atmega128",
-                                 f"{folder}/once.c", "build/lib/libcds55xx-atmega128.a", "-o", f"{folder}/once.elf", cwd=ROOT), (0, ""))
-            status, output = run(SIM, "firmware", f"{folder}/once.elf", "--board", "atmega128", "--servos", "1-3", "--host",
-                                 "stdout", "--seconds", "8")
-        self.assertEqual(status, 0, output)
+            path = pathlib.Path(folder, "play.script")
+            path.write_text("@expect servo 1-3 torque on within 3000\n" + script)
+            return self.assert_runs(folder, program, "3", "--script", path, "--host", "stdout")
+
+    def test_motion_calls_of_library_md_play_once_with_a_pause(self):
+        output = self.play("""
+            if (is_running && stage == 0 && play_at(150) == CDS_OK && play_once() == CDS_OK)
+                stage = 1;
+            if (stage == 1 && ms > 1500)
+                pause_motion(), stage = 2;
+            if (stage == 2 && ms > 4500)
+                go_on(), stage = 3;
+            if (stage == 3 && has_ended())
+                cds_robot_stop(&robot), stage = 4;
+            """, "@wait 4000\n@expect servo 1-3 torque on within 0\n@expect servo 1-3 torque off within 6000\n@wait 100\n")
         self.assertIn("stopped by the program", output)  # once all steps are over
+
+    def test_end_of_library_md_brakes_and_torque_stays_on(self):
+        """Ends in mid-motion; once has_ended() is true, the next sequence may begin."""
+        output = self.play("""
+            static uint32_t end_ms;
+            if (is_running && stage == 0 && play_once() == CDS_OK)
+                stage = 1;
+            if (stage == 1 && ms > 2500)
+                end_motion(), end_ms = ms, stage = 2;
+            if (stage == 2 && has_ended())
+                stage = ms - end_ms > 100 && ms - end_ms < 500 && play_once() == CDS_OK ? 3 : 4;
+            if (stage == 4)
+                cds_robot_stop(&robot), stage = 5;
+            if (stage == 3 && has_ended())
+                stage = 5;
+            """, "@wait 12000\n@expect servo 1-3 torque on within 0\n@show servo 1-3 GOAL_POSITION\n")
+        self.assertEqual(re.findall(r"GOAL_POSITION (\d+)", output), ["375", "307", "358"])
+
+    def test_robot_of_library_md_stopped_amid_a_sequence_plays_when_told(self):
+        """Also a sequence that is begun while the robot is stopped does not play at its start."""
+        output = self.play("""
+            if (is_running && stage == 0 && play_once() == CDS_OK)
+                stage = 1;
+            if (stage == 1 && ms > 2500)
+                cds_robot_stop(&robot), stage = 2;
+            if (stage == 2 && !is_running && ms > 1000 && play_once() == CDS_OK && cds_robot_start(&robot) == CDS_OK)
+                stage = 3;
+            if (stage == 3 && is_running && ms > 3000 && play_once() == CDS_OK)
+                stage = 4;
+            """, "@expect servo 1-3 torque off within 4000\n@expect servo 1-3 torque on within 3000\n@wait 100\n"
+            "@show servo 1-3 GOAL_POSITION\n@wait 2500\n@show servo 1-3 GOAL_POSITION\n@wait 8000\n"
+            "@expect servo 1-3 torque on within 0\n@show servo 1-3 GOAL_POSITION\n")
+        goals = re.findall(r"GOAL_POSITION (\d+)", output)
+        self.assertEqual(goals[:3], goals[3:6])
+        self.assertEqual(goals[6:], ["375", "307", "358"])
+        self.assertIn("stopped by the program", output)
 
     def test_program_and_library_for_two_chips_do_not_link(self):
         for chip, board, flags in [("atmega2560", "arduino-mega", ["-flto"]),

@@ -620,11 +620,9 @@ class SendLines(unittest.TestCase):
     POSES = "group 1 2 3\npose set left 448raw 576raw 512raw\npose set right 576raw 448raw 512raw\n" \
             "sequence wave new left 0.8s\nsequence wave add right 0.8s\n"
 
-    def send(self, lines, path):
-        with tempfile.TemporaryDirectory() as folder:
-            file = pathlib.Path(folder) / "poses"
-            file.write_text(lines)
-            return subprocess.run([ROOT / "scripts/send-lines.py", path, file], capture_output=True, text=True)
+    def send(self, lines, path, *options):
+        return subprocess.run([ROOT / "scripts/send-lines.py", *options, path, "/dev/stdin"], input=lines, capture_output=True,
+                              text=True)
 
     def test_lines_are_stored_and_the_first_refused_one_ends_it(self):
         board = MOVING[0]
@@ -633,6 +631,12 @@ class SendLines(unittest.TestCase):
             done = self.send("# my robot\n> " + self.POSES + "ok\n> pose show\nsequence show\n> \n", sim.path)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual(done.stdout.count(": ok\n"), 7)
+            saved = self.send("pose show\nsequence show\n", sim.path, "--replies").stdout
+            self.assertEqual(saved.splitlines()[-2:], self.POSES.splitlines()[-2:])
+            self.assertEqual(set(saved.splitlines()), set(self.POSES.splitlines()))  # no prompt, no ok
+            for lines in "pose delete left\npose delete right\nsequence delete wave\n", saved:
+                self.assertEqual(self.send(lines, sim.path).returncode, 0)
+            self.assertEqual(self.send("pose show\nsequence show\n", sim.path, "--replies").stdout, saved)
             done = self.send("pose set x 1\npose list\n", sim.path)
             self.assertEqual(done.returncode, 1)
             self.assertIn("pose set x 1: error 46", done.stdout)
