@@ -469,7 +469,7 @@ void test_first_step_at_its_limit_does_not_slow_the_next_ones(void)
     TEST_ASSERT_EQUAL(CDS_OK, sequence.result);
 }
 
-/* A joint next to its limit brakes in one period: the change of speed must not grow with the rate.
+/* A joint next to its limit brakes in one period: its change of speed must not grow with the rate.
  */
 void test_override_leaves_a_step_that_brakes_near_a_limit(void)
 {
