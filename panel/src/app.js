@@ -194,6 +194,7 @@ class App extends View {
         const parts = [texts.state[session.isWaiting && session.state === "connecting" ? "waiting" : session.state]];
 
         if (session.isConnected) {
+            if (session.capture.port.isReplay) parts[0] = texts.state.replay;
             const servos = [...session.robot.servos.values()];
 
             parts.push(texts.status.servos(servos.length, servos.filter(({ presence }) => presence === "offline").length));

@@ -38,6 +38,7 @@ export const page = {
         connecting: "Connecting …",
         waiting: "Another page or program is connected. Waiting for it to leave …",
         connected: "Connected",
+        replay: "A capture plays, no robot",
         silent: "The controller does not answer",
     },
 

@@ -199,6 +199,7 @@ test("packets: the capture is saved and can be read", async (t) => {
     await shows(page, "Not connected", ".state-line");
     await (await page.$(".replay input")).uploadFile(path);
     await openTab(page, "robot");
+    await shows(page, "A capture plays, no robot", ".state-line");
     await page.waitForFunction(() => document.querySelectorAll(".torque input:checked").length === 3);
     await page.click("button.disconnect"); // no robot: nothing to ask
     await shows(page, "Not connected", ".state-line");

@@ -14,7 +14,7 @@ const ROOT = new URL("../../../", import.meta.url).pathname;
 const WHOLE = join(ROOT, "panel/node_modules/uplot/dist/uPlot.esm.js");
 const OF_PAGE = join(ROOT, "build/panel/uPlot.esm.js");
 const STYLE = readFileSync(join(ROOT, "panel/node_modules/uplot/dist/uPlot.min.css"), "utf8");
-const STYLE_OF_GRAPHS = "body { margin: 0; line-height: 1.4; color: #123; background: #fff } .graph { position: absolute; left: 2vw }";
+const STYLE_OF_GRAPHS = "body { margin: 0; line-height: 1.4; color: #123; background: #fff } .graph { position: absolute; left: 2vw } .graph .uplot { font-family: serif }"; // the part has no font: no element has text
 const SCALES = [1, 2]; // pixels of the screen for a pixel of the page
 
 /* The text of a script that makes plot.js the global `plot`, with this uPlot. */
@@ -84,6 +84,7 @@ async function seen() {
         pixels: [...document.querySelectorAll("canvas")].map((canvas) => canvas.toDataURL()),
         elements: [...document.querySelectorAll(".graph")].map((graph) => graph.innerHTML),
         times: globalThis.graphs.map((graph) => [graph.cursorTime, graph.isDragged]),
+        texts: [...document.querySelectorAll(".graph")].map((graph) => graph.textContent),
         calls: globalThis.calls.splice(0),
     };
 }
@@ -160,6 +161,7 @@ for (const scale of SCALES)
         const all = [...whole.values()];
 
         assert.ok(new Set(all.map(({ pixels }) => pixels[0])).size >= 10, "the steps draw different graphs");
+        assert.ok(all.every(({ texts }) => texts.every((text) => text === "")), "no element has text");
         for (const call of ["zoom", "reset", "cursor", "click"])
             assert.ok(all.some(({ calls }) => calls.some((text) => text.includes(call))), call);
         for (const [name, result] of whole)
