@@ -328,7 +328,7 @@ test("disconnect: asks while a servo has torque", async (t) => {
 
     await torqueOn(page, 1);
     await page.click("button.disconnect");
-    await shows(page, "Servos have torque", "dialog");
+    await shows(page, "Torque is on, or not known.", "dialog");
     await page.click("dialog .no");
     await shows(page, "Connected", ".state-line");
     await page.click("button.disconnect");
