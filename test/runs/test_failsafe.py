@@ -370,7 +370,7 @@ class Alarms(unittest.TestCase):
         self.assertEqual(run.output.count("the line is held low; look for a short circuit"), 2, run.output)
 
     def test_torque_and_rate_that_are_not_known_are_not_told(self):
-        run = controller("scan\nwrite 1 STATUS_RETURN_LEVEL 0\ntorque 1 on\n@power 1 off\n@wait 300\n@power 1 on\n"
+        run = controller("scan\ntorque 1 on\nwrite 1 STATUS_RETURN_LEVEL 0\n@power 1 off\n@wait 300\n@power 1 on\n"
                          "@wait 3000\nservos\n@expect text servo 1: online, torque unknown\n"
                          "baud 2 57600\n! ping 3\n@expect text servo 3: not at the rate of the bus: 'bus 1000000bps' first\n"
                          "! stop\n@expect text servo 3: not at the rate of the bus: 'bus 1000000bps' first\n",

@@ -288,7 +288,7 @@ test("board: a setting is checked, applied, saved", async (t) => {
     await openTab(page, "board");
     await page.waitForSelector("#setting-cycle_us");
     await fill(page, "#setting-cycle_us", "100");
-    await shows(page, /2000 to 65535.* Out of range\./s, ".help");
+    await shows(page, /2000 to 65535.*\sOut of range\./s, ".help");
     assert.ok(await page.$eval(".apply", (button) => button.disabled));
     await fill(page, "#setting-cycle_us", "5000");
     await page.click(".apply");
