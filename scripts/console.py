@@ -139,7 +139,7 @@ condition; the command has worked. `help` or `?` lists the commands, `help COMMA
 | Ctrl-X | **stops the robot** at once: torque off for all servos, verified servo by servo; no servo is driven until `release` ([safety.md](safety.md)). The line being typed is dropped, a running command ends as `error 54`, and the reply is that of `stop` |
 | Backspace | deletes the character before the cursor |
 | Ctrl-U | deletes the last 80 characters of the line. Ctrl-C drops a longer line |
-| Ctrl-W, Ctrl-K | delete the word before the cursor, and the rest of the line |
+| Ctrl-W, Ctrl-K | delete the word before the cursor; all from the cursor on |
 | Ctrl-C | drops the line |
 | Left, Right, Home, End; Ctrl-B, Ctrl-F, Ctrl-A, Ctrl-E | move the cursor within the line; text is inserted there |
 | Del, Ctrl-D | delete the character at the cursor |

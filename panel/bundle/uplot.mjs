@@ -197,5 +197,5 @@ export function withFacts(text) {
 /* Rules of uPlot.min.css for what is never drawn. */
 const UNUSED_RULES = /[^{}]*\.u-(?:title|legend|inline|series|vt \.u-cursor-x)\b[^{}]*\{[^}]*\}/g;
 
-/* The text of uPlot.min.css without the rules of legend and title, and without a font: uPlot then writes on its canvas only. */
+/* The text of uPlot.min.css without the rules of legend and title, and without a font: no element of uPlot has text then. */
 export const withoutLegend = (text) => text.replace(UNUSED_RULES, "").replace(/font-family:[^;]*;/, "");

@@ -57,7 +57,7 @@ export class Robot extends EventTarget {
     #torqueOrders = new Map(); // newest torque command, by servo ID
     #due = new Map(); // time of the next slow read, by its name
     #rounds = []; // times of the last feedback
-    #wholeAt = Infinity; // time when all servos have answered last
+    #wholeAt = Infinity; // time when all servos last answered
     #isListed = false; // the command `servos` has listed servos
 
     constructor(controller) {
@@ -481,7 +481,7 @@ export class Robot extends EventTarget {
         while (this.#rounds[0] <= now - RATE_MS) this.#rounds.shift();
     }
 
-    /* Not after a single reply that was lost: on a line with noise the notices would go at once. */
+    /* A single lost reply does not count: on a line with noise the notices would go at once. */
     #tellWhole() {
         const now = this.#clock.now();
 

@@ -74,7 +74,7 @@ export class Session extends EventTarget {
         this.controller = null;
         this.robot = null;
         this.history = null; // History of the servos, since the connection began
-        this.seenIds = new Set(); // IDs of servos since the page began: one that the controller has forgotten may be unplugged only
+        this.seenIds = new Set(); // IDs of servos since the page began: a servo that was forgotten may only be unplugged
         this.starts = 0; // counts connections, and resets of the controller: what was read of it before is old
     }
 
@@ -98,7 +98,7 @@ export class Session extends EventTarget {
         return [...this.robot.servos.values()].some(({ torque }) => torque !== false);
     }
 
-    /* What the controller does once the link is lost, {ms, action}; null: not known. */
+    /* What the controller does once the link is lost, {ms, action}; null: not known. ms is 0 while a command needs that. */
     get linkLoss() {
         return this.controller.unwatchedMs ? { ms: 0 } : (this.robot.device?.linkLoss ?? null);
     }

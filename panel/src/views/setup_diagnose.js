@@ -53,7 +53,7 @@ class DiagnosePart extends SetupPart {
         </li>`;
     }
 
-    /* The result is below the screen, often. */
+    /* The result is often below the screen. */
     updated() {
         const isOver = this.#isRunning && !this.runs("diagnose");
 

@@ -20,7 +20,8 @@ static const CDS_FLASH char message_turn_again[] =
 /* Of torque and led; a move has none. */
 #define CHOICE_ON 1
 
-enum phase { LOOK, SLOW = SERVO_WRITE_SENT + 1, LIMITS, LOOKED } __attribute__((packed));
+/* What is sent: the READ of look(), or the WRITE of a slow speed, of limits 0, of speed 0. */
+enum phase { LOOK, SLOW = SERVO_WRITE_SENT + 1, LIMITS, STILL } __attribute__((packed));
 
 /* Puts number `index` of the line into the data to be written. Returns an error or 0. */
 static uint8_t take_raw(struct console *console, uint8_t index, enum cds_unit unit)
@@ -202,7 +203,7 @@ static bool tell_endless(struct console *console)
 static bool look_poll(struct console *console)
 {
     const uint8_t *bytes = console->line.request->reply;
-    bool is_move = console->line.choice == 0;
+    bool is_move = console->line.choice == 0; // torque has on or off
 
     if (console_waits(console))
         return true;
@@ -222,12 +223,12 @@ static bool look_poll(struct console *console)
             }
             if (!console->part) {
                 console->error = servo_write(console, CDS_REG_MOVING_SPEED, 2); // the job is zeroed
-                console->phase = LOOKED;
+                console->phase = STILL;
                 return console->error == 0;
             }
         }
     }
-    if (console->phase == LOOKED)
+    if (console->phase == STILL)
         printer_line(&console->printer, message_stands_still);
     if (is_move)
         console->error =

@@ -135,16 +135,16 @@ static bool conclude(struct console *console)
     return false;
 }
 
-bool setup_has_try(struct console *console, uint8_t result, uint8_t bits)
+bool setup_has_try(struct console *console, uint8_t result, uint8_t servo_error)
 {
     return command_set.set_up_tries &&
-           (result == CDS_TIMEOUT || result == CDS_CORRUPT || bits & CDS_ERROR_CHECKSUM) &&
+           (result == CDS_TIMEOUT || result == CDS_CORRUPT || servo_error & CDS_ERROR_CHECKSUM) &&
            ++console->part < command_set.set_up_tries;
 }
 
 /* Begins the command once more if its write was lost or damaged: the servo answers where it was,
- * and only there. Any other end is not retried: the servo may have done what it was
- * told, or has refused it. */
+ * and only there. Any other end is not retried: the servo may have done what it was told, or has
+ * refused it. */
 static bool begins_again(struct console *console)
 {
     const struct cds_identity *state = &console->robot->work.identity;

@@ -128,10 +128,9 @@ uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *dat
  * returns false, it has stored the outcome in console->error and console->servo_error. */
 bool setup_waits(struct console *console);
 
-/* In setup.c: true if the command has failed for want of a good reply, or since its packet reached
- * the servo damaged (`bits`: the error bits of the servo), and has a try left; uses console->part.
- */
-bool setup_has_try(struct console *console, uint8_t result, uint8_t bits);
+/* In setup.c: true if no good reply came, or if the servo got a damaged packet (`servo_error`), and
+ * a try is left. Counts this try in console->part. */
+bool setup_has_try(struct console *console, uint8_t result, uint8_t servo_error);
 
 /* In setup.c: begin of `baud`, which takes a list of servos as a whole. */
 uint8_t baud_begin(struct console *console);
