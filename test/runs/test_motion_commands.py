@@ -113,6 +113,11 @@ class Teach(Motion):
         self.run_on("teach on\nstop\n! teach off\n@expect text servo 1:\n"
                     "@expect servo 1-3 torque off\nrelease\nteach off\n@expect servo 1-3 torque on\n")
 
+    def test_teach_off_of_a_hot_servo_says_so(self):
+        self.run_on("teach on\n@ambient 2 120\n@expect servo 2 error 0x04 within 60000\n! teach off 2\n"
+                    "@expect text error 85: servo 2:\n@expect servo 2 torque off\nteach off 1\n"
+                    "@expect servo 1 torque on\n")
+
     def test_teach_off_of_an_endless_servo_is_refused(self):
         self.run_on("teach on 1\nwrite 1 CW_ANGLE_LIMIT 0 0\nwrite 1 CCW_ANGLE_LIMIT 0\n"
                     "write 1 MOVING_SPEED 300\n! teach off 1\n@expect text servo 1: the servo is in endless turn\n"

@@ -283,6 +283,7 @@ static bool is_of_servo(const struct console *console)
         ERROR_NOT_A_NUMBER, ERROR_OUT_OF_RANGE, ERROR_UNIT,        ERROR_UNKNOWN_REGISTER,
         ERROR_NOT_WRITABLE, ERROR_ENDLESS,      ERROR_NOT_KNOWN,   ERROR_UNKNOWN_WORD,
         ERROR_LOST,         ERROR_BOTH,         ERROR_PLACE_TAKEN, ERROR_NOT_NEW,
+        ERROR_ALARM,        ERROR_VOLTAGE,
     };
     const struct command_line *line = &console->line;
     uint8_t error = console->error;

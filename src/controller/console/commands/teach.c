@@ -54,7 +54,8 @@ static bool begin_servo(struct console *console)
                                     &(struct cds_torque_on_config){.bus = console->bus,
                                                                    .request = line->request,
                                                                    .id = line->id,
-                                                                   .last = CDS_TORQUE_ON_SWITCH});
+                                                                   .last = CDS_TORQUE_ON_SWITCH,
+                                                                   .checks_condition = true});
     else
         begun =
             cds_servo_write_byte(console->bus, line->request, line->id, CDS_REG_TORQUE_ENABLE, 0);
