@@ -15,7 +15,7 @@ refuse_path = $(if $(2),$(error $(1)=$(value $(1)) has a $(2), which has a meani
 $(foreach v,PREFIX DESTDIR PORT,$(call refuse_path,$(v),$(call bad_in,$(v),$(QUOTED_BAD))))
 # Values for the command line of the simulator.
 refuse_value = $(if $(2),$(error $(1)=$(value $(1)) has a $(2), which has a meaning in make or the shell; leave it out))
-$(foreach v,SERVOS SECONDS HOST_BAUD PANEL_PORT,$(call refuse_value,$(v),$(call bad_in,$(v),$(NAME_BAD),$(value $(v)))))
+$(foreach v,SERVOS SECONDS HOST_BAUD PANEL_PORT SEEDS,$(call refuse_value,$(v),$(call bad_in,$(v),$(NAME_BAD),$(value $(v)))))
 $(foreach v,BOARD_DIR ELF EXAMPLE UNITY,$(call refuse_path,$(v),$(call bad_in,$(v),$(NAME_BAD),$(value $(v)))))
 
 ifneq ($(BOARD_DIR),)

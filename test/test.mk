@@ -289,3 +289,10 @@ feedback: build/host/cds55xx-sim build/$(BOARD)/controller.elf
 	$(clear)
 	@test/runs/feedback.py $(BOARD)
 
+SEEDS ?= 1-12
+
+## flood: random bytes from a 1 Mbps host beside a cycle at 250 Hz: the latest goal for each of SEEDS=1-12; fails over its limit
+.PHONY: flood
+flood: build/host/cds55xx-sim build/$(BOARD)/firmware/flood.elf
+	$(clear)
+	@test/runs/flood.py $(BOARD) $(SEEDS)

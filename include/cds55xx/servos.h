@@ -108,6 +108,12 @@ struct cds_servo_state {
     uint8_t torque_off : 3;          // enum cds_torque_off_outcome: torque_off.h
 };
 
+/* True if the servo is known to be in endless turn. */
+static inline bool cds_servo_is_endless(const struct cds_servo_state *servo)
+{
+    return (uint8_t)(~servo->held & (CDS_HELD_CW_0 | CDS_HELD_CCW_0)) == 0;
+}
+
 /* Where cds_servos_begin() finds what it works with. */
 struct cds_servos_config {
     struct cds_bus *bus;            // open

@@ -3,6 +3,7 @@
 here, so a new board joins them without another list."""
 import collections
 import re
+import subprocess
 
 from simulator import ROOT
 
@@ -51,5 +52,13 @@ def with_profile(profile):
     return [name for name in ALL if profile in BOARDS[name].profiles]
 
 
-# Boards whose firmware moves servos by a motion: the profile `full` on a chip with 8 KB of RAM.
-WITH_MOTION = [name for name in with_profile("full") if BOARDS[name].mcu not in ("at90can128", "atmega128")]
+def has_motion(mcu):
+    """HAS_MOTION of profiles/full.c, as the compiler of the firmware answers for this chip."""
+    condition = re.search(r"#define HAS_MOTION +(\(.*\))", (ROOT / "src/controller/profiles/full.c").read_text())[1]
+    answer = subprocess.run(["avr-gcc", f"-mmcu={mcu}", "-E", "-P", "-"], check=True, text=True, stdout=subprocess.PIPE,
+                            input=f"#include <avr/io.h>\n#if {condition}\nhas_motion\n#endif\n")
+    return "has_motion" in answer.stdout.split()
+
+
+# Boards whose firmware moves servos by a motion.
+WITH_MOTION = [name for name in with_profile("full") if has_motion(BOARDS[name].mcu)]

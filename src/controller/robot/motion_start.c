@@ -155,17 +155,12 @@ uint8_t motion_start_move(struct robot *robot, const struct cds_move *move)
 
 /* ---- phases: each returns CDS_PENDING, or the result of the start ---- */
 
-static bool is_endless(const struct cds_servo_state *servo)
-{
-    return (servo->held & (CDS_HELD_CW_0 | CDS_HELD_CCW_0)) == (CDS_HELD_CW_0 | CDS_HELD_CCW_0);
-}
-
 /* Why the servo cannot take a goal, or CDS_OK. */
 static uint8_t reason_against(const struct cds_servo_state *servo, bool needs_torque)
 {
     if (servo->inhibits || servo->presence == CDS_PRESENCE_OFFLINE)
         return CDS_INHIBITED;
-    if (is_endless(servo))
+    if (cds_servo_is_endless(servo))
         return MOTION_ENDLESS;
     return needs_torque && !servo->torque ? (uint8_t)MOTION_TORQUE_OFF : (uint8_t)CDS_OK;
 }

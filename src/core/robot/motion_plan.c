@@ -126,18 +126,19 @@ static uint32_t shortest_from_rest(const struct cds_motion *motion, uint32_t dis
     return by_speed > by_acceleration ? by_speed : by_acceleration;
 }
 
-/* Shortens the windows so that the joint brakes within its limits. */
+/* Shortens the windows so that the joint brakes within its limits. 1/8 step beyond is permitted,
+ * since its goals stay at the limit: else a joint that passes a pose on the way to its limit
+ * shortens them by rounding. */
 static void narrow_window(struct cds_motion *motion, const struct cds_motion_path *path,
                           const struct cds_motion_joint *joint)
 {
-    int16_t end = path->begin_speed > 0 ? joint->highest : joint->lowest;
-    uint16_t room = (uint16_t)abs(end - path->position), speed = (uint16_t)abs(path->begin_speed);
-    uint32_t periods = 1;
+    int16_t speed = path->begin_speed, end = speed > 0 ? joint->highest + 1 : joint->lowest - 1;
+    int32_t periods = (int32_t)(end - path->position) * joint->scale / ((int32_t)speed * 4);
 
-    if ((end > path->position) == (path->begin_speed > 0) && room > CDS_MOTION_STEP)
-        periods = (uint32_t)(room - CDS_MOTION_STEP) * joint->scale / ((uint32_t)speed * 4);
-    if (periods < motion->longest_window)
-        motion->longest_window = periods ? periods : 1;
+    if (periods < 1)
+        periods = 1;
+    if ((uint32_t)periods < motion->longest_window)
+        motion->longest_window = (uint32_t)periods;
 }
 
 /* Returns a distance in 1/8 step as register units of speed x periods. */
@@ -398,7 +399,6 @@ static uint32_t highest_rate(const struct cds_motion *motion)
     if (motion->has_speeds)
         most = motion->next.pass_rate;
     if (most < CDS_MOTION_RATE_1 ||
-        (motion->has_speeds && motion->next_plan.window < duration) || // brakes near a limit
         (motion->next.curve == CDS_MOTION_TRAPEZOID && motion->config.acceleration))
         return CDS_MOTION_RATE_1;
     if (duration / 2 >= shortest)

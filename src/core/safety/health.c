@@ -65,7 +65,7 @@ static bool is_due(uint32_t time_us, uint32_t now_us)
 }
 
 /* True if there is time for a transaction of `us` now. */
-static NOINLINE bool has_time(struct cds_health *health, uint16_t us)
+static bool has_time(struct cds_health *health, uint16_t us)
 {
     const struct cds_bus *bus = health->servos->bus;
 
@@ -102,7 +102,7 @@ static bool ask(struct cds_health *health, uint8_t index)
 
 /* A servo that was RETURNED has answered, or not. If it answers a PING after three READs without an
  * answer, its status return level is 0, and its state is taken for lost. */
-static NOINLINE void take_returned(struct cds_health *health)
+static void take_returned(struct cds_health *health)
 {
     const struct cds_request *request = &health->request;
     struct cds_servos *servos = health->servos;

@@ -289,8 +289,8 @@ static NOINLINE void note_error(struct cds_servos *servos, struct cds_servo_stat
         servos->event_count++;
 }
 
-static void set_presence(struct cds_servos *servos, struct cds_servo_state *servo,
-                         enum cds_presence presence)
+static NOINLINE void set_presence(struct cds_servos *servos, struct cds_servo_state *servo,
+                                  enum cds_presence presence)
 {
     servo->presence = presence & 3u;
     servos->event_count++;

@@ -221,7 +221,7 @@ static void begin_read(struct cds_cycle *cycle, uint32_t now_us, uint16_t remain
 }
 
 /* The READ has ended. Its reply came by its deadline, also if this poll is late. */
-static NOINLINE void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
+static void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
 {
     struct cds_feedback *feedback = &cycle->feedback[cycle->turn];
     const struct cds_request *read = &cycle->read;

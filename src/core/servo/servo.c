@@ -42,8 +42,8 @@ NOINLINE enum cds_result cds_servo_send(struct cds_bus *bus, struct cds_request 
     return cds_bus_submit_valid(bus, request);
 }
 
-static enum cds_result bare(struct cds_bus *bus, struct cds_request *request, uint8_t id,
-                            uint8_t instruction)
+static NOINLINE enum cds_result bare(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                                     uint8_t instruction)
 {
     cds_servo_start(request, NULL, 0, id, instruction);
     return cds_servo_send(bus, request);
@@ -75,9 +75,9 @@ enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request,
     return refuse(request, result);
 }
 
-static enum cds_result with_data(struct cds_bus *bus, struct cds_request *request, uint8_t id,
-                                 uint8_t instruction, uint8_t address, const uint8_t *data,
-                                 uint8_t length)
+static NOINLINE enum cds_result with_data(struct cds_bus *bus, struct cds_request *request,
+                                          uint8_t id, uint8_t instruction, uint8_t address,
+                                          const uint8_t *data, uint8_t length)
 {
     if (request->result == CDS_PENDING)
         return CDS_BUSY;

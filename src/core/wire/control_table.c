@@ -2,7 +2,8 @@
 /* The control table by address and by name; see control_table.h. */
 #include "cds55xx/control_table.h"
 
-#include "flash.h" // CDS_FLASH
+#include "compiler.h" // NOINLINE
+#include "flash.h"    // CDS_FLASH
 
 /* A register in flash, 5 bytes. Its address is the sum of the widths before it; its lowest value is
  * 0. */
@@ -32,7 +33,7 @@ static const CDS_FLASH char names[] =
 #define REGISTERS (sizeof registers / sizeof registers[0])
 
 /* The row that holds the byte `address`, or REGISTERS. */
-static uint8_t row_of(uint8_t address)
+static NOINLINE uint8_t row_of(uint8_t address)
 {
     uint8_t row = 0, end = 0;
 

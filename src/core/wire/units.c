@@ -3,6 +3,7 @@
 #include "cds55xx/units.h"
 
 #include "cds55xx/control_table.h" // CDS_REG_*, CDS_VALUE_MAX
+#include "compiler.h"              // NOINLINE
 #include "flash.h"                 // CDS_FLASH
 
 #define CW 0x400 // bit 10 of a signed register (R35)
@@ -98,8 +99,8 @@ static const CDS_FLASH struct scale scales[] = {
 /* No scale reaches further; times CDS_VALUE_MAX it still fits 32 bits, rounding included. */
 #define MAGNITUDE_MAX 4000000
 
-static bool scale_of(const struct cds_register_profile *profile, enum cds_unit unit,
-                     struct scale *out)
+static NOINLINE bool scale_of(const struct cds_register_profile *profile, enum cds_unit unit,
+                              struct scale *out)
 {
     if ((unsigned)unit >= SCALES || unit == CDS_UNIT_NONE)
         return false;

@@ -64,8 +64,6 @@ void test_refusal_of_limits_in_a_list_names_them(void)
     robot_add(&robot, 5);
     reply_to("limits 4 60 200 30rpm");
     reply_to("torque 4 5 on");
-    if (bus.link.state == CDS_LINK_TALKING)
-        port_fake_transmit(&bus.link, 0);
     answer(4, 0, registers, sizeof registers);
     TEST_ASSERT_NOT_NULL(strstr(said, "servo 4: its limits are 60.117deg to 200deg and 3"));
 }

@@ -49,6 +49,34 @@ void test_torque_of_three_servos_has_line_for_each(void)
     TEST_ASSERT_EQUAL_STRING("servo 1: ok\r\nservo 2: ok\r\nservo 3: ok\r\nok\r\n", said);
 }
 
+/* The next packet is the READ of mode and torque, and servo `id` answers it. */
+static void answer_look(uint8_t id, uint16_t cw_limit, uint8_t torque)
+{
+    uint8_t registers[19] = {(uint8_t)cw_limit, (uint8_t)(cw_limit >> 8), [18] = torque};
+
+    if (bus.link.state == CDS_LINK_TALKING)
+        port_fake_transmit(&bus.link, 0);
+    TEST_ASSERT_EQUAL_UINT8(id, port_fake.sent[2]);
+    TEST_ASSERT_EQUAL_UINT8(CDS_READ, port_fake.sent[CDS_AT_INSTRUCTION]);
+    answer(id, 0, registers, sizeof registers);
+}
+
+void test_torque_on_of_a_list_reads_each_servo_before(void)
+{
+    reply_to("torque 1-3 on");
+    answer_look(1, 1, 0);
+    acknowledge(1);
+    answer_look(2, 0, 1); // endless turn with torque on
+    acknowledge(2);
+    answer_look(3, 0, 0);
+    acknowledge(3); // speed 0
+    acknowledge(3);
+    assert_sent("FF FF 03 04 03 18 01 DC");
+    TEST_ASSERT_EQUAL_STRING("servo 1: ok\r\nservo 2: ok\r\nservo 3: endless turn: speed set to "
+                             "0\r\nok\r\n",
+                             said);
+}
+
 void test_list_with_silent_servo_goes_on_and_ends_in_error(void)
 {
     reply_to("led 1-3 on");

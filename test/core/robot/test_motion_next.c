@@ -133,7 +133,7 @@ void test_new_target_after_a_linear_move_keeps_the_limits(void)
     }
 }
 
-/* The joint has 2 steps in which it may brake: the window is one period. */
+/* The joint is at its limit: the window is one period. */
 void test_new_target_at_a_limit_may_take_ten_minutes(void)
 {
     for (uint32_t ms = 280000; ms <= 600000; ms += 10007ul * AVR_DIVIDES_LOOPS) {
@@ -145,7 +145,7 @@ void test_new_target_at_a_limit_may_take_ten_minutes(void)
         feedback[0].position = 100;
         pose[0] = 900;
         rig_move(640, CDS_MOTION_LINEAR);
-        for (uint8_t i = 0; i < 158; i++)
+        for (uint8_t i = 0; i < 159; i++)
             rig_pass_period();
         TEST_ASSERT_TRUE(motion.is_under_way);
         pose[0] = 400;

@@ -98,7 +98,7 @@ static bool turns(const struct console *console)
 {
     const struct cds_servo_state *servo = console_servo(console);
 
-    return servo && servo->torque && servo_is_endless(servo);
+    return servo && servo->torque && cds_servo_is_endless(servo);
 }
 
 static uint8_t set_begin(struct console *console)

@@ -81,11 +81,6 @@ static uint8_t look(struct console *console)
     return servo_read(console, LOOK_FROM, LOOK_SIZE);
 }
 
-bool servo_is_endless(const struct cds_servo_state *servo)
-{
-    return (uint8_t)(~servo->held & (CDS_HELD_CW_0 | CDS_HELD_CCW_0)) == 0;
-}
-
 static uint8_t move_begin(struct console *console)
 {
     struct command_line *line = &console->line;
@@ -189,7 +184,7 @@ static bool tell_endless(struct console *console)
            console->index < servos->count) {
         const struct cds_servo_state *servo = &servos->states[console->index++];
 
-        if (servo_is_endless(servo)) {
+        if (cds_servo_is_endless(servo)) {
             console->line.id = servo->id;
             servo_failed(console, ERROR_ENDLESS);
             return true;

@@ -96,9 +96,6 @@ static inline struct set_job *set_job(struct console *console)
 uint8_t servo_read(struct console *console, uint8_t address, uint8_t length);
 uint8_t servo_write(struct console *console, uint8_t address, uint8_t length);
 
-/* In servo.c: true if the servo is known to be in endless turn. */
-bool servo_is_endless(const struct cds_servo_state *servo);
-
 /* In servo.c: call it before a write of a goal or a speed. Returns an error if a cycle sets the
  * goal of servo line.id: the next goals of the cycle would replace this one. */
 uint8_t servo_cycled(const struct console *console);
