@@ -53,3 +53,5 @@ def with_profile(profile):
 
 # Boards whose firmware moves servos by a motion: the profile `full` on a chip with 8 KB of RAM.
 WITH_MOTION = [name for name in with_profile("full") if BOARDS[name].mcu not in ("at90can128", "atmega128")]
+# Boards whose profile `full` has room for longer texts of errors (HAS_ADVICE of profiles/full.c).
+WITH_ADVICE = [name for name in with_profile("full") if name not in WITH_MOTION or BOARDS[name].mcu in LARGE]
