@@ -113,6 +113,12 @@ static void was_reset(void *context, uint64_t now)
     }
 }
 
+static void print_host_byte(struct testbench *bench, uint8_t byte)
+{
+    fputc(byte, stdout);
+    bench->rules.line_is_open = byte != '\n';
+}
+
 static void console_byte(void *context, uint64_t now, uint8_t byte)
 {
     struct testbench *bench = context;
@@ -120,7 +126,7 @@ static void console_byte(void *context, uint64_t now, uint8_t byte)
     case TESTBENCH_HOST_SCRIPT:
         script_receive(&bench->script, now, byte);
         if (bench->options->prints_text && !bench->script.echo) {
-            fputc(byte, stdout);
+            print_host_byte(bench, byte);
         }
         break;
     case TESTBENCH_HOST_PTY:
@@ -131,7 +137,7 @@ static void console_byte(void *context, uint64_t now, uint8_t byte)
             script_receive(&bench->script, now, byte);
         }
         break;
-    case TESTBENCH_HOST_STDOUT: fputc(byte, stdout); break;
+    case TESTBENCH_HOST_STDOUT: print_host_byte(bench, byte); break;
     case TESTBENCH_HOST_PC: pc_program_receive(&bench->pc_program, now, byte); break;
     case TESTBENCH_HOST_NONE: break;
     }

@@ -64,6 +64,10 @@ void rules_record_breach(struct rules *rules, enum rule rule, uint64_t now, cons
     }
     va_list arguments;
     va_start(arguments, format);
+    if (rules->line_is_open) {
+        fputc('\n', rules->out);
+        rules->line_is_open = false;
+    }
     fprintf(rules->out, "rule broken at %" PRIu64 " (%.3f ms): %s%s: ", now,
             (double)now * 1000.0 / rules->clock_Hz, where, rule_name(rule));
     vfprintf(rules->out, format, arguments);

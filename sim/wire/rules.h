@@ -34,6 +34,7 @@ struct rules {
     uint32_t breaches[RULE_COUNT];
     uint32_t clock_Hz;
     FILE *out;               // prints the first breaches of each rule; 0: prints nothing
+    bool line_is_open;       // set it while a line on `out` has no end yet: the message ends it
     bool warn;               // a breach of a rule of the wire does not fail the run
     struct rules *aggregate; // of all buses: counts and prints the breaches; 0: this struct does
     const char *where;       // printed before the message; 0: nothing

@@ -52,13 +52,15 @@ def with_profile(profile):
     return [name for name in ALL if profile in BOARDS[name].profiles]
 
 
-def has_motion(mcu):
-    """HAS_MOTION of profiles/full.c, as the compiler of the firmware answers for this chip."""
-    condition = re.search(r"#define HAS_MOTION +(\(.*\))", (ROOT / "src/controller/profiles/full.c").read_text())[1]
+def has(macro, mcu):
+    """A macro of profiles/full.c such as HAS_MOTION, as the compiler of the firmware answers for this chip."""
+    conditions = re.findall(r"#define HAS_\w+ +\(.*\)\n", (ROOT / "src/controller/profiles/full.c").read_text())
     answer = subprocess.run(["avr-gcc", f"-mmcu={mcu}", "-E", "-P", "-"], check=True, text=True, stdout=subprocess.PIPE,
-                            input=f"#include <avr/io.h>\n#if {condition}\nhas_motion\n#endif\n")
-    return "has_motion" in answer.stdout.split()
+                            input=f"#include <avr/io.h>\n{''.join(conditions)}#if {macro}\nyes\n#endif\n")
+    return "yes" in answer.stdout.split()
 
 
 # Boards whose firmware moves servos by a motion.
-WITH_MOTION = [name for name in with_profile("full") if has_motion(BOARDS[name].mcu)]
+WITH_MOTION = [name for name in with_profile("full") if has("HAS_MOTION", BOARDS[name].mcu)]
+# Boards whose profile `full` has room for longer texts of errors.
+WITH_ADVICE = [name for name in with_profile("full") if has("HAS_ADVICE", BOARDS[name].mcu)]

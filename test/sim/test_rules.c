@@ -315,6 +315,24 @@ void test_breach_names_its_bus_and_fails_the_run(void)
     free(text);
 }
 
+void test_breach_amid_a_line_begins_a_line_of_its_own(void)
+{
+    struct rules rules;
+    char *text = 0;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    rules_init(&rules, 16000000, out);
+    fputs("> pi", out);
+    rules.line_is_open = true;
+    rules_record_breach(&rules, RULE_OVERRUN, 16000, "three bytes");
+    rules_record_breach(&rules, RULE_OVERRUN, 16000, "four bytes");
+    fclose(out);
+    TEST_ASSERT_EQUAL_STRING("> pi\nrule broken at 16000 (1.000 ms): overrun: three bytes\n"
+                             "rule broken at 16000 (1.000 ms): overrun: four bytes\n",
+                             text);
+    free(text);
+}
+
 void test_help_is_no_error(void)
 {
     simulate(&run, "--help");

@@ -130,8 +130,11 @@ struct command_lists {
 /* What a profile links: commands, the storage of motions, and the registers of the device. */
 struct command_set {
     const CDS_FLASH struct command_group *const CDS_FLASH *groups; // ends with NULL
-    const CDS_FLASH struct command *on_stop;                       // runs after a Ctrl-X
-    const CDS_FLASH char *const CDS_FLASH *errors;                 // messages by number (errors.h)
+    /* Groups that this firmware has only to name them: each row ends with ERROR_OMITTED. Ends with
+     * NULL; NULL: there are none. */
+    const CDS_FLASH struct command_group *const CDS_FLASH *named_only;
+    const CDS_FLASH struct command *on_stop;       // runs after a Ctrl-X
+    const CDS_FLASH char *const CDS_FLASH *errors; // messages by number (errors.h)
     /* Called between two lines. Prints reports that no command asked for. Returns false if there is
      * nothing to print. */
     bool (*report)(struct console *console);
@@ -148,6 +151,9 @@ struct command_set {
     bool (*after_scan)(struct console *console); // end of the poll of `scan`, or NULL
     struct account *account;                     // of the counters, or NULL
     bool (*explain)(struct console *console);    // explain.h; NULL: errors have their text only
+    /* advice() and advice_note() of advice.h; NULL: this firmware has no room for these texts. */
+    const CDS_FLASH char *(*advise)(struct console *console);
+    const CDS_FLASH char *(*note)(struct console *console);
     void (*monitor)(struct console *console, uint8_t value); // monitor.h; NULL: lines only
     const CDS_FLASH struct command_typing *typing;           // completion and hints, or NULL
     struct history *history;                                 // storage of line_editor.c, or NULL

@@ -23,7 +23,7 @@
       "send the next line after the reply to this one, as scripts/send-lines.py does")             \
     X(ERROR_BLOCK, 37, "malformed block", "write ID:BYTE,BYTE,... with as many bytes as LENGTH")   \
     X(ERROR_UNKNOWN_WORD, 38, "unknown word", "'help COMMAND' shows the words it takes")           \
-    X(ERROR_UNIT, 39, "wrong unit", "give the unit that 'help COMMAND' shows, or raw")             \
+    X(ERROR_UNIT, 39, "wrong unit", "'help COMMAND' shows the unit")                               \
     X(ERROR_TOO_MANY, 40, "too many servos",                                                       \
       "a line takes 50 servos or angles, 'monitor' 8, the robot 18: 'servos forget' empties it")   \
     X(ERROR_TWICE, 41, "an ID is given twice", "give each servo once")                             \

@@ -23,20 +23,12 @@ static const CDS_FLASH char message_subject_end[] = ": ";
 static const CDS_FLASH char message_ms[] = "ms";
 static const CDS_FLASH char name_of_id[] = "ID";
 static const CDS_FLASH char name_of_settings[] = "settings";
+static const CDS_FLASH char name_of_speed_or_time[] =
+    "SPEED|TIME"; // of `pose`: behind `at` or `in`
 static const CDS_FLASH char message_whole_s[] = "s, whole seconds";
 static const CDS_FLASH char message_too_fine[] = "has more decimals than the command takes";
 
-/* The values an argument may have. */
-struct range {
-    uint16_t lowest, highest; // registers of `unit`, or the numbers themselves
-    uint8_t unit;             // enum cds_unit, or one of these:
-};
-
-#define UNIT_MS      UINT8_MAX               // milliseconds
-#define UNIT_PERCENT (UINT8_MAX - 1)         // percent
-#define UNIT_S       (UINT8_MAX - 2)         // whole seconds
-#define UNIT_ADDRESS (UINT8_MAX - 3)         // of a register: printed in hexadecimal digits
-#define CW_FULL      (0x400 | CDS_VALUE_MAX) // full speed CW (R35)
+#define CW_FULL (0x400 | CDS_VALUE_MAX) // full speed CW (R35)
 
 /* By the name of the argument and, where commands differ, the name of the command. */
 static const CDS_FLASH struct {
@@ -62,7 +54,7 @@ static const CDS_FLASH struct {
     {FLASH_TEXT("PERCENT"), NULL, {CDS_MOTION_OVERRIDE_MIN, CDS_MOTION_OVERRIDE_MAX, UNIT_PERCENT}},
     {FLASH_TEXT("DELAY"), NULL, {1, AUTOSTART_DELAY_MAX, UNIT_S}},
     {FLASH_TEXT("TIME"), NULL, {0, 0, UNIT_MS}}, // its range depends on the command
-    {FLASH_TEXT("SPEED|TIME"), NULL, {0, 0, UNIT_MS}},
+    {name_of_speed_or_time, NULL, {0, 0, UNIT_MS}},
 };
 
 #define RANGES (sizeof argument_ranges / sizeof argument_ranges[0])
@@ -118,9 +110,9 @@ static bool range_of(const struct command_line *line, const CDS_FLASH char *name
                      struct range *range)
 {
     static const CDS_FLASH char value[] = "VALUE", values[] = "VALUE...", length[] = "LENGTH",
-                                low[] = "LOW", speed[] = "SPEED|TIME";
+                                low[] = "LOW";
 
-    if (parse_has_name(name, speed) && line->choice == 1) { // "pose ... at SPEED"
+    if (parse_has_name(name, name_of_speed_or_time) && line->choice == 1) { // "pose ... at SPEED"
         *range = (struct range){0, CDS_VALUE_MAX, CDS_UNIT_MRPM};
         return true;
     }
@@ -263,6 +255,17 @@ static bool find_subject(const struct console *console, struct subject *subject)
     return false;
 }
 
+bool explain_unit(const struct console *console, uint8_t *unit)
+{
+    struct subject subject;
+
+    if (!find_subject(console, &subject) || !console->line.command ||
+        !range_of(&console->line, subject.name, &subject.range))
+        return false;
+    *unit = subject.range.unit;
+    return true;
+}
+
 uint8_t explain_numbers(struct console *console)
 {
     struct subject subject;
@@ -317,10 +320,13 @@ static void print_subject(struct console *console, const struct subject *subject
     const struct token *token = &console->token;
     const CDS_FLASH char *name = subject->name;
     bool quotes = subject->number == NULL && !subject->has_range;
+    bool is_half = command_set.advise && parse_has_name(name, name_of_speed_or_time);
 
-    while (*name && *name != ' ' && *name != ']')
-        if (*name++ != '[')
-            printer_char(printer, name[-1]);
+    if (is_half && console->line.choice != 1) // `in`
+        name += sizeof "SPEED|" - 1;
+    for (; *name && *name != ' ' && *name != ']' && !(is_half && *name == '|'); name++)
+        if (*name != '[')
+            printer_char(printer, *name);
     if (printer->within && *subject->name)
         printer_char(printer, ' ');
     if (quotes)
@@ -331,7 +337,11 @@ static void print_subject(struct console *console, const struct subject *subject
         printer_char(printer, '\'');
     if (subject->number) {
         printer_fixed(printer, subject->number->digits, subject->number->decimals);
-        printer_flash(printer, number_unit_name(subject->number));
+        printer_flash(printer, subject->number->kind == NUMBER_BARE &&
+                                       subject->range.unit >= UNIT_S &&
+                                       subject->range.unit != UNIT_PERCENT
+                                   ? message_ms
+                                   : number_unit_name(subject->number));
     }
 }
 

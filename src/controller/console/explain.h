@@ -17,6 +17,17 @@
 struct console;
 struct command_line;
 
+/* The values an argument may have. */
+struct range {
+    uint16_t lowest, highest; // registers of `unit`, or the numbers themselves
+    uint8_t unit;             // enum cds_unit, or one of these:
+};
+
+#define UNIT_MS      UINT8_MAX       // milliseconds
+#define UNIT_PERCENT (UINT8_MAX - 1) // percent
+#define UNIT_S       (UINT8_MAX - 2) // whole seconds
+#define UNIT_ADDRESS (UINT8_MAX - 3) // of a register: printed in hexadecimal digits
+
 /* Returns true if the command of the line is `settings`. `set` and `restore` have a VALUE, too. */
 bool explain_is_settings(const struct command_line *line);
 
@@ -26,6 +37,10 @@ bool explain_error(struct console *console);
 
 /* Returns the ID of the servo that console->error is about, or a number above CDS_ID_MAX. */
 uint8_t explain_servo(const struct console *console);
+
+/* Finds the unit of the argument that console->error is about, enum cds_unit or UNIT_MS and so on.
+ * False: the error is about no argument with a unit. */
+bool explain_unit(const struct console *console, uint8_t *unit);
 
 /* Returns ERROR_OUT_OF_RANGE if a number of the line is out of the range of its argument; else 0.
  * The command checks raw values. Call it after parse_end(). */

@@ -99,7 +99,8 @@ static bool concerns_offline_servo(const struct console *console)
     return servo && servo->presence == CDS_PRESENCE_OFFLINE;
 }
 
-enum mistake mistake_of(const struct console *console, bool is_of_word)
+/* The mistakes that every chip with the profile `full` has a text for. */
+static enum mistake seen_mistake(const struct console *console, bool is_of_word)
 {
     const struct command_line *line = &console->line;
     const struct token *token = &console->token;
@@ -119,7 +120,8 @@ enum mistake mistake_of(const struct console *console, bool is_of_word)
         return MISTAKE_LIMITS;
     if (console->error == ERROR_COUNT && line->command)
         return MISTAKE_COUNT;
-    if (console->error == ERROR_UNIT && line->command && explain_is_settings(line))
+    if (!command_set.advise && console->error == ERROR_UNIT && line->command &&
+        explain_is_settings(line))
         return MISTAKE_UNIT;
     if (!is_of_word || token->length > TOKEN_MAX || line->command == NULL)
         return MISTAKE_NONE;
@@ -136,6 +138,16 @@ enum mistake mistake_of(const struct console *console, bool is_of_word)
                    has_decimal_comma(token)
                ? MISTAKE_COMMA
                : MISTAKE_NONE;
+}
+
+enum mistake mistake_of(struct console *console, bool is_of_word)
+{
+    enum mistake mistake = seen_mistake(console, is_of_word);
+
+    return command_set.advise && (mistake == MISTAKE_NONE || mistake == MISTAKE_COUNT) &&
+                   command_set.advise(console)
+               ? MISTAKE_ADVISED
+               : mistake;
 }
 
 void mistake_print_with_point(struct console *console)
@@ -194,6 +206,8 @@ void mistake_print(struct console *console, enum mistake mistake)
         printer_text(&console->printer, message_comma);
     else if (mistake == MISTAKE_LIMITS)
         print_limits(console);
+    else if (command_set.advise && mistake == MISTAKE_ADVISED)
+        printer_line(&console->printer, command_set.advise(console));
     else
         printer_line(&console->printer, mistake == MISTAKE_LINE
                                             ? diagnose_findings[CDS_FINDING_LINE_LOW]

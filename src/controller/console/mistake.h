@@ -23,11 +23,12 @@ enum mistake {
     MISTAKE_RATE,     // the servo is known to be at another rate than the bus
     MISTAKE_LINE,     // the line is held low, so the servo may not be driven
     MISTAKE_OFFLINE,  // the servo does not answer, so it may not be driven
+    MISTAKE_ADVISED,  // advice.h has a text
 } __attribute__((packed));
 
 /* Returns the mistake that has caused console->error. `is_of_word`: a word of the line, which the
  * console keeps, has caused the error. */
-enum mistake mistake_of(const struct console *console, bool is_of_word);
+enum mistake mistake_of(struct console *console, bool is_of_word);
 
 /* Prints the text of the mistake, not MISTAKE_NONE, and ends the line; after MISTAKE_COMMA
  * mistake_print_with_point() ends it. The printer must be ready. */

@@ -30,7 +30,7 @@ static const CDS_FLASH char *place_in(const CDS_FLASH struct command *row,
     const CDS_FLASH char *usage = row->usage;
 
     for (const CDS_FLASH char *at = line->command->usage; at < line->usage; at++)
-        if (*usage++ != *at)
+        if (*at != '[' && *usage++ != *at) // "settings [SETTING" and "settings autostart"
             return NULL;
     while (*usage == '[')
         usage++;

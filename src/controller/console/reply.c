@@ -2,6 +2,8 @@
 /* The end of replies; see reply.h. */
 #include "console/reply.h"
 
+#include <stddef.h> // NULL
+
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
@@ -85,6 +87,20 @@ static bool print_result(struct console *console)
     return more;
 }
 
+/* Before the `ok`: prints what the command cannot know. Returns false if there is nothing to print.
+ */
+static bool print_note(struct console *console)
+{
+    const CDS_FLASH char *message = NULL;
+
+    if (command_set.note && console->error == 0 && console_answered(console) &&
+        console->explained++ == 0)
+        message = command_set.note(console);
+    if (message)
+        printer_line(&console->printer, message);
+    return message;
+}
+
 bool reply_piece(struct console *console)
 {
     if (console->reply_ended) { // the last line was printed
@@ -94,7 +110,7 @@ bool reply_piece(struct console *console)
             command_set.typing->print_hint(console);
         return more;
     }
-    if (!warn(console) && !print_result(console))
+    if (!print_note(console) && !warn(console) && !print_result(console))
         console->reply_ended = true;
     return true;
 }

@@ -38,7 +38,7 @@ static struct completion *completion(struct console *console)
     return console_job(console);
 }
 
-static void begin(struct console *console)
+void typing_begin(struct console *console)
 {
     memset(console_job(console), 0, CONSOLE_JOB_SIZE);
 }
@@ -149,7 +149,7 @@ static bool end_list(struct console *console)
     return end(console);
 }
 
-static bool complete(struct console *console)
+bool typing_complete(struct console *console)
 {
     struct completion *job = completion(console);
     enum names_result result;
@@ -195,10 +195,8 @@ static char small(const struct token *token, uint8_t index)
     return (char)(index < token->length ? token->text[index] | 0x20 : '\0');
 }
 
-/* Counts characters that are too many, missing, wrong, or swapped with the next one: at each
- * difference it takes the first of these that the next characters agree with. An end that is
- * missing counts as one, behind 3 characters: "mon" has one error of "monitor". */
-static uint8_t errors_of(const struct token *word, const struct token *name)
+/* At each difference it takes the first of these errors that the next characters agree with. */
+uint8_t typing_errors(const struct token *word, const struct token *name)
 {
     uint8_t errors = 0, at = 0, in_name = 0;
 
@@ -210,7 +208,8 @@ static uint8_t errors_of(const struct token *word, const struct token *name)
             return (uint8_t)(errors + 1);
         if (c != due) {
             errors++;
-            if (c == later && next == due) { // swapped
+            if (c == later && next == due &&
+                small(word, (uint8_t)(at + 2)) == small(name, (uint8_t)(in_name + 2))) { // swapped
                 at++;
                 in_name++;
             } else if (c == later && c) { // missing
@@ -251,7 +250,7 @@ static bool search(struct console *console)
         console->phase == 2)
         return false;
     if (console->phase == 0) {
-        begin(console);
+        typing_begin(console);
         job->least = console->token.length < 5 ? 2 : ERRORS_MAX + 1;
         if (console->token.length == 1)
             job->least = 1; // no hint: any name of two letters has one error
@@ -259,7 +258,7 @@ static bool search(struct console *console)
     }
     result = names_next(&job->names, &console->line);
     if (result == NAMES_FOUND) {
-        errors = errors_of(&console->token, &job->names.name);
+        errors = typing_errors(&console->token, &job->names.name);
         if (errors < job->least || (errors == job->least && is_better(console))) {
             job->least = errors;
             job->nearest = job->names.name;
@@ -289,8 +288,8 @@ static void print_hint(struct console *console)
 }
 
 const CDS_FLASH struct command_typing typing = {
-    .begin = begin,
-    .complete = complete,
+    .begin = typing_begin,
+    .complete = typing_complete,
     .search = search,
     .has_hint = has_hint,
     .print_hint = print_hint,

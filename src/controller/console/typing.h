@@ -10,7 +10,8 @@
 
 #include <stdbool.h>
 
-#include "flash.h" // CDS_FLASH
+#include "console/token.h" // struct token
+#include "flash.h"         // CDS_FLASH
 
 struct console;
 
@@ -31,5 +32,14 @@ struct command_typing {
 };
 
 extern const CDS_FLASH struct command_typing typing;
+
+/* Begin and complete of `typing`. */
+void typing_begin(struct console *console);
+bool typing_complete(struct console *console);
+
+/* Counts the characters of `word` that are too many, missing, wrong, or swapped with the next one;
+ * stops behind 2. An end that is missing counts as one, behind 3 characters: "mon" has one error of
+ * "monitor". */
+uint8_t typing_errors(const struct token *word, const struct token *name);
 
 #endif

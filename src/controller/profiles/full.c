@@ -13,6 +13,10 @@
 #define HAS_ROOM   1
 #endif
 
+/* Longer texts of errors: also on a chip with 128 KB of flash that has no motions. */
+#define HAS_ADVICE (HAS_ROOM || !HAS_MOTION)
+
+#include "console/advice.h"
 #include "console/commands/command_groups.h"
 #include "console/commands/monitor.h"
 #include "console/commands/shared.h"
@@ -22,6 +26,7 @@
 #include "host/motion_registers.h"
 #include "console/explain.h"
 #include "console/servo_list.h"
+#include "console/hint_parts.h"
 #include "console/history.h"
 #include "console/typing.h"
 #include "robot/autostart.h"
@@ -87,6 +92,14 @@ static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
 };
 // clang-format on
 
+#if !HAS_MOTION
+static const CDS_FLASH struct command_group *const CDS_FLASH motion_groups[] = {
+    &play_commands,
+    &autostart_commands,
+    NULL,
+};
+#endif
+
 const CDS_FLASH struct command_set command_set = {
     .groups = groups,
     .on_stop = stop_rows,
@@ -97,10 +110,14 @@ const CDS_FLASH struct command_set command_set = {
     .baud_list = &baud_list,
     .setting_number = setting_number,
     .explain = explain_error,
+#if HAS_ADVICE
+    .advise = advice,
+    .note = advice_note,
+#endif
     .after_scan = after_scan,
     .account = &account,
     .monitor = monitor_table,
-    .typing = &typing,
+    .typing = HAS_ADVICE ? &typing_with_parts : &typing,
     .history = &history,
     .set_up_tries = 3,
 #if HAS_MOTION
@@ -109,6 +126,7 @@ const CDS_FLASH struct command_set command_set = {
     .moves = &moves,
     .device = &motion_registers_ops,
 #else
+    .named_only = motion_groups,
     .cycle = &group_cycle,
     .pose_in = &pose_by_servo,
     .device = &device_registers_ops,

@@ -35,7 +35,7 @@ void test_settings_bus_baud_takes_bits_per_second(void)
 
 void test_id_out_of_range_names_no_servo(void)
 {
-    assert_reply("error 33: ID 254 is out of range: 0 to 253\r\n", "info 254");
+    assert_reply("error 33: ID 255 is out of range: 0 to 253\r\n", "info 255");
     assert_reply("error 33: ID|254 255 is out of range: 0 to 254\r\n", "ping 255");
     assert_reply("error 33: ID... 300 is out of range: 0 to 253\r\n", "group 1 300");
     assert_reply("error 33: servo 1: NEW 254 is out of range: 0 to 253\r\n", "id 1 254");
@@ -53,8 +53,7 @@ void test_wrong_word_is_quoted(void)
     assert_reply("error 41: ID '1': an ID is given twice; ", "torque 1 1 on");
     assert_reply("error 33: ID 300 is out of range: 0 to 253", "torque 1 300 on");
     assert_reply("error 31: wrong number of arguments; ", "cycle off 3");
-    assert_reply("error 32: ID|254 'off': not a number; write 90, 90.5deg, 512raw, -30rpm, 0x1F; "
-                 "for ID: 1, 1-3 or all",
+    assert_reply("error 32: ID|254 'off': not a number; write IDs: 1, 1-3, 1,4 or all\r\n",
                  "torque off");
     assert_reply("error 30: 'a?b': unknown command; ", "a\x07"
                                                        "b c");

@@ -57,7 +57,8 @@ void test_decimal_comma_is_answered_with_a_point(void)
 
 void test_setting_with_wrong_unit_says_so(void)
 {
-    assert_reply("error 39: VALUE 4ms: not a unit of this setting; ", "settings repeats 4ms");
+    assert_reply("error 39: VALUE 4ms: wrong unit; this number has no unit\r\n",
+                 "settings repeats 4ms");
 }
 
 void test_rate_of_host_has_its_own_range(void)
@@ -77,7 +78,7 @@ void test_value_of_restore_has_range_of_register(void)
 void test_speed_of_pose_has_its_range(void)
 {
     reply_to("group 1");
-    assert_reply("error 33: SPEED|TIME 63rpm is out of range: 0 to 62rpm\r\n", "pose 90 at 63rpm");
+    assert_reply("error 33: SPEED 63rpm is out of range: 0 to 62rpm\r\n", "pose 90 at 63rpm");
 }
 
 void test_values_behind_last_register_are_too_many(void)

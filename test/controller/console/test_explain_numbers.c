@@ -31,11 +31,13 @@ void test_number_too_fine_is_named(void)
                  "play w times 1.5");
 }
 
-void test_low_limit_above_high_limit_names_its_range(void)
+void test_low_limit_above_high_limit_names_both(void)
 {
     robot_add(&robot, 1);
     robot.health_pauses = true;
-    assert_reply("error 33: servo 1: LOW 200 is out of range: 0 to 100deg\r\n", "limits 1 200 100");
+    assert_reply("error 33: servo 1: LOW 200: above HIGH, 100deg; write the smaller angle "
+                 "first: limits ID LOW HIGH\r\n",
+                 "limits 1 200 100");
     assert_reply("error 33: servo 1: HIGH 301 is out of range: 0 to 300deg\r\n", "limits 1 0 301");
 }
 

@@ -133,6 +133,25 @@ void test_tab_in_a_long_line_does_nothing(void)
     TEST_ASSERT_EQUAL_STRING_LEN("tor", console.editor.text + console.editor.length - 3, 3);
 }
 
+void test_ctrl_w_in_a_line_longer_than_the_editor_deletes_words(void)
+{
+    char id[] = "100 ";
+
+    type("group ");
+    for (uint8_t i = 0; i < 20; i++, id[2]++) { // 86 characters: the parser has the first words
+        id[1] = (char)(id[2] > '9' ? id[1] + 1 : id[1]);
+        id[2] = (char)(id[2] > '9' ? '0' : id[2]);
+        type(id);
+    }
+    for (uint8_t i = 0; i < 20; i++)
+        type("\x17");
+    TEST_ASSERT_EQUAL_UINT8(0, console.editor.length);
+    said_length = 0;
+    type("200\r");
+    TEST_ASSERT_EQUAL_STRING("200\r\ngroup 100 101 102 103 104 105 106 107 200 sync\r\nok\r\n",
+                             said);
+}
+
 void test_ctrl_x_ends_completion_and_drops_the_line(void)
 {
     type_part("t\t");

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* help, version, mode, echo. */
+#include "compiler.h" // ALWAYS_INLINE
 #include "console/console.h"
 #include "console/commands/command_groups.h"
+#include "console/errors.h"
 #include "console/messages.h"
 
 static const CDS_FLASH char message_usage[] = "%s: %s";
@@ -10,7 +12,20 @@ static const CDS_FLASH char message_list[] = "ID: one servo, or a list: 1 2 5-8,
 static const CDS_FLASH char message_list_word[] =
     "ID: one servo, or a list in one word: 1,2,5-8, or all";
 static const CDS_FLASH char message_no_list[] = "ID: one servo, no list";
+static const CDS_FLASH char message_omitted[] = "not in this firmware";
 static const CDS_FLASH char message_example_is[] = "Example: %s";
+
+/* True if this firmware only names the commands of the group. ALWAYS_INLINE: saves 40 bytes in a
+ * firmware that has all commands it names. */
+ALWAYS_INLINE bool is_only_named(const CDS_FLASH struct command_group *group)
+{
+    const CDS_FLASH struct command_group *const CDS_FLASH *named = command_set.named_only;
+
+    for (; named && *named; named++)
+        if (*named == group)
+            return true;
+    return false;
+}
 
 /* Prints a line of the list: the heading before the row, then the row. True: the row is next. */
 static bool list_line(struct console *console, const CDS_FLASH struct command_group *group,
@@ -23,7 +38,7 @@ static bool list_line(struct console *console, const CDS_FLASH struct command_gr
         return true;
     }
     printer->values[0].text = row->usage;
-    printer->values[1].text = row->what;
+    printer->values[1].text = is_only_named(group) ? message_omitted : row->what;
     printer_line(printer, message_listed);
     return false;
 }
@@ -63,12 +78,17 @@ static bool topic_line(struct console *console, const CDS_FLASH struct command *
 {
     struct printer *printer = &console->printer;
     uint8_t line = console->phase++;
+    bool more = true;
 
     if (line == 0) {
         printer->values[0].text = row->usage;
         printer->values[1].text = row->what;
+        if (is_only_named(command_set.groups[console->part])) {
+            printer->values[1].text = error_text(ERROR_OMITTED);
+            more = false;
+        }
         printer_line(printer, message_usage);
-        return true;
+        return more;
     }
     if (COMMAND_DETAILS_TEXT(row->details) == NULL)
         return false;

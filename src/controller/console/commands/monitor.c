@@ -141,6 +141,8 @@ static void take(struct console *console)
     } else if (ends_command(monitor)) {
         console->error = console->line.request->result;
         console->servo_error = feedback->error;
+        if (command_set.explain) // the error names the servo
+            console->line.id = monitor->ids[monitor->index];
         console->phase = SUM_UP;
     } else {
         if (monitor->failed < UINT16_MAX)

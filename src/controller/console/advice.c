@@ -1,0 +1,278 @@
+/* SPDX-License-Identifier: MIT */
+/* Errors whose remedy depends on the line or on the servo; see advice.h. */
+#include "console/advice.h"
+
+#include <stddef.h> // NULL
+
+#include "cds55xx/diagnose.h"        // CDS_FINDING_LINE_LOW
+#include "cds55xx/packet.h"          // CDS_PING
+#include "console/commands/shared.h" // servos_line_is_low()
+#include "console/console.h"
+#include "console/errors.h"
+#include "console/explain.h"
+#include "console/messages.h"
+#include "console/unit_names.h" // unit_shown
+#include "robot/settings.h"     // settings_table
+
+static const CDS_FLASH char message_units[] = "wrong unit; units: %s%s";
+static const CDS_FLASH char message_no_unit_due[] = "wrong unit; this number has no unit";
+static const CDS_FLASH char message_number_due[] = "not a number; write %s";
+static const CDS_FLASH char message_ids[] = "IDs: 1, 1-3, 1,4 or all";
+static const CDS_FLASH char message_one_id[] = "an ID: 0 to 253";
+static const CDS_FLASH char message_space[] = "no space before a unit: 90deg, 500ms";
+static const CDS_FLASH char message_raw_too[] = ", raw";
+static const CDS_FLASH char message_of_move[] =
+    "time out of range: 1ms to 600s; a number without unit is ms";
+static const CDS_FLASH char message_of_step[] =
+    "time out of range: 10ms to 600s, dwell 0 to 65.53s; a number without unit is ms";
+static const CDS_FLASH char message_swapped[] =
+    "above HIGH, %a; write the smaller angle first: limits ID LOW HIGH";
+static const CDS_FLASH char message_several[] =
+    "several servos answer at the same time on one wire, so their replies mix; 'scan' asks each";
+static const CDS_FLASH char message_one_due[] =
+    "254 means all servos at once; this command takes an ID from 0 to 253%s";
+static const CDS_FLASH char message_or_each[] = ", or 'all': each in turn";
+static const CDS_FLASH char message_state_lost[] =
+    "the servo may not be driven; it lost its state by power, plug or an alarm: mend that, "
+    "'release %u', then 'torque %u on' moves it to its goal, 'teach off %u' keeps it where it is";
+
+static const CDS_FLASH char message_line_low[] = "the motion has ended, no servo is at fault: %s";
+static const CDS_FLASH char message_twins[] =
+    "a second servo of ID %u would have ID %u now, too: 'diagnose %u' finds it, unless both agree "
+    "in every bit";
+static const CDS_FLASH char message_all_told[] =
+    "all servos were told, and none answers to it: each that heard it has ID 1 now; connect one "
+    "alone, then 'id 1 NEW'";
+
+/* ---- units ---- */
+
+/* By enum number_kind; NULL: no unit. */
+static const CDS_FLASH char *const CDS_FLASH units_of_kind[] = {
+    [NUMBER_BARE] = NULL,
+    [NUMBER_RAW] = NULL,
+    [NUMBER_ANGLE] = FLASH_TEXT("deg, mdeg"),
+    [NUMBER_SPEED] = FLASH_TEXT("rpm, mrpm"),
+    [NUMBER_VOLTAGE] = FLASH_TEXT("V, mV"),
+    [NUMBER_SHARE] = FLASH_TEXT("%"),
+    [NUMBER_TEMPERATURE] = FLASH_TEXT("C"),
+    [NUMBER_TIME] = FLASH_TEXT("s, ms, us"),
+    [NUMBER_RATE] = FLASH_TEXT("bps, kbps, Mbps"),
+};
+
+/* The kind of a setting, by the first letter of its unit in settings_table: enum number_kind. */
+static uint8_t kind_of_setting(char unit)
+{
+    switch (unit) {
+    case 'm':
+    case 'u':
+    case 'x': return NUMBER_TIME;
+    case 'r': return NUMBER_RATE;
+    default: return NUMBER_BARE;
+    }
+}
+
+/* What to write in place of a unit that the argument does not take. */
+static const CDS_FLASH char *units_due(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    union printer_value *values = console->printer.values;
+    uint8_t unit = CDS_UNIT_NUMBER, kind;
+
+    if (line->command && explain_is_settings(line) && line->numbers && line->error == 0) {
+        kind = kind_of_setting(*settings_table[line->setting].unit);
+        values[1].text = message_nothing;
+    } else if (!explain_unit(console, &unit)) {
+        return NULL;
+    } else if (unit < UNIT_ADDRESS) {
+        kind = unit_shown[unit].kind;
+        values[1].text = message_raw_too;
+    } else {
+        kind = unit == UNIT_PERCENT ? NUMBER_SHARE : NUMBER_TIME;
+        values[1].text = message_nothing;
+    }
+    values[0].text = units_of_kind[kind];
+    return values[0].text ? message_units : message_no_unit_due;
+}
+
+/* What the argument may be, by enum number_kind. */
+static const CDS_FLASH char *const CDS_FLASH examples_of_kind[] = {
+    [NUMBER_BARE] = FLASH_TEXT("a whole number: 12 or 0x1F"),
+    [NUMBER_RAW] = message_nothing,
+    [NUMBER_ANGLE] = FLASH_TEXT("an angle: 90, 90.5deg or 512raw"),
+    [NUMBER_SPEED] = FLASH_TEXT("a speed: 30, 30.5rpm or 512raw"),
+    [NUMBER_VOLTAGE] = FLASH_TEXT("a voltage: 6.5 or 6.5V"),
+    [NUMBER_SHARE] = FLASH_TEXT("a share: 50 or 50%"),
+    [NUMBER_TEMPERATURE] = FLASH_TEXT("a temperature: 70 or 70C"),
+    [NUMBER_TIME] = FLASH_TEXT("a time: 500ms or 1.5s"),
+    [NUMBER_RATE] = FLASH_TEXT("a rate: 57600 or 1Mbps"),
+};
+
+/* What to write in place of a word that is no number. */
+static const CDS_FLASH char *number_due(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    const CDS_FLASH char **text = &console->printer.values[0].text;
+    uint8_t unit = CDS_UNIT_NUMBER;
+
+    if (line->error != ERROR_NOT_A_NUMBER)
+        return NULL; // the number has too many decimals
+    if (line->argument == ARGUMENT_IDS || (line->list_is_open && line->is_repeated)) {
+        *text = message_ids;
+    } else if (line->argument == ARGUMENT_ID || line->argument == ARGUMENT_ID_OR_ALL ||
+               line->argument == ARGUMENT_NEW_ID) {
+        *text = message_one_id;
+    } else if (!explain_unit(console, &unit)) {
+        return NULL;
+    } else if (line->command && explain_is_settings(line)) {
+        *text = examples_of_kind[kind_of_setting(*settings_table[line->setting].unit)];
+    } else if (unit < UNIT_ADDRESS) {
+        *text = examples_of_kind[unit_shown[unit].kind];
+    } else {
+        *text = examples_of_kind[unit == UNIT_PERCENT ? NUMBER_SHARE : NUMBER_TIME];
+    }
+    return message_number_due;
+}
+
+/* The word of the line that is wrong is a unit: "90 deg". */
+static const CDS_FLASH char *unit_behind_space(const struct console *console)
+{
+    const struct token *word = &console->token;
+    struct token joined = {0};
+    struct number number;
+
+    if (console->line.error != console->error || word->length >= TOKEN_MAX)
+        return NULL;
+    token_add(&joined, '1');
+    for (uint8_t i = 0; i < word->length; i++)
+        token_add(&joined, word->text[i]);
+    return number_parse(&joined, &number) == 0 && number.kind != NUMBER_BARE ? message_space : NULL;
+}
+
+/* ---- other errors ---- */
+
+static bool is_command(const struct command_line *line, const CDS_FLASH char *name)
+{
+    return line->command && parse_has_name(line->command->usage, name);
+}
+
+/* The time of a move, or of a step of a sequence, is out of range. */
+static const CDS_FLASH char *times_due(const struct console *console)
+{
+    static const CDS_FLASH char sequence[] = "sequence";
+
+    return is_command(&console->line, sequence) ? message_of_step : message_of_move;
+}
+
+/* `limits` with LOW above HIGH: both are angles, so the range of LOW explains nothing. */
+static const CDS_FLASH char *order_due(struct console *console)
+{
+    static const CDS_FLASH char limits[] = "limits";
+    const struct command_line *line = &console->line;
+    uint16_t low, high;
+
+    if (line->error || !is_command(line, limits) ||
+        number_within(&line->number[0], CDS_UNIT_MDEG, &low) ||
+        number_within(&line->number[1], CDS_UNIT_MDEG, &high))
+        return NULL;
+    console->printer.values[0].number = high;
+    return low > high ? message_swapped : NULL;
+}
+
+/* Count of the servos that answer a PING to ID 254, as far as is known. */
+static uint8_t count_of_online(const struct console *console)
+{
+    const struct cds_servos *servos = &console->robot->servos;
+    uint8_t count = 0;
+
+    for (uint8_t i = 0; i < servos->count; i++)
+        count = (uint8_t)(count + (servos->states[i].presence == CDS_PRESENCE_ONLINE &&
+                                   !servo_is_at_other_rate(console, &servos->states[i])));
+    return count;
+}
+
+/* A PING to ID 254 that several servos answer. */
+static const CDS_FLASH char *scan_due(const struct console *console)
+{
+    const struct command_line *line = &console->line;
+
+    return line->command && line->command->instruction == CDS_PING &&
+                   line->id == CDS_BROADCAST_ID && count_of_online(console) > 1
+               ? message_several
+               : NULL;
+}
+
+/* ID 254 for a command that needs a reply. */
+static const CDS_FLASH char *one_id_due(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    uint16_t id;
+
+    if (line->error != ERROR_OUT_OF_RANGE || number_whole(&console->token, UINT8_MAX, &id) ||
+        id != CDS_BROADCAST_ID || (line->argument != ARGUMENT_ID && line->argument != ARGUMENT_IDS))
+        return NULL;
+    console->printer.values[0].text = line->is_repeated ? message_or_each : message_nothing;
+    return message_one_due;
+}
+
+static const CDS_FLASH char *value_due(struct console *console)
+{
+    const CDS_FLASH char *message = one_id_due(console);
+
+    return message ? message : order_due(console);
+}
+
+/* The servo alone is inhibited, and is there. */
+static const CDS_FLASH char *release_due(struct console *console)
+{
+    uint8_t id = explain_servo(console);
+    const struct cds_servo_state *servo = cds_servos_find(&console->robot->servos, id);
+
+    if (!servo || servo->presence == CDS_PRESENCE_OFFLINE ||
+        !(servo->inhibits & CDS_INHIBIT_STATE_LOST))
+        return NULL;
+    for (uint8_t i = 0; i < 3; i++)
+        console->printer.values[i].number = id;
+    return message_state_lost;
+}
+
+/* A motion has ended since no servo hears its goals: no servo is at fault. */
+static const CDS_FLASH char *line_due(struct console *console)
+{
+    if (!servos_line_is_low(&console->robot->servos))
+        return NULL;
+    console->printer.values[0].text = diagnose_findings[CDS_FINDING_LINE_LOW];
+    return message_line_low;
+}
+
+const CDS_FLASH char *advice(struct console *console)
+{
+    switch (console->error) {
+    case ERROR_UNIT: return units_due(console);
+    case ERROR_STUCK: return line_due(console);
+    case ERROR_COUNT:
+    case ERROR_UNKNOWN_WORD: return unit_behind_space(console);
+    case ERROR_NOT_A_NUMBER:
+        return unit_behind_space(console) ? message_space : number_due(console);
+    case ERROR_TIME: return times_due(console);
+    case ERROR_OUT_OF_RANGE: return value_due(console);
+    case CDS_TIMEOUT:
+    case CDS_CORRUPT: return scan_due(console);
+    case CDS_INHIBITED: return release_due(console);
+    default: return NULL;
+    }
+}
+
+const CDS_FLASH char *advice_note(struct console *console)
+{
+    static const CDS_FLASH char id[] = "id", factory[] = "factory";
+    const struct command_line *line = &console->line;
+    union printer_value *values = console->printer.values;
+
+    if (is_command(line, factory))
+        return line->id == CDS_BROADCAST_ID ? message_all_told : NULL;
+    if (!is_command(line, id) || line->id == line->new_id || !console_is_for_person(console))
+        return NULL;
+    values[0].number = line->id;
+    values[1].number = values[2].number = line->new_id;
+    return message_twins;
+}

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: MIT */
+/* Errors whose remedy depends on the line or on what is known of the servo: these texts stand in
+ * place of that of the error (mistake.h):
+ *
+ *     error 39: servo 1: ANGLE 90rpm: wrong unit; units: deg, mdeg, raw
+ *
+ * The profile `full` links them on chips with flash for them (command_set.advise). */
+#ifndef CONTROLLER_ADVICE_H
+#define CONTROLLER_ADVICE_H
+
+#include "flash.h" // CDS_FLASH
+
+struct console;
+
+/* Returns the message for console->error, with its values in the printer; NULL: the text of the
+ * error itself is the best. The printer must be ready. */
+const CDS_FLASH char *advice(struct console *console);
+
+/* Returns a message to print before the `ok` of the command: what the wire cannot show. NULL: none.
+ * Its values are in the printer, which must be ready. `note` of struct command_set. */
+const CDS_FLASH char *advice_note(struct console *console);
+
+#endif

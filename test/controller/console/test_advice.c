@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: MIT */
+/* Errors whose remedy depends on the line or on the servo. */
+#include "console_rig.h"
+
+#include "cds55xx/diagnose.h" // CDS_FINDING_LINE_LOW
+
+void setUp(void)
+{
+    begin_console();
+    robot.health_pauses = true;
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+static void assert_replies(const char *const lines[][2], uint8_t count)
+{
+    for (uint8_t i = 0; i < count; i++)
+        assert_reply(lines[i][1], lines[i][0]);
+}
+
+#define ASSERT_REPLIES(lines) assert_replies(lines, sizeof(lines) / sizeof(lines)[0])
+
+void test_time_out_of_range_names_its_range(void)
+{
+    static const char *const lines[][2] = {
+        {"pose 30 in 0",
+         "error 56: time out of range: 1ms to 600s; a number without unit is ms\r\n"},
+        {"pose 30 in 601s", "error 56: time out of range: 1ms to 600s; "},
+        {"sequence w new x 0", "error 56: time out of range: 10ms to 600s, dwell 0 to 65.53s; "},
+    };
+
+    reply_to("group 1");
+    ASSERT_REPLIES(lines);
+}
+
+void test_bare_time_out_of_range_is_shown_with_its_unit(void)
+{
+    static const char *const lines[][2] = {
+        {"settings autostart w loop 5", "error 33: DELAY 5ms is out of range: 1 to 127s, whole "},
+        {"monitor 1 every 9", "error 33: MS 9ms is out of range: 10 to 60000ms\r\n"},
+        {"play w at 5", "error 82: PERCENT 5 is out of range: 10 to 200%\r\n"},
+    };
+
+    ASSERT_REPLIES(lines);
+}
+
+void test_id_254_where_one_servo_must_reply_says_why(void)
+{
+    static const char *const lines[][2] = {
+        {"info 254", "error 33: ID '254': 254 means all servos at once; this command takes an ID "
+                     "from 0 to 253, or 'all': each in turn\r\n"},
+        {"reset 254", "error 33: ID '254': 254 means all servos at once; this command takes an ID "
+                      "from 0 to 253\r\n"},
+        {"group 254", "error 33: ID... '254': 254 means all servos at once; "},
+        {"id 254 5", "error 33: OLD '254': 254 means all servos at once; "},
+        {"info 255", "error 33: ID 255 is out of range: 0 to 253\r\n"},
+    };
+
+    ASSERT_REPLIES(lines);
+}
+
+/* Servos 1 to `count` are known, and answer. */
+static void know_servos(uint8_t count)
+{
+    for (uint8_t id = 1; id <= count; id++) {
+        robot_add(&robot, id);
+        robot.states[id - 1].presence = CDS_PRESENCE_ONLINE;
+    }
+}
+
+/* A PING to ID 254 that ends without a good reply. */
+static const char *ping_all(void)
+{
+    reply_to("ping 254");
+    port_fake.now_us += 100000;
+    type("");
+    return said;
+}
+
+void test_ping_254_with_several_servos_says_they_answer_at_once(void)
+{
+    know_servos(2);
+    TEST_ASSERT_EQUAL_STRING("error 2: several servos answer at the same time on one wire, so "
+                             "their replies mix; 'scan' asks each\r\n",
+                             ping_all());
+}
+
+void test_ping_254_with_one_servo_has_the_usual_remedy(void)
+{
+    know_servos(1);
+    TEST_ASSERT_EQUAL_STRING_LEN("error 2: no reply by the deadline; ", ping_all(), 35);
+}
+
+void test_ping_254_counts_no_servo_at_another_rate(void)
+{
+    know_servos(2);
+    robot.states[1].baud_reg = 16;
+    TEST_ASSERT_EQUAL_STRING_LEN("error 2: no reply by the deadline; ", ping_all(), 35);
+}
+
+void test_servo_that_lost_its_state_is_inhibited_with_its_remedy(void)
+{
+    know_servos(2);
+    robot.states[1].inhibits = CDS_INHIBIT_STATE_LOST;
+    assert_reply("error 12: servo 2: the servo may not be driven; it lost its state by power, plug "
+                 "or an alarm: mend that, 'release 2', then 'torque 2 on' moves it to its goal, "
+                 "'teach off 2' keeps it where it is\r\n",
+                 "set 2 TORQUE_ENABLE 1");
+    robot.states[1].presence = CDS_PRESENCE_OFFLINE;
+    assert_reply("error 12: servo 2: not driven, as it gives no good answer; ",
+                 "set 2 TORQUE_ENABLE 1");
+}
+
+void test_stuck_motion_on_a_low_line_blames_no_servo(void)
+{
+    console.error = ERROR_STUCK;
+    TEST_ASSERT_NULL(command_set.advise(&console));
+    port_fake.low = true;
+    reply_to("bus"); // the bus looks at its line
+    port_fake.now_us += 1000000;
+    TEST_ASSERT_EQUAL_STRING("bus held low at 1000000bps\r\nok\r\n", reply_to("bus"));
+    console.error = ERROR_STUCK;
+    TEST_ASSERT_NOT_NULL(command_set.advise(&console));
+    TEST_ASSERT_TRUE(console.printer.values[0].text == diagnose_findings[CDS_FINDING_LINE_LOW]);
+}
