@@ -46,26 +46,6 @@ NOINLINE void cds_servos_note_change(struct cds_servos *servos, uint8_t id)
     servos->changed_id = id;
 }
 
-NOINLINE struct cds_servo_state *cds_servos_second(const struct cds_servos *servos,
-                                                   const struct cds_servo_state *servo)
-{
-    return servo->second < servos->count ? &servos->states[servo->second] : NULL;
-}
-
-bool cds_servos_may_become(const struct cds_servos *servos, const struct cds_servo_state *servo,
-                           uint8_t id, uint8_t to)
-{
-    uint8_t index;
-
-    if (to == id)
-        return true;
-    if (to > CDS_ID_MAX)
-        return !servo; // no servo can have such an ID
-    if (cds_servos_search(servos, to, &index))
-        return servo && servo->second == index;
-    return !servo || (servo->second == CDS_NO_ID && servos->count < servos->capacity);
-}
-
 /* Returns 1 if the packet on the wire may take an entry, since it changes an ID; else 0. */
 static uint8_t is_entry_reserved(const struct cds_servos *servos)
 {
