@@ -46,7 +46,8 @@ void cds_walk_begin(struct cds_walk *walk, struct cds_servos *servos,
                     const struct cds_request *request, uint16_t epoch);
 
 /* Goes on to one more servo, whose check or learning costs `cost` units. CDS_OK; CDS_PENDING: no
- * more in this call; CDS_WALK_ENDS: there is none. A search is all that its call does. */
+ * more in this call; CDS_WALK_ENDS: there is none. A call that searches for the servo does nothing
+ * else. */
 uint8_t cds_walk_next(struct cds_walk *walk, uint8_t cost);
 
 /* Returns not 0 if the servo is inhibited itself, or its state is not known since it returned. No
