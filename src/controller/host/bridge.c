@@ -161,7 +161,7 @@ void bridge_poll(struct bridge *bridge)
 
 /* A bulk read that waits for the bus still hands over a status packet that has come. A WRITE to the
  * device waits, since it may change the rate of the bus. */
-bool bridge_goes_on(struct bridge *bridge)
+NOINLINE bool bridge_goes_on(struct bridge *bridge)
 {
     OPTIMIZER_BARRIER(bridge);
     if (bridge->state == BRIDGE_BULK_READ) {
