@@ -6,6 +6,7 @@
 
 #include "cds55xx/packet.h" // CDS_AT_*
 #include "cds55xx/version.h"
+#include "compiler.h" // NOINLINE
 #include "flash.h"
 
 /* Registers that one call looks at: a READ of all registers must not hold up the bus. */
@@ -77,7 +78,7 @@ static uint8_t byte_of(const struct device *device, uint8_t reg, uint16_t value,
 /* ---- READ ---- */
 
 /* True if the register has a byte among the `count` bytes from address `from` on. */
-static bool overlaps(uint8_t reg, uint8_t from, uint8_t count)
+static NOINLINE bool overlaps(uint8_t reg, uint8_t from, uint8_t count)
 {
     uint8_t ahead = (uint8_t)(rows[reg].address - from);
 

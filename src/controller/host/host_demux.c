@@ -85,7 +85,7 @@ static void drop_line(struct host_demux *demux)
 }
 
 /* Empties the buffer. If `count` is 1, a 0xFF stands there. */
-static void restart(struct host_demux *demux, uint16_t count)
+static NOINLINE void restart(struct host_demux *demux, uint16_t count)
 {
     demux->bytes[0] = CDS_HEADER;
     demux->from = demux->end = 0;

@@ -174,7 +174,7 @@ bool cds_motion_begin_path(struct cds_motion *motion, uint8_t index)
         joint->is_moving = false;
         return false;
     }
-    if (!is_in_pose) // it stays at its last goal, wherever it is
+    if (!is_in_pose) // it stays at its last goal, not where its servo reports it
         path.goal = path.position = position_of(joint, &motion->last_basis);
     cds_motion_set_path(joint, &path, &motion->plan);
     if (!is_in_pose) {

@@ -327,15 +327,28 @@ static void note_periods(struct cds_motion *motion, uint32_t periods)
         motion->shortest_periods = periods;
 }
 
-/* Third check of joint `index`: its speed. CDS_PENDING: it is too fast, and a duration 1/8 longer
- * is tried. Else notes in how many periods it can go the same path. A joint that rests now is
- * checked, too: if it was moving in check_goal(), its shortest time was not noted there. */
+/* Notes in how many periods the joint, with the highest speed `peak`, can go the same path. */
+static void note_fastest_way(struct cds_motion *motion, const struct cds_motion_joint *joint,
+                             uint16_t peak)
+{
+    uint32_t duration = motion->next_plan.duration;
+    uint16_t distance;
+
+    note_periods(motion, (duration + 3) / 4 * peak / (joint->fastest / 4) + 1);
+    // braking and speeding up: 3/2 of the difference of their distances / time^2, as 1/4 of 5.774
+    distance = (uint16_t)(abs(joint->distance) + abs(joint->passing - joint->braking) / 4);
+    note_periods(motion, shortest_minimum_jerk(motion, units_of(joint, distance)));
+}
+
+/* Third check of joint `index`: its speed. CDS_PENDING: the joint is too fast, and a duration 1/8
+ * longer is tried. A joint that rests now is checked, too: if it was moving in check_goal(), its
+ * shortest time was not noted there. */
 static enum cds_result check_speed(struct cds_motion *motion, uint8_t index)
 {
     const struct cds_motion_plan *plan = &motion->next_plan;
     struct cds_motion_joint joint = motion->config.joints[index];
     struct cds_motion_path path;
-    uint16_t peak, distance;
+    uint16_t peak;
 
     if (!motion->has_speeds || motion->next.pose[index] == CDS_POSE_NONE)
         return CDS_OK;
@@ -349,10 +362,7 @@ static enum cds_result check_speed(struct cds_motion *motion, uint8_t index)
         motion->joint = index;
         return CDS_PENDING;
     }
-    note_periods(motion, (plan->duration + 3) / 4 * peak / (joint.fastest / 4) + 1);
-    // braking and speeding up: 3/2 of the difference of their distances / time^2, as 1/4 of 5.774
-    distance = (uint16_t)(abs(joint.distance) + abs(joint.passing - joint.braking) / 4);
-    note_periods(motion, shortest_minimum_jerk(motion, units_of(&joint, distance)));
+    note_fastest_way(motion, &joint, peak);
     return CDS_OK;
 }
 

@@ -75,8 +75,8 @@ static bool has_time(struct cds_health *health, uint16_t us)
     return !bus->request && !cds_bus_is_resting(bus);
 }
 
-/* Asks servo `index` what it can tell. True: its turn is over. A RETURNED servo that has answered
- * no READ is asked by PING whether it is there. */
+/* Asks servo `index` for its state, by READ or PING. True: its turn is over. A RETURNED servo that
+ * has answered no READ is asked by PING whether it is there. */
 static bool ask(struct cds_health *health, uint8_t index)
 {
     struct cds_servos *servos = health->servos;

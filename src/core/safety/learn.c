@@ -11,79 +11,6 @@
 #define FACTORY_RETURN_DELAY 1
 #define ALL_LEARNT           UINT8_MAX // in `walked`
 
-/* ---- the ID ---- */
-
-/* The packet that gives `servo` the ID `id` was not answered. Returns the entry of the other ID, in
- * which the caller notes what the packet changed; a new entry is a copy of `servo`. NULL: the servo
- * has `id` already, or there is no room. */
-static struct cds_servo_state *doubt_id(struct cds_servos *servos, struct cds_servo_state *servo,
-                                        uint8_t id)
-{
-    struct cds_servo_state *other = cds_servos_second(servos, servo);
-
-    if (id == servo->id || (!other && servos->count == servos->capacity))
-        return NULL;
-    if (other) { // the servo may be either entry: only what both entries have in common is known
-        uint8_t speed_0 = (other->held | servo->held) & CDS_HELD_SPEED_0;
-
-        other->held = (other->held & servo->held) | speed_0;
-    } else {
-        other = &servos->states[servos->count];
-        *other = *servo;
-        other->counters = (struct cds_servo_counters){0};
-        cds_servos_search(servos, servo->id, &other->second); // no division
-        other->id = id;
-        servo->second = servos->count++;
-    }
-    servo->has_answered = other->has_answered = false;
-    servo->misses = other->misses = 0;
-    cds_servos_note_change(servos, CDS_BROADCAST_ID);
-    return other;
-}
-
-/* Removes entry `index`; the last entry moves to its place. */
-static void remove_entry(struct cds_servos *servos, uint8_t index)
-{
-    struct cds_servo_state *place = &servos->states[index], *other;
-
-    servos->count--;
-    if (index == servos->count)
-        return;
-    *place = servos->states[servos->count];
-    other = cds_servos_second(servos, place);
-    if (other)
-        other->second = index;
-}
-
-/* The ID of `servo` is certain as soon as one of its two entries has answered a READ and the other
- * has missed three, or both have answered: then there are two servos. The lower entry stays where
- * it is. Not while driving is inhibited: torque_off goes through the entries. */
-static void settle_id(struct cds_servos *servos, struct cds_servo_state *servo)
-{
-    struct cds_servo_state *lower = servo, *higher = cds_servos_second(servos, servo);
-    uint8_t index;
-
-    if (!higher || servos->all_inhibited)
-        return;
-    if (higher < lower) {
-        lower = higher;
-        higher = servo;
-    }
-    if (lower->has_answered && higher->has_answered) {
-        lower->second = higher->second = CDS_NO_ID;
-    } else if ((lower->has_answered && higher->misses == CDS_SERVOS_MISSES) ||
-               (higher->has_answered && lower->misses == CDS_SERVOS_MISSES)) {
-        index = lower->second;
-        if (higher->has_answered)
-            *lower = *higher;
-        lower->second = CDS_NO_ID;
-        remove_entry(servos, index);
-    } else {
-        return;
-    }
-    cds_servos_note_change(servos, CDS_BROADCAST_ID);
-}
-
 /* ---- registers ---- */
 
 /* The RAM area of the servo may be at initial values, and its settings may have changed. */
@@ -166,7 +93,8 @@ static void learn_write(struct cds_servos *servos, struct cds_servo_state *servo
         if (id != servo->id)
             cds_servos_note_change(servos, CDS_BROADCAST_ID);
         servo->id = id;
-    } else if ((other = doubt_id(servos, servo, id))) { // the write was carried out, or was not
+    } else if ((other = cds_servos_doubt_id(servos, servo,
+                                            id))) { // the write was carried out, or was not
         learn_registers(servos, other, &written, CDS_SOURCE_SENT);
     }
 }
@@ -176,7 +104,7 @@ static void learn_reset(struct cds_servos *servos, struct cds_servo_state *servo
     struct cds_servo_state *next = servo;
 
     if (source != CDS_SOURCE_ANSWERED || servo->second != CDS_NO_ID)
-        next = doubt_id(servos, servo, CDS_FACTORY_ID);
+        next = cds_servos_doubt_id(servos, servo, CDS_FACTORY_ID);
     if (next) {
         forget(next);
         next->id = CDS_FACTORY_ID;
@@ -426,7 +354,7 @@ NOINLINE void cds_servos_learn_end(struct cds_servos *servos, struct cds_request
         else if (result == CDS_OK && !servos->is_paused)
             learn_read(servos, servo, request);
     }
-    settle_id(servos, servo);
+    cds_servos_settle_id(servos, servo);
 }
 
 void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8_t error)

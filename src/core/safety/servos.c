@@ -38,32 +38,12 @@ NOINLINE struct cds_servo_state *cds_servos_find(struct cds_servos *servos, uint
 NOINLINE void cds_servos_note_change(struct cds_servos *servos, uint8_t id)
 {
     servos->epoch++;
-    if (servos->epoch < 2) // 0 means not asked, and a check under way has the epoch less one
+    if (servos->epoch < 2) // an answer has epoch 0 if none was asked for, epoch - 1 during a check
         servos->epoch = 2;
     if ((uint16_t)(servos->epoch - servos->inhibit_epoch) > OLDEST)
         servos->inhibit_epoch =
             (uint16_t)(servos->epoch - OLDEST); // a greater difference would change its sign
     servos->changed_id = id;
-}
-
-NOINLINE struct cds_servo_state *cds_servos_second(const struct cds_servos *servos,
-                                                   const struct cds_servo_state *servo)
-{
-    return servo->second < servos->count ? &servos->states[servo->second] : NULL;
-}
-
-bool cds_servos_may_become(const struct cds_servos *servos, const struct cds_servo_state *servo,
-                           uint8_t id, uint8_t to)
-{
-    uint8_t index;
-
-    if (to == id)
-        return true;
-    if (to > CDS_ID_MAX)
-        return !servo; // no servo can have such an ID
-    if (cds_servos_search(servos, to, &index))
-        return servo && servo->second == index;
-    return !servo || (servo->second == CDS_NO_ID && servos->count < servos->capacity);
 }
 
 /* Returns 1 if the packet on the wire may take an entry, since it changes an ID; else 0. */
@@ -183,15 +163,15 @@ static enum cds_result request_ended(void *context, struct cds_request *request,
     struct cds_queue *queue = servos->queue;
 
     if (!cds_servos_take_routine(servos, request, (uint8_t)result)) {
-        if (servos->walk_request == request) // the check of another one goes on
+        if (servos->walk_request == request) // the check of another request goes on
             servos->walk_request = NULL;
-        if (result <= CDS_CORRUPT) // it was sent: the order of result.h
+        if (result <= CDS_CORRUPT) // the packet was sent: see the order of result.h
             cds_servos_learn_end(servos, request, (uint8_t)result);
     }
     if (!queue)
         return result;
-    // While torque off waits nothing is retried: a retry leaves before all of its own priority, so
-    // that of a READ of torque off would leave before the broadcasts of the next torque off.
+    // Nothing is retried while torque off waits. A retry leaves before all others of its priority:
+    // the retry of a READ of torque off would leave before the broadcasts of the next torque off.
     if (result <= CDS_CORRUPT && queue->first && queue->first->priority == CDS_PRIORITY_TORQUE_OFF)
         request->retries = queue->retries;
     return queue->hooks.request_ended(queue, request, result);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What servos.c, permit.c and learn.c need of each other; not installed. Main context. */
+/* What servos.c, id_in_doubt.c, permit.c and learn.c need of each other; not installed. Main
+ * context. */
 #ifndef CDS_SERVOS_INTERNAL_H
 #define CDS_SERVOS_INTERNAL_H
 
@@ -45,7 +46,8 @@ void cds_walk_begin(struct cds_walk *walk, struct cds_servos *servos,
                     const struct cds_request *request, uint16_t epoch);
 
 /* Goes on to one more servo, whose check or learning costs `cost` units. CDS_OK; CDS_PENDING: no
- * more in this call; CDS_WALK_ENDS: there is none. A search is all that its call does. */
+ * more in this call; CDS_WALK_ENDS: there is none. A call that searches for the servo does nothing
+ * else. */
 uint8_t cds_walk_next(struct cds_walk *walk, uint8_t cost);
 
 /* Returns not 0 if the servo is inhibited itself, or its state is not known since it returned. No
@@ -70,6 +72,17 @@ struct cds_servo_state *cds_servos_second(const struct cds_servos *servos,
  * that ID, and there is room for a second entry. */
 bool cds_servos_may_become(const struct cds_servos *servos, const struct cds_servo_state *servo,
                            uint8_t id, uint8_t to);
+
+/* The packet that gives `servo` the ID `id` was not answered. Returns the entry of the other ID, in
+ * which the caller notes what the packet changed; a new entry is a copy of `servo`. NULL: the servo
+ * has `id` already, or there is no room. */
+struct cds_servo_state *cds_servos_doubt_id(struct cds_servos *servos,
+                                            struct cds_servo_state *servo, uint8_t id);
+
+/* The ID of `servo` is certain as soon as one of its two entries has answered a READ and the other
+ * has missed three, or both have answered: then there are two servos. The lower entry stays where
+ * it is. Not while driving is inhibited: torque_off goes through the entries. */
+void cds_servos_settle_id(struct cds_servos *servos, struct cds_servo_state *servo);
 
 /* Adds servo `id` if the list grows by it; `is_told` is not 0 for an alarm or a setting. Returns
  * its entry, or NULL. */

@@ -173,7 +173,7 @@ static bool look_ended(struct cds_identity *identity, enum cds_result result)
     uint8_t *seen = looks_at_to(identity) ? &identity->at_to : &identity->at_from;
 
     identity->looks++;
-    if (result == CDS_REFUSED) // that is a reply, too
+    if (result == CDS_REFUSED) // the servo has replied
         result = CDS_OK;
     if (result == CDS_LINE_BUSY) // no silence was heard
         result = CDS_CORRUPT;
@@ -201,7 +201,7 @@ static void refused(struct cds_identity *identity, enum cds_result result)
     settle(identity, is_there ? CDS_IDENTITY_UNCHANGED : CDS_IDENTITY_UNDECIDED, (uint8_t)result);
 }
 
-/* Its request was cancelled. If the bus was opened again, the packet may have left before. */
+/* The request was cancelled. If the bus was opened again, the packet may have left before. */
 static void cancelled(struct cds_identity *identity)
 {
     const struct cds_steps *steps = &identity->steps;
@@ -252,9 +252,9 @@ static enum cds_result send_write(struct cds_identity *identity)
     return cds_servo_reset(bus, request, id);
 }
 
-/* Does a stale reply do no harm? Behind another PING of the same look it says the same as the reply
- * that is due. The first PING of a look comes behind those of another place, whose replies differ
- * in ID or rate, but not behind the write, whose own reply may be late. */
+/* True if a stale reply does no harm. Behind a PING of the same look, the stale reply tells the
+ * same as the reply that is due. Behind PINGs of the other place, it has another ID or rate. Behind
+ * the write, it may be the reply to the write: it would be taken for the reply to the PING. */
 static bool ignores_stale(const struct cds_identity *identity)
 {
     return identity->looks > 0 || (identity->phase < CHANGE && !is_same_place(identity));

@@ -108,8 +108,8 @@ static void ended(void *operation, enum cds_result result)
     if (scan->is_reading)
         take_details(scan, result);
     else if (result == CDS_LINE_BUSY)
-        cds_steps_end(&scan->steps, CDS_LINE_BUSY);     // nor can another servo be asked
-    else if (result == CDS_OK || result == CDS_REFUSED) // either one comes from a servo
+        cds_steps_end(&scan->steps, CDS_LINE_BUSY);     // no other servo can be asked either
+    else if (result == CDS_OK || result == CDS_REFUSED) // a servo has replied
         add(scan, CDS_OK);
     else if (result == CDS_CORRUPT)
         add(scan, CDS_CORRUPT);

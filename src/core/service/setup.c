@@ -66,8 +66,8 @@ static const uint8_t *data_of(const struct cds_setup *setup)
     return setup->data ? setup->data : &setup->own;
 }
 
-/* Only the next READ says what became of the WRITE, even if the servo refused it: perhaps it had
- * carried out the first of two. */
+/* Only the next READ tells whether the WRITE was carried out. A refusal does not: the servo may
+ * have carried out the first attempt, and refused the retry. */
 static void write_ended(struct cds_setup *setup, enum cds_result result)
 {
     setup->is_written = !cds_was_not_sent((uint8_t)result);

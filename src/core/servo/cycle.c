@@ -139,7 +139,7 @@ static NOINLINE bool send_goals(struct cds_cycle *cycle)
 }
 
 /* The next period has begun, or more than one. */
-static NOINLINE void begin_period(struct cds_cycle *cycle, uint32_t now_us)
+static void begin_period(struct cds_cycle *cycle, uint32_t now_us)
 {
     int32_t late_us = (int32_t)(now_us - cycle->next_us);
 

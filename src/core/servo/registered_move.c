@@ -73,7 +73,7 @@ enum cds_result cds_registered_move_begin(struct cds_registered_move *move,
 }
 
 /* The goal of the step. */
-static NOINLINE struct cds_goal *current(const struct cds_registered_move *move)
+static struct cds_goal *current(const struct cds_registered_move *move)
 {
     return &move->goals[move->next];
 }

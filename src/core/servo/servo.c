@@ -91,7 +91,7 @@ enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request
     return with_data(bus, request, id, CDS_WRITE, address, data, length);
 }
 
-/* A WRITE of `count` bytes: data[0] is the address of the first, and they follow it. */
+/* A WRITE of `count` bytes. data[0] is the address of the first byte; the bytes follow. */
 static enum cds_result write_few(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                  const uint8_t *data, uint8_t count)
 {

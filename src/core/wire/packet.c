@@ -68,7 +68,7 @@ void cds_packet_put_word(struct cds_packet *packet, uint16_t word)
     cds_packet_put(packet, (uint8_t)(word >> 8));
 }
 
-/* What stands before the parameters; returns where they belong. */
+/* Writes the bytes before the parameters. Returns where the parameters begin. */
 static inline uint8_t *put_head(uint8_t *bytes, uint8_t id, uint8_t length, uint8_t instruction)
 {
     *bytes++ = CDS_HEADER;

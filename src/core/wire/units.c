@@ -24,7 +24,8 @@ const struct cds_register_profile cds_profile_ax12 = {
     .model_number = 12,
 };
 
-/* What is not named is CDS_UNIT_NONE; the first two bytes are up to the profile. */
+/* An address without a row has CDS_UNIT_NONE. The unit of the first two bytes depends on the
+ * profile. */
 static const CDS_FLASH uint8_t units[CDS_TABLE_SIZE] = {
     [CDS_REG_FIRMWARE_VERSION] = CDS_UNIT_NUMBER,
     [CDS_REG_ID] = CDS_UNIT_NUMBER,
@@ -115,7 +116,7 @@ static bool is_signed(enum cds_unit unit)
     return unit == CDS_UNIT_SIGNED_MRPM || unit == CDS_UNIT_SIGNED_CPCT;
 }
 
-/* Rates are the one unit that is not a multiple. */
+/* A rate is no multiple of its register, so CDS_UNIT_BPS has no scale. */
 #define BAUD_CLOCK  2000000 // bit/s at baud register 0
 #define DIVISOR_MAX 255     // baud register 254
 #define LOWEST_BPS  7843    // its rate, rounded
@@ -197,7 +198,7 @@ enum cds_result cds_units_to_register(const struct cds_register_profile *profile
                                       enum cds_unit unit, int32_t value, uint16_t *raw)
 {
     struct scale scale;
-    uint32_t magnitude = (uint32_t)value; // a wrong minus is too great
+    uint32_t magnitude = (uint32_t)value; // a negative value of an unsigned unit is now too large
     uint16_t converted, sign = 0;
 
     if (unit == CDS_UNIT_BPS)
@@ -211,7 +212,7 @@ enum cds_result cds_units_to_register(const struct cds_register_profile *profile
         return CDS_BAD_ARGUMENT;
     converted = (uint16_t)((magnitude * scale.of + scale.per / 2) / scale.per);
     if (unit == CDS_UNIT_MRPM && magnitude && !converted)
-        converted = 1; // 0 would be as fast as it can
+        converted = 1; // 0 is full speed (R10)
     *raw = converted ? converted | sign : 0;
     return CDS_OK;
 }

@@ -193,43 +193,50 @@ static bool tell_endless(struct console *console)
     return false;
 }
 
-/* The poll of move and torque. A servo in endless turn, or with torque off, accepts a goal without
- * moving. Torque must not start an endless turn: a servo without torque gets speed 0 before it. */
-static bool look_poll(struct console *console)
+/* True if look() has read a servo in endless turn. */
+static bool looks_endless(const uint8_t *bytes)
+{
+    return (bytes[0] | bytes[1] | bytes[2] | bytes[3]) == 0;
+}
+
+/* A servo in endless turn, or with torque off, accepts a goal without moving. */
+static bool move_poll(struct console *console)
 {
     const uint8_t *bytes = console->line.request->reply;
-    bool is_move = console->line.choice == 0; // torque has on or off
 
     if (console_waits(console))
         return true;
     if (!console_answered(console))
         return false;
     if (console->phase == SERVO_WRITE_SENT) {
-        if (is_move && !console->part)
+        if (!console->part)
             printer_line(&console->printer, message_torque_is_off);
-        return command_set.explain && is_move && tell_endless(console);
+        return command_set.explain && tell_endless(console);
     }
-    if (console->phase == LOOK) {
-        console->part = bytes[LOOK_SIZE - 1]; // torque
-        if ((bytes[0] | bytes[1] | bytes[2] | bytes[3]) == 0) {
-            if (is_move) {
-                console->error = ERROR_ENDLESS;
-                return false;
-            }
-            if (!console->part) {
-                console->error = servo_write(console, CDS_REG_MOVING_SPEED, 2); // the job is zeroed
-                console->phase = STILL;
-                return console->error == 0;
-            }
-        }
-    }
-    if (console->phase == STILL)
-        printer_line(&console->printer, message_stands_still);
-    if (is_move)
-        console->error =
-            servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * console->line.numbers));
-    else
+    console->part = bytes[LOOK_SIZE - 1]; // torque
+    console->error = looks_endless(bytes) ? ERROR_ENDLESS
+                                          : servo_write(console, CDS_REG_GOAL_POSITION,
+                                                        (uint8_t)(2 * console->line.numbers));
+    return console->error == 0;
+}
+
+/* Torque must not start an endless turn: a servo without torque gets speed 0 before it. */
+static bool torque_poll(struct console *console)
+{
+    const uint8_t *bytes = console->line.request->reply;
+
+    if (console_waits(console))
+        return true;
+    if (!console_answered(console) || console->phase == SERVO_WRITE_SENT)
+        return false;
+    if (console->phase == LOOK && looks_endless(bytes) && !bytes[LOOK_SIZE - 1]) {
+        console->error = servo_write(console, CDS_REG_MOVING_SPEED, 2); // the job is zeroed
+        console->phase = STILL;
+    } else {
+        if (console->phase == STILL)
+            printer_line(&console->printer, message_stands_still);
         console->error = write_switch(console, CDS_REG_TORQUE_ENABLE);
+    }
     return console->error == 0;
 }
 
@@ -243,7 +250,7 @@ static const CDS_FLASH struct command servo_rows[] = {
                             "ID 254: all"),
         .example = COMMAND_DETAILS("move 1 90deg 30rpm"),
         .begin = move_begin,
-        .poll = look_poll,
+        .poll = move_poll,
     },
     {
         .usage = FLASH_TEXT("turn ID SPEED"),
@@ -263,7 +270,7 @@ static const CDS_FLASH struct command servo_rows[] = {
                                    "the output turns freely. ID 254: all; a turn may begin"),
         .example = COMMAND_DETAILS("torque 1 on"),
         .begin = torque_begin,
-        .poll = look_poll,
+        .poll = torque_poll,
     },
     {
         .usage = FLASH_TEXT("led ID|254 on|off"),
