@@ -2,7 +2,7 @@
 /* Tells on the host USART of the board why a robot has stopped, as in
  *
  *     servo 2 (joint 1, elbow): offline
- *     step 2: servo 1 (joint 0, base): not within the servo's limits, it needs 1282 ms
+ *     step 2: servo 1 (joint 0, base): too fast, it needs 1282 ms
  *
  * Joints and steps count from 0, as in their tables. stop_report_note() is the program's on_event,
  * or is called from it. Call stop_report_poll() in the main loop, also after the robot has stopped.
@@ -227,13 +227,14 @@ static inline void stop_report_result(const struct cds_robot *robot)
         stop_report_goal(robot);
         return;
     }
-    cds_result_text(stop_report.result, text, sizeof text);
-    stop_report_text(text);
     if (stop_report.result == CDS_LIMIT && stop_report.shortest_ms) {
-        stop_report_flash(PSTR(", it needs "));
+        stop_report_flash(PSTR("too fast, it needs "));
         stop_report_number((int32_t)stop_report.shortest_ms);
         stop_report_flash(PSTR(" ms"));
+        return;
     }
+    cds_result_text(stop_report.result, text, sizeof text);
+    stop_report_text(text);
 }
 
 /* The robot was not opened, or not started: the arguments were refused, and there was no event. */

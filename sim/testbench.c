@@ -148,7 +148,7 @@ static void pc_program_ended(void *context, uint64_t now, const char *wrong)
     struct testbench *bench = context;
     if (wrong) {
         rules_record_breach(&bench->rules, RULE_EXPECTATION, now, "%s:%u: %s", bench->options->pc,
-                            bench->pc_program.line[bench->pc_program.next - 1].number, wrong);
+                            pc_program_line_number(&bench->pc_program), wrong);
     }
     testbench_stop(bench);
 }

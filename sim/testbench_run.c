@@ -70,6 +70,11 @@ bool testbench_run(struct testbench *bench)
                             options->script, script_line_number(&bench->script),
                             why_unfinished(bench));
     }
+    if (options->pc && !bench->pc_program.done && !crashed) {
+        rules_record_breach(&bench->rules, RULE_SCRIPT_UNFINISHED, bench->end, "%s:%u%s",
+                            options->pc, pc_program_line_number(&bench->pc_program),
+                            why_unfinished(bench));
+    }
     live_view_end(&bench->live_view, bench->end);
     if (!options->bus) {
         testbench_flush_client(bench);

@@ -278,6 +278,14 @@ void cds_motion_abort(struct cds_motion *motion, uint16_t deceleration);
  * CDS_OK; CDS_BAD_ARGUMENT: out of range. */
 enum cds_result cds_motion_set_override(struct cds_motion *motion, uint8_t percent);
 
+/* Copies why a move was refused or has ended to `text`: at most capacity - 1 characters and a 0,
+ * `capacity` 1 or more; CDS_RESULT_TEXT_SIZE holds every text. `result`: motion.move_result,
+ * motion.result, or sequence.result of a sequence with this motion. "too fast, it needs 196 ms" if
+ * the time was too short for motion.joint; else as cds_result_text(). Returns the length of what
+ * was copied. */
+uint8_t cds_motion_text(const struct cds_motion *motion, uint8_t result, char *text,
+                        uint8_t capacity);
+
 #ifdef __cplusplus
 }
 #endif

@@ -11,6 +11,7 @@
 
 #define POLL_US        100
 #define READY_AFTER_US 1000
+#define READY_WITHIN_S 10
 #define LINE_BYTES_MAX 1024
 #define WITHIN_MS      1000
 #define STOP           0x18 // Ctrl-X stops the robot: a flood of random bytes leaves it out
@@ -33,19 +34,34 @@ static size_t parse_bytes(const char *text, uint8_t *bytes)
     return *text ? 0 : size;
 }
 
+/* TEXT [within MS] */
+static const char *parse_expect(struct pc_line *line, char *text)
+{
+    static const char word[] = " within ";
+    char *within = 0;
+    for (char *found = text; (found = strstr(found, word)); found++) {
+        within = found;
+    }
+    line->within_ms = WITHIN_MS;
+    if (within && lexer_number(within + strlen(word), 0, 3600000, &line->within_ms)) {
+        *within = 0;
+    }
+    return *text ? 0 : "a text is wanted";
+}
+
 static const char *parse(struct pc_line *line, char *text)
 {
-    static const char *const words[] = {"say",  "text", "rest",  "hear",
-                                        "wait", "baud", "flood", "reset"};
+    static const char *const words[] = {"say",  "text",  "rest",  "hear",  "wait",
+                                        "baud", "flood", "reset", "expect"};
     uint8_t bytes[LINE_BYTES_MAX];
     char *rest = lexer_rest(text);
     char *word[3];
     line->verb = PC_SAY;
-    while (line->verb <= PC_RESET && strcmp(text, words[line->verb]) != 0) {
+    while (line->verb <= PC_EXPECT && strcmp(text, words[line->verb]) != 0) {
         line->verb++;
     }
-    if (line->verb > PC_RESET) {
-        return "unknown word; there are say text rest hear wait baud flood reset";
+    if (line->verb > PC_EXPECT) {
+        return "unknown word; there are say text rest hear wait baud flood reset expect";
     }
     line->text = rest;
     if (line->verb == PC_SAY) {
@@ -53,6 +69,9 @@ static const char *parse(struct pc_line *line, char *text)
     }
     if (line->verb == PC_TEXT) {
         return 0;
+    }
+    if (line->verb == PC_EXPECT) {
+        return parse_expect(line, rest);
     }
     if (line->verb == PC_REST) {
         return *rest ? "too many words" : 0;
@@ -160,27 +179,64 @@ static void print_received(struct pc_program *program, size_t size)
     program->printed += size;
 }
 
+/* Ends the run. `wrong` 0: no error. */
+static void end(struct pc_program *program, uint64_t now, const char *wrong)
+{
+    program->done = true;
+    program->on_end(program->context, now, wrong);
+}
+
+/* Returns how many bytes, from the first that is not printed on, the line waits for; 0: they have
+ * not come. */
+static size_t awaited(const struct pc_program *program, const struct pc_line *line)
+{
+    size_t size = program->size - program->printed, length;
+    const uint8_t *from = program->received + program->printed;
+    if (line->verb == PC_HEAR) {
+        return size >= (size_t)line->value ? (size_t)line->value : 0;
+    }
+    length = strlen(line->text);
+    for (size_t i = 0; i + length <= size; i++) {
+        if (memcmp(from + i, line->text, length) == 0) {
+            return i + length;
+        }
+    }
+    return 0;
+}
+
+static void end_unheard(struct pc_program *program, uint64_t now, const struct pc_line *line)
+{
+    char what[160];
+    size_t size = program->size - program->printed;
+    if (line->verb == PC_HEAR) {
+        snprintf(what, sizeof(what), "heard %zu bytes, not %" PRId32, size, line->value);
+    } else {
+        snprintf(what, sizeof(what), "heard %zu bytes without '%.80s'", size, line->text);
+    }
+    if (size) {
+        print_received(program, size);
+    }
+    end(program, now, what);
+}
+
 /* Returns true if the next line may follow at once. */
 static bool wait_for_bytes(struct pc_program *program, uint64_t now, const struct pc_line *line)
 {
-    size_t wanted = (size_t)line->value;
+    size_t size = awaited(program, line);
     if (!program->waiting) {
         program->deadline = now + cycles(program, (uint64_t)line->within_ms * 1000);
     }
-    program->waiting = program->size - program->printed < wanted && now < program->deadline;
+    program->waiting = size == 0 && now < program->deadline;
     if (program->waiting) {
         schedule_at(program->schedule, &program->step,
                     program->deadline); // or earlier: when the bytes are there
         return false;
     }
-    if (program->size - program->printed >= wanted) {
-        print_received(program, wanted);
+    if (size) {
+        print_received(program, size);
         return true;
     }
-    char what[80];
-    snprintf(what, sizeof(what), "heard %zu bytes, not %zu", program->size - program->printed,
-             wanted);
-    program->on_end(program->context, now, what);
+    end_unheard(program, now, line);
     return false;
 }
 
@@ -216,7 +272,8 @@ static bool run(struct pc_program *program, uint64_t now, const struct pc_line *
             print_received(program, program->size - program->printed);
         }
         return true;
-    case PC_HEAR: return wait_for_bytes(program, now, line);
+    case PC_HEAR:
+    case PC_EXPECT: return wait_for_bytes(program, now, line);
     case PC_WAIT: step_in(program, now, (uint64_t)line->value); return false;
     case PC_BAUD: adapter_baud(&program->link->adapter, (uint32_t)line->value); return true;
     case PC_FLOOD:
@@ -232,12 +289,22 @@ static bool run(struct pc_program *program, uint64_t now, const struct pc_line *
     return true;
 }
 
+/* The firmware does not receive yet: a PC does not send earlier. */
+static void await_receiver(struct pc_program *program, uint64_t now)
+{
+    if (now < (uint64_t)READY_WITHIN_S * program->clock_Hz) {
+        step_in(program, now, READY_AFTER_US);
+        return;
+    }
+    end(program, now, "after 10 s the firmware does not receive on its host USART (RXEN is 0)");
+}
+
 static void step(void *context, uint64_t now)
 {
     struct pc_program *program = context;
     bool go_on = true;
     if (program->next == 0 && !usart_rxen(&program->link->usart)) {
-        step_in(program, now, READY_AFTER_US); // a PC does not send earlier
+        await_receiver(program, now);
         return;
     }
     if (program->waiting) {
@@ -249,7 +316,7 @@ static void step(void *context, uint64_t now)
         go_on = run(program, now, &program->line[program->next++]);
     }
     if (go_on) {
-        program->on_end(program->context, now, 0);
+        end(program, now, 0);
     }
 }
 
@@ -270,8 +337,13 @@ void pc_program_receive(struct pc_program *program, uint64_t now, uint8_t byte)
         program->received[program->size] = byte;
         program->times[program->size++] = now;
     }
-    if (program->waiting &&
-        program->size - program->printed >= (size_t)program->line[program->next - 1].value) {
+    if (program->waiting && awaited(program, &program->line[program->next - 1])) {
         schedule_at(program->schedule, &program->step, now);
     }
+}
+
+unsigned pc_program_line_number(const struct pc_program *program)
+{
+    unsigned index = program->next ? program->next - 1 : 0;
+    return index < program->count ? program->line[index].number : 0;
 }

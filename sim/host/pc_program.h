@@ -15,14 +15,14 @@
 
 #define PC_RECEIVED_MAX 4096 // bytes of one `hear`
 
-enum pc_verb { PC_SAY, PC_TEXT, PC_REST, PC_HEAR, PC_WAIT, PC_BAUD, PC_FLOOD, PC_RESET };
+enum pc_verb { PC_SAY, PC_TEXT, PC_REST, PC_HEAR, PC_WAIT, PC_BAUD, PC_FLOOD, PC_RESET, PC_EXPECT };
 
 struct pc_line {
     enum pc_verb verb;
     unsigned number;          // in the file, from 1
-    const char *text;         // SAY, TEXT
+    const char *text;         // SAY, TEXT, EXPECT
     int32_t value;            // HEAR, FLOOD: bytes; WAIT: us; BAUD: bit/s
-    int32_t within_ms;        // HEAR
+    int32_t within_ms;        // HEAR, EXPECT
     int32_t seed;             // FLOOD
     struct reset_order reset; // RESET
 };
@@ -37,8 +37,9 @@ struct pc_program {
     struct host_link *link;
     FILE *out;
     struct event step;
+    bool done; // on_end was called
     bool waiting;
-    uint64_t deadline;                 // of the present HEAR
+    uint64_t deadline;                 // of the present HEAR or EXPECT
     uint8_t received[PC_RECEIVED_MAX]; // since the latest `say`, `text` or `flood`
     uint64_t times[PC_RECEIVED_MAX];   // cycle of each received byte
     size_t size, printed;              // received bytes; bytes already printed
@@ -56,6 +57,9 @@ void pc_program_free(struct pc_program *program);
 /* The program begins when the firmware listens. */
 void pc_program_start(struct pc_program *program, struct schedule *schedule, uint32_t clock_Hz,
                       struct host_link *link, FILE *out);
+
+/* The number of the line of the file that is carried out, or waits for the firmware to receive. */
+unsigned pc_program_line_number(const struct pc_program *program);
 
 /* A byte from the firmware. */
 void pc_program_receive(struct pc_program *program, uint64_t now, uint8_t byte);

@@ -27,6 +27,11 @@ def fails(servo, error):
     return f"not begun: servo {servo}: {TEXTS[error]};"
 
 
+# A chip with 256 KB of flash, whose firmware names the pose, too, and a chip with 128 KB.
+TWO_BOARDS = [next(name for name in boards.WITH_MOTION if (boards.BOARDS[name].mcu in boards.LARGE) == is_large)
+              for is_large in (True, False)]
+
+
 # Lines right after power-up, and what `settings autostart` then says, or the error of servo {n}.
 TROUBLES = {
     "none": ("", "has begun"),
@@ -117,12 +122,14 @@ class Autostart(unittest.TestCase):
         self.assertEqual(driving(run), [])
 
     def test_pose_beyond_angle_limits_is_refused(self):
-        board = boards.WITH_MOTION[0]
-        self.prepare(board, AFTER_1_S)
-        run = self.power_up(board, "write 2 CW_ANGLE_LIMIT 500 0\n@reset power\n",
-                            "not begun: servo 2: a pose is beyond its angle limits")
-        reset = int(re.search(r"(\d+) reset\n", run.output)[1])
-        self.assertEqual([cycle for cycle in driving(run) if cycle > reset], [])
+        for board, says in zip(TWO_BOARDS, [
+                "servo 2 in step 1, pose low: 139.883deg is out of range: 146.628deg to 0deg",
+                "servo 2: the pose of step 1 is beyond its angle limits"]):
+            with self.subTest(board):
+                self.prepare(board, AFTER_1_S)
+                run = self.power_up(board, "write 2 CW_ANGLE_LIMIT 500 0\n@reset power\n", f"not begun: {says}")
+                reset = int(re.search(r"(\d+) reset\n", run.output)[1])
+                self.assertEqual([cycle for cycle in driving(run) if cycle > reset], [])
 
     def test_servo_in_endless_turn_is_refused(self):
         board = boards.WITH_MOTION[0]
@@ -139,23 +146,24 @@ class Autostart(unittest.TestCase):
                       "@wait 5500\n@expect servo 1-3 torque off\n", fails(2, 70), 1)
 
     def test_too_short_first_step_is_reported(self):
-        board = boards.WITH_MOTION[0]
-        self.prepare(board, AFTER_1_S, PREPARE.replace("low 130", "low 290").replace("0.5s", "0.1s"))
-        self.power_up(board, "@wait 2500\n@expect servo 1-3 torque off\n", f"not begun: servo 1: {TEXTS[57]};", 1)
-        script = "@wait 2500\n! motion wait\n@expect text servo 1 needs\n@expect text error 57:\n"
-        run = controller(script, board, SERVOS, "--echo", "--eeprom", self.eeprom)
-        self.assertEqual(run.status, 0, run.output[-3000:])
+        for board, says in zip(TWO_BOARDS, ["servo 1 needs 708 ms in step 1, pose low", f"servo 1: {TEXTS[57]};"]):
+            with self.subTest(board):
+                self.prepare(board, AFTER_1_S, PREPARE.replace("low 130", "low 290").replace("0.5s", "0.1s"))
+                self.power_up(board, "@wait 2500\n@expect servo 1-3 torque off\n", f"not begun: {says}", 1)
+                script = "@wait 2500\n! motion wait\n@expect text servo 1 needs 708 ms in step 1\n@expect text error 57:\n"
+                run = controller(script, board, SERVOS, "--echo", "--eeprom", self.eeprom)
+                self.assertEqual(run.status, 0, run.output[-3000:])
 
     def test_refused_motion_leaves_torque_that_was_on(self):
         board = boards.WITH_MOTION[0]
         self.prepare(board, AFTER_1_S, PREPARE.replace("low 130", "low 290").replace("0.5s", "0.1s"))
         self.power_up(board, "torque 2 on\n@reset power\n@wait 2500\n@expect servo 1,3 torque off\n"
-                      "@expect servo 2 torque on\n", f"not begun: servo 1: {TEXTS[57]};", 1)
+                      "@expect servo 2 torque on\n", "not begun: servo 1 needs", 1)
 
     def test_a_later_step_that_is_too_short_moves_nothing(self):
         board = boards.WITH_MOTION[0]
         self.prepare(board, AFTER_1_S, PREPARE.replace("0.4s", "0.02s"))
-        run = self.power_up(board, "", f"not begun: servo 1: {TEXTS[57]};")
+        run = self.power_up(board, "", "not begun: servo 1 needs 204 ms in step 2, pose stand")
         goals = {packet for _, way, packet in run.packets if way == "->in" and " 83 1E 04 " in packet}
         self.assertEqual(len(goals), 0)
 
@@ -165,9 +173,24 @@ class Autostart(unittest.TestCase):
         self.power_up(board, "", "autostart: none", 2000)
         self.prepare(board, AFTER_1_S + "settings autostart off\n")
         self.power_up(board, "", "autostart: none", 2000)
-        self.prepare(board, AFTER_1_S + "pose delete low\n@expect text has this pose: it plays no more\n")
-        run = self.power_up(board, "", "not begun: the sequence, its joints or a pose is missing")
-        self.assertEqual(driving(run), [])
+        for board, says in zip(TWO_BOARDS, ["step 2: the pose is deleted", "the pose of step 2 is deleted"]):
+            with self.subTest(board):
+                self.prepare(board, AFTER_1_S + "pose delete stand\n@expect text has this pose: it plays no more\n")
+                run = self.power_up(board, "", f"not begun: {says}")
+                self.assertEqual(driving(run), [])
+
+    def test_autostart_without_any_pose_does_not_begin(self):
+        board = boards.WITH_MOTION[0]
+        self.prepare(board, AFTER_1_S + "pose delete low\npose delete stand\n")
+        self.assertEqual(driving(self.power_up(board, "", "not begun: sequence or poses are missing")), [])
+
+    def test_reason_names_no_pose_after_a_change_of_the_steps(self):
+        """What is stored now is not what was not played."""
+        board = boards.WITH_MOTION[0]
+        self.prepare(board, AFTER_1_S, PREPARE.replace("low 130", "low 290").replace("0.5s", "0.1s"))
+        self.power_up(board, "", "not begun: servo 1 needs 708 ms in step 1, pose low")
+        run = self.power_up(board, "@wait 2500\nsequence walk set 1 stand 1s\n", "servo 1 needs 708 ms in step 1")
+        self.assertNotIn("in step 1, pose", run.output)
 
     def test_servo_of_a_deleted_pose_is_not_needed(self):
         """Servo 9 is the first one of the list of joints, but in no stored pose: its place does not shift the others."""

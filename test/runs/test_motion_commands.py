@@ -18,6 +18,10 @@ from simulator import ROOT, SIM, Process, controller
 FULL = [name for name in boards.CONSOLES if boards.BOARDS[name].profile == "full"]
 MOVING = boards.WITH_MOTION  # the firmware of all of them has the same motions: most tests run on the first one
 
+# A chip with 256 KB of flash, whose firmware names poses and edits steps, and a chip with 128 KB.
+TWO_BOARDS = [next(name for name in MOVING if (boards.BOARDS[name].mcu in boards.LARGE) == is_large)
+              for is_large in (True, False)]
+
 # A servo with the factory's return delay, 2 us, may answer before a controller listens to which the PC sends.
 SLOWER = "".join(f"write {n} RETURN_DELAY 10\n" for n in (1, 2, 3))
 READY = "echo off\n" + SLOWER + "group 1 2 3\ntorque 254 on\n"
@@ -285,6 +289,58 @@ LOW = "@expect servo 1 PRESENT_POSITION 406..412\n@expect servo 2 PRESENT_POSITI
 STAND = "@expect servo 1-3 PRESENT_POSITION 508..515\n"
 
 
+class Steps(Motion):
+    """sequence NAME set, insert, delete: one step of a stored sequence."""
+
+    BEGIN = ("pose set a 100 100 100\npose set b 120 120 120\nsequence w new a 1s\nsequence w add b 2s dwell 0.5s\n"
+             "sequence w add a 3s pass\n")
+
+    def stored_after(self, lines):
+        run = self.run_on(self.BEGIN + lines + "sequence show w\n", MOVING[0], "--echo")
+        return [line.removeprefix("sequence w ") for line in shown(run).splitlines() if line.startswith("sequence")]
+
+    def test_set_replaces_one_step(self):
+        self.assertEqual(self.stored_after("sequence w set 2 a 1.23s pass\n"), ["new a 1s", "add a 1.23s pass", "add a 3s pass"])
+        self.assertEqual(self.stored_after("sequence w set 1 b 10ms dwell 20ms\nsequence w set 3 b 4s\n"),
+                         ["new b 0.01s dwell 0.02s", "add b 2s dwell 0.5s", "add b 4s"])
+
+    def test_insert_moves_the_steps_behind_it(self):
+        self.assertEqual(self.stored_after("sequence w insert 1 b 5s\nsequence w insert 4 b 6s pass\n"),
+                         ["new b 5s", "add a 1s", "add b 2s dwell 0.5s", "add b 6s pass", "add a 3s pass"])
+
+    def test_delete_takes_out_one_step(self):
+        self.assertEqual(self.stored_after("sequence w delete 2\n"), ["new a 1s", "add a 3s pass"])
+        self.assertEqual(self.stored_after("sequence w delete 3\nsequence w delete 1\n"), ["new b 2s dwell 0.5s"])
+
+    def test_full_sequence_takes_no_step_more_but_a_change(self):
+        lines = "".join(f"sequence w add b {n}s\n" for n in range(1, 14))
+        steps = self.stored_after(lines + "! sequence w insert 1 a 1s\n@expect text error 77:\nsequence w set 16 a 9s\n"
+                                  "sequence w set 1 b 8s\n")
+        self.assertEqual((len(steps), steps[0], steps[14], steps[15]), (16, "new b 8s", "add b 12s", "add a 9s"))
+        steps = self.stored_after(lines + "sequence w delete 1\nsequence w insert 1 b 7s\n")
+        self.assertEqual((len(steps), steps[0], steps[1], steps[15]), (16, "new b 7s", "add b 2s dwell 0.5s", "add b 13s"))
+
+    def test_wrong_steps_change_nothing(self):
+        """Also the last step that is left, and any step while the sequence plays."""
+        wrong = [("delete 4", 33), ("delete 0", 33), ("set 4 a 1s", 33), ("insert 4 a 1s", 33), ("set 1 c 1s", 74),
+                 ("set 1 a 1ms", 56), ("set 1 a 1234ms", 91), ("set 1 a", 31), ("set a 1s", 32), ("delete", 31)]
+        steps = self.stored_after("".join(f"! sequence w {line}\n@expect text error {number}:\n" for line, number in wrong)
+                                  + "! sequence v delete 1\n@expect text error 75:\nplay w at 200%\n"
+                                  "! sequence w delete 1\n@expect text error 58:\nmotion off\n@wait 300\n")
+        self.assertEqual(steps, ["new a 1s", "add b 2s dwell 0.5s", "add a 3s pass"])
+        self.assertEqual(self.stored_after("sequence w delete 2\nsequence w delete 2\n! sequence w delete 1\n"
+                                           "@expect text the only step\n"), ["new a 1s"])
+
+    def test_set_mends_a_step_whose_pose_is_deleted(self):
+        self.assertEqual(self.stored_after("pose set c 90 90 90\nsequence w set 2 c 1s\npose delete c\n! play w\n"
+                                           "@expect text error 78:\nsequence w set 2 b 1s\nplay w at 200%\nmotion wait\n"),
+                         ["new a 1s", "add b 1s", "add a 3s pass"])
+
+    def test_chip_without_room_has_no_such_command(self):
+        self.run_on(self.BEGIN + "! sequence w delete 1\n@expect text error 38:\n! motion at 50%\n@expect text error 3\n",
+                    TWO_BOARDS[1])
+
+
 class Play(Motion):
     eeproms = {}  # by board and lines that store
 
@@ -531,7 +587,8 @@ class Play(Motion):
             with self.subTest(mode=mode, line=line):
                 run = self.run_on(SWEEP + f"@echo on\nmode {mode}\nplay sweep loop\n@wait 500\n@block 2 on\n{line}\n"
                                   "@wait 200\nservos\n@wait 200\nmode program\n", MOVING[0])
-                self.assertEqual(run.output.count("motion: servo 2: error 83: a servo does not follow"), count,
+                self.assertEqual(len(re.findall(r"motion: in step \d, pose \w+: servo 2: error 83: a servo does not follow",
+                                                run.output)), count,
                                  run.output[-3000:])
 
     def test_cause_of_a_failed_motion_outlives_its_group(self):
@@ -542,7 +599,7 @@ class Play(Motion):
         run = self.run_on(WALKING + "@echo on\nmode person\nplay walk\n@wait 3000\nplay walk loop\n@wait 500\nmotion off\n"
                           "@wait 500\nplay walk loop\n@wait 500\nstop\n@wait 500\nservos\nmode program\n", MOVING[0])
         self.assertIn("servo 3: online", run.output)
-        self.assertNotRegex(run.output, "motion: (servo|error)")
+        self.assertNotRegex(run.output, "motion: (servo|error|in)")
 
     def test_servo_without_torque_ends_the_motion(self):
         self.run_on(SWEEP + "play sweep loop\n@wait 100\ntorque 3 off\n! motion wait\n"
@@ -590,6 +647,37 @@ class Play(Motion):
     def test_soft_limit_of_a_servo_lets_nothing_begin(self):
         self.run_on(SWEEP + "limits 2 90 210\n! play sweep\n@expect text servo 2 is the cause\n@expect text error 11:\n"
                     "limits 2 0 300\nplay sweep at 200%\nmotion wait\n")
+
+    def test_refusal_names_step_pose_value_and_range(self):
+        for board, says in zip(TWO_BOARDS, ["in step 2, pose far: 250.147deg is out of range: 100deg to 200deg", "in step 2"]):
+            self.run_on(SWING + "pose set far 250 150 150\nsequence y new low 1s\nsequence y add far 1s\nlimits 1 100 200\n"
+                        f"! play y\n@expect text servo 1 is the cause {says}\n@expect text error 11:\n", board)
+
+    def test_pose_beyond_soft_limits_is_told_with_value_and_range(self):
+        self.run_on(SWING + "limits 2 90 110\n! pose stand in 1s\n"
+                    "@expect text servo 2 is the cause: 150.147deg is out of range: 90.029deg to 109.971deg\n", MOVING[0])
+
+    def test_servo_that_is_not_in_the_group_is_named(self):
+        self.run_on(SWING + "sequence y new low 1s\ngroup 1 2\n! play y\n"
+                    "@expect text servo 3 is the cause in step 1, pose low\n@expect text error 81:\n"
+                    "pose delete low\n! play y\n@expect text step 1 is the cause\n@expect text error 78:\n", MOVING[0])
+
+    def test_motion_tells_how_the_last_one_failed(self):
+        for board, says in zip(TWO_BOARDS, ["last motion: in step 2, pose stand: servo 1: error 57: too fast",
+                                            "motion: none; 'motion wait' tells the last end"]):
+            self.run_on(SWING + "sequence x new low 2s\nsequence x add stand 20ms\n! play x\n"
+                        f"motion\n@expect text {says}\n", board)
+
+    def test_speed_changes_under_way(self):
+        run = self.run_on(SWEEP + "! motion at 50%\n@expect text error 79:\nplay sweep loop\n@wait 300\nmotion at 50%\n"
+                          "@wait 400\nmotion\n@expect text , at 50%\nmotion at 100%\n@wait 400\nmotion\n"
+                          "@expect text , at 100%\n! motion at 9\n@expect text error 82: PERCENT 9 is out of range: "
+                          "10 to 200%\nmotion\n@expect text , at 100%\nmotion off\n", MOVING[0])
+        self.assertIn("rules:   none broken", run.output)
+
+    def test_speed_of_a_timed_pose_changes_under_way(self):
+        self.run_on(SWING + "pose 100 100 100 in 2s\n@wait 100\nmotion at 50%\n@wait 2500\nmotion\n"
+                    "@expect text motion: a move\nmotion wait\n@expect servo 1 GOAL_POSITION 341\n", MOVING[0])
 
     def test_silent_servo_lets_nothing_begin(self):
         self.run_on(WALKING + "".join(

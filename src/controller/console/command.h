@@ -39,6 +39,7 @@ struct device_ops;
 struct failsafe;
 struct history;
 struct moves;
+struct motion_outcome;
 struct motion_store;
 struct robot_operation;
 struct settings_store;
@@ -127,6 +128,16 @@ struct command_lists {
     bool (*poll)(struct console *console);
 };
 
+/* More words about a motion that has failed, with the pose: motion_words.c. */
+struct command_motion_words {
+    /* As motion_print_cause() (shared.h): prints a line. */
+    void (*cause)(struct console *console, const struct motion_outcome *outcome);
+    /* Prints "in step 3, pose far: ", at most 26 characters; nothing if there is no step. */
+    void (*step)(struct console *console, const struct motion_outcome *outcome);
+    /* Prints the end of a line: why the autostart has not begun. False: it has no more words. */
+    bool (*autostart)(struct console *console);
+};
+
 /* What a profile links: commands, the storage of motions, and the registers of the device. */
 struct command_set {
     const CDS_FLASH struct command_group *const CDS_FLASH *groups; // ends with NULL
@@ -154,9 +165,10 @@ struct command_set {
     /* advice() and advice_note() of advice.h; NULL: this firmware has no room for these texts. */
     const CDS_FLASH char *(*advise)(struct console *console);
     const CDS_FLASH char *(*note)(struct console *console);
-    void (*monitor)(struct console *console, uint8_t value); // monitor.h; NULL: lines only
-    const CDS_FLASH struct command_typing *typing;           // completion and hints, or NULL
-    struct history *history;                                 // storage of line_editor.c, or NULL
+    void (*monitor)(struct console *console, uint8_t value);   // monitor.h; NULL: lines only
+    const CDS_FLASH struct command_typing *typing;             // completion and hints, or NULL
+    struct history *history;                                   // storage of line_editor.c, or NULL
+    const CDS_FLASH struct command_motion_words *motion_words; // NULL: words without the pose
     uint8_t set_up_tries; // how often id, baud, factory, lock, set and restore try; 0 is as 1
 };
 

@@ -89,8 +89,9 @@ struct console {
     struct token token;      // the word that comes, or the one that is wrong
     struct editor editor;
     struct cds_request request;
-    union console_buffer buffer;  // the packet of `request`, or the job of the command
-    uint8_t reply[CDS_REPLY_MAX]; // the reply to `request`
+    union console_buffer buffer; // the packet of `request`, or the job of the command
+    // the reply to `request`; a command that sends nothing may keep data here
+    uint8_t reply[CDS_REPLY_MAX] __attribute__((aligned(__alignof__(void *))));
 };
 
 /* Zero *console first (static storage is). The robot of `failsafe` must have begun; the console

@@ -55,7 +55,7 @@
       "boards arduino-mega, atmega1284p, cm510 have it, and the library")                          \
     X(ERROR_TIME, 56, "time out of range", "'help COMMAND' has the range")                         \
     X(ERROR_TOO_FAST, 57, "too fast for a servo",                                                  \
-      "give it more time: the line above, or 'motion wait', names the shortest")                   \
+      "give it more time: 'motion wait' names the shortest")                                       \
     X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \
     X(ERROR_SETTING_RANGE, 61, "setting out of range", "docs/settings.md has the ranges")          \
     X(ERROR_NOT_SAVED, 62, "the EEPROM keeps nothing new",                                         \

@@ -78,7 +78,13 @@ static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &pose_show_commands,
     &pose_to_commands,
     &sequences_commands,
+#if HAS_ROOM
+    &sequence_steps_commands,
+#endif
     &play_commands,
+#if HAS_ROOM
+    &motion_speed_commands,
+#endif
     &stop_commands,
     &setup_commands,
     &new_commands,
@@ -120,6 +126,9 @@ const CDS_FLASH struct command_set command_set = {
     .typing = HAS_ADVICE ? &typing_with_parts : &typing,
     .history = &history,
     .set_up_tries = 3,
+#if HAS_ROOM
+    .motion_words = &motion_words,
+#endif
 #if HAS_MOTION
     .cycle = &motion_cycle,
     .pose_in = &pose_moves,

@@ -106,10 +106,11 @@ static enum cds_result poll_servos(struct robot *robot, struct autostart *autost
             note_torque(autostart, servos);
         return next_servo(robot, (uint8_t)(index + 1), last);
     }
-    autostart->id = robot->group[index];
-    autostart->reason = servos->torque_on.reason;
-    if (autostart->reason != CDS_REASON_NO_REPLY || ++servos->tries == AUTOSTART_TRIES)
+    autostart->outcome.result = servos->torque_on.reason;
+    if (autostart->outcome.result != CDS_REASON_NO_REPLY || ++servos->tries == AUTOSTART_TRIES) {
+        autostart->outcome.id = robot->group[index];
         return give_up(autostart, AUTOSTART_NOT_WELL);
+    }
     begin_servo(robot, index, last);
     return CDS_PENDING;
 }
@@ -154,17 +155,21 @@ static enum cds_result check_step(struct robot *robot, struct autostart *autosta
     if (motion_store_is_saving(autostart->store))
         return CDS_PENDING;
     stored_joints_find(&joints, autostart->store, robot);
-    result = stored_step_pose(autostart->store, &joints, autostart->place, autostart->step++, pose);
+    result = stored_step_pose(autostart->store, &joints, autostart->place, autostart->outcome.step,
+                              pose);
     if (result == STORED_POSE_END)
         return CDS_OK;
     if (result != STORED_POSE_READ)
-        return give_up(autostart, AUTOSTART_MISSING);
+        return give_up(autostart, AUTOSTART_POSE_GONE);
     for (uint8_t i = 0; i < robot->group_count; i++) {
         if (pose[i] == CDS_POSE_NONE || (pose[i] >= lowest[i] && pose[i] <= highest[i]))
             continue;
-        autostart->id = robot->group[i];
+        autostart->outcome.id = robot->group[i];
+        autostart->lowest = lowest[i];
+        autostart->highest = highest[i];
         return give_up(autostart, AUTOSTART_LIMITS);
     }
+    autostart->outcome.step++;
     return CDS_PENDING;
 }
 
@@ -186,8 +191,7 @@ static enum cds_result check_poses(struct robot *robot, struct autostart *autost
 static void refuse(struct autostart *autostart, const struct motion_outcome *outcome)
 {
     autostart->state = AUTOSTART_REFUSED;
-    autostart->reason = outcome->result;
-    autostart->id = outcome->id;
+    autostart->outcome = *outcome;
 }
 
 static enum cds_result switch_on(struct robot *robot, struct autostart *autostart)
@@ -269,8 +273,9 @@ static enum cds_result go_on(struct robot *robot, struct autostart *autostart)
     if (robot->work.autostart.request.result == CDS_PENDING)
         return CDS_PENDING; // also if it was aborted
     if (autostart->is_aborted) {
-        autostart->id = CDS_NO_ID;
-        autostart->reason = ROBOT_STOPPED;
+        autostart->outcome.id = CDS_NO_ID;
+        autostart->outcome.step = MOTION_NO_STEP;
+        autostart->outcome.result = ROBOT_STOPPED;
         return give_up(autostart, AUTOSTART_REFUSED);
     }
     if (autostart->failsafe->watching)
@@ -324,6 +329,8 @@ void autostart_begin(const struct failsafe *failsafe, struct motion_store *store
 
     autostart->failsafe = failsafe;
     autostart->store = store;
+    autostart->outcome.id = CDS_NO_ID;
+    autostart->saves = (uint8_t)store->saves;
     autostart->delay = motion_store_read_autostart(store, name);
     if (autostart->delay == 0)
         return;

@@ -10,6 +10,7 @@
 #define CONTROLLER_AUTOSTART_H
 
 #include "robot/failsafe.h"     // struct failsafe
+#include "robot/motion_start.h" // struct motion_outcome
 #include "robot/motion_store.h" // struct motion_store
 
 /* State of the autostart; from AUTOSTART_RESET on: why the sequence does not play. */
@@ -22,13 +23,14 @@ enum autostart_state {
     AUTOSTART_STARTING_MOTION, // until the motion has begun or was refused (motion_start.h)
     AUTOSTART_BEGUN,           // the sequence has begun
     // it does not play:
-    AUTOSTART_RESET,    // the reset was not power-on
-    AUTOSTART_HOST,     // a byte came from the host
-    AUTOSTART_ALARM,    // driving is inhibited, or a servo has an alarm
-    AUTOSTART_MISSING,  // there is no such sequence, or no joints, or a pose is gone
-    AUTOSTART_NOT_WELL, // servo `id`: `reason`
-    AUTOSTART_LIMITS,   // a pose is beyond the angle limits of servo `id`
-    AUTOSTART_REFUSED,  // the motion was refused, or a stop came before it began: `reason`, `id`
+    AUTOSTART_RESET,     // the reset was not power-on
+    AUTOSTART_HOST,      // a byte came from the host
+    AUTOSTART_ALARM,     // driving is inhibited, or a servo has an alarm
+    AUTOSTART_MISSING,   // there is no such sequence, or no stored pose
+    AUTOSTART_POSE_GONE, // the pose of `step` is deleted
+    AUTOSTART_NOT_WELL,  // servo `id`: `reason`
+    AUTOSTART_LIMITS,    // the pose of `step` is beyond `lowest` to `highest` of servo `id`
+    AUTOSTART_REFUSED,   // the motion was refused, or a stop came before it began: `outcome`
 } __attribute__((packed));
 
 /* Delay in a record of the store: seconds, and whether the sequence is repeated for ever. */
@@ -38,14 +40,15 @@ enum autostart_state {
 /* Times that a servo without a good reply is read, or gets WRITEs that switch torque off again. */
 #define AUTOSTART_TRIES 3
 
-/* Part of struct moves. Programs read the first three fields. */
+/* Part of struct moves. Programs read the fields before `delay`. */
 struct autostart {
-    uint8_t state;  // enum autostart_state
-    uint8_t id;     // of the servo that the state names, or CDS_NO_ID
-    uint8_t reason; // NOT_WELL: enum cds_reason; REFUSED: as motion_outcome.result
-    uint8_t delay;  // of the record
-    uint8_t place;  // of the sequence
-    uint8_t step;   // that is checked next
+    uint8_t state;                 // enum autostart_state
+    struct motion_outcome outcome; // what the state names. result: NOT_WELL: enum cds_reason;
+                                   // REFUSED: of the motion. step: that is checked, too
+    uint16_t lowest, highest;      // LIMITS: angle limits of the servo
+    uint8_t place;                 // of the sequence
+    uint8_t saves;                 // store->saves, modulo 256, when `place` was found
+    uint8_t delay;                 // of the record
     bool is_aborted;
     bool has_switched_on;    // servos have got torque
     bool is_switching_off;   // nothing plays: the servos lose this torque again

@@ -12,9 +12,9 @@
 
 enum phase {
     CHECK_STEPS,    // one step of the sequence in each poll
+    CHECK_SERVOS,   // of one step of the sequence in each poll; behind READ_STATES
     READ_POSITIONS, // until the positions of all servos are known
     READ_STATES,    // until mode and torque of all servos are known
-    CHECK_SERVOS,   // of one step of the sequence in each poll
     BEGIN,          // until the motion takes the move, or the sequence begins to check its steps
     CHECK_MOVES,    // until the first move has begun
 } __attribute__((packed));
@@ -391,6 +391,8 @@ static void end_start(struct robot *robot, uint8_t result)
         cds_bus_cancel(robot->bus, &start->read);
     start->is_reading = false;
     start->outcome.result = result;
+    if (start->phase <= CHECK_SERVOS) // `step` is that behind the step that was refused
+        start->outcome.step = (uint8_t)(start->step - 1);
     if (result != CDS_OK && !moves_go_on(robot))
         moves_note_outcome(robot, &start->outcome);
 }

@@ -44,7 +44,8 @@ struct motion_outcome {
     uint8_t result; // CDS_PENDING: it has not; CDS_OK; MOTION_NONE: it was ended by motion_end();
                     // ROBOT_STOPPED; else an enum cds_result or enum motion_refusal
     uint8_t id;     // of the servo that is the reason; CDS_NO_ID: none is
-    uint8_t step;   // MOTION_TOO_FAST: index of the step; MOTION_NO_STEP: of no sequence
+    uint8_t step;   // index of the step that is the reason or was under way; MOTION_NO_STEP: of no
+                    // sequence, or before a step was checked
     uint32_t shortest_ms; // MOTION_TOO_FAST: a time that works
 };
 

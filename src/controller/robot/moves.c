@@ -88,6 +88,7 @@ void moves_note_outcome(struct robot *robot, const struct motion_outcome *outcom
     struct moves *moves = robot->moves;
 
     moves->outcome = *outcome;
+    moves->noted_saves = (uint8_t)moves->store->saves;
     moves->end_is_unreported = false;
 }
 
@@ -99,6 +100,12 @@ bool moves_take_end(struct robot *robot)
     return is_unreported;
 }
 
+/* The step that is checked or under way; MOTION_NO_STEP: no sequence plays. */
+static uint8_t step_of(const struct moves *moves)
+{
+    return moves->player.sequence.result == CDS_OK ? MOTION_NO_STEP : moves->player.sequence.step;
+}
+
 struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
 {
     const struct moves *moves = robot->moves;
@@ -106,13 +113,11 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
     struct motion_outcome outcome = {
         .result = result,
         .id = motion->joint < robot->group_count ? robot->group[motion->joint] : CDS_NO_ID,
-        .step = MOTION_NO_STEP};
+        .step = step_of(moves)};
 
     if (result == CDS_LIMIT && motion->shortest_ms) {
         outcome.result = MOTION_TOO_FAST;
         outcome.shortest_ms = motion->shortest_ms;
-        if (moves->player.sequence.result != CDS_OK)
-            outcome.step = moves->player.sequence.step;
     }
     return outcome;
 }
@@ -127,6 +132,7 @@ static struct motion_outcome ended(const struct robot *robot)
     if (moves->follow.result == CDS_TIMEOUT) {
         outcome.result = MOTION_STUCK;
         outcome.id = robot->group[moves->follow.joint];
+        outcome.step = step_of(moves);
         return outcome;
     }
     if (robot->work.cycle.cycle.is_aborted) {

@@ -36,6 +36,7 @@ struct moves {
     uint8_t tried_from;       // servos of the group before it was chosen
     bool ends_cycle;          // true: the cycle ends with the motion
     bool is_paused;           // the move or the sequence: by moves_pause()
+    uint8_t noted_saves;      // store->saves, modulo 256, when `outcome` was noted
     uint8_t compared;         // period in which a joint was compared last, modulo 256
     struct motion_start start;
     struct autostart autostart;

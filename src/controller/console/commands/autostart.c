@@ -13,25 +13,30 @@
 
 static const CDS_FLASH char message_no_autostart[] = "autostart: none";
 static const CDS_FLASH char message_autostart[] = "autostart: ";
-static const CDS_FLASH char message_how[] = "%s after %u s; %s";
-static const CDS_FLASH char message_how_servo[] = "%s after %u s; not begun: servo %u: %s";
-static const CDS_FLASH char message_how_refused[] = "%s after %u s; not begun: %s";
 static const CDS_FLASH char message_loop[] = " loop";
+static const CDS_FLASH char message_after[] = " after ";
+static const CDS_FLASH char message_s[] = " s; ";
+static const CDS_FLASH char message_not_begun[] = "not begun: ";
+
+static const CDS_FLASH char message_begins[] = "begins";
 
 static const CDS_FLASH char *const CDS_FLASH state_texts[] = {
     [AUTOSTART_OFF] = FLASH_TEXT("from the next power-up on"),
-    [AUTOSTART_WAITING] = FLASH_TEXT("waits"),
-    [AUTOSTART_CHECKING_SERVOS] = FLASH_TEXT("checks the servos"),
-    [AUTOSTART_CHECKING_POSES] = FLASH_TEXT("checks the poses"),
-    [AUTOSTART_SWITCHING_ON] = FLASH_TEXT("switches torque on"),
-    [AUTOSTART_STARTING_MOTION] = FLASH_TEXT("begins"),
+    // no byte of this command comes in these states: each byte ends them as AUTOSTART_HOST
+    [AUTOSTART_WAITING] = message_begins,
+    [AUTOSTART_CHECKING_SERVOS] = message_begins,
+    [AUTOSTART_CHECKING_POSES] = message_begins,
+    [AUTOSTART_SWITCHING_ON] = message_begins,
+    [AUTOSTART_STARTING_MOTION] = message_begins,
     [AUTOSTART_BEGUN] = FLASH_TEXT("has begun"),
-    [AUTOSTART_RESET] = FLASH_TEXT("not begun: the last reset was not power-on"),
-    [AUTOSTART_HOST] = FLASH_TEXT("not begun: a byte came from the host"),
-    [AUTOSTART_ALARM] = FLASH_TEXT("not begun: an alarm, or driving is inhibited"),
-    [AUTOSTART_MISSING] = FLASH_TEXT("not begun: the sequence, its joints or a pose is missing"),
+    // behind "not begun: ", those with a servo behind "servo 1: ", too:
+    [AUTOSTART_RESET] = FLASH_TEXT("the last reset was not power-on"),
+    [AUTOSTART_HOST] = FLASH_TEXT("a byte came from the host"),
+    [AUTOSTART_ALARM] = FLASH_TEXT("an alarm, or driving is inhibited"),
+    [AUTOSTART_MISSING] = FLASH_TEXT("sequence or poses are missing"),
+    [AUTOSTART_POSE_GONE] = FLASH_TEXT("the pose of step %u is deleted"),
     [AUTOSTART_NOT_WELL] = NULL, // the error of the servo
-    [AUTOSTART_LIMITS] = FLASH_TEXT("a pose is beyond its angle limits"),
+    [AUTOSTART_LIMITS] = FLASH_TEXT("the pose of step %u is beyond its angle limits"),
     [AUTOSTART_REFUSED] = NULL, // the error of the motion
 };
 
@@ -47,13 +52,34 @@ struct autostart_job {
 
 /* ---- settings autostart [off] ---- */
 
-/* Why it has not begun, when state_texts[] does not tell. */
-static const CDS_FLASH char *reason_text(const struct autostart *autostart)
+static const CDS_FLASH char *text_of_state(const struct autostart *autostart)
 {
     if (autostart->state == AUTOSTART_REFUSED)
-        return error_text(autostart->reason);
-    return autostart->state == AUTOSTART_LIMITS ? state_texts[AUTOSTART_LIMITS]
-                                                : error_text(torque_on_error(autostart->reason));
+        return error_text(autostart->outcome.result);
+    if (autostart->state == AUTOSTART_NOT_WELL)
+        return error_text(torque_on_error(autostart->outcome.result));
+    return state_texts[autostart->state];
+}
+
+/* Prints the end of the line, from "servo 1: " on. */
+static void print_state(struct console *console)
+{
+    const struct autostart *autostart = &console->robot->moves->autostart;
+    struct printer *printer = &console->printer;
+    const CDS_FLASH char *text = text_of_state(autostart);
+    uint16_t step = (uint16_t)(autostart->outcome.step + 1);
+
+    if (command_set.motion_words && command_set.motion_words->autostart(console))
+        return;
+    printer->values[2].number = step;
+    if (autostart->outcome.id == CDS_NO_ID) {
+        printer->values[0].number = step;
+        printer_line(printer, text);
+        return;
+    }
+    printer->values[0].number = autostart->outcome.id;
+    printer->values[1].text = text;
+    printer_line(printer, message_servo);
 }
 
 static uint8_t show_or_off_begin(struct console *console)
@@ -76,12 +102,15 @@ static uint8_t show_or_off_begin(struct console *console)
 static bool show_or_off_poll(struct console *console)
 {
     struct autostart_job *job = console_job(console);
-    const struct autostart *autostart = &console->robot->moves->autostart;
     struct printer *printer = &console->printer;
-    uint8_t delay, state = autostart->state;
+    uint8_t delay;
 
     if (console->line.words == WORDS_OFF)
         return job->is_saving && stored_save_poll(console);
+    if (console->phase) {
+        print_state(console);
+        return false;
+    }
     console->error = stored_may_read();
     if (console->error)
         return false;
@@ -92,20 +121,15 @@ static bool show_or_off_poll(struct console *console)
     }
     printer_flash(printer, message_autostart);
     printer_string(printer, job->name);
-    printer->values[0].text = delay & AUTOSTART_LOOP ? message_loop : message_nothing;
-    printer->values[1].number = delay & AUTOSTART_DELAY_MAX;
-    printer->values[2].text = state_texts[state];
-    if (state < AUTOSTART_NOT_WELL) {
-        printer_line(printer, message_how);
-    } else if (state == AUTOSTART_REFUSED && autostart->id == CDS_NO_ID) {
-        printer->values[2].text = reason_text(autostart);
-        printer_line(printer, message_how_refused);
-    } else {
-        printer->values[2].number = autostart->id;
-        printer->values[3].text = reason_text(autostart);
-        printer_line(printer, message_how_servo);
-    }
-    return false;
+    if (delay & AUTOSTART_LOOP)
+        printer_flash(printer, message_loop);
+    printer_flash(printer, message_after);
+    printer_decimal(printer, delay & AUTOSTART_DELAY_MAX);
+    printer_flash(printer, message_s);
+    if (console->robot->moves->autostart.state >= AUTOSTART_RESET)
+        printer_flash(printer, message_not_begun);
+    console->phase = 1;
+    return true;
 }
 
 /* ---- settings autostart NAME ---- */

@@ -7,7 +7,7 @@
 #include "robot/moves.h"
 
 static const CDS_FLASH char message_cause[] = "servo %u is the cause";
-static const CDS_FLASH char message_step_too_fast[] = "servo %u needs %l ms in step %u";
+static const CDS_FLASH char message_in_step[] = "%s in step %u";
 
 enum phase {
     WAIT,  // until a cycle that is ending has ended
@@ -15,24 +15,40 @@ enum phase {
     END,   // it was refused: until the cycle that was started for it has ended
 } __attribute__((packed));
 
-/* "servo 2 needs 92 ms in step 3", or "servo 2 is the cause". */
-void motion_take_outcome(struct console *console, const struct motion_outcome *outcome)
+void motion_print_cause(struct console *console, const struct motion_outcome *outcome)
 {
     union printer_value *values = console->printer.values;
-    const CDS_FLASH char *message = message_cause;
+    bool is_too_fast = outcome->result == MOTION_TOO_FAST;
+    const CDS_FLASH char *message = is_too_fast ? message_too_fast : message_cause;
+
+    if (command_set.motion_words) {
+        command_set.motion_words->cause(console, outcome);
+        return;
+    }
+    if (outcome->step != MOTION_NO_STEP) {
+        (values++)->text = message;
+        message = message_in_step;
+    }
+    (values++)->number = outcome->id;
+    if (is_too_fast) {
+        (values++)->number = (uint16_t)outcome->shortest_ms;
+        (values++)->number = (uint16_t)(outcome->shortest_ms >> 16);
+    }
+    values->number = (uint16_t)(outcome->step + 1);
+    printer_line(&console->printer, message);
+}
+
+void motion_take_outcome(struct console *console, const struct motion_outcome *outcome)
+{
+    bool has_servo = outcome->id != CDS_NO_ID;
 
     console->error = outcome->result;
-    if (outcome->result == CDS_OK || outcome->id == CDS_NO_ID)
+    if (outcome->result == CDS_OK)
         return;
-    values[0].number = outcome->id;
-    console->robot->servos.refused_id = outcome->id; // error 12 names this servo
-    if (outcome->result == MOTION_TOO_FAST) {
-        values[1].number = (uint16_t)outcome->shortest_ms;
-        values[2].number = (uint16_t)(outcome->shortest_ms >> 16);
-        values[3].number = (uint16_t)(outcome->step + 1);
-        message = outcome->step == MOTION_NO_STEP ? message_too_fast : message_step_too_fast;
-    }
-    printer_line(&console->printer, message);
+    if (has_servo)
+        console->robot->servos.refused_id = outcome->id; // error 12 names this servo
+    if (has_servo || (command_set.motion_words && outcome->step != MOTION_NO_STEP))
+        motion_print_cause(console, outcome);
 }
 
 static bool poll_start(struct console *console)

@@ -13,11 +13,13 @@
 #include "robot/moves.h"
 
 static const CDS_FLASH char message_none[] = "none";
+static const CDS_FLASH char message_none_but[] = "none; 'motion wait' tells the last end";
 static const CDS_FLASH char message_starts[] = "starts";
 static const CDS_FLASH char message_move[] = "a move%s";
 static const CDS_FLASH char message_plays[] = ": step %u of %u, run %u%s";
 static const CDS_FLASH char message_motion[] = "motion: ";
-static const CDS_FLASH char message_failed[] = "motion: %serror %u: %s";
+static const CDS_FLASH char message_last[] = "last ";
+static const CDS_FLASH char message_failed[] = "%serror %u: %s";
 static const CDS_FLASH char message_paused[] = ", paused";
 static const CDS_FLASH char message_speed[] = ", at %u%";
 
@@ -33,23 +35,27 @@ struct play_job {
 
 _Static_assert(sizeof(struct play_job) <= CONSOLE_JOB_SIZE, "the job must fit");
 
+uint8_t play_take_percent(const struct console *console, uint8_t index, uint8_t *percent)
+{
+    uint8_t error = number_percent(&console->line.number[index], percent);
+
+    return error == ERROR_OUT_OF_RANGE || (error == 0 && (*percent < CDS_MOTION_OVERRIDE_MIN ||
+                                                          *percent > CDS_MOTION_OVERRIDE_MAX))
+               ? (uint8_t)ERROR_OVERRIDE
+               : error;
+}
+
 /* Stores `repeats`, 0: for ever, and the override in the job. The override is number `index` of the
  * line; 100 % if the line has no such number. Returns an error or 0. */
 static uint8_t take_options(struct console *console, uint16_t repeats, uint8_t index)
 {
     struct play_job *job = console_job(console);
-    uint8_t error = 0;
 
     if (!HAS_MOTIONS)
         return ERROR_OMITTED;
     job->repeats = repeats;
     job->percent = 100;
-    if (index < console->line.numbers)
-        error = number_percent(&console->line.number[index], &job->percent);
-    return error == ERROR_OUT_OF_RANGE || (error == 0 && (job->percent < CDS_MOTION_OVERRIDE_MIN ||
-                                                          job->percent > CDS_MOTION_OVERRIDE_MAX))
-               ? (uint8_t)ERROR_OVERRIDE
-               : error;
+    return index < console->line.numbers ? play_take_percent(console, index, &job->percent) : 0;
 }
 
 static uint8_t once_begin(struct console *console)
@@ -87,6 +93,33 @@ static uint8_t start(struct console *console)
 static bool play_poll(struct console *console)
 {
     return HAS_MOTIONS && motion_command_poll(console, start);
+}
+
+/* ---- how the last motion has ended ---- */
+
+/* True if the user must hear of this end. */
+static bool is_failure(uint8_t result)
+{
+    return result != CDS_OK && result != MOTION_NONE && result != ROBOT_STOPPED;
+}
+
+/* Prints "motion: servo 2: error 83: a servo does not follow its goals; ..." */
+static void print_failure(struct console *console)
+{
+    const struct motion_outcome *outcome = motion_outcome(console->robot);
+    union printer_value *values = console->printer.values;
+
+    printer_flash(&console->printer, message_motion);
+    if (command_set.motion_words)
+        command_set.motion_words->step(console, outcome);
+    values->text = message_nothing;
+    if (outcome->id != CDS_NO_ID) {
+        (values++)->text = message_of_servo;
+        values->number = outcome->id;
+    }
+    (++values)->number = outcome->result;
+    (++values)->text = error_text(outcome->result);
+    printer_line(&console->printer, message_failed);
 }
 
 /* ---- pause, resume, motion ---- */
@@ -133,6 +166,23 @@ static uint16_t percent_of_step(const struct cds_motion *motion)
     return (uint16_t)(rate * 100 + 128) >> 8;
 }
 
+/* Prints "none", and how the last motion has failed, or where to read how it has ended. */
+static void print_no_motion(struct console *console)
+{
+    struct printer *printer = &console->printer;
+
+    if (!command_set.motion_words) {
+        printer_line(printer, message_none_but);
+        return;
+    }
+    printer_flash(printer, message_none);
+    printer_end_of_line(printer);
+    if (is_failure(motion_outcome(console->robot)->result)) {
+        printer_flash(printer, message_last);
+        print_failure(console);
+    }
+}
+
 /* Prints "motion: walk: step 2 of 3, run 1, at 100%", or "paused" in place of the speed. */
 static void print_motion(struct console *console)
 {
@@ -143,7 +193,7 @@ static void print_motion(struct console *console)
 
     printer_flash(printer, message_motion);
     if (!robot_is_in_motion(console->robot)) {
-        printer_line(printer, message_none);
+        print_no_motion(console);
     } else if (motion_is_starting(console->robot)) {
         printer_line(printer, message_starts);
     } else if (!moves_is_playing(console->robot)) {
@@ -187,30 +237,13 @@ static bool motion_poll(struct console *console)
 
 /* ---- the report of a motion that has failed ---- */
 
-/* True if the user must hear of this end. */
-static bool is_failure(uint8_t result)
-{
-    return result != CDS_OK && result != MOTION_NONE && result != ROBOT_STOPPED;
-}
-
 bool play_report(struct console *console)
 {
-    const struct motion_outcome *outcome = motion_outcome(console->robot);
-    union printer_value *values = console->printer.values;
-    uint8_t i = 1;
-
     if (!printer_ready(&console->printer) || !moves_take_end(console->robot) ||
-        !is_failure(outcome->result) || !console_is_for_person(console))
+        !is_failure(motion_outcome(console->robot)->result) || !console_is_for_person(console))
         return false;
     console_move_prompt(console);
-    values[0].text = message_nothing;
-    if (outcome->id != CDS_NO_ID) {
-        values[0].text = message_of_servo;
-        values[i++].number = outcome->id;
-    }
-    values[i++].number = outcome->result;
-    values[i].text = error_text(outcome->result);
-    printer_line(&console->printer, message_failed);
+    print_failure(console);
     return true;
 }
 

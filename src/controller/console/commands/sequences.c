@@ -16,7 +16,7 @@ static const CDS_FLASH char message_pass[] = " pass";
 
 enum choice { CHOICE_NEW = 1, CHOICE_ADD };
 
-#define PASS_WORDS 6 // of a line that ends with "pass"
+#define PASS_WORDS 6 // of a line without a number before the pose that ends with "pass"
 
 enum phase { NAME, SAVE } __attribute__((packed));
 
@@ -42,20 +42,21 @@ static uint8_t take_time(const struct console *console, uint8_t index, uint16_t 
     return error == 0 && ms % 10 ? (uint8_t)ERROR_TIME_STEP : error;
 }
 
-static uint8_t take_step(struct console *console, struct motion_store_step *step)
+uint8_t sequence_take_step(struct console *console, uint8_t first, struct motion_store_step *step)
 {
     const struct command_line *line = &console->line;
     uint8_t pose = stored_find(console, MOTION_STORE_POSE, 1);
-    uint8_t error = take_time(console, 0, 1, MOTION_STORE_TIME_MAX, &step->time_10ms);
+    uint8_t error = take_time(console, first, 1, MOTION_STORE_TIME_MAX, &step->time_10ms);
 
-    if (error == 0 && line->numbers == 2)
-        error = take_time(console, 1, 0, MOTION_STORE_DWELL_MAX, &step->dwell_10ms);
+    if (error == 0 && line->numbers == first + 2)
+        error =
+            take_time(console, (uint8_t)(first + 1), 0, MOTION_STORE_DWELL_MAX, &step->dwell_10ms);
     if (error)
         return error;
     if (pose == MOTION_STORE_NONE)
         return ERROR_NO_POSE;
     step->pose = motion_store_number(console_store(), MOTION_STORE_POSE, pose);
-    step->passes = line->words == PASS_WORDS;
+    step->passes = line->words == PASS_WORDS + first;
     return 0;
 }
 
@@ -67,7 +68,7 @@ static uint8_t step_begin(struct console *console)
     if (error == 0 && console->line.choice == CHOICE_ADD && console->new_is_refused)
         error = ERROR_NO_NEW;
     if (error == 0)
-        error = take_step(console, &job->step);
+        error = sequence_take_step(console, 0, &job->step);
     if (error)
         return error;
     place = stored_find(console, MOTION_STORE_SEQUENCE, 0);
@@ -219,7 +220,8 @@ static const CDS_FLASH struct command sequence_rows[] = {
     {
         .usage = FLASH_TEXT("sequence NAME new|add POSE TIME pass"),
         .what = FLASH_TEXT("store a step that passes its pose without a stop"),
-        .details = COMMAND_DETAILS("On the way to the pose of the next step"),
+        .details =
+            COMMAND_DETAILS("Servos go on to the next pose, and stop at the end of the last run"),
         .example = COMMAND_DETAILS("sequence walk add lift 0.3s pass"),
         .begin = step_begin,
         .poll = step_poll,

@@ -64,6 +64,9 @@ extern const CDS_FLASH struct command_action pose_by_servo, pose_moves;
  * Returns false if it printed nothing. A firmware without motions does not call it. */
 bool play_report(struct console *console);
 
+/* In play.c: number `index` of the line, 10 to 200 %. Returns an error or 0. */
+uint8_t play_take_percent(const struct console *console, uint8_t index, uint8_t *percent);
+
 /* In motion_command.c: the poll of a command that starts a motion, with console->phase 0 at first.
  * `start` calls a function of motion_start.h, and returns its error. Returns true until the motion
  * has begun or was refused. Then console->error is stored. */
@@ -71,9 +74,15 @@ bool motion_command_poll(struct console *console, uint8_t (*start)(struct consol
 
 struct motion_outcome; // motion_start.h
 
+/* In motion_command.c: prints "servo 2 needs 92 ms in step 3", or "servo 2 is the cause". */
+void motion_print_cause(struct console *console, const struct motion_outcome *outcome);
+
 /* In motion_command.c: stores outcome->result in console->error, and prints the servo that is the
  * reason, if there is one. */
 void motion_take_outcome(struct console *console, const struct motion_outcome *outcome);
+
+/* In motion_words.c: motion_words of struct command_set. */
+extern const CDS_FLASH struct command_motion_words motion_words;
 
 /* In teach.c: the error for an enum cds_reason. */
 uint8_t torque_on_error(uint8_t reason);

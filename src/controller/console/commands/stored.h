@@ -62,6 +62,10 @@ bool stored_list_poll(struct console *console, enum motion_store_kind kind);
  * console->index; false: there are no more, or console->error is ERROR_SAVING. */
 bool stored_next(struct console *console, enum motion_store_kind kind);
 
+/* In sequences.c: takes pose, time, dwell and `pass` of a step from the line. The time is number
+ * `first`: 1 if the line numbers the step, else 0. Returns an error or 0. */
+uint8_t sequence_take_step(struct console *console, uint8_t first, struct motion_store_step *step);
+
 /* In sequences.c: end of struct command_store. After a refused `sequence NAME new` the lines with
  * `add` behind it would go to the stored sequence of this name: they are refused until a `new` is
  * stored, or another command of the group is given. */

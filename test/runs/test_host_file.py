@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: MIT
+"""--host FILE: the program on the PC ends with its last line, with a line that is not met, or with the run."""
+# needs: build/atmega128/controller.elf
+import pathlib
+import tempfile
+import unittest
+
+from simulator import ROOT, SIM, Run, call
+
+DEAF = "int main(void) { for (;;); }\n"
+
+
+class HostFile(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def run_with(self, lines, elf="build/atmega128/controller.elf", *options):
+        path = self.folder / "pc.txt"
+        path.write_text(lines)
+        return Run(elf, "--host", path, *options)
+
+    def deaf(self):
+        """Firmware that opens no receiver."""
+        source, elf = self.folder / "deaf.c", self.folder / "deaf.elf"
+        source.write_text(DEAF)
+        self.assertEqual(call("avr-gcc", "-mmcu=atmega128", "-Os", source, "-o", elf), (0, ""))
+        return elf
+
+    def test_firmware_that_never_receives_ends_the_run(self):
+        run = self.run_with("text p\n", self.deaf())
+        self.assertEqual(run.status, 1)
+        self.assertIn("pc.txt:1: after 10 s the firmware does not receive on its host USART", run.output)
+
+    def test_run_that_is_over_before_the_last_line_fails(self):
+        run = self.run_with("# first\ntext p\n", self.deaf(), "--seconds", "1")
+        self.assertEqual(run.status, 1)
+        self.assertIn("script-unfinished: ", run.output)
+        self.assertIn("pc.txt:2: --seconds were over", run.output)
+        self.assertEqual(self.run_with("text ping 1\nwait 100000\n").status, 0)
+
+    def test_expect_goes_on_once_the_text_has_come(self):
+        run = self.run_with("text ping 1\nexpect ok within 2000\ntext ping 9\nexpect error 2: servo 9: no reply\n")
+        self.assertEqual(run.status, 0, run.output)
+        last = run.output.split("heard")[-1].split("\n")[0]
+        self.assertTrue(bytes.fromhex("".join(last.split()[3:])).endswith(b"error 2: servo 9: no reply"), last)
+
+    def test_expect_of_a_text_that_does_not_come_fails(self):
+        run = self.run_with("text ping 1\nexpect ok\nexpect within reach within 50\ntext ping 1\n")
+        self.assertEqual(run.status, 1)
+        self.assertIn("pc.txt:3: heard ", run.output)
+        self.assertIn(" bytes without 'within reach'", run.output)
+
+    def test_expect_without_a_text_is_refused(self):
+        path = self.folder / "pc.txt"
+        path.write_text("expect\n")
+        status, said = call(SIM, "firmware", ROOT / "build/atmega128/controller.elf", "--board", "atmega128", "--servos", "1",
+                            "--host", path)
+        self.assertEqual((status, said), (2, f"{path}:1: a text is wanted\n"))
+
+
+if __name__ == "__main__":
+    unittest.main()
