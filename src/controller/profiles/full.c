@@ -103,6 +103,7 @@ const CDS_FLASH struct command_set command_set = {
     .typing = &typing,
     .history = &history,
     .set_up_tries = 3,
+    .looks = HAS_ROOM,
 #if HAS_MOTION
     .cycle = &motion_cycle,
     .pose_in = &pose_moves,
