@@ -147,7 +147,7 @@ condition; the command has worked. `help` or `?` lists the commands, `help COMMA
 | Tab | with echo: completes commands, their words, registers and settings. If several fit, it completes what they share, and lists them if they share no more. Without echo a Tab is a space |
 | any key | ends `scan`, `diagnose`, `monitor`, the search of `new` and `motion wait`. A key that is not Enter is also the first one of the next line |
 
-- A new controller is in `mode person`: a banner after a reset, a prompt and echo. A terminal with local echo shows each
+- A new controller is in `mode person`: a banner after a reset (with the cause, if it was watchdog or brown-out), a prompt and echo. A terminal with local echo shows each
   character twice: switch that off. `mode echo` has echo alone, `mode program` bare replies: [for programs](#for-programs).
   `save` keeps the mode over power-off.
 - Commands, their words, registers, settings and units may be typed in any case. Names of poses and sequences keep theirs.
@@ -166,7 +166,7 @@ condition; the command has worked. `help` or `?` lists the commands, `help COMMA
   one.
 - The servos of the robot are those that `scan` finds or `group` names. The controller checks each of them once a second.
   Before the first check `servos` says `not asked yet`. A servo whose torque went off by itself
-  has lost its state: it is not driven until `release`.
+  has lost its state: the console says so at once, as it does an alarm, and the servo is not driven until `release`.
 - A servo with the factory value of the return delay, 2 us, may answer before the controller listens, but only while the PC
   sends, and rarely ([bridge.md](bridge.md#tests)). `set ID RETURN_DELAY 4us` prevents that.
 - An error names servo, argument, value and allowed range: `error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg`. Error 56, a

@@ -60,6 +60,7 @@ enum cds_held {
     CDS_HELD_GOAL = 0x10,    // the goal was read and is within the limits
     CDS_HELD_SPEED = 0x20,   // the speed was read and is within the limit
     CDS_HELD_SPEED_0 = 0x40, // the speed may be 0
+    CDS_HELD_MARK = 0x80, // the caller may set it; it ends when the servo may have lost its state
 } __attribute__((packed));
 
 /* When the list grows by a servo that is not in it, up to the capacity. */

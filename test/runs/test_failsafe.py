@@ -306,6 +306,22 @@ class Resets(unittest.TestCase):
             self.assertEqual(re.findall(r"^reset by(.*)$", run.output, re.M),
                              [" power", " external", " brown-out", " watchdog", " power", " watchdog"])
 
+    def test_banner_tells_the_cause_of_an_unwanted_reset(self):
+        for board in boards.CONSOLES:
+            script = "@wait 100\n" + "".join(f"@reset {cause}\n@wait 100\n"
+                                             for cause in ["watchdog", "external", "brown-out", "power"])
+            with tempfile.TemporaryDirectory() as folder: # an EEPROM of a new controller: mode person
+                run = controller(script, board, "1", "--host", "stdout", "--eeprom", pathlib.Path(folder, "eeprom"))
+            self.assertEqual(run.status, 0, f"{board}: {run.output}")
+            self.assertEqual(re.findall(r"cds55xx [0-9.]+ [a-z0-9-]+([^\r\n]*)\r?\nhelp lists .*Ctrl-X stops all servos\r?\n", run.output),
+                             ["", "; reset by watchdog", "", "; reset by brown-out", ""], run.output)
+
+    def test_limit_of_turning_servo_is_refused_after_a_reset(self):
+        run = controller("scan\ntorque 1 on\nturn 1 20rpm\n@reset watchdog\n@wait 100\n! set 1 CCW_ANGLE_LIMIT 300\n"
+                         "@expect text error 47\n@expect servo 1 CCW_ANGLE_LIMIT 0 within 0\ntorque 1 off\n"
+                         "set 1 CCW_ANGLE_LIMIT 300\n@expect servo 1 CCW_ANGLE_LIMIT 1023\n", "arduino-mega", "1", "--echo")
+        self.assertEqual(run.status, 0, run.output)
+
     def test_an_idle_controller_is_not_bitten(self):
         for board in boards.CONSOLES:
             run = controller("@wait 3000\nstatus\n@expect text reset by power\n", board, "1", "--echo")
@@ -354,6 +370,28 @@ class Alarms(unittest.TestCase):
             self.assertEqual(re.findall("alarm .*", run.output), ["alarm 2: offline" + remedy], run.output)
             self.assertEqual(re.findall("servo 2: (.*),", run.output), ["offline", "online"], run.output)
 
+    def test_torque_that_goes_off_by_itself_is_told_once_to_a_person(self):
+        told = "torque went off by itself"
+        for board in boards.CONSOLES:
+            for mode in ("mode person", "settings alarm_report 1"):
+                run = controller(f"scan\ntorque 1 on\ntorque 2 on\ntorque 3 on\n{mode}\n@wait 1500\n@power 2 on\n@wait 2500\n"
+                                 "@power 3 off\n@wait 2500\n@power 3 on\n@wait 2500\nalarms\nclear\n@wait 2500\nservos\n"
+                                 "stop\nrelease\n@wait 2500\n", board, "1-3", "--echo")
+                self.assertEqual(run.status, 0, run.output)
+                remedy = "; 'servos' tells why: mend power, load or plug, let a hot servo cool, then 'release'"
+                lines = [f"alarm 2: {told}", "alarm 3: offline", f"alarm 3: {told}"]
+                if boards.BOARDS[board].profile == "full":
+                    lines = [lines[0] + remedy, lines[1] + "; check power, wiring, ID and baud rate of the servo",
+                             lines[2] + remedy]
+                self.assertEqual(re.findall("alarm [0-9].*", run.output),
+                                 lines + [f"alarm 2: {told}", f"alarm 3: {told}"], run.output)
+
+    def test_servo_that_shuts_down_is_told_with_its_alarm(self):
+        for cause, name in [("@ambient 1 120\n@wait 60000\n", "overheating"),
+                            ("@supply 1 5.0\n@wait 2500\n", "input voltage")]:
+            run = controller(f"scan\nset 1 ALARM_SHUTDOWN 5\ntorque 1 on\nmode person\n@wait 1500\n{cause}", "atmega128", "1", "--echo")
+            self.assertEqual(re.findall("alarm 1: (.*?);", run.output), [name, "torque went off by itself"], run.output)
+
     def test_held_line_and_lost_link_are_told_once_to_a_person(self):
         for mode, told in (("person", 1), ("program", 0)):
             run = controller(f"scan\nmode {mode}\n@fault stuck low 1500\n@wait 1000\n! monitor 1 2\n@wait 1500\nservos\n"
@@ -363,6 +401,12 @@ class Alarms(unittest.TestCase):
                              + run.output.count("\nthe line is held low; look for a short circuit"), told, run.output)
             self.assertEqual(run.output.count("the host link was lost; no byte for link_loss_ms"), told, run.output)
             self.assertIn("inhibited: host link lost", run.output)
+
+    def test_status_names_the_fault_of_the_bus(self):
+        for board in boards.CONSOLES:
+            run = controller("scan\nstatus\n@expect text bus ok at 1000000bps\n@fault stuck low 500\n@wait 100\nstatus\n"
+                             "@expect text bus held low at 1000000bps\n", board, "1", "--echo")
+            self.assertEqual(run.status, 0, run.output)
 
     def test_line_that_is_low_again_is_told_again_after_a_command(self):
         low = "@fault stuck low 200\n@wait 400\n"

@@ -11,9 +11,9 @@ const NO_ID = 255;
  * of the robot needs the line. */
 export function parseStatus(lines) {
     return lines.map((line) => {
-        const [, label, text] = /^(reset)\s+by\s+(.*)$/.exec(line) ?? /^([^:]+): (.*)$/.exec(line) ?? ["", line, ""];
+        const [, label, text] = /^(reset|bus)(?: by)? (.*)$/.exec(line) ?? /^([^:]+): (.*)$/.exec(line) ?? ["", line, ""];
 
-        return { label: t.labels[label] ?? label, text: t.meanings[text] ?? text, isDetail: !t.labels[label] };
+        return { label: t.labels[label] ?? label, text: t.meanings[text.replace(/ at \d+bps$/, "")] ?? text, isDetail: !t.labels[label] };
     });
 }
 
@@ -25,7 +25,7 @@ export async function readStatus(session) {
     if (!device) return [];
     return parseStatus([
         `reset by ${t.resets.filter((_, bit) => device.resetCause & (1 << bit)).join(", ")}`,
-        `bus: ${t.busStates[device.busState] ?? ""}`,
+        `bus ${t.busStates[device.busState] ?? ""}`,
     ]);
 }
 

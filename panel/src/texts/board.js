@@ -38,7 +38,7 @@ export const board = {
     /* What an owner of the robot needs of the status. */
     labels: { reset: "Last reset by", "host link": "Link to this page", bus: "Bus", servos: "Servos", poses: "Stored poses" },
     meanings: {
-        fault: `fault. ${robot.lineLow}`,
+        "held low": `fault. ${robot.lineLow}`,
         "brown-out": "brown-out: the supply was too low",
         watchdog: "watchdog: the firmware hung",
         "not watched": "not watched: if it fails, servos go on. See link_loss_ms",
@@ -46,7 +46,7 @@ export const board = {
         lost: "lost: press “Release”",
     },
     resets: ["power", "the reset pin", "brown-out", "watchdog", "JTAG"],
-    busStates: ["ok", "bytes came that no request asked for", "fault"],
+    busStates: ["ok", "bytes came that no request asked for", "held low"],
     alarms: "Alarms",
     noAlarms: "No alarm since they were cleared.",
     clear: "Clear alarms",

@@ -74,13 +74,13 @@ test("countedFrom: what was counted before is left out, also behind 65535", () =
 /* ---- status and alarms ---- */
 
 test("parseStatus: what an owner needs with its meaning, the rest as details", () => {
-    assert.deepEqual(parseStatus(["reset by watchdog", "bus: ok", "stack: 1 of 2 bytes unused", "odd"]), [
+    assert.deepEqual(parseStatus(["reset by watchdog", "bus ok at 1000000bps", "stack: 1 of 2 bytes unused", "odd"]), [
         { label: "Last reset by", text: "watchdog: the firmware hung", isDetail: false },
-        { label: "Bus", text: "ok", isDetail: false },
+        { label: "Bus", text: "ok at 1000000bps", isDetail: false },
         { label: "stack", text: "1 of 2 bytes unused", isDetail: true },
         { label: "odd", text: "", isDetail: true },
     ]);
-    assert.match(parseStatus(["bus: fault"])[0].text, /line is held low: .* Switch off the power/);
+    assert.match(parseStatus(["bus held low at 1000000bps"])[0].text, /line is held low: .* Switch off the power/);
 });
 
 test("parseAlarms: each condition has a remedy", () => {

@@ -9,6 +9,7 @@
 #include "cds55xx/motion.h" // CDS_MOTION_TIME_MAX_MS
 #include "console/account.h"
 #include "console/commands/monitor.h" // monitor_poll()
+#include "console/commands/shared.h"  // reset_by_watchdog
 #include "console/errors.h"
 #include "host/host_demux.h" // HOST_MARK_DROPPED
 #include "ring_input.h"      // ring_peek(), ring_drop()
@@ -21,9 +22,9 @@
 #define KEYS_PER_POLL 4 // with 3 a line of 254 bytes at 1 Mbps is lost
 #define FED_PER_POLL  8 // a line of 50 servos comes as fast as the host can send
 
-static const CDS_FLASH char banner[] = "%s\r\nhelp lists the commands; Ctrl-X stops all servos";
+static const CDS_FLASH char banner[] = "%s%s\r\nhelp lists the commands; Ctrl-X stops all servos";
 static const CDS_FLASH char banner_typing[] =
-    "%s\r\nhelp lists the commands, Tab completes them; Ctrl-X stops all servos";
+    "%s%s\r\nhelp lists the commands, Tab completes them; Ctrl-X stops all servos";
 
 static void begin_line(struct console *console)
 {
@@ -57,6 +58,22 @@ void console_move_prompt(struct console *console)
         printer_char(&console->printer, '\r');
 }
 
+/* Prints version, the cause of a reset that no user wanted, and where help is. A supply that rises
+ * slowly sets the flag of a brown-out beside that of power-on. */
+static void print_banner(struct console *console)
+{
+    union printer_value *values = console->printer.values;
+    uint8_t cause = console->failsafe->reset_cause;
+
+    values[0].text = message_version;
+    values[1].text = message_nothing;
+    if (cause == FAILSAFE_RESET_WATCHDOG)
+        values[1].text = reset_by_watchdog;
+    else if (cause == FAILSAFE_RESET_BROWN_OUT)
+        values[1].text = reset_by_brown_out;
+    printer_line(&console->printer, command_set.typing ? banner_typing : banner);
+}
+
 void console_open(struct console *console, struct failsafe *failsafe, struct cds_ring *input,
                   struct cds_ring *output)
 {
@@ -76,10 +93,8 @@ void console_open(struct console *console, struct failsafe *failsafe, struct cds
     console->line.request = &console->request;
     begin_line(console);
     console_prompt(console);
-    if (console->editor.prompt_due) {
-        console->printer.values[0].text = message_version;
-        printer_line(&console->printer, command_set.typing ? banner_typing : banner);
-    }
+    if (console->editor.prompt_due)
+        print_banner(console);
 }
 
 /* The line is wrong: ignores its remaining characters. At the end of the line the reply is `error`.

@@ -4,6 +4,7 @@
 
 #include <stddef.h> // NULL
 
+#include "compiler.h" // NOINLINE
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
@@ -15,51 +16,50 @@ static const CDS_FLASH char failed_too[] = "also %u: %s";
 static const CDS_FLASH char warning[] = "warning: %s%s";
 
 const CDS_FLASH char *const CDS_FLASH reply_conditions[] = {
-    FLASH_TEXT("input voltage"), FLASH_TEXT("angle limit"), FLASH_TEXT("overheating"),
-    FLASH_TEXT("range"),         FLASH_TEXT("checksum"),    FLASH_TEXT("overload"),
-    FLASH_TEXT("instruction"),   message_is_offline,
+    FLASH_TEXT("input voltage"), FLASH_TEXT("angle limit"),
+    FLASH_TEXT("overheating"),   FLASH_TEXT("range"),
+    FLASH_TEXT("checksum"),      FLASH_TEXT("overload"),
+    FLASH_TEXT("instruction"),   FLASH_TEXT("torque went off by itself"),
+    message_is_offline,
 };
 
 /* For each condition, the error whose remedy helps against it. */
 static const CDS_FLASH uint8_t reply_remedies[] = {
-    ERROR_VOLTAGE, ERROR_SERVO_ANGLE,       ERROR_ALARM, ERROR_SERVO_RANGE, ERROR_SERVO_CHECKSUM,
-    ERROR_ALARM,   ERROR_SERVO_INSTRUCTION, CDS_TIMEOUT,
+    ERROR_VOLTAGE, ERROR_SERVO_ANGLE,       ERROR_ALARM,   ERROR_SERVO_RANGE, ERROR_SERVO_CHECKSUM,
+    ERROR_ALARM,   ERROR_SERVO_INSTRUCTION, CDS_INHIBITED, CDS_TIMEOUT,
 };
 
-const CDS_FLASH char *reply_remedy(uint8_t bits)
+const CDS_FLASH char *reply_remedy(uint8_t condition)
 {
-    const CDS_FLASH uint8_t *number = reply_remedies;
     const CDS_FLASH char *text;
 
     if (!command_set.explain)
         return message_nothing;
-    for (; !(bits & 1); bits >>= 1)
-        number++;
-    for (text = error_text(*number); *text != ';'; text++)
+    for (text = error_text(reply_remedies[condition]); *text != ';'; text++)
         ;
     return text;
 }
 
-uint8_t reply_condition(uint8_t bits, const CDS_FLASH char **text)
+NOINLINE uint8_t reply_condition(uint8_t bits)
 {
-    uint8_t bit = 1, index = 0;
+    uint8_t index = 0;
 
-    for (; bits && !(bits & bit); bit = (uint8_t)(bit << 1))
+    for (; !(bits & 1); bits >>= 1)
         index++;
-    *text = reply_conditions[index];
-    return (uint8_t)(bits & ~bit);
+    return index;
 }
 
 /* Prints a warning for one condition; false when there is none left. */
 static bool warn(struct console *console)
 {
-    uint8_t conditions = console->servo_error & CDS_ERRORS_OF_CONDITION;
+    uint8_t conditions = console->servo_error & CDS_ERRORS_OF_CONDITION, condition;
 
     if (conditions == 0)
         return false;
-    console->servo_error = (uint8_t)((console->servo_error & ~CDS_ERRORS_OF_CONDITION) |
-                                     reply_condition(conditions, &console->printer.values[0].text));
-    console->printer.values[1].text = reply_remedy(conditions);
+    condition = reply_condition(conditions);
+    console->servo_error ^= conditions & (uint8_t)-conditions; // the lowest bit
+    console->printer.values[0].text = reply_conditions[condition];
+    console->printer.values[1].text = reply_remedy(condition);
     printer_line(&console->printer, warning);
     return true;
 }

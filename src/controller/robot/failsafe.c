@@ -95,35 +95,36 @@ static void insist_on_stop(struct failsafe *failsafe)
         robot_stop(robot);
 }
 
-/* True if alarms are printed unasked. A host that sends packets may not understand text. */
-static bool tells_alarms(const struct failsafe *failsafe)
-{
-    const struct settings *settings = failsafe->settings;
-
-    return settings->alarm_report ||
-           (failsafe->host_types && settings->echo == SETTINGS_ECHO_PERSON);
-}
-
-/* An alarm that was acknowledged is reported again when it comes again, and so is a servo that goes
- * OFFLINE again. */
+/* Alarms are printed unasked if the setting alarm_report says so, or in mode person: a host that
+ * sends packets may not understand text. An alarm that was acknowledged is reported again when it
+ * comes again, and so is a servo that goes OFFLINE or loses its state again. */
 static void watch_alarms(struct failsafe *failsafe)
 {
+    const struct settings *settings = failsafe->settings;
     const struct cds_servos *servos = &failsafe->robot->servos;
-    const struct cds_servo_state *servo;
-    uint8_t *reported, alarms;
+    uint8_t index = (uint8_t)(failsafe->next + 1u), alarms;
+    struct cds_servo_state *servo;
 
-    if (failsafe->alarm || !tells_alarms(failsafe) || servos->count == 0)
+    if (!settings->alarm_report &&
+        (!failsafe->host_types || settings->echo != SETTINGS_ECHO_PERSON))
         return;
-    if (failsafe->next >= servos->count)
-        failsafe->next = 0;
-    servo = &servos->states[failsafe->next];
-    reported = &failsafe->reported[failsafe->next++];
+    if (failsafe->alarm || servos->count == 0)
+        return;
+    if (index >= servos->count)
+        index = 0;
+    failsafe->next = index;
+    servo = &servos->states[index];
     alarms = servo->alarms;
     if (servo->presence == CDS_PRESENCE_OFFLINE)
         alarms |= FAILSAFE_OFFLINE;
-    failsafe->alarm = (uint8_t)(alarms & ~*reported);
     failsafe->alarm_id = servo->id;
-    *reported = alarms;
+    failsafe->alarm = (uint8_t)(alarms & ~failsafe->reported[index]);
+    failsafe->reported[index] = alarms;
+    if (failsafe->alarm || servo->presence != CDS_PRESENCE_ONLINE ||
+        !(servo->inhibits & CDS_INHIBIT_STATE_LOST) || servo->held & CDS_HELD_MARK)
+        return;
+    servo->held |= CDS_HELD_MARK;
+    failsafe->alarm = FAILSAFE_TORQUE_LOST;
 }
 
 void failsafe_poll(struct failsafe *failsafe)

@@ -35,6 +35,10 @@ enum failsafe_reset {
 /* In `alarm` and `reported`, beside the CDS_ERROR_* bits: the servo is OFFLINE. */
 #define FAILSAFE_OFFLINE 0x80
 
+/* In `alarm`, the same bit, which is not in reported[next] then: the servo has switched its torque
+ * off by itself, and is inhibited (CDS_INHIBIT_STATE_LOST). */
+#define FAILSAFE_TORQUE_LOST 0x80
+
 /* Fields are read only unless their comment says who writes them. */
 struct failsafe {
     struct settings *settings;    // may change at any time
@@ -45,15 +49,15 @@ struct failsafe {
     uint16_t room_bytes;           // RAM that the variables leave to the stack; main writes it
     uint16_t spare_bytes;          // RAM of the stack that was never used; main writes it
     uint8_t reset_cause;           // enum failsafe_reset bits
-    uint8_t next;                  // index of the servo whose alarms are compared next
+    uint8_t next;                  // index of the servo whose alarms were compared last
     uint8_t alarm_id;              // servo that has `alarm`
-    uint8_t alarm;       // CDS_ERROR_* bits and FAILSAFE_OFFLINE, to be printed; the printing code
-                         // clears them
-    bool watching;       // the host has sent a byte since the reset
-    bool link_lost;      // until failsafe_clear()
-    bool unsettled;      // the settings of the bus are not applied yet
-    bool host_types : 1; // the latest input of the host was a command, which the console has set,
-                         // and not a packet, which main has set
+    uint8_t alarm;         // CDS_ERROR_* bits, FAILSAFE_OFFLINE or FAILSAFE_TORQUE_LOST, to be
+                           // printed; the printing code clears them
+    bool watching;         // the host has sent a byte since the reset
+    bool link_lost;        // until failsafe_clear()
+    bool unsettled;        // the settings of the bus are not applied yet
+    bool host_types : 1;   // the latest input of the host was a command, which the console has set,
+                           // and not a packet, which main has set
     bool counts_stack : 1; // `status` asks for a count of `spare_bytes`; main clears it when done
     uint8_t reported[ROBOT_SERVOS]; // what was reported in `alarm`, of each servo
 };

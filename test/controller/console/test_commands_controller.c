@@ -226,7 +226,7 @@ void test_status_tells_all_there_is(void)
                              "settings at start: defaults: nothing saved\r\n"
                              "host link: not watched\r\ndriving: allowed\r\n"
                              "last stop: none\r\nCtrl-X in damaged packets: 0\r\n"
-                             "bus: busy\r\nservos: 1, offline 0\r\n"
+                             "bus busy: noise or others, at 1000000bps\r\nservos: 1, offline 0\r\n"
                              "RETURN_DELAY refused: 0; lowest 0\r\n"
                              "poses: 0, room for 20; sequences: 0, room for 8\r\n"
                              "EEPROM: 0 saves of motion data, 0 records are damaged\r\n"

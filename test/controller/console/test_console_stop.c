@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The replies to `stop`, Ctrl-X and `servos forget`. */
+/* The replies to `stop`, Ctrl-X and `servos forget`, and to `teach off` after a stop. */
 #include "console_rig.h"
 
 void setUp(void)
@@ -42,6 +42,15 @@ void test_stop_answers_a_program_with_ok(void)
     TEST_ASSERT_NULL(strstr(stop_reply("stop\r"), "robot"));
     TEST_ASSERT_NOT_NULL(strstr(said, "ok\r\n"));
     TEST_ASSERT_NULL(strstr(stop_reply("\x18"), "robot"));
+}
+
+void test_teach_off_after_a_stop_names_the_stop_only(void)
+{
+    stop_reply("stop\r");
+    assert_error(54, "teach off 1 2 3");
+    TEST_ASSERT_EQUAL_PTR(strchr(said, '\n'), strrchr(said, '\n')); // no line for each servo
+    stop_reply("stop\r");
+    assert_error(54, "teach off 1");
 }
 
 void test_alarm_of_forgotten_servo_is_not_reported(void)

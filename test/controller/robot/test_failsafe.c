@@ -369,7 +369,7 @@ static void lose_servo_3(void)
     says(3, 0);
     robot_add(&robot, 3);
     for (uint8_t misses = CDS_SERVOS_MISSES; misses; misses--) {
-        TEST_ASSERT_EQUAL(CDS_OK, goal(3));
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 3));
         run(3000);
     }
     TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, known(3)->presence);
@@ -400,5 +400,97 @@ void test_offline_servo_is_not_reported_in_mode_program(void)
     settings.echo = 0;
     wire.servo[2].dead = true;
     lose_servo_3();
+    TEST_ASSERT_EQUAL_HEX8(0, failsafe.alarm);
+}
+
+/* ---- torque that goes off by itself ---- */
+
+/* The torque of servo 3 is read, as the state check does. */
+static void read_torque(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, 3, CDS_REG_TORQUE_ENABLE, 1));
+    run(5000); // the state check may be before it
+}
+
+/* Servo 3 has torque, then the servo restarts. */
+static void restart_servo_3(void)
+{
+    wire.servo[2].torque = 1;
+    read_torque();
+    wire.servo[2].torque = 0;
+    read_torque();
+}
+
+/* Asserts that the loss of torque of servo 3 is reported, as if it were printed, and only once. */
+static void assert_loss_reported(void)
+{
+    TEST_ASSERT_EQUAL_HEX8(FAILSAFE_TORQUE_LOST, failsafe.alarm);
+    TEST_ASSERT_BITS_LOW(FAILSAFE_OFFLINE, failsafe.reported[failsafe.next]);
+    TEST_ASSERT_EQUAL_UINT8(3, failsafe.alarm_id);
+    failsafe.alarm = 0;
+    read_torque();
+    TEST_ASSERT_EQUAL_HEX8(0, failsafe.alarm);
+}
+
+void test_lost_torque_is_reported_once_each_time(void)
+{
+    settings.alarm_report = 1;
+    restart_servo_3();
+    assert_loss_reported();
+    failsafe_clear(&failsafe);
+    read_torque();
+    TEST_ASSERT_EQUAL_HEX8(0, failsafe.alarm); // still inhibited, but no new loss
+    robot_release(&robot);
+    restart_servo_3();
+    assert_loss_reported();
+}
+
+void test_lost_torque_is_reported_after_the_alarms(void)
+{
+    settings.alarm_report = 1;
+    restart_servo_3();
+    failsafe.alarm = 0;
+    robot_release(&robot);
+    says(3, CDS_ERROR_OVERLOAD);
+    restart_servo_3();
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, failsafe.alarm);
+    failsafe.alarm = 0;
+    run(10);
+    assert_loss_reported();
+}
+
+void test_lost_torque_is_reported_when_the_servo_is_back(void)
+{
+    settings.alarm_report = 1;
+    wire.servo[2].torque = 1;
+    read_torque();
+    wire.servo[2].dead = true;
+    lose_servo_3();
+    TEST_ASSERT_EQUAL_HEX8(FAILSAFE_OFFLINE, failsafe.alarm);
+    TEST_ASSERT_BITS_HIGH(FAILSAFE_OFFLINE, failsafe.reported[failsafe.next]);
+    failsafe.alarm = 0;
+    wire.servo[2].dead = false;
+    wire.servo[2].torque = 0;
+    read_torque();
+    assert_loss_reported();
+    wire.servo[2].dead = true;
+    lose_servo_3();
+    TEST_ASSERT_EQUAL_HEX8(FAILSAFE_OFFLINE, failsafe.alarm);
+}
+
+void test_torque_that_is_switched_off_is_not_reported(void)
+{
+    settings.alarm_report = 1;
+    wire.servo[2].torque = 1;
+    read_torque();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_write_byte(&bus, &request, 3, CDS_REG_TORQUE_ENABLE, 0));
+    run(1000);
+    read_torque();
+    TEST_ASSERT_EQUAL_HEX8(0, failsafe.alarm);
+    wire.servo[2].torque = 1;
+    read_torque();
+    robot_stop(&robot);
+    run(5000);
+    read_torque();
     TEST_ASSERT_EQUAL_HEX8(0, failsafe.alarm);
 }

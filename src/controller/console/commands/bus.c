@@ -262,13 +262,18 @@ static uint8_t bus_begin(struct console *console)
     return error ? error : console_number(console, 0, CDS_UNIT_BPS);
 }
 
+void bus_print_line(struct console *console)
+{
+    console->printer.values[0].number = console->bus->baud_reg;
+    printer_line(&console->printer, bus_lines[cds_bus_line(console->bus)]);
+}
+
 /* While a request of the state check is under way, the rate cannot change yet. */
 static bool bus_poll(struct console *console)
 {
     if (console->line.numbers && cds_bus_set_baud(console->bus, (uint8_t)console->raw) == CDS_BUSY)
         return true;
-    console->printer.values[0].number = console->bus->baud_reg;
-    printer_line(&console->printer, bus_lines[cds_bus_line(console->bus)]);
+    bus_print_line(console);
     return false;
 }
 

@@ -16,9 +16,9 @@ static const CDS_FLASH char message_of_others[] = "of others";
 static const CDS_FLASH char message_decimal[] = "%u";
 static const CDS_FLASH char message_alarm[] = "alarm %s: %s%s";
 static const CDS_FLASH char message_reset[] = "reset by%s%s%s%s%s";
-static const CDS_FLASH char message_link_lost[] = "host link: lost";
-static const CDS_FLASH char message_link_on[] = "host link: watched";
-static const CDS_FLASH char message_link_off[] = "host link: not watched";
+static const CDS_FLASH char message_link[] = "host link: %s";
+static const CDS_FLASH char message_link_lost[] = "lost";
+static const CDS_FLASH char message_link_off[] = "not watched";
 static const CDS_FLASH char message_torque_pending[] = "last stop: under way";
 static const CDS_FLASH char message_torque_never[] = "last stop: none";
 static const CDS_FLASH char message_torque_read[] =
@@ -173,10 +173,18 @@ static bool save_poll(struct console *console)
 
 /* ---- alarms ---- */
 
-/* Prints the line of the lowest bit, "alarm 3: overheating", and returns the other bits. A line
- * that tells a new alarm ends with its remedy. */
-NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t bits, bool is_new)
+/* Bits of `kind`; others are ignored. */
+enum alarm_kind {
+    ALARM_LATCHED = 0,
+    ALARM_NEW = 1,                   // the line ends with the remedy
+    ALARM_OFFLINE = FAILSAFE_OFFLINE // this bit of the alarm is not FAILSAFE_TORQUE_LOST
+} __attribute__((packed));
+
+/* Prints the line of the lowest bit, "alarm 3: overheating", and returns the other bits. `kind`:
+ * enum alarm_kind bits. */
+NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t bits, uint8_t kind)
 {
+    uint8_t condition = reply_condition(bits);
     union printer_value *value = printer->values;
 
     if (id == CDS_BROADCAST_ID) {
@@ -185,20 +193,26 @@ NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t 
         (value++)->text = message_decimal;
         (value++)->number = id;
     }
-    value[1].text = is_new ? reply_remedy(bits) : message_nothing;
-    bits = reply_condition(bits, &value->text);
+    if (condition == REPLY_TORQUE_LOST && kind & ALARM_OFFLINE)
+        condition = REPLY_OFFLINE;
+    value->text = reply_conditions[condition];
+    value[1].text = kind & ALARM_NEW ? reply_remedy(condition) : message_nothing;
     printer_line(printer, message_alarm);
-    return bits;
+    return (uint8_t)(bits & (bits - 1u));
 }
 
-/* The alarms of the robot's servo `index`; behind the last servo: alarms of unknown servos. */
+/* The alarms of the robot's servo `index`, with FAILSAFE_TORQUE_LOST; behind the last servo: alarms
+ * of unknown servos. */
 static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
 {
     const struct cds_servo_state *servo = servos->states;
     uint8_t others = servos->alarms;
 
-    if (index < servos->count)
-        return servo[index].alarms;
+    if (index < servos->count) {
+        servo += index;
+        return servo->inhibits & CDS_INHIBIT_STATE_LOST ? servo->alarms | FAILSAFE_TORQUE_LOST
+                                                        : servo->alarms;
+    }
     for (uint8_t left = servos->count; left; left--, servo++)
         others = (uint8_t)(others & ~servo->alarms);
     return others;
@@ -219,7 +233,7 @@ static bool alarms_poll(struct console *console)
         return false;
     left ^= alarm_line(&console->printer,
                        *index < servos->count ? servos->states[*index].id : CDS_BROADCAST_ID, left,
-                       false);
+                       ALARM_LATCHED);
     console->part |= left;
     return true;
 }
@@ -260,23 +274,21 @@ bool controller_report(struct console *console)
     }
     if (printer_ready(&console->printer) && failsafe->alarm) {
         console_move_prompt(console);
-        failsafe->alarm = alarm_line(&console->printer, failsafe->alarm_id, failsafe->alarm, true);
+        failsafe->alarm = alarm_line(&console->printer, failsafe->alarm_id, failsafe->alarm,
+                                     (uint8_t)(failsafe->reported[failsafe->next] | ALARM_NEW));
     }
     return true;
 }
 
 /* ---- status ---- */
 
+const CDS_FLASH char reset_by_brown_out[] = "; reset by brown-out";
+const CDS_FLASH char reset_by_watchdog[] = "; reset by watchdog";
+
 /* In the order of enum failsafe_reset. */
 static const CDS_FLASH char *const CDS_FLASH reset_causes[] = {
-    FLASH_TEXT(" power"),    FLASH_TEXT(" external"), FLASH_TEXT(" brown-out"),
-    FLASH_TEXT(" watchdog"), FLASH_TEXT(" JTAG"),
-};
-
-static const CDS_FLASH char *const CDS_FLASH bus_states[] = {
-    [CDS_BUS_LINE_QUIET] = FLASH_TEXT("bus: ok"),
-    [1] = FLASH_TEXT("bus: busy"),
-    [2] = FLASH_TEXT("bus: fault"),
+    FLASH_TEXT(" power"),         FLASH_TEXT(" external"), reset_by_brown_out + RESET_BY,
+    reset_by_watchdog + RESET_BY, FLASH_TEXT(" JTAG"),
 };
 
 static void print_reset(struct printer *printer, uint8_t causes)
@@ -290,7 +302,7 @@ static const CDS_FLASH char *link_text(const struct failsafe *failsafe)
 {
     if (failsafe->link_lost)
         return message_link_lost;
-    return failsafe->settings->link_loss_ms ? message_link_on : message_link_off;
+    return message_link_off + (failsafe->settings->link_loss_ms ? sizeof "not " - 1 : 0);
 }
 
 static const CDS_FLASH char *stop_text(const struct robot *robot)
@@ -393,11 +405,14 @@ static bool status_poll(struct console *console)
         print_reset(printer, console->failsafe->reset_cause);
         return true;
     case 1: print_origin(console); return true;
-    case 2: printer_line(printer, link_text(console->failsafe)); return true;
+    case 2:
+        printer->values[0].text = link_text(console->failsafe);
+        printer_line(printer, message_link);
+        return true;
     case 3: print_inhibit(printer, console->failsafe); return true;
     case 4: print_torque(printer, console->robot); return true;
     case 5: print_stops(printer, console->failsafe); return true;
-    case 6: printer_line(printer, bus_states[cds_bus_line(console->bus)]); return true;
+    case 6: bus_print_line(console); return true;
     case 7: print_servos(printer, &console->robot->servos); return true;
     case 8: print_delays(printer, &console->robot->servos); return true;
     case 9:

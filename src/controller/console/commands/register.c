@@ -11,6 +11,8 @@
 
 static const CDS_FLASH char message_in_eeprom[] = " EEPROM";
 static const CDS_FLASH char message_in_ram[] = " RAM";
+static const CDS_FLASH char message_not_read[] =
+    "sent, not verified: at level 0 a servo answers only PING";
 
 /* In endless turn MOVING_SPEED has a direction (R16), which no speed of position mode has. */
 static enum cds_unit unit_of(uint8_t address, uint16_t raw)
@@ -92,6 +94,10 @@ uint8_t register_take_value(struct console *console, struct cds_register *at)
     return 0;
 }
 
+/* In console->phase, beside SERVO_WRITE_SENT: the READ of angle limits to torque is under way. */
+#define LOOKS     (SERVO_WRITE_SENT + 1)
+#define LOOK_SIZE (CDS_REG_TORQUE_ENABLE - CDS_REG_CW_ANGLE_LIMIT + 1)
+
 /* True if the servo is known to turn without end, with torque: with a limit it would move to its
  * old goal. */
 static bool turns(const struct console *console)
@@ -110,17 +116,68 @@ static uint8_t set_begin(struct console *console)
     if (error)
         return error;
     if (at.address >= CDS_REG_CW_ANGLE_LIMIT && at.address <= CDS_REG_CCW_ANGLE_LIMIT &&
-        (data[0] | data[1]) && turns(console))
-        return ERROR_ENDLESS;
+        (data[0] | data[1])) {
+        if (turns(console))
+            return ERROR_ENDLESS;
+        if (command_set.looks) {
+            console->line.address = at.address;
+            console->phase = LOOKS;
+            return servo_read(console, CDS_REG_CW_ANGLE_LIMIT, LOOK_SIZE);
+        }
+    }
     // With level 0 the servo answers no READ: this register is written without reading it first.
     if (at.area == CDS_AREA_EEPROM && at.address != CDS_REG_STATUS_RETURN_LEVEL)
         return setup_write(console, at.address, data, at.width);
     return servo_write(console, at.address, at.width);
 }
 
+/* Sets the angle limit of the servo that was read. Returns an error or 0. */
+static uint8_t set_limit(struct console *console)
+{
+    const uint8_t *bytes = console->line.request->reply;
+
+    if (bytes[LOOK_SIZE - 1] && (bytes[0] | bytes[1] | bytes[2] | bytes[3]) == 0)
+        return ERROR_ENDLESS;
+    console->phase = 0;
+    return setup_write(console, console->line.address, set_job(console)->data, 2);
+}
+
+/* The status return level was written: compares it. At level 0 no servo answers a READ. */
+static uint8_t verify_level(struct console *console)
+{
+    struct set_job *job = set_job(console);
+    uint8_t error;
+
+    console->phase = 0;
+    error = setup_write(console, CDS_REG_STATUS_RETURN_LEVEL, job->data, 1);
+    job->setup.is_written = true; // by the WRITE before
+    return error;
+}
+
+/* Goes on after the WRITE or the READ of set_begin(). False: the command has ended. */
+static bool set_goes_on(struct console *console)
+{
+    if (console->phase == LOOKS) {
+        console->error = set_limit(console);
+        return console->error == 0;
+    }
+    if (console->line.address != CDS_REG_STATUS_RETURN_LEVEL)
+        return false;
+    if (set_job(console)->data[0] == 0) {
+        printer_line(&console->printer, message_not_read);
+        return false;
+    }
+    console->error = verify_level(console);
+    return console->error == 0;
+}
+
 static bool set_poll(struct console *console)
 {
-    return console->phase ? console_waits(console) : setup_poll(console);
+    if (console->phase == 0)
+        return setup_poll(console);
+    if (console_waits(console))
+        return true;
+    return command_set.looks && console_answered(console) && set_goes_on(console);
 }
 
 /* ---- info ---- */

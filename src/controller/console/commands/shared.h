@@ -32,6 +32,10 @@ static inline bool servos_line_is_low(const struct cds_servos *servos)
 /* In stop.c: true if the servo is known to be at another rate than the bus. */
 bool servo_is_at_other_rate(const struct console *console, const struct cds_servo_state *servo);
 
+/* In controller.c: the causes of a reset that the banner tells, behind RESET_BY characters. */
+extern const CDS_FLASH char reset_by_brown_out[], reset_by_watchdog[];
+#define RESET_BY (sizeof "; reset by" - 1)
+
 /* In cycle.c: range of the period, in ms. */
 #define CYCLE_MS_MIN 2
 #define CYCLE_MS_MAX 65
@@ -187,6 +191,9 @@ bool after_scan(struct console *console);
 /* In bus.c: prints "3 found, 254 asked". After a whole scan at the rate of the bus it stores
  * robot->unlisted: the servos found that are not in the list of the robot. */
 void scan_sum_up(struct console *console);
+
+/* In bus.c: prints state and rate of the bus: "bus ok at 1000000bps". */
+void bus_print_line(struct console *console);
 
 /* In diagnose.c: begins the diagnosis of line.id. Returns an error or 0. Then prints its finding,
  * "servo 5: finding 8: ...". */

@@ -72,6 +72,8 @@ static uint8_t teach_begin(struct console *console)
 
     if (error)
         return error;
+    if (line->choice == SERVO_HOLDS && robot_is_inhibited(robot))
+        return CDS_INHIBITED; // no servo may have torque
     job->count = line->values ? line->values : robot->group_count;
     if (job->count == 0)
         return ERROR_NO_GROUP;
