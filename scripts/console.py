@@ -151,7 +151,8 @@ condition; the command has worked. `help` or `?` lists the commands, `help COMMA
   character twice: switch that off. `mode echo` has echo alone, `mode program` bare replies: [for programs](#for-programs).
   `save` keeps the mode over power-off.
 - Commands, their words, registers, settings and units may be typed in any case. Names of poses and sequences keep theirs.
-- If a name is unknown, the error says which name is near: `did you mean torque?`
+- If a name is unknown, the error says which name is near: `did you mean torque?` A part of a name is enough: `get 1 temp` names
+  MAX_TEMPERATURE and PRESENT_TEMPERATURE (not on `atmega1284p`).
 - In a line of more than 80 characters the older part can no longer be deleted. A line wider than the terminal can only
   be edited at its end.
 - IDs are 0 to 253. Where the usage says `ID|254`, 254 is all servos. Bytes are 0 to 255.

@@ -104,7 +104,9 @@ def error_line(number, line, profile):
     if number in EXPLAINED or words[0] == "pose":
         return start
     cause = LINE_IS_LOW if number == 9 else ERRORS[number].removeprefix("servo: ")
-    if number in OF_SERVO and words[0] not in ("monitor", "group", "sync") and len(words) > 1 \
+    if number == 12:
+        cause = CAUSES[number]  # the remedy depends on the board: advice.h
+    if number in OF_SERVO and words[0] not in ("group", "sync") and len(words) > 1 \
             and words[1].isdigit():
         return start + f"servo {words[1]}: {cause}"[:130]
     return start + (cause if number == 9 else ERRORS[number])[:130]
@@ -775,7 +777,7 @@ class Typed(unittest.TestCase):
                 self.assertNotIn("servo", terminal.hear(r"(1deg.*\r\n){2}"))
                 terminal.type("\r")
                 terminal.hear()
-                self.assertIn(f"\r\nerror 2: {ERRORS[2]}\r\n", terminal.ask("monitor 8 9"))
+                self.assertIn(f"\r\nerror 2: servo 9: {ERRORS[2]}\r\n", terminal.ask("monitor 8 9"))
 
     def test_monitor_keeps_its_period(self):
         with Terminal("atmega128") as terminal:

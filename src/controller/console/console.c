@@ -284,13 +284,14 @@ NOINLINE static void begin_completion(struct console *console)
     console->completing = true;
 }
 
-/* Returns how much of a full editor goes to the parser: half of it, without the begin of a word
- * that Ctrl-W may delete. Only line_editor.c, which has a history, has Ctrl-W. */
-static uint8_t half_of(const struct editor *editor)
+/* Returns how much of a full editor goes to the parser: half of it. With echo a person may type:
+ * the begin of a word, which Ctrl-W may delete, stays. A program sends too fast for smaller parts.
+ * Only line_editor.c, which has a history, has Ctrl-W. */
+static uint8_t half_of(const struct editor *editor, const struct printer *echo)
 {
     uint8_t half = EDITOR_SIZE / 2;
 
-    while (command_set.history && half && editor->text[half - 1] != ' ')
+    while (command_set.history && echo && half && editor->text[half - 1] != ' ')
         half--;
     return half ? half : EDITOR_SIZE / 2;
 }
@@ -311,7 +312,7 @@ static void take(struct console *console, char c, struct printer *echo)
     case EDITOR_COMPLETE: begin_completion(console); break;
     case EDITOR_FULL:
         if (editor->locked == 0)
-            editor->locked = half_of(editor);
+            editor->locked = half_of(editor, echo);
         break;
     default: break;
     }

@@ -22,7 +22,7 @@
     X(ERROR_INPUT_LOST, 36, "input lost",                                                          \
       "send the next line after the reply to this one, as scripts/send-lines.py does")             \
     X(ERROR_BLOCK, 37, "malformed block", "write ID:BYTE,BYTE,... with as many bytes as LENGTH")   \
-    X(ERROR_UNKNOWN_WORD, 38, "unknown word", "'help COMMAND' shows the words it takes")           \
+    X(ERROR_UNKNOWN_WORD, 38, "unknown word", "'help COMMAND' shows the words")                    \
     X(ERROR_UNIT, 39, "wrong unit", "'help COMMAND' shows the unit")                               \
     X(ERROR_TOO_MANY, 40, "too many servos",                                                       \
       "a line takes 50 servos or angles, 'monitor' 8, the robot 18: 'servos forget' empties it")   \

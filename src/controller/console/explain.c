@@ -26,7 +26,7 @@ static const CDS_FLASH char name_of_settings[] = "settings";
 static const CDS_FLASH char name_of_speed_or_time[] =
     "SPEED|TIME"; // of `pose`: behind `at` or `in`
 static const CDS_FLASH char message_whole_s[] = "s, whole seconds";
-static const CDS_FLASH char message_too_fine[] = "has more decimals than the command takes";
+static const CDS_FLASH char message_too_fine[] = "has too many decimals";
 
 #define CW_FULL (0x400 | CDS_VALUE_MAX) // full speed CW (R35)
 

@@ -23,12 +23,9 @@ void test_numbers_of_motions_out_of_range_name_their_range(void)
 
 void test_number_too_fine_is_named(void)
 {
-    assert_reply("error 32: TIME 0.5ms: has more decimals than the command takes\r\n",
-                 "pose a in 0.5ms");
-    assert_reply("error 32: PERCENT 100.5%: has more decimals than the command takes\r\n",
-                 "play w times 1 at 100.5%");
-    assert_reply("error 32: N 1.5: has more decimals than the command takes\r\n",
-                 "play w times 1.5");
+    assert_reply("error 32: TIME 0.5ms: has too many decimals\r\n", "pose a in 0.5ms");
+    assert_reply("error 32: PERCENT 100.5%: has too many decimals\r\n", "play w times 1 at 100.5%");
+    assert_reply("error 32: N 1.5: has too many decimals\r\n", "play w times 1.5");
 }
 
 void test_low_limit_above_high_limit_names_both(void)
