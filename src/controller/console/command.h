@@ -32,6 +32,7 @@ struct command_details {
 #endif
 
 struct account;
+struct noise;
 struct command_line;
 struct command_typing;
 struct console;
@@ -147,6 +148,7 @@ struct command_set {
     uint8_t (*setting_number)(struct console *console);
     bool (*after_scan)(struct console *console); // end of the poll of `scan`, or NULL
     struct account *account;                     // of the counters, or NULL
+    struct noise *noise;                         // noise.h; NULL: noise is not looked for
     bool (*explain)(struct console *console);    // explain.h; NULL: errors have their text only
     void (*monitor)(struct console *console, uint8_t value); // monitor.h; NULL: lines only
     const CDS_FLASH struct command_typing *typing;           // completion and hints, or NULL

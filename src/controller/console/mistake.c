@@ -99,6 +99,16 @@ static bool concerns_offline_servo(const struct console *console)
     return servo && servo->presence == CDS_PRESENCE_OFFLINE;
 }
 
+uint8_t mistake_of_line(const struct console *console, uint8_t error)
+{
+    if (error != CDS_TIMEOUT && error != CDS_CORRUPT && error != CDS_LINE_BUSY)
+        return CDS_FINDING_NONE;
+    if (error == CDS_LINE_BUSY && servos_line_is_low(&console->robot->servos))
+        return CDS_FINDING_LINE_LOW;
+    return command_set.noise && console_faults(console) & FAULT_NOISE ? CDS_FINDING_NOISE
+                                                                      : CDS_FINDING_NONE;
+}
+
 enum mistake mistake_of(const struct console *console, bool is_of_word)
 {
     const struct command_line *line = &console->line;
@@ -109,8 +119,8 @@ enum mistake mistake_of(const struct console *console, bool is_of_word)
     if (console->error == CDS_TIMEOUT && servo && servo_is_at_other_rate(console, servo))
         return MISTAKE_RATE;
     if (console->error == CDS_INHIBITED && concerns_offline_servo(console))
-        return servos_line_is_low(&console->robot->servos) ? MISTAKE_LINE : MISTAKE_OFFLINE;
-    if (console->error == CDS_LINE_BUSY && servos_line_is_low(&console->robot->servos))
+        return mistake_of_line(console, CDS_LINE_BUSY) ? MISTAKE_LINE : MISTAKE_OFFLINE;
+    if (mistake_of_line(console, console->error))
         return MISTAKE_LINE;
     if (console->error == CDS_LIMIT && line->id != line->new_id &&
         cds_servos_find(&console->robot->servos, line->new_id))
@@ -196,6 +206,6 @@ void mistake_print(struct console *console, enum mistake mistake)
         print_limits(console);
     else
         printer_line(&console->printer, mistake == MISTAKE_LINE
-                                            ? diagnose_findings[CDS_FINDING_LINE_LOW]
+                                            ? diagnose_findings[mistake_of_line(console, CDS_LINE_BUSY)]
                                             : mistake_texts[mistake]);
 }

@@ -23,6 +23,7 @@
 #include "console/explain.h"
 #include "console/servo_list.h"
 #include "console/history.h"
+#include "console/noise.h"
 #include "console/typing.h"
 #include "robot/autostart.h"
 #include "robot/group_cycle.h"
@@ -41,6 +42,9 @@ static void begin(const struct failsafe *failsafe, struct motion_store *store)
     moves_open(failsafe->robot, store, failsafe->settings);
     autostart_begin(failsafe, store);
 }
+#endif
+#if HAS_ROOM
+static struct noise noise;
 #endif
 static struct account account;
 static struct history history;
@@ -99,6 +103,9 @@ const CDS_FLASH struct command_set command_set = {
     .explain = explain_error,
     .after_scan = after_scan,
     .account = &account,
+#if HAS_ROOM
+    .noise = &noise,
+#endif
     .monitor = monitor_table,
     .typing = &typing,
     .history = &history,

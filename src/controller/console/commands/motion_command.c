@@ -3,6 +3,7 @@
 #include "console/commands/shared.h"
 #include "console/errors.h"
 #include "console/messages.h"
+#include "console/mistake.h" // mistake_of_line()
 #include "robot/motion_start.h"
 #include "robot/moves.h"
 
@@ -15,6 +16,23 @@ enum phase {
     END,   // it was refused: until the cycle that was started for it has ended
 } __attribute__((packed));
 
+static bool a_servo_answers(const struct cds_servos *servos)
+{
+    for (uint8_t i = 0; i < servos->count; i++)
+        if (servos->states[i].presence < CDS_PRESENCE_OFFLINE)
+            return true;
+    return false;
+}
+
+bool motion_names_servo(const struct console *console, const struct motion_outcome *outcome)
+{
+    if (outcome->id == CDS_NO_ID)
+        return false;
+    return !command_set.noise ||
+           !(mistake_of_line(console, outcome->result) ||
+             (outcome->result == CDS_TIMEOUT && !a_servo_answers(&console->robot->servos)));
+}
+
 /* "servo 2 needs 92 ms in step 3", or "servo 2 is the cause". */
 void motion_take_outcome(struct console *console, const struct motion_outcome *outcome)
 {
@@ -22,7 +40,7 @@ void motion_take_outcome(struct console *console, const struct motion_outcome *o
     const CDS_FLASH char *message = message_cause;
 
     console->error = outcome->result;
-    if (outcome->result == CDS_OK || outcome->id == CDS_NO_ID)
+    if (outcome->result == CDS_OK || !motion_names_servo(console, outcome))
         return;
     values[0].number = outcome->id;
     console->robot->servos.refused_id = outcome->id; // error 12 names this servo

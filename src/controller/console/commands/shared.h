@@ -71,6 +71,10 @@ bool motion_command_poll(struct console *console, uint8_t (*start)(struct consol
 
 struct motion_outcome; // motion_start.h
 
+/* In motion_command.c: true if the outcome is that of one servo: not if the line is at fault, or no
+ * servo answers, as far as the firmware has room for this check. */
+bool motion_names_servo(const struct console *console, const struct motion_outcome *outcome);
+
 /* In motion_command.c: stores outcome->result in console->error, and prints the servo that is the
  * reason, if there is one. */
 void motion_take_outcome(struct console *console, const struct motion_outcome *outcome);
