@@ -148,11 +148,11 @@ struct command_set {
     uint8_t (*setting_number)(struct console *console);
     bool (*after_scan)(struct console *console); // end of the poll of `scan`, or NULL
     struct account *account;                     // of the counters, or NULL
-    struct noise *noise;                         // noise.h; NULL: noise is not looked for
     bool (*explain)(struct console *console);    // explain.h; NULL: errors have their text only
     void (*monitor)(struct console *console, uint8_t value); // monitor.h; NULL: lines only
     const CDS_FLASH struct command_typing *typing;           // completion and hints, or NULL
     struct history *history;                                 // storage of line_editor.c, or NULL
+    struct noise *noise;  // noise.h; NULL: noise is not looked for
     uint8_t set_up_tries; // how often id, baud, factory, lock, set and restore try; 0 is as 1
 };
 

@@ -3,7 +3,6 @@
  * reply.c, the commands in commands/. */
 #include "console/console.h"
 
-
 #include <stddef.h>
 #include <string.h>
 
@@ -11,7 +10,7 @@
 #include "console/account.h"
 #include "console/commands/monitor.h" // monitor_poll()
 #include "console/errors.h"
-#include "console/noise.h" // struct noise
+#include "console/noise.h"   // struct noise
 #include "host/host_demux.h" // HOST_MARK_DROPPED
 #include "ring_input.h"      // ring_peek(), ring_drop()
 #include "compiler.h"        // NOINLINE

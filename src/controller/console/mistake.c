@@ -12,6 +12,7 @@
 #include "console/errors.h"
 #include "console/explain.h"
 #include "console/messages.h"
+#include "console/noise.h"      // struct noise
 #include "console/servo_list.h" // servo_list_is_all()
 
 static const CDS_FLASH char message_one_servo[] = "one servo here, no list; send a line for each";
@@ -99,14 +100,10 @@ static bool concerns_offline_servo(const struct console *console)
     return servo && servo->presence == CDS_PRESENCE_OFFLINE;
 }
 
-uint8_t mistake_of_line(const struct console *console, uint8_t error)
+bool mistake_is_noise(uint8_t error)
 {
-    if (error != CDS_TIMEOUT && error != CDS_CORRUPT && error != CDS_LINE_BUSY)
-        return CDS_FINDING_NONE;
-    if (error == CDS_LINE_BUSY && servos_line_is_low(&console->robot->servos))
-        return CDS_FINDING_LINE_LOW;
-    return command_set.noise && console_faults(console) & FAULT_NOISE ? CDS_FINDING_NOISE
-                                                                      : CDS_FINDING_NONE;
+    return command_set.noise->is_there &&
+           (error == CDS_TIMEOUT || error == CDS_CORRUPT || error == CDS_LINE_BUSY);
 }
 
 enum mistake mistake_of(const struct console *console, bool is_of_word)
@@ -116,11 +113,16 @@ enum mistake mistake_of(const struct console *console, bool is_of_word)
     const struct cds_servo_state *servo = console_servo(console);
     enum mistake mistake;
 
+    if (command_set.noise && mistake_is_noise(console->error))
+        return MISTAKE_NOISE;
     if (console->error == CDS_TIMEOUT && servo && servo_is_at_other_rate(console, servo))
         return MISTAKE_RATE;
-    if (console->error == CDS_INHIBITED && concerns_offline_servo(console))
-        return mistake_of_line(console, CDS_LINE_BUSY) ? MISTAKE_LINE : MISTAKE_OFFLINE;
-    if (mistake_of_line(console, console->error))
+    if (console->error == CDS_INHIBITED && concerns_offline_servo(console)) {
+        if (command_set.noise && mistake_is_noise(CDS_TIMEOUT))
+            return MISTAKE_NOISE;
+        return servos_line_is_low(&console->robot->servos) ? MISTAKE_LINE : MISTAKE_OFFLINE;
+    }
+    if (console->error == CDS_LINE_BUSY && servos_line_is_low(&console->robot->servos))
         return MISTAKE_LINE;
     if (console->error == CDS_LIMIT && line->id != line->new_id &&
         cds_servos_find(&console->robot->servos, line->new_id))
@@ -204,8 +206,10 @@ void mistake_print(struct console *console, enum mistake mistake)
         printer_text(&console->printer, message_comma);
     else if (mistake == MISTAKE_LIMITS)
         print_limits(console);
+    else if (command_set.noise && mistake == MISTAKE_NOISE)
+        printer_line(&console->printer, diagnose_findings[CDS_FINDING_NOISE]);
     else
         printer_line(&console->printer, mistake == MISTAKE_LINE
-                                            ? diagnose_findings[mistake_of_line(console, CDS_LINE_BUSY)]
+                                            ? diagnose_findings[CDS_FINDING_LINE_LOW]
                                             : mistake_texts[mistake]);
 }

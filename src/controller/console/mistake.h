@@ -22,16 +22,17 @@ enum mistake {
     MISTAKE_COUNT,    // too many words, or too few, for the one usage of the command
     MISTAKE_LIMITS,   // beyond the soft limits of the servo
     MISTAKE_RATE,     // the servo is known to be at another rate than the bus
-    MISTAKE_LINE,     // the line is held low, or has noise
+    MISTAKE_LINE,     // the line is held low, so the servo may not be driven
     MISTAKE_OFFLINE,  // the servo does not answer, so it may not be driven
+    MISTAKE_NOISE,    // noise is on the line
 } __attribute__((packed));
 
 /* Returns the mistake that has caused console->error. `is_of_word`: a word of the line, which the
  * console keeps, has caused the error. */
 enum mistake mistake_of(const struct console *console, bool is_of_word);
 
-/* Returns the fault of the line that is the cause of `error`, if it is known: enum cds_finding. */
-uint8_t mistake_of_line(const struct console *console, uint8_t error);
+/* For a profile with command_set.noise: true if noise is on the line, and explains `error`. */
+bool mistake_is_noise(uint8_t error);
 
 /* Prints the text of the mistake, not MISTAKE_NONE, and ends the line; after MISTAKE_COMMA
  * mistake_print_with_point() ends it. The printer must be ready. */

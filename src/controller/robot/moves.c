@@ -117,8 +117,8 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
     return outcome;
 }
 
-/* A servo did not follow its goals, or take one. In place of this symptom stores the cause, if it is
- * known: a line held low, no reply. No ID: all servos are concerned. */
+/* A servo did not follow its goals, or take one. In place of this symptom stores the cause, if it
+ * is known: a line held low, no reply. No ID: all servos are concerned. */
 static void find_cause(struct robot *robot, struct motion_outcome *outcome)
 {
     const struct cds_servo_state *servo = cds_servos_find(&robot->servos, outcome->id);

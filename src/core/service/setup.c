@@ -93,11 +93,10 @@ static void ended(void *operation, enum cds_result result)
         cds_steps_end(&setup->steps, CDS_OK);
     else if (setup->phase == READ_BACK && (result == CDS_OK || was_refused))
         cds_steps_end(&setup->steps, (enum cds_result)setup->reason);
-    else if (result == CDS_OK || (result == CDS_TIMEOUT && setup->phase == COMPARE &&
-                                  setup->address == CDS_REG_RETURN_DELAY))
-        setup->phase = WRITE; // a shorter delay lets a servo answer that answers too late
-    else
+    else if (result != CDS_OK)
         cds_steps_end(&setup->steps, result);
+    else
+        setup->phase = WRITE;
 }
 
 static enum cds_result send(void *operation)

@@ -261,8 +261,9 @@ static void drop_alarms_of_line(const struct console *console)
 {
     uint8_t *alarm = &console->failsafe->alarm;
 
-    if (console->faults_told & console_faults(console) & (FAULT_LINE_LOW | FAULT_NOISE))
-        *alarm &= (uint8_t)~(CDS_ERROR_INSTRUCTION | CDS_ERROR_CHECKSUM | FAILSAFE_OFFLINE);
+    if ((console->faults_told & FAULT_NOISE && command_set.noise->is_there) ||
+        (console->faults_told & FAULT_LINE_LOW && servos_line_is_low(&console->robot->servos)))
+        *alarm &= (uint8_t) ~(CDS_ERROR_INSTRUCTION | CDS_ERROR_CHECKSUM | FAILSAFE_OFFLINE);
 }
 
 bool controller_report(struct console *console)

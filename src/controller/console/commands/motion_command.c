@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* What play and "pose ... in TIME" share: the start of a motion. */
+#include "cds55xx/diagnose.h" // CDS_FINDING_NOISE
 #include "console/commands/shared.h"
 #include "console/errors.h"
 #include "console/messages.h"
-#include "console/mistake.h" // mistake_of_line()
+#include "console/mistake.h" // mistake_is_noise()
 #include "robot/motion_start.h"
 #include "robot/moves.h"
 
@@ -24,13 +25,19 @@ static bool a_servo_answers(const struct cds_servos *servos)
     return false;
 }
 
-bool motion_names_servo(const struct console *console, const struct motion_outcome *outcome)
+bool motion_concerns_all(const struct console *console, const struct motion_outcome *outcome)
 {
-    if (outcome->id == CDS_NO_ID)
-        return false;
-    return !command_set.noise ||
-           !(mistake_of_line(console, outcome->result) ||
-             (outcome->result == CDS_TIMEOUT && !a_servo_answers(&console->robot->servos)));
+    return mistake_is_noise(outcome->result) ||
+           (outcome->result == CDS_TIMEOUT && !a_servo_answers(&console->robot->servos));
+}
+
+const CDS_FLASH char *motion_line_text(const struct console *console, uint8_t error)
+{
+    if (mistake_is_noise(error))
+        return diagnose_findings[CDS_FINDING_NOISE];
+    return error == CDS_LINE_BUSY && servos_line_is_low(&console->robot->servos)
+               ? diagnose_findings[CDS_FINDING_LINE_LOW]
+               : error_text(error);
 }
 
 /* "servo 2 needs 92 ms in step 3", or "servo 2 is the cause". */
@@ -40,7 +47,8 @@ void motion_take_outcome(struct console *console, const struct motion_outcome *o
     const CDS_FLASH char *message = message_cause;
 
     console->error = outcome->result;
-    if (outcome->result == CDS_OK || !motion_names_servo(console, outcome))
+    if (outcome->result == CDS_OK || outcome->id == CDS_NO_ID ||
+        (command_set.noise && motion_concerns_all(console, outcome)))
         return;
     values[0].number = outcome->id;
     console->robot->servos.refused_id = outcome->id; // error 12 names this servo

@@ -9,7 +9,6 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
-#include "console/mistake.h" // mistake_of_line()
 #include "robot/motion_start.h"
 #include "robot/moves.h"
 
@@ -199,19 +198,18 @@ bool play_report(struct console *console)
     const struct motion_outcome *outcome = motion_outcome(console->robot);
     union printer_value *values = console->printer.values;
     uint8_t i = 1, error = console_remedied(console, outcome->result);
-    uint8_t finding = mistake_of_line(console, error);
 
     if (!printer_ready(&console->printer) || !moves_take_end(console->robot) ||
         !is_failure(outcome->result) || !console_is_for_person(console))
         return false;
     console_move_prompt(console);
     values[0].text = message_nothing;
-    if (motion_names_servo(console, outcome)) {
+    if (outcome->id != CDS_NO_ID && !(command_set.noise && motion_concerns_all(console, outcome))) {
         values[0].text = message_of_servo;
         values[i++].number = outcome->id;
     }
     values[i++].number = error;
-    values[i].text = finding ? diagnose_findings[finding] : error_text(error);
+    values[i].text = command_set.noise ? motion_line_text(console, error) : error_text(error);
     printer_line(&console->printer, message_failed);
     return true;
 }
