@@ -54,7 +54,7 @@ extern "C" {
     X(CDS_FINDING_NO_REPLY_BY_LEVEL, 12, "the servo answers PING only",                            \
       "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all)")                                        \
     X(CDS_FINDING_SLOW, 13, "the servo answers later than the bus waits",                          \
-      "lower its RETURN_DELAY, or 'settings return_delay 254'; else replace it")                   \
+      "'write ID RETURN_DELAY 2', or 'settings return_delay 254'; else replace it")                \
     X(CDS_FINDING_LOW_SUPPLY, 14, "the servo's supply is below MIN_VOLTAGE",                       \
       "charge the battery; check cables and plugs under load")                                     \
     X(CDS_FINDING_HIGH_SUPPLY, 15, "the servo's supply is above MAX_VOLTAGE",                      \

@@ -36,7 +36,7 @@ extern "C" {
     X(CDS_NO_REPLY_DUE, 10, "the servo is set not to answer this",                                 \
       "'set ID STATUS_RETURN_LEVEL 2' lets it answer")                                             \
     X(CDS_LIMIT, 11, "not within the servo's limits",                                              \
-      "docs/safety.md lists what is refused; 'id' sets an ID")                                     \
+      "see 'servos' and docs/safety.md; 'id' sets an ID")                                          \
     X(CDS_INHIBITED, 12, "the servo may not be driven",                                            \
       "'servos' tells why: mend power, load or plug, let a hot servo cool, then 'release'")        \
     X(CDS_TOO_EARLY, 13, "replies would come too early for this board",                            \

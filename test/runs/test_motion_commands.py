@@ -404,7 +404,7 @@ class Play(Motion):
 
     def test_a_servo_that_loses_its_power_ends_the_motion(self):
         self.run_on(SWING + "sequence walk new low 2s\nsequence walk add stand 2s\nplay walk loop\n@wait 500\n"
-                    "@power 1 off\n! motion wait\n@expect text servo 1 is the cause\n@expect text error 83:\n"
+                    "@power 1 off\n! motion wait\n@expect text servo 1 is the cause\n@expect text error 2:\n"
                     "@power 1 on\n@wait 1500\nrelease\n")
 
     def test_a_new_motion_is_not_paused(self):
@@ -590,6 +590,64 @@ class Play(Motion):
                 self.assertEqual(len(re.findall(r"motion: in step \d, pose \w+: servo 2: error 83: a servo does not follow",
                                                 run.output)), count,
                                  run.output[-3000:])
+
+    def told(self, script, board="arduino-mega"):
+        """What the console says unasked while a person plays a sequence in a loop."""
+        run = self.run_on(SWEEP + f"@echo on\nmode person\nplay sweep loop\n@wait 500\n{script}@wait 1500\n"
+                          "mode program\n", board)
+        return re.findall(r"(?:motion: |alarm \d|noise|the line|the host).*", run.output)
+
+    def test_end_of_a_motion_names_a_servo_that_does_not_answer(self):
+        for board in MOVING:
+            for script in ("@power 2 off\n", "@fault turnaround 2 800\n"):
+                with self.subTest(script=script, board=board):
+                    ends = [line for line in self.told(script, board) if "motion" in line]
+                    self.assertEqual(ends, ["motion: servo 2: error 2: no reply by the deadline; check power, wiring, "
+                                            "ID and baud rate of the servo"])
+
+    def test_end_of_a_motion_by_a_low_line_names_no_servo(self):
+        for board in MOVING:
+            with self.subTest(board=board):
+                told = self.told("@fault stuck low 1500\n", board)
+                self.assertIn("the line is held low", told[0])
+                self.assertRegex(told[-1], "^motion: error 9: ")
+        self.assertIn("the line is held low", self.told("@fault stuck low 1500\n")[-1])
+
+    def test_end_of_a_motion_without_power_names_no_servo(self):
+        self.assertRegex(self.told("@power off\n")[-1], "^motion: error 2: no reply")
+
+    def test_end_of_a_motion_by_a_lost_link_names_the_link(self):
+        for board in MOVING:
+            with self.subTest(board=board):
+                self.assertIn("motion: error 65: the host link was lost; no byte for link_loss_ms: link_loss_action acted; "
+                              "'clear' when it is back", self.told("settings link_loss_ms 500\n", board))
+
+    def test_noise_is_told_once_and_ends_a_motion_by_its_name(self):
+        for rate in (2000, 20000):
+            with self.subTest(rate=rate):
+                told = self.told(f"@fault noise {rate}\n@wait 2500\n@fault noise 0\n")
+                noise = "noise on the line, or a loose plug; check plugs, ground"
+                self.assertEqual(sum(line.startswith(noise) for line in told), 1, told)
+                self.assertEqual([line[:len("motion: error 2: " + noise)] for line in told if "motion" in line],
+                                 ["motion: error 2: " + noise], told)
+                self.assertFalse([line for line in told if "offline" in line or "the line is held" in line], told)
+
+    def test_stop_amid_noise_names_the_noise(self):
+        run = self.run_on("@echo on\nmode person\n@fault noise 20000\n@wait 500\n! stop\n@fault noise 0\n@wait 300\n"
+                          "mode program\n", "arduino-mega")
+        self.assertIn("error 2: noise on the line", run.output)
+
+    def test_late_servo_is_not_taken_for_noise(self):
+        run = self.run_on("@echo on\nmode person\ncycle every 4ms\n@fault turnaround 2 800\n@wait 3000\ncycle off\n"
+                          "@wait 500\nmode program\n", "arduino-mega")
+        self.assertIn("alarm 2: offline", run.output)
+        self.assertNotIn("noise on the line", run.output)
+
+    def test_remedy_for_a_late_servo_works(self):
+        run = self.run_on("write 2 RETURN_DELAY 254\n@fault turnaround 2 300\n@wait 100\ndiagnose 2\n"
+                          "! set 2 RETURN_DELAY 4us\n! write 2 RETURN_DELAY 2\nping 2\nget 2 RETURN_DELAY\n"
+                          "@expect servo 2 RETURN_DELAY 2\n", "arduino-mega", "--echo")
+        self.assertIn("'write ID RETURN_DELAY 2'", run.output)
 
     def test_cause_of_a_failed_motion_outlives_its_group(self):
         self.run_on(SWEEP + "play sweep loop\n@wait 100\ntorque 3 off\n@wait 2000\ngroup 3 2 1\n! motion wait\n"

@@ -32,6 +32,7 @@ struct command_details {
 #endif
 
 struct account;
+struct noise;
 struct command_line;
 struct command_typing;
 struct console;
@@ -171,6 +172,7 @@ struct command_set {
     const CDS_FLASH struct command_motion_words *motion_words; // NULL: words without the pose
     bool looks; // `set` reads the servo before it writes an angle limit, and reads its status
                 // return level back
+    struct noise *noise;  // noise.h; NULL: noise is not looked for
     uint8_t set_up_tries; // how often id, baud, factory, lock, set and restore try; 0 is as 1
 };
 

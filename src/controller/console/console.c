@@ -11,6 +11,7 @@
 #include "console/commands/monitor.h" // monitor_poll()
 #include "console/commands/shared.h"  // reset_by_watchdog
 #include "console/errors.h"
+#include "console/noise.h"   // struct noise
 #include "host/host_demux.h" // HOST_MARK_DROPPED
 #include "ring_input.h"      // ring_peek(), ring_drop()
 #include "compiler.h"        // NOINLINE
@@ -181,7 +182,9 @@ uint8_t console_faults(const struct console *console)
 {
     uint8_t faults = console->failsafe->link_lost ? FAULT_LINK_LOST : 0;
 
-    if (cds_bus_line(console->bus) == CDS_BUS_LINE_FAULT)
+    if (command_set.noise && command_set.noise->is_there)
+        faults |= FAULT_NOISE; // the line is low at times
+    else if (cds_bus_line(console->bus) == CDS_BUS_LINE_FAULT)
         faults |= FAULT_LINE_LOW;
     return faults;
 }

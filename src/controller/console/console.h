@@ -173,6 +173,7 @@ struct cds_servo_state *console_servo(const struct console *console);
 /* Faults of the whole robot that are there now. */
 #define FAULT_LINK_LOST 1
 #define FAULT_LINE_LOW  2
+#define FAULT_NOISE     4
 uint8_t console_faults(const struct console *console);
 
 /* True if a key was pressed since the command began. The key stays in the input: it is the first

@@ -12,6 +12,7 @@
 #include "console/errors.h"
 #include "console/explain.h"
 #include "console/messages.h"
+#include "console/noise.h"      // struct noise
 #include "console/servo_list.h" // servo_list_is_all()
 
 static const CDS_FLASH char message_one_servo[] = "one servo here, no list; send a line for each";
@@ -99,6 +100,12 @@ static bool concerns_offline_servo(const struct console *console)
     return servo && servo->presence == CDS_PRESENCE_OFFLINE;
 }
 
+bool mistake_is_noise(uint8_t error)
+{
+    return command_set.noise->is_there &&
+           (error == CDS_TIMEOUT || error == CDS_CORRUPT || error == CDS_LINE_BUSY);
+}
+
 /* The mistakes that every chip with the profile `full` has a text for. */
 static enum mistake seen_mistake(const struct console *console, bool is_of_word)
 {
@@ -107,10 +114,15 @@ static enum mistake seen_mistake(const struct console *console, bool is_of_word)
     const struct cds_servo_state *servo = console_servo(console);
     enum mistake mistake;
 
+    if (command_set.noise && mistake_is_noise(console->error))
+        return MISTAKE_NOISE;
     if (console->error == CDS_TIMEOUT && servo && servo_is_at_other_rate(console, servo))
         return MISTAKE_RATE;
-    if (console->error == CDS_INHIBITED && concerns_offline_servo(console))
+    if (console->error == CDS_INHIBITED && concerns_offline_servo(console)) {
+        if (command_set.noise && mistake_is_noise(CDS_TIMEOUT))
+            return MISTAKE_NOISE;
         return servos_line_is_low(&console->robot->servos) ? MISTAKE_LINE : MISTAKE_OFFLINE;
+    }
     if (console->error == CDS_LINE_BUSY && servos_line_is_low(&console->robot->servos))
         return MISTAKE_LINE;
     if (console->error == CDS_LIMIT && line->id != line->new_id &&
@@ -208,6 +220,8 @@ void mistake_print(struct console *console, enum mistake mistake)
         print_limits(console);
     else if (command_set.advise && mistake == MISTAKE_ADVISED)
         printer_line(&console->printer, command_set.advise(console));
+    else if (command_set.noise && mistake == MISTAKE_NOISE)
+        printer_line(&console->printer, diagnose_findings[CDS_FINDING_NOISE]);
     else
         printer_line(&console->printer, mistake == MISTAKE_LINE
                                             ? diagnose_findings[CDS_FINDING_LINE_LOW]

@@ -7,6 +7,7 @@
 #define CONTROLLER_MISTAKE_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 struct console;
 
@@ -24,11 +25,15 @@ enum mistake {
     MISTAKE_LINE,     // the line is held low, so the servo may not be driven
     MISTAKE_OFFLINE,  // the servo does not answer, so it may not be driven
     MISTAKE_ADVISED,  // advice.h has a text
+    MISTAKE_NOISE,    // noise is on the line
 } __attribute__((packed));
 
 /* Returns the mistake that has caused console->error. `is_of_word`: a word of the line, which the
  * console keeps, has caused the error. */
 enum mistake mistake_of(struct console *console, bool is_of_word);
+
+/* For a profile with command_set.noise: true if noise is on the line, and explains `error`. */
+bool mistake_is_noise(uint8_t error);
 
 /* Prints the text of the mistake, not MISTAKE_NONE, and ends the line; after MISTAKE_COMMA
  * mistake_print_with_point() ends it. The printer must be ready. */

@@ -28,6 +28,7 @@
 #include "console/servo_list.h"
 #include "console/hint_parts.h"
 #include "console/history.h"
+#include "console/noise.h"
 #include "console/typing.h"
 #include "robot/autostart.h"
 #include "robot/group_cycle.h"
@@ -46,6 +47,9 @@ static void begin(const struct failsafe *failsafe, struct motion_store *store)
     moves_open(failsafe->robot, store, failsafe->settings);
     autostart_begin(failsafe, store);
 }
+#endif
+#if HAS_ROOM
+static struct noise noise;
 #endif
 static struct account account;
 static struct history history;
@@ -122,6 +126,9 @@ const CDS_FLASH struct command_set command_set = {
 #endif
     .after_scan = after_scan,
     .account = &account,
+#if HAS_ROOM
+    .noise = &noise,
+#endif
     .monitor = monitor_table,
     .typing = HAS_ADVICE ? &typing_with_parts : &typing,
     .history = &history,

@@ -122,8 +122,25 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
     return outcome;
 }
 
+/* A servo did not follow its goals, or take one. In place of this symptom stores the cause, if it
+ * is known: a line held low, no reply. No ID: all servos are concerned. */
+static void find_cause(struct robot *robot, struct motion_outcome *outcome)
+{
+    const struct cds_servo_state *servo = cds_servos_find(&robot->servos, outcome->id);
+
+    if (cds_bus_line(robot->bus) == CDS_BUS_LINE_FAULT)
+        outcome->result = CDS_LINE_BUSY;
+    else if (!robot_is_inhibited(robot)) {
+        if (servo && !servo->inhibits &&
+            (servo->presence >= CDS_PRESENCE_OFFLINE || outcome->result == CDS_INHIBITED))
+            outcome->result = CDS_TIMEOUT; // it is OFFLINE, or was until now
+        return;
+    }
+    outcome->id = CDS_NO_ID;
+}
+
 /* How the motion under way has ended. */
-static struct motion_outcome ended(const struct robot *robot)
+static struct motion_outcome ended(struct robot *robot)
 {
     const struct moves *moves = robot->moves;
     struct motion_outcome outcome = {.id = CDS_NO_ID, .step = MOTION_NO_STEP};
@@ -133,19 +150,19 @@ static struct motion_outcome ended(const struct robot *robot)
         outcome.result = MOTION_STUCK;
         outcome.id = robot->group[moves->follow.joint];
         outcome.step = step_of(moves);
-        return outcome;
-    }
-    if (robot->work.cycle.cycle.is_aborted) {
+    } else if (robot->work.cycle.cycle.is_aborted) {
         outcome.result = robot_is_inhibited(robot) ? (uint8_t)ROBOT_STOPPED : (uint8_t)MOTION_NONE;
-        return outcome;
+    } else {
+        if (result == CDS_OK || (result == CDS_CANCELLED && moves->motion.result != CDS_OK))
+            result = moves->motion.result;
+        outcome.result = result;
+        if (result == CDS_CANCELLED)
+            outcome.result = MOTION_NONE;
+        else if (result != CDS_OK)
+            outcome = moves_refusal(robot, result);
     }
-    if (result == CDS_OK || (result == CDS_CANCELLED && moves->motion.result != CDS_OK))
-        result = moves->motion.result;
-    outcome.result = result;
-    if (result == CDS_CANCELLED)
-        outcome.result = MOTION_NONE;
-    else if (result != CDS_OK)
-        outcome = moves_refusal(robot, result);
+    if (outcome.result == MOTION_STUCK || outcome.result == CDS_INHIBITED)
+        find_cause(robot, &outcome);
     return outcome;
 }
 

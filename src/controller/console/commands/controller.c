@@ -9,6 +9,7 @@
 #include "compiler.h"                // ALWAYS_INLINE, NOINLINE
 #include "console/reply.h"           // reply_condition()
 #include "console/messages.h"
+#include "console/noise.h"
 #include "console/number_format.h" // number_print()
 
 static const CDS_FLASH char message_origin[] = "settings at start: %s";
@@ -243,6 +244,15 @@ static uint8_t clear_begin(struct console *console)
     return failsafe_clear(console->failsafe) ? 0 : ERROR_STOPPING;
 }
 
+/* The text of a fault of console_faults(). */
+static const CDS_FLASH char *fault_text(uint8_t fault)
+{
+    if (command_set.noise && fault == FAULT_NOISE)
+        return diagnose_findings[CDS_FINDING_NOISE];
+    return fault == FAULT_LINE_LOW ? diagnose_findings[CDS_FINDING_LINE_LOW]
+                                   : error_text(ERROR_LINK_LOST);
+}
+
 /* In mode person: prints a fault of the whole robot, once until a command finds it over. Returns
  * false if there is none to print. */
 static bool report_fault(struct console *console)
@@ -250,18 +260,34 @@ static bool report_fault(struct console *console)
     uint8_t untold = console_faults(console) & (uint8_t)~console->faults_told;
     uint8_t fault = untold & FAULT_LINE_LOW ? FAULT_LINE_LOW : FAULT_LINK_LOST;
 
+    if (command_set.noise && untold & FAULT_NOISE)
+        fault = FAULT_NOISE;
     if (!untold || !console->failsafe->host_types || !console_is_for_person(console))
         return false;
-    if (console_say(console, fault == FAULT_LINE_LOW ? diagnose_findings[CDS_FINDING_LINE_LOW]
-                                                     : error_text(ERROR_LINK_LOST)))
+    if (console_say(console, fault_text(fault)))
         console->faults_told |= fault;
     return true;
+}
+
+/* While the line is at fault, and this is told, its servos do not answer: their alarms that this
+ * causes are not told, but kept. */
+static void drop_alarms_of_line(const struct console *console)
+{
+    uint8_t *alarm = &console->failsafe->alarm;
+
+    if ((console->faults_told & FAULT_NOISE && command_set.noise->is_there) ||
+        (console->faults_told & FAULT_LINE_LOW && servos_line_is_low(&console->robot->servos)))
+        *alarm &= (uint8_t) ~(CDS_ERROR_INSTRUCTION | CDS_ERROR_CHECKSUM | FAILSAFE_OFFLINE);
 }
 
 bool controller_report(struct console *console)
 {
     struct failsafe *failsafe = console->failsafe;
 
+    if (command_set.noise) {
+        noise_poll(command_set.noise, console->bus);
+        drop_alarms_of_line(console);
+    }
     if (!console->printer.text) { // else a report is being printed
         if (console->editor.length)
             return false;

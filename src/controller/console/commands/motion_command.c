@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* What play and "pose ... in TIME" share: the start of a motion. */
+#include "cds55xx/diagnose.h" // CDS_FINDING_NOISE
 #include "console/commands/shared.h"
 #include "console/errors.h"
 #include "console/messages.h"
+#include "console/mistake.h" // mistake_is_noise()
 #include "robot/motion_start.h"
 #include "robot/moves.h"
 
@@ -14,6 +16,29 @@ enum phase {
     START, // until the motion has begun, or was refused
     END,   // it was refused: until the cycle that was started for it has ended
 } __attribute__((packed));
+
+static bool a_servo_answers(const struct cds_servos *servos)
+{
+    for (uint8_t i = 0; i < servos->count; i++)
+        if (servos->states[i].presence < CDS_PRESENCE_OFFLINE)
+            return true;
+    return false;
+}
+
+bool motion_concerns_all(const struct console *console, const struct motion_outcome *outcome)
+{
+    return mistake_is_noise(outcome->result) ||
+           (outcome->result == CDS_TIMEOUT && !a_servo_answers(&console->robot->servos));
+}
+
+const CDS_FLASH char *motion_line_text(const struct console *console, uint8_t error)
+{
+    if (mistake_is_noise(error))
+        return diagnose_findings[CDS_FINDING_NOISE];
+    return error == CDS_LINE_BUSY && servos_line_is_low(&console->robot->servos)
+               ? diagnose_findings[CDS_FINDING_LINE_LOW]
+               : error_text(error);
+}
 
 void motion_print_cause(struct console *console, const struct motion_outcome *outcome)
 {
@@ -43,7 +68,7 @@ void motion_take_outcome(struct console *console, const struct motion_outcome *o
     bool has_servo = outcome->id != CDS_NO_ID;
 
     console->error = outcome->result;
-    if (outcome->result == CDS_OK)
+    if (outcome->result == CDS_OK || (command_set.noise && motion_concerns_all(console, outcome)))
         return;
     if (has_servo)
         console->robot->servos.refused_id = outcome->id; // error 12 names this servo

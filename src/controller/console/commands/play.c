@@ -108,17 +108,18 @@ static void print_failure(struct console *console)
 {
     const struct motion_outcome *outcome = motion_outcome(console->robot);
     union printer_value *values = console->printer.values;
+    uint8_t error = console_remedied(console, outcome->result);
 
     printer_flash(&console->printer, message_motion);
     if (command_set.motion_words)
         command_set.motion_words->step(console, outcome);
     values->text = message_nothing;
-    if (outcome->id != CDS_NO_ID) {
+    if (outcome->id != CDS_NO_ID && !(command_set.noise && motion_concerns_all(console, outcome))) {
         (values++)->text = message_of_servo;
         values->number = outcome->id;
     }
-    (++values)->number = outcome->result;
-    (++values)->text = error_text(outcome->result);
+    (++values)->number = error;
+    (++values)->text = command_set.noise ? motion_line_text(console, error) : error_text(error);
     printer_line(&console->printer, message_failed);
 }
 

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "cds55xx/setup.h"   // struct cds_setup
+#include "compiler.h"        // ALWAYS_INLINE
 #include "console/console.h" // struct console, console_job()
 
 _Static_assert(sizeof(struct cds_setup) + 8 <= CONSOLE_JOB_SIZE, "the job must fit");
@@ -24,7 +25,7 @@ static inline struct move_job *move_job(struct console *console)
 
 /* True if the line is held low, in the profile `full`, which has command_set.explain: what is known
  * of servos is old then. */
-static inline bool servos_line_is_low(const struct cds_servos *servos)
+ALWAYS_INLINE bool servos_line_is_low(const struct cds_servos *servos)
 {
     return command_set.explain && cds_bus_line(servos->bus) == CDS_BUS_LINE_FAULT;
 }
@@ -80,6 +81,14 @@ struct motion_outcome; // motion_start.h
 
 /* In motion_command.c: prints "servo 2 needs 92 ms in step 3", or "servo 2 is the cause". */
 void motion_print_cause(struct console *console, const struct motion_outcome *outcome);
+
+/* In motion_command.c, for a profile with command_set.noise: true if the cause of the outcome is
+ * not one servo: noise, or no servo answers. */
+bool motion_concerns_all(const struct console *console, const struct motion_outcome *outcome);
+
+/* In motion_command.c, for a profile with command_set.noise: the text of the error with which a
+ * motion has ended, or of the fault of the line that is the cause. */
+const CDS_FLASH char *motion_line_text(const struct console *console, uint8_t error);
 
 /* In motion_command.c: stores outcome->result in console->error, and prints the servo that is the
  * reason, if there is one. */
