@@ -224,7 +224,7 @@ class Autostart(unittest.TestCase):
                      + "".join(f"! settings autostart walk {time}\n"
                                f"@expect text error 33: DELAY {shown} is out of range: 1 to 127s, whole seconds\n"
                                for time, shown in [("loop 128s", "128s"), ("0s", "0s"), ("1ms", "1ms"), ("1500ms", "1500ms"),
-                                                   ("loop 200", "200")]) +
+                                                   ("loop 200", "200ms")]) +
                      "! settings autostart walk twice\n@expect text error 32:\n")
         without = [name for name in boards.with_profile("full") if name not in boards.WITH_MOTION]
         for board in without:

@@ -4,9 +4,8 @@
 
 #include <stddef.h> // NULL
 
-#include "cds55xx/diagnose.h"        // CDS_FINDING_LINE_LOW
 #include "cds55xx/packet.h"          // CDS_PING
-#include "console/commands/shared.h" // servos_line_is_low()
+#include "console/commands/shared.h" // servo_is_at_other_rate()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/explain.h"
@@ -36,7 +35,6 @@ static const CDS_FLASH char message_state_lost[] =
     "the servo may not be driven; it lost its state by power, plug or an alarm: mend that, "
     "'release %u', then 'torque %u on' moves it to its goal, 'teach off %u' keeps it where it is";
 
-static const CDS_FLASH char message_line_low[] = "the motion has ended, no servo is at fault: %s";
 static const CDS_FLASH char message_twins[] =
     "a second servo of ID %u would have ID %u now, too: 'diagnose %u' finds it, unless both agree "
     "in every bit";
@@ -235,20 +233,10 @@ static const CDS_FLASH char *release_due(struct console *console)
     return message_state_lost;
 }
 
-/* A motion has ended since no servo hears its goals: no servo is at fault. */
-static const CDS_FLASH char *line_due(struct console *console)
-{
-    if (!servos_line_is_low(&console->robot->servos))
-        return NULL;
-    console->printer.values[0].text = diagnose_findings[CDS_FINDING_LINE_LOW];
-    return message_line_low;
-}
-
 const CDS_FLASH char *advice(struct console *console)
 {
     switch (console->error) {
     case ERROR_UNIT: return units_due(console);
-    case ERROR_STUCK: return line_due(console);
     case ERROR_COUNT:
     case ERROR_UNKNOWN_WORD: return unit_behind_space(console);
     case ERROR_NOT_A_NUMBER:

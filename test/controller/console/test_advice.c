@@ -2,8 +2,6 @@
 /* Errors whose remedy depends on the line or on the servo. */
 #include "console_rig.h"
 
-#include "cds55xx/diagnose.h" // CDS_FINDING_LINE_LOW
-
 void setUp(void)
 {
     begin_console();
@@ -112,17 +110,4 @@ void test_servo_that_lost_its_state_is_inhibited_with_its_remedy(void)
     robot.states[1].presence = CDS_PRESENCE_OFFLINE;
     assert_reply("error 12: servo 2: not driven, as it gives no good answer; ",
                  "set 2 TORQUE_ENABLE 1");
-}
-
-void test_stuck_motion_on_a_low_line_blames_no_servo(void)
-{
-    console.error = ERROR_STUCK;
-    TEST_ASSERT_NULL(command_set.advise(&console));
-    port_fake.low = true;
-    reply_to("bus"); // the bus looks at its line
-    port_fake.now_us += 1000000;
-    TEST_ASSERT_EQUAL_STRING("bus held low at 1000000bps\r\nok\r\n", reply_to("bus"));
-    console.error = ERROR_STUCK;
-    TEST_ASSERT_NOT_NULL(command_set.advise(&console));
-    TEST_ASSERT_TRUE(console.printer.values[0].text == diagnose_findings[CDS_FINDING_LINE_LOW]);
 }

@@ -85,6 +85,8 @@ static const char *reply_to(const char *line)
         cds_ring_put(&input, (uint8_t)*line);
     cds_ring_put(&input, '\r');
     turns(120);
+    for (uint16_t left = 400; left && console.state == CONSOLE_ENDING; left--)
+        turn();
     return said;
 }
 
