@@ -43,6 +43,19 @@ static const CDS_FLASH char message_twins[] =
 static const CDS_FLASH char message_all_told[] =
     "all servos were told, and none answers to it: each that heard it has ID 1 now; connect one "
     "alone, then 'id 1 NEW'";
+static const CDS_FLASH char message_restarted[] =
+    "any motion has ended; servos may have torque, and none is watched: 'scan' finds them\r\n";
+static const CDS_FLASH char message_still_inhibited[] =
+    "driving is inhibited: 'release' allows it\r\n";
+static const CDS_FLASH char message_link_lost[] =
+    "the host link was lost; no byte for link_loss_ms: %s";
+static const CDS_FLASH char message_loss_shown[] =
+    "driving goes on, as link_loss_action is 0; 'clear' when it is back";
+static const CDS_FLASH char message_loss_inhibits[] =
+    "driving is inhibited, torque stays as it is; 'clear' when it is back";
+static const CDS_FLASH char message_loss_stops[] =
+    "torque off, driving is inhibited; 'clear' when it is back, then 'torque ID on' moves to the "
+    "last goal, 'teach off ID' does not";
 
 /* ---- units ---- */
 
@@ -244,6 +257,17 @@ static const CDS_FLASH char *line_due(struct console *console)
     return message_line_low;
 }
 
+const CDS_FLASH char *advice_link_lost(struct console *console)
+{
+    const struct robot *robot = console->robot;
+
+    console->printer.values[0].text = !robot_is_inhibited(robot) ? message_loss_shown
+                                      : robot_is_stopping(robot) || robot->stop_begun
+                                          ? message_loss_stops
+                                          : message_loss_inhibits;
+    return message_link_lost;
+}
+
 const CDS_FLASH char *advice(struct console *console)
 {
     switch (console->error) {
@@ -258,6 +282,7 @@ const CDS_FLASH char *advice(struct console *console)
     case CDS_TIMEOUT:
     case CDS_CORRUPT: return scan_due(console);
     case CDS_INHIBITED: return release_due(console);
+    case ERROR_LINK_LOST: return advice_link_lost(console);
     default: return NULL;
     }
 }
@@ -275,4 +300,12 @@ const CDS_FLASH char *advice_note(struct console *console)
     values[0].number = line->id;
     values[1].number = values[2].number = line->new_id;
     return message_twins;
+}
+
+void advice_after_reset(struct console *console)
+{
+    union printer_value *values = console->printer.values;
+
+    values[2].text = values[1].text == message_nothing ? message_nothing : message_restarted;
+    values[3].text = robot_is_inhibited(console->robot) ? message_still_inhibited : message_nothing;
 }

@@ -12,9 +12,8 @@
 #include "console/number_format.h" // number_print()
 
 static const CDS_FLASH char message_origin[] = "settings at start: %s";
-static const CDS_FLASH char message_of_others[] = "of others";
-static const CDS_FLASH char message_decimal[] = "%u";
-static const CDS_FLASH char message_alarm[] = "alarm %s: %s%s";
+static const CDS_FLASH char message_others[] = "others: ";
+static const CDS_FLASH char message_alarm[] = "alarm of %s%s%s";
 static const CDS_FLASH char message_reset[] = "reset by%s%s%s%s%s";
 static const CDS_FLASH char message_link[] = "host link: %s";
 static const CDS_FLASH char message_link_lost[] = "lost";
@@ -180,17 +179,17 @@ enum alarm_kind {
     ALARM_OFFLINE = FAILSAFE_OFFLINE // this bit of the alarm is not FAILSAFE_TORQUE_LOST
 } __attribute__((packed));
 
-/* Prints the line of the lowest bit, "alarm 3: overheating", and returns the other bits. `kind`:
- * enum alarm_kind bits. */
+/* Prints the line of the lowest bit, "alarm of servo 3: overheating", and returns the other bits.
+ * `kind`: enum alarm_kind bits. */
 NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t bits, uint8_t kind)
 {
     uint8_t condition = reply_condition(bits);
     union printer_value *value = printer->values;
 
     if (id == CDS_BROADCAST_ID) {
-        (value++)->text = message_of_others;
+        (value++)->text = message_others;
     } else {
-        (value++)->text = message_decimal;
+        (value++)->text = message_of_servo;
         (value++)->number = id;
     }
     if (condition == REPLY_TORQUE_LOST && kind & ALARM_OFFLINE)
@@ -201,8 +200,13 @@ NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t 
     return (uint8_t)(bits & (bits - 1u));
 }
 
-/* The alarms of the robot's servo `index`, with FAILSAFE_TORQUE_LOST; behind the last servo: alarms
- * of unknown servos. */
+static bool is_offline(const struct cds_servo_state *servo)
+{
+    return servo->presence == CDS_PRESENCE_OFFLINE;
+}
+
+/* The alarms of the robot's servo `index`, with FAILSAFE_OFFLINE or else FAILSAFE_TORQUE_LOST;
+ * behind the last servo: alarms of unknown servos. */
 static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
 {
     const struct cds_servo_state *servo = servos->states;
@@ -210,8 +214,9 @@ static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
 
     if (index < servos->count) {
         servo += index;
-        return servo->inhibits & CDS_INHIBIT_STATE_LOST ? servo->alarms | FAILSAFE_TORQUE_LOST
-                                                        : servo->alarms;
+        return is_offline(servo) || servo->inhibits & CDS_INHIBIT_STATE_LOST
+                   ? servo->alarms | FAILSAFE_TORQUE_LOST
+                   : servo->alarms;
     }
     for (uint8_t left = servos->count; left; left--, servo++)
         others = (uint8_t)(others & ~servo->alarms);
@@ -222,6 +227,7 @@ static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
 static bool alarms_poll(struct console *console)
 {
     const struct cds_servos *servos = &console->robot->servos;
+    const struct cds_servo_state *servo;
     uint8_t *index = &console->index, left = 0;
 
     while (*index <= servos->count &&
@@ -231,9 +237,12 @@ static bool alarms_poll(struct console *console)
     }
     if (left == 0)
         return false;
-    left ^= alarm_line(&console->printer,
-                       *index < servos->count ? servos->states[*index].id : CDS_BROADCAST_ID, left,
-                       ALARM_LATCHED);
+    servo = &servos->states[*index];
+    if (*index < servos->count)
+        left ^= alarm_line(&console->printer, servo->id, left,
+                           is_offline(servo) ? ALARM_OFFLINE : ALARM_LATCHED);
+    else
+        left ^= alarm_line(&console->printer, CDS_BROADCAST_ID, left, ALARM_LATCHED);
     console->part |= left;
     return true;
 }
@@ -249,12 +258,18 @@ static bool report_fault(struct console *console)
 {
     uint8_t untold = console_faults(console) & (uint8_t)~console->faults_told;
     uint8_t fault = untold & FAULT_LINE_LOW ? FAULT_LINE_LOW : FAULT_LINK_LOST;
+    const CDS_FLASH char *text = error_text(ERROR_LINK_LOST);
 
     if (!untold || !console->failsafe->host_types || !console_is_for_person(console))
         return false;
-    if (console_say(console, fault == FAULT_LINE_LOW ? diagnose_findings[CDS_FINDING_LINE_LOW]
-                                                     : error_text(ERROR_LINK_LOST)))
-        console->faults_told |= fault;
+    if (!printer_ready(&console->printer))
+        return true;
+    if (fault == FAULT_LINE_LOW)
+        text = diagnose_findings[CDS_FINDING_LINE_LOW];
+    else if (command_set.link_lost)
+        text = command_set.link_lost(console);
+    console_say(console, text);
+    console->faults_told |= fault;
     return true;
 }
 
@@ -378,7 +393,7 @@ static void print_servos(struct printer *printer, const struct cds_servos *servo
     uint8_t offline = 0;
 
     for (uint8_t left = servos->count; left; left--, servo++)
-        if (servo->presence == CDS_PRESENCE_OFFLINE)
+        if (is_offline(servo))
             offline++;
     printer->values[0].number = servos->count;
     printer->values[1].text = servos->is_full ? message_and_more : message_nothing;
@@ -443,9 +458,9 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("alarms"),
         .what = FLASH_TEXT("alarms since clear"),
-        .details = COMMAND_DETAILS(
-            "From all replies, also to the bridge. Printed at once in mode person, and if "
-            "alarm_report is 1"),
+        .details = COMMAND_DETAILS("From all replies, also to the bridge; and servos that are "
+                                   "offline. Printed at once in mode person, and if "
+                                   "alarm_report is 1"),
         .poll = alarms_poll,
     },
     {
