@@ -386,6 +386,14 @@ class Alarms(unittest.TestCase):
                 self.assertEqual(re.findall("alarm of servo .*", run.output),
                                  lines + [f"alarm of servo 2: {told}", f"alarm of servo 3: {told}"], run.output)
 
+    def test_max_torque_0_is_told_by_set_and_diagnose(self):
+        told = "MAX_TORQUE acts from the servo's next power-up on: switch its power off and on\n"
+        run = controller("scan\nset all MAX_TORQUE 0\nset 1 PUNCH 40\n@power 2 off\n@wait 100\n@power 2 on\n@wait 1500\n"
+                         "diagnose 2\n@expect text finding 19: MAX_TORQUE is 0\n", "arduino-mega", "1,2", "--echo")
+        self.assertEqual(run.status, 0, run.output)
+        self.assertEqual(run.output.count(f"servo 2: written\n{told}ok\n"), 1, run.output)
+        self.assertEqual(run.output.count(told), 1, run.output)
+
     def test_servo_that_shuts_down_is_told_with_its_alarm(self):
         for cause, name in [("@ambient 1 120\n@wait 60000\n", "overheating"),
                             ("@supply 1 5.0\n@wait 2500\n", "input voltage")]:

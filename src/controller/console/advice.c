@@ -43,6 +43,8 @@ static const CDS_FLASH char message_twins[] =
 static const CDS_FLASH char message_all_told[] =
     "all servos were told, and none answers to it: each that heard it has ID 1 now; connect one "
     "alone, then 'id 1 NEW'";
+static const CDS_FLASH char message_max_torque[] =
+    "MAX_TORQUE acts from the servo's next power-up on: switch its power off and on";
 static const CDS_FLASH char message_restarted[] =
     "any motion has ended; servos may have torque, and none is watched: 'scan' finds them\r\n";
 static const CDS_FLASH char message_still_inhibited[] =
@@ -289,12 +291,14 @@ const CDS_FLASH char *advice(struct console *console)
 
 const CDS_FLASH char *advice_note(struct console *console)
 {
-    static const CDS_FLASH char id[] = "id", factory[] = "factory";
+    static const CDS_FLASH char id[] = "id", factory[] = "factory", set[] = "set";
     const struct command_line *line = &console->line;
     union printer_value *values = console->printer.values;
 
     if (is_command(line, factory))
         return line->id == CDS_BROADCAST_ID ? message_all_told : NULL;
+    if (is_command(line, set))
+        return (line->address | 1) == (CDS_REG_MAX_TORQUE | 1) ? message_max_torque : NULL;
     if (!is_command(line, id) || line->id == line->new_id || !console_is_for_person(console))
         return NULL;
     values[0].number = line->id;

@@ -227,8 +227,7 @@ static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
 static bool alarms_poll(struct console *console)
 {
     const struct cds_servos *servos = &console->robot->servos;
-    const struct cds_servo_state *servo;
-    uint8_t *index = &console->index, left = 0;
+    uint8_t *index = &console->index, left = 0, id = CDS_BROADCAST_ID, kind = ALARM_LATCHED;
 
     while (*index <= servos->count &&
            (left = (uint8_t)(alarms_of(servos, *index) & ~console->part)) == 0) {
@@ -237,12 +236,13 @@ static bool alarms_poll(struct console *console)
     }
     if (left == 0)
         return false;
-    servo = &servos->states[*index];
-    if (*index < servos->count)
-        left ^= alarm_line(&console->printer, servo->id, left,
-                           is_offline(servo) ? ALARM_OFFLINE : ALARM_LATCHED);
-    else
-        left ^= alarm_line(&console->printer, CDS_BROADCAST_ID, left, ALARM_LATCHED);
+    if (*index < servos->count) {
+        const struct cds_servo_state *servo = &servos->states[*index];
+
+        id = servo->id;
+        kind = is_offline(servo) ? ALARM_OFFLINE : ALARM_LATCHED;
+    }
+    left ^= alarm_line(&console->printer, id, left, kind);
     console->part |= left;
     return true;
 }
