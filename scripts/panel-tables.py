@@ -107,6 +107,8 @@ FINDINGS = {
     "16": ("the servo is too hot (above MAX_TEMPERATURE)", None),
     "18": ("the servo answers before the controller listens",
            f"send “write ID RETURN_DELAY 1” {IN_CONSOLE}; it takes effect although no reply comes"),
+    "19": ("MAX_TORQUE of the servo is 0, so it has no torque",
+           f"send “set ID MAX_TORQUE 100%” {IN_CONSOLE}, then switch the power of the servo off and on"),
 }
 
 

@@ -64,7 +64,9 @@ extern "C" {
     X(CDS_FINDING_OVERLOADED, 17, "the load exceeds the servo's torque",                           \
       "find what blocks the servo, or lessen the load")                                            \
     X(CDS_FINDING_REPLIES_TOO_EARLY, 18, "the servo answers before this controller listens",       \
-      "write RETURN_DELAY 1 or more: the servo hears it; 0 is for tied pins")
+      "write RETURN_DELAY 1 or more: the servo hears it; 0 is for tied pins")                      \
+    X(CDS_FINDING_NO_TORQUE, 19, "MAX_TORQUE is 0: no torque",                                     \
+      "'set ID MAX_TORQUE 100%', then power off and on")
 
 /* CDS_FINDING_OK, ...: what each one means stands in the list. */
 enum cds_finding {
@@ -75,7 +77,7 @@ enum cds_finding {
 
 /* Capacities of the request. */
 #define CDS_DIAGNOSE_PACKET_SIZE CDS_PACKET_SIZE(2)
-#define CDS_DIAGNOSE_REPLY_SIZE  9
+#define CDS_DIAGNOSE_REPLY_SIZE  11
 
 /* What to diagnose. Bus and request stay in place until the operation has ended. */
 struct cds_diagnose_config {

@@ -90,7 +90,7 @@ class Person(unittest.TestCase):
         for board, profile, heard in self.each(program):
             self.assertEqual(heard[1], packet(1, 0x08).decode("latin-1"), (board, profile))
             remedy = REMEDY if profile == "full" else ""
-            self.assertEqual(heard[2].replace(PROMPT, "").split("\r\n"), ["ping 1", "ok", "\ralarm 1: range" + remedy, ""],
+            self.assertEqual(heard[2].replace(PROMPT, "").split("\r\n"), ["ping 1", "ok", "\ralarm of servo 1: range" + remedy, ""],
                              (board, profile))
 
     def test_baud_tells_a_person_that_other_servos_are_cut_off(self):

@@ -313,7 +313,7 @@ class Resets(unittest.TestCase):
             with tempfile.TemporaryDirectory() as folder: # an EEPROM of a new controller: mode person
                 run = controller(script, board, "1", "--host", "stdout", "--eeprom", pathlib.Path(folder, "eeprom"))
             self.assertEqual(run.status, 0, f"{board}: {run.output}")
-            self.assertEqual(re.findall(r"cds55xx [0-9.]+ [a-z0-9-]+([^\r\n]*)\r?\nhelp lists .*Ctrl-X stops all servos\r?\n", run.output),
+            self.assertEqual(re.findall(r"cds55xx [0-9.]+ [a-z0-9-]+([^\r\n]*)\r?\n(?:any motion [^\r\n]*\r?\n)?help lists .*Ctrl-X stops all servos\r?\n", run.output),
                              ["", "; reset by watchdog", "", "; reset by brown-out", ""], run.output)
 
     def test_limit_of_turning_servo_is_refused_after_a_reset(self):
@@ -348,18 +348,18 @@ class Alarms(unittest.TestCase):
     def test_an_alarm_of_every_kind_is_latched_shown_and_cleared(self):
         for name, cause, end in ALARMS:
             script = cause + end + ("ping 1\nalarms\n"
-                                    f"@expect text alarm 1: {name}\nclear\nalarms\nping 2\n")
+                                    f"@expect text alarm of servo 1: {name}\nclear\nalarms\nping 2\n")
             run = controller(script, "atmega128", "1,2", "--echo")
             self.assertEqual(run.status, 0, f"{name}: {run.output}")
             listed_ = re.findall(r"> alarms\n((?:alarm .*\n)*)ok", run.output)
-            self.assertEqual(listed_, [f"alarm 1: {name}\n", ""], run.output)
+            self.assertEqual(listed_, [f"alarm of servo 1: {name}\n", ""], run.output)
 
     def test_an_alarm_of_every_kind_is_told_at_once_if_asked(self):
         for name, cause, end in ALARMS:
-            run = controller("settings alarm_report 1\n" + cause + f"@expect text alarm 1: {name}\n@wait 50\n",
+            run = controller("settings alarm_report 1\n" + cause + f"@expect text alarm of servo 1: {name}\n@wait 50\n",
                              "atmega128", "1,2", "--echo")
             self.assertEqual(run.status, 0, f"{name}: {run.output}")
-            self.assertEqual(run.output.count("alarm 1: "), 1, run.output)
+            self.assertEqual(run.output.count("alarm of servo 1: "), 1, run.output)
 
     def test_unplugged_servo_is_told_to_a_person_within_a_period(self):
         for board in boards.CONSOLES:
@@ -367,8 +367,8 @@ class Alarms(unittest.TestCase):
                              "servos\n", board, "1-3", "--echo")
             self.assertEqual(run.status, 0, run.output)
             remedy = "; check power, wiring, ID and baud rate of the servo" if boards.BOARDS[board].profile == "full" else ""
-            self.assertEqual(re.findall("alarm .*", run.output), ["alarm 2: offline" + remedy], run.output)
-            self.assertEqual(re.findall("servo 2: (.*),", run.output), ["offline", "online"], run.output)
+            self.assertEqual(re.findall("alarm .*", run.output), ["alarm of servo 2: offline" + remedy], run.output)
+            self.assertEqual(re.findall("^servo 2: (.*),", run.output, re.M), ["offline", "online"], run.output)
 
     def test_torque_that_goes_off_by_itself_is_told_once_to_a_person(self):
         told = "torque went off by itself"
@@ -378,19 +378,27 @@ class Alarms(unittest.TestCase):
                                  "@power 3 off\n@wait 2500\n@power 3 on\n@wait 2500\nalarms\nclear\n@wait 2500\nservos\n"
                                  "stop\nrelease\n@wait 2500\n", board, "1-3", "--echo")
                 self.assertEqual(run.status, 0, run.output)
-                remedy = "; 'servos' tells why: mend power, load or plug, let a hot servo cool, then 'release'"
-                lines = [f"alarm 2: {told}", "alarm 3: offline", f"alarm 3: {told}"]
+                remedy = "; 'servos' tells why: mend that, then 'release'"
+                lines = [f"alarm of servo 2: {told}", "alarm of servo 3: offline", f"alarm of servo 3: {told}"]
                 if boards.BOARDS[board].profile == "full":
                     lines = [lines[0] + remedy, lines[1] + "; check power, wiring, ID and baud rate of the servo",
                              lines[2] + remedy]
-                self.assertEqual(re.findall("alarm [0-9].*", run.output),
-                                 lines + [f"alarm 2: {told}", f"alarm 3: {told}"], run.output)
+                self.assertEqual(re.findall("alarm of servo .*", run.output),
+                                 lines + [f"alarm of servo 2: {told}", f"alarm of servo 3: {told}"], run.output)
+
+    def test_max_torque_0_is_told_by_set_and_diagnose(self):
+        told = "MAX_TORQUE acts from the servo's next power-up on: switch its power off and on\n"
+        run = controller("scan\nset all MAX_TORQUE 0\nset 1 PUNCH 40\n@power 2 off\n@wait 100\n@power 2 on\n@wait 1500\n"
+                         "diagnose 2\n@expect text finding 19: MAX_TORQUE is 0\n", "arduino-mega", "1,2", "--echo")
+        self.assertEqual(run.status, 0, run.output)
+        self.assertEqual(run.output.count(f"servo 2: written\n{told}ok\n"), 1, run.output)
+        self.assertEqual(run.output.count(told), 1, run.output)
 
     def test_servo_that_shuts_down_is_told_with_its_alarm(self):
         for cause, name in [("@ambient 1 120\n@wait 60000\n", "overheating"),
                             ("@supply 1 5.0\n@wait 2500\n", "input voltage")]:
             run = controller(f"scan\nset 1 ALARM_SHUTDOWN 5\ntorque 1 on\nmode person\n@wait 1500\n{cause}", "atmega128", "1", "--echo")
-            self.assertEqual(re.findall("alarm 1: (.*?);", run.output), [name, "torque went off by itself"], run.output)
+            self.assertEqual(re.findall("alarm of servo 1: (.*?);", run.output), [name, "torque went off by itself"], run.output)
 
     def test_held_line_and_lost_link_are_told_once_to_a_person(self):
         for mode, told in (("person", 1), ("program", 0)):
@@ -422,8 +430,8 @@ class Alarms(unittest.TestCase):
         self.assertEqual(run.status, 0, run.output)
 
     def test_alarm_is_told_of_a_servo_in_place_of_a_forgotten_one(self):
-        run = controller("settings alarm_report 1\n! write 1 PRESENT_POSITION 1\n@expect text alarm 1: range\n"
-                         "servos forget\n! write 2 PRESENT_POSITION 1\n@expect text alarm 2: range\n",
+        run = controller("settings alarm_report 1\n! write 1 PRESENT_POSITION 1\n@expect text alarm of servo 1: range\n"
+                         "servos forget\n! write 2 PRESENT_POSITION 1\n@expect text alarm of servo 2: range\n",
                          "atmega128", "1,2", "--echo")
         self.assertEqual(run.status, 0, run.output)
 
@@ -431,7 +439,7 @@ class Alarms(unittest.TestCase):
         for board in boards.CONSOLES:
             run = controller("! write 2 PRESENT_POSITION 1\n! action 1\n! write 1 PRESENT_POSITION 1\nalarms\n",
                              board, "1,2", "--echo")
-            self.assertIn("> alarms\nalarm 2: range\nalarm 1: range\nalarm 1: instruction\nok", run.output)
+            self.assertIn("> alarms\nalarm of servo 2: range\nalarm of servo 1: range\nalarm of servo 1: instruction\nok", run.output)
 
 
 class Memory(unittest.TestCase):

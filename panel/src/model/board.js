@@ -32,7 +32,7 @@ export async function readStatus(session) {
 /* The lines of `alarms`: [{who, condition}]. */
 export function parseAlarms(lines) {
     return lines
-        .map((line) => /^alarm (\d+|of others): (.*)$/.exec(line))
+        .map((line) => /^alarm (?:of servo )?(\d+|of others): (.*)$/.exec(line))
         .filter((match) => match)
         .map(([, id, condition]) => ({ who: id === "of others" ? t.others : t.servoName(id), condition }));
 }

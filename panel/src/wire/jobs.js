@@ -110,7 +110,7 @@ export class FenceJob extends PacketJob {
 }
 
 export const END = /^(?:ok|error (\d+): ?(.*))$/;
-const ALARM = /^alarm (?:\d+|of others): /;
+const ALARM = /^alarm (?:(?:of servo )?\d+|of others): /;
 
 export class LineJob extends Job {
     constructor(line, options) {

@@ -84,7 +84,7 @@ test("parseStatus: what an owner needs with its meaning, the rest as details", (
 });
 
 test("parseAlarms: each condition has a remedy", () => {
-    assert.deepEqual(parseAlarms(["alarm 3: overheating", "alarm of others: overload", "other"]), [
+    assert.deepEqual(parseAlarms(["alarm of servo 3: overheating", "alarm of others: overload", "other"]), [
         { who: "Servo 3", condition: "overheating" },
         { who: "Unlisted servo, ID not known", condition: "overload" },
     ]);

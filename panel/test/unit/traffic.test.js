@@ -169,7 +169,7 @@ test("rows: lines behind one that begins with ok belong to the same reply, and a
 
     assert.equal(take("in", "line", { text: "timeouts 3" }).request, request);
     assert.equal(take("in", "line", { text: "ok" }).request, request);
-    assert.equal(take("in", "line", { text: "alarm 3: overload" }).request, null);
+    assert.equal(take("in", "line", { text: "alarm of servo 3: overload" }).request, null);
     assert.ok(!request.isUnanswered);
     assert.match(traffic.describe(key).name, /key/);
 });

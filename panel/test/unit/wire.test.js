@@ -343,9 +343,9 @@ test("command: an alarm told unasked belongs to no reply", async () => {
     const texts = [];
 
     wire.addEventListener("text", ({ detail }) => texts.push(detail));
-    port.onText = (line) => line === "servos" && (port.say("alarm 3: overheating", "servo 3: online, torque off", "ok"), true);
+    port.onText = (line) => line === "servos" && (port.say("alarm of servo 3: overheating", "servo 3: online, torque off", "ok"), true);
     assert.deepEqual((await wire.command("servos")).lines, ["servo 3: online, torque off"]);
-    assert.deepEqual(texts, ["alarm 3: overheating"]);
+    assert.deepEqual(texts, ["alarm of servo 3: overheating"]);
 });
 
 test("command: no packet leaves before its reply", async () => {

@@ -41,6 +41,21 @@ static const CDS_FLASH char message_twins[] =
 static const CDS_FLASH char message_all_told[] =
     "all servos were told, and none answers to it: each that heard it has ID 1 now; connect one "
     "alone, then 'id 1 NEW'";
+static const CDS_FLASH char message_max_torque[] =
+    "MAX_TORQUE acts from the servo's next power-up on: switch its power off and on";
+static const CDS_FLASH char message_restarted[] =
+    "any motion has ended; servos may have torque, and none is watched: 'scan' finds them\r\n";
+static const CDS_FLASH char message_still_inhibited[] =
+    "driving is inhibited: 'release' allows it\r\n";
+static const CDS_FLASH char message_link_lost[] =
+    "the host link was lost; no byte for link_loss_ms: %s";
+static const CDS_FLASH char message_loss_shown[] =
+    "driving goes on, as link_loss_action is 0; 'clear' when it is back";
+static const CDS_FLASH char message_loss_inhibits[] =
+    "driving is inhibited, torque stays as it is; 'clear' when it is back";
+static const CDS_FLASH char message_loss_stops[] =
+    "torque off, driving is inhibited; 'clear' when it is back, then 'torque ID on' moves to the "
+    "last goal, 'teach off ID' does not";
 
 /* ---- units ---- */
 
@@ -233,6 +248,17 @@ static const CDS_FLASH char *release_due(struct console *console)
     return message_state_lost;
 }
 
+const CDS_FLASH char *advice_link_lost(struct console *console)
+{
+    const struct robot *robot = console->robot;
+
+    console->printer.values[0].text = !robot_is_inhibited(robot) ? message_loss_shown
+                                      : robot_is_stopping(robot) || robot->stop_begun
+                                          ? message_loss_stops
+                                          : message_loss_inhibits;
+    return message_link_lost;
+}
+
 const CDS_FLASH char *advice(struct console *console)
 {
     switch (console->error) {
@@ -246,21 +272,32 @@ const CDS_FLASH char *advice(struct console *console)
     case CDS_TIMEOUT:
     case CDS_CORRUPT: return scan_due(console);
     case CDS_INHIBITED: return release_due(console);
+    case ERROR_LINK_LOST: return advice_link_lost(console);
     default: return NULL;
     }
 }
 
 const CDS_FLASH char *advice_note(struct console *console)
 {
-    static const CDS_FLASH char id[] = "id", factory[] = "factory";
+    static const CDS_FLASH char id[] = "id", factory[] = "factory", set[] = "set";
     const struct command_line *line = &console->line;
     union printer_value *values = console->printer.values;
 
     if (is_command(line, factory))
         return line->id == CDS_BROADCAST_ID ? message_all_told : NULL;
+    if (is_command(line, set))
+        return (line->address | 1) == (CDS_REG_MAX_TORQUE | 1) ? message_max_torque : NULL;
     if (!is_command(line, id) || line->id == line->new_id || !console_is_for_person(console))
         return NULL;
     values[0].number = line->id;
     values[1].number = values[2].number = line->new_id;
     return message_twins;
+}
+
+void advice_after_reset(struct console *console)
+{
+    union printer_value *values = console->printer.values;
+
+    values[2].text = values[1].text == message_nothing ? message_nothing : message_restarted;
+    values[3].text = robot_is_inhibited(console->robot) ? message_still_inhibited : message_nothing;
 }

@@ -20,4 +20,13 @@ const CDS_FLASH char *advice(struct console *console);
  * Its values are in the printer, which must be ready. `note` of struct command_set. */
 const CDS_FLASH char *advice_note(struct console *console);
 
+/* Returns the text of ERROR_LINK_LOST with what the controller did then; its value is in the
+ * printer, which must be ready. `link_lost` of struct command_set. */
+const CDS_FLASH char *advice_link_lost(struct console *console);
+
+/* Puts two lines of the banner into values 2 and 3 of the printer, each empty or with its end of
+ * line: what a reset that no user wanted means for the robot, and that driving is inhibited.
+ * `after_reset` of struct command_set. */
+void advice_after_reset(struct console *console);
+
 #endif

@@ -166,6 +166,9 @@ struct command_set {
     /* advice() and advice_note() of advice.h; NULL: this firmware has no room for these texts. */
     const CDS_FLASH char *(*advise)(struct console *console);
     const CDS_FLASH char *(*note)(struct console *console);
+    /* advice_link_lost() and advice_after_reset() of advice.h, or NULL. */
+    const CDS_FLASH char *(*link_lost)(struct console *console);
+    void (*after_reset)(struct console *console);
     void (*monitor)(struct console *console, uint8_t value);   // monitor.h; NULL: lines only
     const CDS_FLASH struct command_typing *typing;             // completion and hints, or NULL
     struct history *history;                                   // storage of line_editor.c, or NULL

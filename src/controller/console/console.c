@@ -24,8 +24,9 @@
 #define FED_PER_POLL  8 // a line of 50 servos comes as fast as the host can send
 
 static const CDS_FLASH char banner[] = "%s%s\r\nhelp lists the commands; Ctrl-X stops all servos";
-static const CDS_FLASH char banner_typing[] =
-    "%s%s\r\nhelp lists the commands, Tab completes them; Ctrl-X stops all servos";
+#define HELP_AND_TAB "help lists the commands, Tab completes them; Ctrl-X stops all servos"
+static const CDS_FLASH char banner_typing[] = "%s%s\r\n" HELP_AND_TAB;
+static const CDS_FLASH char banner_noting[] = "%s%s\r\n%s%s" HELP_AND_TAB;
 
 static void begin_line(struct console *console)
 {
@@ -72,7 +73,11 @@ static void print_banner(struct console *console)
         values[1].text = reset_by_watchdog;
     else if (cause == FAILSAFE_RESET_BROWN_OUT)
         values[1].text = reset_by_brown_out;
-    printer_line(&console->printer, command_set.typing ? banner_typing : banner);
+    if (command_set.after_reset)
+        command_set.after_reset(console);
+    printer_line(&console->printer, command_set.after_reset ? banner_noting
+                                    : command_set.typing    ? banner_typing
+                                                            : banner);
 }
 
 void console_open(struct console *console, struct failsafe *failsafe, struct cds_ring *input,

@@ -63,7 +63,7 @@
     X(ERROR_SAVING, 63, "the EEPROM is being written", "try again in 0.2 s")                       \
     X(ERROR_STOPPING, 64, "torque off is under way", "try again when 'status' says how it went")   \
     X(ERROR_LINK_LOST, 65, "the host link was lost",                                               \
-      "no byte for link_loss_ms: link_loss_action acted; 'clear' when it is back")                 \
+      "no byte for link_loss_ms: see 'status'; 'clear' when it is back")                           \
     X(ERROR_SERVO_INSTRUCTION, 20, "servo: instruction error",                                     \
       "the servo does not know the instruction, or ACTION found nothing registered")               \
     X(ERROR_SERVO_RANGE, 21, "servo: range error",                                                 \

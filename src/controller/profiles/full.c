@@ -123,6 +123,8 @@ const CDS_FLASH struct command_set command_set = {
 #if HAS_ADVICE
     .advise = advice,
     .note = advice_note,
+    .link_lost = advice_link_lost,
+    .after_reset = advice_after_reset,
 #endif
     .after_scan = after_scan,
     .account = &account,

@@ -19,9 +19,9 @@
 #define SUPPLY_MV   100u   // unit of the registers
 #define VARYING_LEN 8      // bytes from PRESENT_POSITION to PRESENT_TEMPERATURE
 #define HEARD_MAX                                                                                  \
-    16 // longer than the longest reply, and than a packet and the two header bytes after it
+    18 // longer than the longest reply, and than a packet and the two header bytes after it
 #define LIMITS_AT  CDS_REG_RETURN_DELAY
-#define LIMITS_LEN (CDS_REG_MAX_VOLTAGE - LIMITS_AT + 1)
+#define LIMITS_LEN (CDS_REG_MAX_TORQUE + 2 - LIMITS_AT)
 
 enum diagnose_phase {
     START,        // until the bus is idle
@@ -30,7 +30,7 @@ enum diagnose_phase {
     PROBE,        // PING of the target
     READ_SAME,    // a register that is equal in two servos with one ID: the ID
     READ_VARYING, // registers in which they differ: position to temperature
-    READ_LIMITS,  // return delay, limits of temperature and voltage
+    READ_LIMITS,  // return delay, limits of temperature, voltage and torque
     CHECK_DELAY,  // PING with the bus's own return delay
     PROBE_ANY,    // broadcast PING
     SEEK,         // PING of one ID after the other
@@ -452,6 +452,13 @@ static void read_varying_ended(struct cds_diagnose *diagnose)
     }
 }
 
+/* True if MAX_TORQUE is 0. */
+static bool is_limp(const uint8_t *limits)
+{
+    return (limits[CDS_REG_MAX_TORQUE - LIMITS_AT] | limits[CDS_REG_MAX_TORQUE + 1 - LIMITS_AT]) ==
+           0;
+}
+
 /* What the servo reports: conditions in its error bits, or values beyond its limits. */
 static void judge_values(struct cds_diagnose *diagnose)
 {
@@ -471,7 +478,9 @@ static void judge_values(struct cds_diagnose *diagnose)
         conclude(diagnose, CDS_FINDING_OVERHEATED);
     } else {
         diagnose->value = 0;
-        conclude(diagnose, error & CDS_ERROR_OVERLOAD ? CDS_FINDING_OVERLOADED : CDS_FINDING_OK);
+        conclude(diagnose, error & CDS_ERROR_OVERLOAD ? CDS_FINDING_OVERLOADED
+                           : known && is_limp(limits) ? CDS_FINDING_NO_TORQUE
+                                                      : CDS_FINDING_OK);
     }
 }
 

@@ -185,8 +185,8 @@ void test_alarms_are_listed_by_servo_and_kind(void)
     says(9, 0x41);
     says(77, 0x41); // no room: only what nobody else has is known
     says(78, 0x08);
-    TEST_ASSERT_EQUAL_STRING("alarm 7: overheating\r\nalarm 7: overload\r\n"
-                             "alarm 9: input voltage\r\nalarm 9: instruction\r\n"
+    TEST_ASSERT_EQUAL_STRING("alarm of servo 7: overheating\r\nalarm of servo 7: overload\r\n"
+                             "alarm of servo 9: input voltage\r\nalarm of servo 9: instruction\r\n"
                              "alarm of others: range\r\nok\r\n",
                              reply_to("alarms"));
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("clear"));
@@ -206,18 +206,19 @@ void test_alarm_report_prints_lines_between_replies(void)
     settings.alarm_report = 1;
     said[0] = '\0';
     says(7, 0x24);
-    turns(40);
+    turns(44);
     TEST_ASSERT_EQUAL_STRING(
-        "alarm 7: overheating; take any load off and let it cool, then 'clear'\r\n"
-        "alarm 7: overload; take any load off and let it cool, then 'clear'\r\n",
+        "alarm of servo 7: overheating; take any load off and let it cool, then 'clear'\r\n"
+        "alarm of servo 7: overload; take any load off and let it cool, then 'clear'\r\n",
         said);
     eeprom_fake.slow = 3;
     reply_to("save");
     says(8, 0x01);
     turns(400);
-    TEST_ASSERT_EQUAL_STRING("ok\r\nalarm 8: input voltage; PRESENT_VOLTAGE low: charge the "
-                             "battery; high: lower the supply; then 'clear'\r\n",
-                             said);
+    TEST_ASSERT_EQUAL_STRING(
+        "ok\r\nalarm of servo 8: input voltage; PRESENT_VOLTAGE low: charge the "
+        "battery; high: lower the supply; then 'clear'\r\n",
+        said);
 }
 
 void test_status_tells_all_there_is(void)

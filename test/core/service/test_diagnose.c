@@ -51,6 +51,7 @@ static void put(uint8_t index, uint8_t id, uint8_t baud)
 {
     servo_fake_put(index, id, baud);
     memcpy(&servos.servo[index].table[CDS_REG_MAX_TEMPERATURE], "\x50\x3C\xA0", 3);
+    servos.servo[index].table[CDS_REG_MAX_TORQUE] = 1;
     memcpy(&servos.servo[index].table[CDS_REG_PRESENT_VOLTAGE], "\x78\x20", 2);
 }
 
@@ -640,6 +641,18 @@ void test_error_bits(void)
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, diagnose.error);
 }
 
+void test_max_torque_0_has_a_finding(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NO_TORQUE, found_with(0, CDS_REG_MAX_TORQUE, 0));
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OVERLOADED,
+                            found_with(CDS_ERROR_OVERLOAD, CDS_REG_MAX_TORQUE, 0));
+    setUp();
+    put(0, ID, 1);
+    servos.servo[0].table[CDS_REG_MAX_TORQUE] = 0;
+    servos.servo[0].table[CDS_REG_MAX_TORQUE + 1] = 1;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
+}
+
 /* ---- causes that the line shows while it is used ---- */
 
 #define ALL           (~(uint32_t)0)
@@ -1141,7 +1154,7 @@ void test_examination_sends_these_packets(void)
     } series[] = {{4, CDS_PING, 0, 0},
                   {6, CDS_READ, CDS_REG_ID, 1},
                   {6, CDS_READ, CDS_REG_PRESENT_POSITION, 8},
-                  {1, CDS_READ, CDS_REG_RETURN_DELAY, 9},
+                  {1, CDS_READ, CDS_REG_RETURN_DELAY, 11},
                   {3, CDS_PING, 0, 0}};
 
     put(0, ID, 1);

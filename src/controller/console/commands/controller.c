@@ -13,9 +13,8 @@
 #include "console/number_format.h" // number_print()
 
 static const CDS_FLASH char message_origin[] = "settings at start: %s";
-static const CDS_FLASH char message_of_others[] = "of others";
-static const CDS_FLASH char message_decimal[] = "%u";
-static const CDS_FLASH char message_alarm[] = "alarm %s: %s%s";
+static const CDS_FLASH char message_others[] = "others: ";
+static const CDS_FLASH char message_alarm[] = "alarm of %s%s%s";
 static const CDS_FLASH char message_reset[] = "reset by%s%s%s%s%s";
 static const CDS_FLASH char message_link[] = "host link: %s";
 static const CDS_FLASH char message_link_lost[] = "lost";
@@ -181,17 +180,17 @@ enum alarm_kind {
     ALARM_OFFLINE = FAILSAFE_OFFLINE // this bit of the alarm is not FAILSAFE_TORQUE_LOST
 } __attribute__((packed));
 
-/* Prints the line of the lowest bit, "alarm 3: overheating", and returns the other bits. `kind`:
- * enum alarm_kind bits. */
+/* Prints the line of the lowest bit, "alarm of servo 3: overheating", and returns the other bits.
+ * `kind`: enum alarm_kind bits. */
 NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t bits, uint8_t kind)
 {
     uint8_t condition = reply_condition(bits);
     union printer_value *value = printer->values;
 
     if (id == CDS_BROADCAST_ID) {
-        (value++)->text = message_of_others;
+        (value++)->text = message_others;
     } else {
-        (value++)->text = message_decimal;
+        (value++)->text = message_of_servo;
         (value++)->number = id;
     }
     if (condition == REPLY_TORQUE_LOST && kind & ALARM_OFFLINE)
@@ -202,8 +201,13 @@ NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t 
     return (uint8_t)(bits & (bits - 1u));
 }
 
-/* The alarms of the robot's servo `index`, with FAILSAFE_TORQUE_LOST; behind the last servo: alarms
- * of unknown servos. */
+static bool is_offline(const struct cds_servo_state *servo)
+{
+    return servo->presence == CDS_PRESENCE_OFFLINE;
+}
+
+/* The alarms of the robot's servo `index`, with FAILSAFE_OFFLINE or else FAILSAFE_TORQUE_LOST;
+ * behind the last servo: alarms of unknown servos. */
 static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
 {
     const struct cds_servo_state *servo = servos->states;
@@ -211,8 +215,9 @@ static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
 
     if (index < servos->count) {
         servo += index;
-        return servo->inhibits & CDS_INHIBIT_STATE_LOST ? servo->alarms | FAILSAFE_TORQUE_LOST
-                                                        : servo->alarms;
+        return is_offline(servo) || servo->inhibits & CDS_INHIBIT_STATE_LOST
+                   ? servo->alarms | FAILSAFE_TORQUE_LOST
+                   : servo->alarms;
     }
     for (uint8_t left = servos->count; left; left--, servo++)
         others = (uint8_t)(others & ~servo->alarms);
@@ -223,7 +228,7 @@ static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
 static bool alarms_poll(struct console *console)
 {
     const struct cds_servos *servos = &console->robot->servos;
-    uint8_t *index = &console->index, left = 0;
+    uint8_t *index = &console->index, left = 0, id = CDS_BROADCAST_ID, kind = ALARM_LATCHED;
 
     while (*index <= servos->count &&
            (left = (uint8_t)(alarms_of(servos, *index) & ~console->part)) == 0) {
@@ -232,9 +237,13 @@ static bool alarms_poll(struct console *console)
     }
     if (left == 0)
         return false;
-    left ^= alarm_line(&console->printer,
-                       *index < servos->count ? servos->states[*index].id : CDS_BROADCAST_ID, left,
-                       ALARM_LATCHED);
+    if (*index < servos->count) {
+        const struct cds_servo_state *servo = &servos->states[*index];
+
+        id = servo->id;
+        kind = is_offline(servo) ? ALARM_OFFLINE : ALARM_LATCHED;
+    }
+    left ^= alarm_line(&console->printer, id, left, kind);
     console->part |= left;
     return true;
 }
@@ -245,12 +254,13 @@ static uint8_t clear_begin(struct console *console)
 }
 
 /* The text of a fault of console_faults(). */
-static const CDS_FLASH char *fault_text(uint8_t fault)
+static const CDS_FLASH char *fault_text(struct console *console, uint8_t fault)
 {
     if (command_set.noise && fault == FAULT_NOISE)
         return diagnose_findings[CDS_FINDING_NOISE];
-    return fault == FAULT_LINE_LOW ? diagnose_findings[CDS_FINDING_LINE_LOW]
-                                   : error_text(ERROR_LINK_LOST);
+    if (fault == FAULT_LINE_LOW)
+        return diagnose_findings[CDS_FINDING_LINE_LOW];
+    return command_set.link_lost ? command_set.link_lost(console) : error_text(ERROR_LINK_LOST);
 }
 
 /* In mode person: prints a fault of the whole robot, once until a command finds it over. Returns
@@ -264,8 +274,10 @@ static bool report_fault(struct console *console)
         fault = FAULT_NOISE;
     if (!untold || !console->failsafe->host_types || !console_is_for_person(console))
         return false;
-    if (console_say(console, fault_text(fault)))
-        console->faults_told |= fault;
+    if (!printer_ready(&console->printer))
+        return true;
+    console_say(console, fault_text(console, fault));
+    console->faults_told |= fault;
     return true;
 }
 
@@ -273,11 +285,14 @@ static bool report_fault(struct console *console)
  * causes are not told, but kept. */
 static void drop_alarms_of_line(const struct console *console)
 {
-    uint8_t *alarm = &console->failsafe->alarm;
+    struct failsafe *failsafe = console->failsafe;
+    uint8_t told = console->faults_told, caused = CDS_ERROR_INSTRUCTION | CDS_ERROR_CHECKSUM;
 
-    if ((console->faults_told & FAULT_NOISE && command_set.noise->is_there) ||
-        (console->faults_told & FAULT_LINE_LOW && servos_line_is_low(&console->robot->servos)))
-        *alarm &= (uint8_t) ~(CDS_ERROR_INSTRUCTION | CDS_ERROR_CHECKSUM | FAILSAFE_OFFLINE);
+    if (failsafe->reported[failsafe->next] & FAILSAFE_OFFLINE)
+        caused |= FAILSAFE_OFFLINE; // else the bit is FAILSAFE_TORQUE_LOST
+    if ((told & FAULT_NOISE && command_set.noise->is_there) ||
+        (told & FAULT_LINE_LOW && servos_line_is_low(&console->robot->servos)))
+        failsafe->alarm &= (uint8_t)~caused;
 }
 
 bool controller_report(struct console *console)
@@ -404,7 +419,7 @@ static void print_servos(struct printer *printer, const struct cds_servos *servo
     uint8_t offline = 0;
 
     for (uint8_t left = servos->count; left; left--, servo++)
-        if (servo->presence == CDS_PRESENCE_OFFLINE)
+        if (is_offline(servo))
             offline++;
     printer->values[0].number = servos->count;
     printer->values[1].text = servos->is_full ? message_and_more : message_nothing;
@@ -469,9 +484,9 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("alarms"),
         .what = FLASH_TEXT("alarms since clear"),
-        .details = COMMAND_DETAILS(
-            "From all replies, also to the bridge. Printed at once in mode person, and if "
-            "alarm_report is 1"),
+        .details = COMMAND_DETAILS("From all replies, also to the bridge; and servos that are "
+                                   "offline. Printed at once in mode person, and if "
+                                   "alarm_report is 1"),
         .poll = alarms_poll,
     },
     {
