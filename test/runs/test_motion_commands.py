@@ -107,14 +107,15 @@ class Teach(Motion):
 
     def test_teach_off_of_a_servo_that_fails_goes_on_with_the_others(self):
         self.run_on("teach on\n@power 1 off\n! teach off\n@expect text servo 1: no reply by the deadline\n"
-                    "@expect text error 2:\n@expect servo 2,3 torque on\n")
+                    "@expect text servo 2: ok\n@expect text error 87:\n@expect servo 2,3 torque on\n")
 
-    def test_teach_ends_with_the_first_servo_that_fails(self):
-        for line in "teach on", "teach off":
-            self.run_on(f"@power 2 off\n! {line}\n@expect text error 2: servo 2: no reply\n")
+    def test_teach_has_a_line_for_each_servo_as_other_lists(self):
+        for line in "teach on", "teach off", "teach off 1,2,3":
+            self.run_on(f"@power 2 off\n! {line}\n@expect text servo 1: ok\n@expect text servo 2: no reply by the deadline\n"
+                        "@expect text servo 3: ok\n@expect text error 87:\n")
 
     def test_teach_off_keeps_torque_off_while_inhibited(self):
-        self.run_on("teach on\nstop\n! teach off\n@expect text servo 1:\n"
+        self.run_on("teach on\nstop\n! teach off\n@expect text error 54: stopped\n"
                     "@expect servo 1-3 torque off\nrelease\nteach off\n@expect servo 1-3 torque on\n")
 
     def test_teach_off_of_a_hot_servo_says_so(self):
