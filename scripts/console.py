@@ -206,6 +206,11 @@ A [scenario](scenario.md) of the simulator does this by itself.
 
 ## If the console no longer answers
 
+After `settings host_baud` the terminal must have the new rate, too: end it, and start it with this rate, as in
+`picocom -q -e t -b 57600 /dev/ttyUSB0`. If the terminal cannot do the rate, and `save` was not typed, reset the board:
+the console is back at the rate from before. In the simulator `make poke DO="reset power"` is this reset, and the rate of the
+terminal counts only with `make run HOST_BAUD=client`.
+
 A saved `host_baud` that the terminal cannot do is undone from the keyboard:
 
 1. Set the terminal to the rate of the board: 115200 bit/s, on `cm510` 57600.
@@ -285,10 +290,7 @@ The new servo is alone on the bus; if another one answers, `new` names both and 
 list is refused, as NEW (error 11) and as that of the servo found (error 95): `servos forget` empties the list, and of several
 new servos the last gets ID 1, the factory's ([hardware.md](hardware.md#more-new-servos)). The six listed rates are 1000000,
 500000, 250000, 117647, 57143 and 19231 bps: those of the manual, which a servo keeps over power-off. Behind another rate the console
-prints `, until power-off`: then the servo is back at its last listed rate. To restore registers, send the
-lines of `backup`: `restore` reads the register, shows a value that differs, writes it and reads it back. An error follows the
-name of the register: `not written`, the servo does not hold the new value; `sent, not confirmed`, the servo could not be read back,
-so it may hold the new value: send the line again. Typed into tmux as above.
+prints `, until power-off`: then the servo is back at its last listed rate. Typed into tmux as above.
 
 `new`, `id`, `baud`, `factory`, `lock`, `set` of a register in EEPROM and `restore` try three times if a packet or its reply
 is lost. They read first, and write again only if the servo shows that the write was lost. What a servo refuses is not tried
@@ -296,6 +298,25 @@ again.
 
 ```
 {lines_shown(NEW_SERVO, "1")}```
+
+### Backup and restore
+
+These two lines of the shell save the registers of servos 1 to 3 to a file, and send them back. Close the terminal program first
+(picocom: Ctrl-T, then Ctrl-Q): two programs on one port take each other's replies.
+
+```sh
+echo 'backup 1-3' | scripts/send-lines.py --replies /dev/ttyUSB0 /dev/stdin > servos.txt
+scripts/send-lines.py /dev/ttyUSB0 servos.txt
+```
+
+Behind each line of the file stands what the console replied: `unchanged`, or the old value and `differed: written`. The
+CM-510 needs its rate at the end of both lines of the shell: `servos.txt 57600`, `/dev/stdin 57600`. Do not paste the lines of a backup into
+a terminal: they are too fast, and some of them are lost (error 36). Afterwards the console is in mode program: `mode person`
+brings the prompt back.
+
+`restore` reads the register, shows a value that differs, writes it and reads it back. An error follows the
+name of the register: `not written`, the servo does not hold the new value; `sent, not confirmed`, the servo could not be read back,
+so it may hold the new value: send the line again.
 
 ## Commands""")
     last = None

@@ -42,7 +42,7 @@ MOTION_ERRORS = {*map(str, range(1, 20)), *enum_numbers("src/controller/robot/ro
                  *enum_numbers("src/controller/robot/motion_start.h", "motion_refusal")}
 
 # Errors of a line that only a user types. The page shows the reply to such a line as it is.
-TYPED_ERRORS = {"0", "6", "20", "22", "23", *map(str, range(30, 40)), "41", "42", "44", "46", "53", "56", "60", "61"}
+TYPED_ERRORS = {"0", "6", "20", "22", "23", *map(str, range(30, 40)), "41", "42", "44", "46", "53", "56", "60"}
 
 # Errors that only the library returns.
 LIBRARY_ERRORS = {"1", "4"}

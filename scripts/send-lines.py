@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Sends the lines of a file to the console, each after the reply to the line before: poses and sequences of another
+r"""Sends the lines of a file to the console, each after the reply to the line before: poses and sequences of another
 robot (docs/motion.md), or a backup of servos. Ends at the first error. The file may be what a terminal has shown:
-prompts, `ok` and lines that begin with # are left out. The console is then in mode program: `mode person` brings the
+prompts, `ok` and lines that begin with # are left out. What the console replies to a line is printed behind it. No other
+program may have the port open: close picocom first. The console is then in mode program: `mode person` brings the
 prompt back. `make install` installs this program as cds55xx-send-lines.
 
     scripts/send-lines.py [--replies] /dev/ttyUSB0 poses.txt [BAUD]    BAUD: 115200 if not given; of the CM-510 57600
@@ -83,11 +84,13 @@ def main(path, file, rate=RATE, shows_replies=False):
     port = open_port(path, rate)
     lines = [line for line in (line.removeprefix(">").strip() for line in shown) if line not in ("", "ok") and line[0] != "#"]
     if not ask(port, "\x03mode program", PATIENCE_MS)[0]:
-        sys.exit(f"no reply on {path} at {rate} bit/s: is it the console's port, at the right rate?")
+        sys.exit(f"no reply on {path} at {rate} bit/s: is it the console's port, at the right rate? "
+                 "Another program on the port, such as picocom, takes the replies: close it")
     for number, line in enumerate(lines, 1):
         command, within_ms = limited(line)
         reply, said = ask(port, command, within_ms)
-        print(f"{number}/{len(lines)} {command}: {reply or 'no reply'}", file=sys.stderr if shows_replies else sys.stdout)
+        result = "; ".join([*(() if shows_replies else said.splitlines()), reply or "no reply"])
+        print(f"{number}/{len(lines)} {command}: {result}", file=sys.stderr if shows_replies else sys.stdout)
         if shows_replies:
             print(said, end="")
         if not reply:
@@ -98,6 +101,9 @@ def main(path, file, rate=RATE, shows_replies=False):
 
 
 if __name__ == "__main__":
+    if "--help" in sys.argv:
+        print(__doc__)
+        sys.exit()
     arguments = [word for word in sys.argv[1:] if word != "--replies"]
     if len(arguments) not in (2, 3):
         sys.exit(__doc__)

@@ -268,10 +268,10 @@ FULL_ONLY = {
            + "@servos 1\nbaud 1 66raw\nbus 1000000\nnew 9\n" + text("step 1 of 4: search")
            + text("not there: search at all 255 rates")
            + text("one ID answers: ID 1 at 29851bps; connect one servo only")
-           + text("step 2 of 4: return delay 2 us")
+           + text("step 2 of 4: return delay 4 us")
            + text("step 3 of 4: ID 1 becomes 9") + text("step 4 of 4: rate 29851bps becomes 1000000bps")
            + text("servo 9 is set up and joins the robot, at 1000000bps") + servo("1 ID 9")
-           + servo("1 BAUD_RATE 1") + servo("1 RETURN_DELAY 1")
+           + servo("1 BAUD_RATE 1") + servo("1 RETURN_DELAY 2")
            + "! new 9\n" + text("error 11: ID 9 is in the robot's list; choose another ID, or ") + "@expect silence 10\nservos\n"
            + error(95, "new 8") + text(f"servo 9: {ERRORS[95]}") + servo("1 ID 9") + "servos forget\nnew 9\nservos forget\n@power off\n"
            + error(88, "new 9") + "@servos 1-18\n@wait 10\nservos forget\nscan\n" + error(40, "new 30")
@@ -499,7 +499,7 @@ class Scripts(unittest.TestCase):
         for script in ("scan\n" + early + error(2, "write 1 RETURN_DELAY 1") + "scan\n"
                        + text("1 found, 254 asked"),
                        "new 6\n" + text("a servo answers too early")
-                       + text("servo 6 is set up") + servo("1 RETURN_DELAY 1") + "ping 6\n"):
+                       + text("servo 6 is set up") + servo("1 RETURN_DELAY 2") + "ping 6\n"):
             with tempfile.TemporaryDirectory() as folder:
                 run = controller("write 1 RETURN_DELAY 0\n", "arbotix", "1", "--state", folder)
                 self.assertEqual(run.status, 0, run.output)

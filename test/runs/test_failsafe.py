@@ -175,7 +175,7 @@ class Settings(unittest.TestCase):
     def test_errors(self):
         output = self.run_script("! settings nothing 1\n! settings repeats 3\n! settings repeats x\n"
                                  "! settings repeats 1 1\nsettings repeats 2\nsettings repeats\n")
-        for error in [60, 61, 32, 31]:
+        for error in [60, 33, 32, 31]:
             self.assertIn(f"error {error}: ", output)
         self.assertIn("repeats = 2\n", output)
 

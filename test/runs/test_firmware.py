@@ -50,7 +50,7 @@ class Console(unittest.TestCase):
 
     def test_low_supply_is_a_warning_and_ok(self):
         output = self.expect("write 1 MIN_VOLTAGE 130\n@wait 5\nping 1\n")
-        self.assertIn("warning: input voltage; PRESENT_VOLTAGE low: charge the battery; high: lower the supply; then 'clear'\nok", output)
+        self.assertIn("warning: input voltage; compare PRESENT_VOLTAGE, MIN_VOLTAGE, MAX_VOLTAGE; mend supply or limits, then 'clear'\nok", output)
 
     def test_broadcast_ping_finds_a_lone_servo(self):
         self.assertIn("id 17", self.expect("ping 254\n", servos="17"))

@@ -147,8 +147,8 @@ test("isSaved: as the values are; a refused value changes nothing", async () => 
     const { port, settings } = await rig();
 
     await settings.read();
-    port.onText = (line) => line === "settings cycle_us 1" && (port.say("error 61: setting out of range"), true);
-    await assert.rejects(settings.apply({ cycle_us: 1 }), { number: 61 });
+    port.onText = (line) => line === "settings cycle_us 1" && (port.say("error 33: number out of range"), true);
+    await assert.rejects(settings.apply({ cycle_us: 1 }), { number: 33 });
     assert.equal(settings.isSaved, null);
     await settings.save();
     await settings.apply({ cycle_us: 5000 });

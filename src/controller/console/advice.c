@@ -153,7 +153,8 @@ static const CDS_FLASH char *unit_behind_space(const struct console *console)
     struct token joined = {0};
     struct number number;
 
-    if (console->line.error != console->error || word->length >= TOKEN_MAX)
+    if (console->line.error != console->error || word->length >= TOKEN_MAX ||
+        number_parse(word, &number) == 0)
         return NULL;
     token_add(&joined, '1');
     for (uint8_t i = 0; i < word->length; i++)

@@ -36,10 +36,9 @@ enum console_state {
 
 /* State of a command that runs for each servo of a list: servo_list.h. */
 struct servo_list {
-    uint8_t next;       // index of the servo that is next
-    uint8_t phase;      // of the servo that is served now: enum list_phase
-    bool failed;        // a servo has failed
-    uint8_t conditions; // CDS_ERROR_* bits of all replies, not yet printed
+    uint8_t next;  // index of the servo that is next
+    uint8_t phase; // of the servo that is served now: enum list_phase
+    bool failed;   // a servo has failed
 };
 
 /* The buffer of the console's request. A command with an instruction in its row builds its packet

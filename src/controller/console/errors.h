@@ -57,7 +57,6 @@
     X(ERROR_TOO_FAST, 57, "too fast for a servo",                                                  \
       "give it more time: 'motion wait' names the shortest")                                       \
     X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \
-    X(ERROR_SETTING_RANGE, 61, "setting out of range", "docs/settings.md has the ranges")          \
     X(ERROR_NOT_SAVED, 62, "the EEPROM keeps nothing new",                                         \
       "the older data stay valid; try again, or replace the chip")                                 \
     X(ERROR_SAVING, 63, "the EEPROM is being written", "try again in 0.2 s")                       \
@@ -99,7 +98,7 @@
     X(ERROR_ALARM, 85, "the servo reports an alarm",                                               \
       "take any load off and let it cool, then 'clear'")                                           \
     X(ERROR_VOLTAGE, 86, "voltage outside of the servo's limits",                                  \
-      "PRESENT_VOLTAGE low: charge the battery; high: lower the supply; then 'clear'")             \
+      "compare PRESENT_VOLTAGE, MIN_VOLTAGE, MAX_VOLTAGE; mend supply or limits, then 'clear'")    \
     X(ERROR_OVERRIDE, 82, "percentage of the speed out of range", "give 10 to 200%")               \
     X(ERROR_ABSENT, 81, "a servo of the pose is not in the group",                                 \
       "'pose show NAME' prints the 'group' that the pose needs")                                   \

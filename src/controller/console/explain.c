@@ -21,6 +21,7 @@ static const CDS_FLASH char message_range[] = " is out of range: ";
 static const CDS_FLASH char message_to[] = " to ";
 static const CDS_FLASH char message_subject_end[] = ": ";
 static const CDS_FLASH char message_ms[] = "ms";
+static const CDS_FLASH char message_us[] = "us";
 static const CDS_FLASH char name_of_id[] = "ID";
 static const CDS_FLASH char name_of_settings[] = "settings";
 static const CDS_FLASH char name_of_speed_or_time[] =
@@ -90,6 +91,8 @@ static struct range range_of_setting(const struct command_line *line)
                               row->lowest, CDS_UNIT_BPS};
     if (line->number[0].kind == NUMBER_TIME && *row->unit == 'm')
         unit = UNIT_MS;
+    if (line->number[0].kind == NUMBER_TIME && *row->unit == 'u')
+        unit = UNIT_US;
     if (line->number[0].kind == NUMBER_TIME && *row->unit == 'x')
         unit = CDS_UNIT_US;
     return (struct range){row->lowest, row->highest, unit};
@@ -158,6 +161,9 @@ static uint8_t check(const struct number *number, const struct range *range)
     if (range->unit == UNIT_MS) {
         error = number_ms(number, UINT16_MAX, &ms);
         raw = (uint16_t)ms;
+    } else if (range->unit == UNIT_US) {
+        error = number_us(number, UINT16_MAX, &ms);
+        raw = (uint16_t)ms;
     } else if (range->unit == UNIT_S) {
         error = number_ms(number, range->highest * (uint32_t)1000, &ms);
         raw = ms % 1000 ? 0 : (uint16_t)(ms / 1000);
@@ -217,7 +223,7 @@ static bool is_of_list(const struct command_line *line)
 /* True if a number is out of range. */
 static bool is_range_error(uint8_t error)
 {
-    return error == ERROR_OUT_OF_RANGE || error == ERROR_SETTING_RANGE || error == ERROR_OVERRIDE;
+    return error == ERROR_OUT_OF_RANGE || error == ERROR_OVERRIDE;
 }
 
 /* Finds the subject. False: the error has none. */
@@ -372,6 +378,8 @@ static void print_bound(struct printer *printer, uint8_t unit, uint16_t value, b
         printer_decimal(printer, value);
         if (with_unit && unit == UNIT_MS)
             printer_flash(printer, message_ms);
+        else if (with_unit && unit == UNIT_US)
+            printer_flash(printer, message_us);
         else if (with_unit && unit == UNIT_S)
             printer_flash(printer, message_whole_s);
         else if (with_unit)
@@ -385,12 +393,27 @@ static void print_bound(struct printer *printer, uint8_t unit, uint16_t value, b
     }
 }
 
-/* "0 to 300deg" */
-static void print_range(struct printer *printer, const struct range *range)
+/* The range in values of the register: of a rate and of the speed of `turn` it begins with 0. */
+static struct range raw_range(const struct range *range)
 {
+    bool falls = range->lowest > range->highest;
+
+    return (struct range){falls ? 0 : range->lowest, falls ? range->lowest : range->highest,
+                          CDS_UNIT_NUMBER};
+}
+
+/* "0 to 300deg"; of a register value "0 to 1023raw" */
+static void print_range(struct printer *printer, const struct subject *subject)
+{
+    bool is_raw = command_set.advise && subject->number && subject->number->kind == NUMBER_RAW;
+    struct range of_raw = raw_range(&subject->range);
+    const struct range *range = is_raw ? &of_raw : &subject->range;
+
     print_bound(printer, range->unit, range->lowest, false);
     printer_flash(printer, message_to);
     print_bound(printer, range->unit, range->highest, true);
+    if (is_raw)
+        printer_flash(printer, number_unit_name(subject->number));
     printer_end_of_line(printer);
 }
 
@@ -442,7 +465,7 @@ bool explain_error(struct console *console)
         if (mistake)
             mistake_print_with_point(console);
         else
-            print_range(printer, &subject.range);
+            print_range(printer, &subject);
         return false;
     }
 }

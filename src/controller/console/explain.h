@@ -25,8 +25,9 @@ struct range {
 
 #define UNIT_MS      UINT8_MAX       // milliseconds
 #define UNIT_PERCENT (UINT8_MAX - 1) // percent
-#define UNIT_S       (UINT8_MAX - 2) // whole seconds
-#define UNIT_ADDRESS (UINT8_MAX - 3) // of a register: printed in hexadecimal digits
+#define UNIT_US      (UINT8_MAX - 2) // microseconds
+#define UNIT_S       (UINT8_MAX - 3) // whole seconds
+#define UNIT_ADDRESS (UINT8_MAX - 4) // of a register: printed in hexadecimal digits
 
 /* Returns true if the command of the line is `settings`. `set` and `restore` have a VALUE, too. */
 bool explain_is_settings(const struct command_line *line);

@@ -18,12 +18,13 @@ extern const CDS_FLASH char message_version[];         // "cds55xx 0.1.0 atmega1
 extern const CDS_FLASH char message_servo[];           // "servo %u: %s"
 extern const CDS_FLASH char message_of_servo[];        // "servo %u: "
 extern const CDS_FLASH char message_torque_is_off[];
-extern const CDS_FLASH char message_is_offline[]; // "offline"
-extern const CDS_FLASH char message_clear[];      // "clear"
-extern const CDS_FLASH char message_one_word[];   // "; a list of servos is one word: 1,2"
-extern const CDS_FLASH char message_factory[];    // what reset and factory do
-extern const CDS_FLASH char message_unlisted[];   // "; IDs not checked: %u"
-extern const CDS_FLASH char message_at_rate[];    // "not at the rate of the bus: 'bus %b' ..."
-extern const CDS_FLASH char message_too_fast[];   // "servo %u needs %l ms"
+extern const CDS_FLASH char message_is_offline[];  // "offline"
+extern const CDS_FLASH char message_clear[];       // "clear"
+extern const CDS_FLASH char message_one_word[];    // "; a list of servos is one word: 1,2"
+extern const CDS_FLASH char message_factory[];     // what reset and factory do
+extern const CDS_FLASH char message_unlisted[];    // "; IDs not checked: %u"
+extern const CDS_FLASH char message_at_rate[];     // "not at the rate of the bus: 'bus %b' ..."
+extern const CDS_FLASH char message_bus_changed[]; // "the bus changed to this rate: ..."
+extern const CDS_FLASH char message_too_fast[];    // "servo %u needs %l ms"
 
 #endif

@@ -14,6 +14,7 @@ static const CDS_FLASH char ok[] = "ok";
 static const CDS_FLASH char failed[] = "error %u: %s";
 static const CDS_FLASH char failed_too[] = "also %u: %s";
 static const CDS_FLASH char warning[] = "warning: %s%s";
+static const CDS_FLASH char warning_of_servo[] = "warning: servo %u: %s%s";
 
 const CDS_FLASH char *const CDS_FLASH reply_conditions[] = {
     FLASH_TEXT("input voltage"), FLASH_TEXT("angle limit"),
@@ -49,18 +50,21 @@ NOINLINE uint8_t reply_condition(uint8_t bits)
     return index;
 }
 
-/* Prints a warning for one condition; false when there is none left. */
-static bool warn(struct console *console)
+bool reply_warn(struct console *console)
 {
     uint8_t conditions = console->servo_error & CDS_ERRORS_OF_CONDITION, condition;
+    bool names_servo = command_set.lists && console->line.is_repeated;
+    union printer_value *value = console->printer.values;
 
     if (conditions == 0)
         return false;
     condition = reply_condition(conditions);
     console->servo_error ^= conditions & (uint8_t)-conditions; // the lowest bit
-    console->printer.values[0].text = reply_conditions[condition];
-    console->printer.values[1].text = reply_remedy(condition);
-    printer_line(&console->printer, warning);
+    if (names_servo)
+        (value++)->number = console->line.id;
+    value[0].text = reply_conditions[condition];
+    value[1].text = reply_remedy(condition);
+    printer_line(&console->printer, names_servo ? warning_of_servo : warning);
     return true;
 }
 
@@ -110,7 +114,7 @@ bool reply_piece(struct console *console)
             command_set.typing->print_hint(console);
         return more;
     }
-    if (!print_note(console) && !warn(console) && !print_result(console))
+    if (!print_note(console) && !reply_warn(console) && !print_result(console))
         console->reply_ended = true;
     return true;
 }

@@ -13,6 +13,10 @@ struct console;
 /* Prints the next piece of the end; the printer must be ready. False when the reply is complete. */
 bool reply_piece(struct console *console);
 
+/* Prints a warning for one condition of console->servo_error, and clears its bit; names the servo
+ * of a list. The printer must be ready. False: none is left. */
+bool reply_warn(struct console *console);
+
 /* Conditions: 0 to 6 are the numbers of the CDS_ERROR_* bits. */
 #define REPLY_TORQUE_LOST 7 // the servo has switched its torque off by itself
 #define REPLY_OFFLINE     8

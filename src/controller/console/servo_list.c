@@ -11,10 +11,14 @@
 #include "console/explain.h"
 #include "console/messages.h"
 #include "console/mistake.h"
+#include "console/reply.h" // reply_warn()
 
 static const CDS_FLASH char message_ok[] = "ok";
 static const CDS_FLASH char message_not_a_list[] =
     "warning: %u was read as a value, not as servo %u%s";
+
+static const CDS_FLASH char message_register[] =
+    "warning: %u was read as the address of a register, not as servo %u";
 
 /* ---- reading a line: these functions return an error or 0 ---- */
 
@@ -249,6 +253,8 @@ static uint8_t begin(struct console *console)
     struct command_line *line = &console->line;
     uint8_t error = line->takes_all ? list_all(console) : 0;
 
+    if (error == 0 && line->command->begin == teach_begin)
+        error = teach_choose(console);
     if (error)
         return error;
     if (line->takes_all && line->is_repeated)
@@ -267,7 +273,7 @@ static uint8_t begin(struct console *console)
     return 0;
 }
 
-enum list_phase { NEXT_SERVO, BEGIN, RUN, END } __attribute__((packed));
+enum list_phase { NEXT_SERVO, BEGIN, RUN, END, WARN } __attribute__((packed));
 
 /* Prints "servo 3: ". False: the list has ended. */
 static bool next_servo(struct console *console)
@@ -276,7 +282,6 @@ static bool next_servo(struct console *console)
 
     if (list->next == console->line.values) {
         console->error = list->failed ? (uint8_t)ERROR_SOME : 0;
-        console->servo_error = list->conditions;
         return false;
     }
     console->line.id = kept_ids(&console->line)[list->next++];
@@ -319,13 +324,12 @@ static void end_servo_line(struct console *console, uint8_t error)
 static void end_servo(struct console *console)
 {
     struct servo_list *list = list_of(console);
-    uint8_t error;
+    uint8_t conditions = console->servo_error & CDS_ERRORS_OF_CONDITION;
+    uint8_t error = servo_outcome(console);
 
-    list->conditions =
-        (uint8_t)(list->conditions | (console->servo_error & CDS_ERRORS_OF_CONDITION));
-    error = servo_outcome(console);
+    console->servo_error = conditions;
     list->failed = list->failed || error;
-    list->phase = NEXT_SERVO;
+    list->phase = WARN;
     if (console->printer.within)
         end_servo_line(console, error);
     else if (error)
@@ -348,31 +352,51 @@ static bool may_be_list(const struct console *console)
     return cds_servos_find(&console->robot->servos, (uint8_t)first->digits) != NULL;
 }
 
-/* "warning: 2 was read as a value, not as servo 2; a list of servos is one word: 1,2" */
-static void warn_of_list(struct console *console)
+/* True if the user may have forgotten the register: `get 1 2 3` reads register 3 of servos 1 and 2,
+ * and the robot has a servo 3. */
+static bool may_lack_register(const struct console *console)
+{
+    const struct command_line *line = &console->line;
+
+    return line->singles > 2 && line->length == 1 && !line->named &&
+           console->buffer.command.list.next == 0 &&
+           cds_servos_find(&console->robot->servos, line->address);
+}
+
+/* Warns of a number that may be meant as an ID: "warning: 2 was read as a value, not as servo 2; a
+ * list of servos is one word: 1,2". False: there is none. */
+static bool warn_of_list(struct console *console)
 {
     union printer_value *values = console->printer.values;
+    const struct command_line *line = &console->line;
 
-    values[0].number = values[1].number = (uint16_t)console->line.number[0].digits;
-    values[2].text = message_one_word;
-    printer_line(&console->printer, message_not_a_list);
+    if (!line->is_repeated && may_be_list(console)) {
+        values[0].number = values[1].number = (uint16_t)line->number[0].digits;
+        values[2].text = message_one_word;
+        printer_line(&console->printer, message_not_a_list);
+        return true;
+    }
+    if (!command_set.advise || !line->is_repeated || !may_lack_register(console))
+        return false;
+    values[0].number = values[1].number = line->address;
+    printer_line(&console->printer, message_register);
+    return true;
 }
 
 static bool poll(struct console *console)
 {
     struct servo_list *list = list_of(console);
 
-    if (!console->line.is_repeated && console->step == 0 && may_be_list(console)) {
-        warn_of_list(console);
+    if (console->step == 0 && warn_of_list(console))
         return true;
-    }
     if (!console->line.is_repeated)
         return run_servo(console);
     switch (list->phase) {
     case NEXT_SERVO: return next_servo(console);
     case BEGIN: list->phase = begin_servo(console) ? RUN : END; return true;
     case RUN: list->phase = run_servo(console) ? RUN : END; return true;
-    default: end_servo(console); return true;
+    case END: end_servo(console); return true;
+    default: list->phase = reply_warn(console) ? WARN : NEXT_SERVO; return true;
     }
 }
 

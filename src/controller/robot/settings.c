@@ -219,6 +219,7 @@ static void end_save(struct settings_store *store)
     store->sequence++;
     store->slot = !store->slot;
     store->result = SETTINGS_SAVED;
+    store->origin = store->unknown ? SETTINGS_NEWER : SETTINGS_STORED;
 }
 
 /* A byte that is there already is left alone: a cell bears 100 000 writes. */

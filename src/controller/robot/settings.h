@@ -108,7 +108,7 @@ enum settings_result {
 struct settings_store {
     struct settings copy; // what is being saved
     uint16_t crc;         // of the bytes so far
-    uint8_t origin;       // enum settings_origin
+    uint8_t origin;       // enum settings_origin of the newest record
     uint8_t result;       // enum settings_result
     uint8_t slot;         // 0 or 1: where the next record goes
     uint8_t sequence;     // of the newest record

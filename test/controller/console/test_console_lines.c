@@ -177,8 +177,8 @@ void test_conditions_are_warnings_and_ok(void)
 
     reply_to("ping 1");
     answer(1, CDS_ERROR_VOLTAGE | CDS_ERROR_OVERHEATING | CDS_ERROR_OVERLOAD, NULL, 0);
-    next = assert_begins(said, "warning: input voltage; PRESENT_VOLTAGE low: charge the "
-                               "battery; high: lower the supply; then 'clear'\r\n");
+    next = assert_begins(said, "warning: input voltage; compare PRESENT_VOLTAGE, MIN_VOLTAGE, "
+                               "MAX_VOLTAGE; mend supply or limits, then 'clear'\r\n");
     next = assert_begins(assert_begins(next, "warning: overheating"), load);
     next = assert_begins(assert_begins(next, "warning: overload"), load);
     TEST_ASSERT_EQUAL_STRING("ok\r\n", next);

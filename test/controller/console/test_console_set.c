@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* `set` of an angle limit and of the status return level, and `reset`, where the flash has room. */
+/* `get` without a register, `set` of an angle limit and of the status return level, and `reset`,
+ * where the flash has room. */
 #include "console_rig.h"
 
 #define LIMITS_AT_0  0, 0, 0, 0
@@ -20,6 +21,26 @@ static void assert_sends(const char *hex)
 {
     port_fake_transmit(&bus.link, 0);
     assert_sent(hex);
+}
+
+/* `get` of IDs without a register: the last ID was read as a register. */
+void test_get_of_ids_without_register_gives_warning(void)
+{
+    static const char warning[] =
+        "warning: 3 was read as the address of a register, not as servo 3\r\nservo 1: ";
+
+    for (uint8_t id = 1; id <= 3; id++)
+        robot_add(&robot, id);
+    robot.health_pauses = true;
+    TEST_ASSERT_EQUAL_STRING(warning, reply_to("get 1 2 3"));
+    assert_sends("FF FF 01 04 02 03 01 F4");
+}
+
+void test_get_of_a_list_in_one_word_gives_no_warning(void)
+{
+    robot_add(&robot, 3);
+    robot.health_pauses = true;
+    TEST_ASSERT_EQUAL_STRING("servo 1: ", reply_to("get 1,2 3"));
 }
 
 #define READ_LIMITS_TO_TORQUE "FF FF 01 04 02 06 13 DF"

@@ -14,7 +14,7 @@ void tearDown(void)
 
 void test_setting_out_of_range_names_its_range(void)
 {
-    assert_reply("error 61: VALUE 255 is out of range: 0 to 254\r\n", "settings bus_baud 255");
+    assert_reply("error 33: VALUE 255 is out of range: 0 to 254\r\n", "settings bus_baud 255");
     assert_reply("error 33: VALUE 3000000 is out of range: 7843 to 2000000bps\r\n",
                  "settings bus_baud 3000000");
     assert_reply("error 33: VALUE 70000 is out of range: 0 to 65535\r\n",

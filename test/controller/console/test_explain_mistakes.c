@@ -63,7 +63,7 @@ void test_setting_with_wrong_unit_says_so(void)
 
 void test_rate_of_host_has_its_own_range(void)
 {
-    assert_reply("error 61: VALUE 2000000 is out of range: 7843 to 1000000bps\r\n",
+    assert_reply("error 33: VALUE 2000000 is out of range: 7843 to 1000000bps\r\n",
                  "settings host_baud 2000000");
     assert_reply("error 33: VALUE 3000000 is out of range: 7843 to 1000000bps\r\n",
                  "settings host_baud 3000000");

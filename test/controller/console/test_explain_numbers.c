@@ -52,7 +52,7 @@ void test_number_of_command_out_of_range_names_range(void)
     assert_reply("error 33: servo 1: ANGLE 400deg is out of range: 0 to 300deg\r\n",
                  "move 1 400deg");
     assert_reply("error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg\r\n", "move 1 400");
-    assert_reply("error 33: servo 1: ANGLE 1024raw is out of range: 0 to 300deg\r\n",
+    assert_reply("error 33: servo 1: ANGLE 1024raw is out of range: 0 to 1023raw\r\n",
                  "move 1 1024raw");
     assert_reply("error 33: servo 1: SPEED 62.5rpm is out of range: 0 to 62rpm\r\n",
                  "move 1 90 62.5rpm");

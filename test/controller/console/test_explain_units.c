@@ -31,18 +31,49 @@ void test_setting_is_taken_and_shown_with_its_unit(void)
         TEST_ASSERT_EQUAL_STRING(lines[i][1], reply_to(lines[i][0]));
     assert_reply("error 33: VALUE 66s is out of range: 0 to 65535ms\r\n",
                  "settings link_loss_ms 66s");
-    assert_reply("error 61: setting out of range; ", "settings cycle_us 1ms");
+    assert_reply("error 33: VALUE 1ms is out of range: 2000 to 65535us\r\n",
+                 "settings cycle_us 1ms");
+    assert_reply("error 33: VALUE 70ms is out of range: 2000 to 65535us\r\n",
+                 "settings cycle_us 70ms");
+    assert_reply("error 33: VALUE 1000 is out of range: 2000 to 65535\r\n",
+                 "settings cycle_us 1000");
+    assert_reply("error 33: VALUE 300 is out of range: 0 to 254\r\n", "settings device_id 300");
+    assert_reply("error 33: VALUE 70000 is out of range: 0 to 65535\r\n",
+                 "settings link_loss_ms 70000");
     assert_reply("error 33: VALUE 600us is out of range: 0 to 508us\r\n",
                  "settings return_delay 600us");
 }
 
 void test_change_of_host_rate_warns_a_person_only(void)
 {
-    static const char warning[] = "the host link has the new rate after 'ok'; 'save' keeps it\r\n";
+    static const char warning[] =
+        "the host link has the new rate after 'ok'; without 'save' a reset undoes it\r\n";
 
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("settings host_baud 255"));
     settings.echo = SETTINGS_ECHO_PERSON;
     TEST_ASSERT_NOT_NULL(strstr(reply_to("settings host_baud 254"), warning));
+}
+
+void test_change_of_bus_rate_tells_a_person_of_servos(void)
+{
+    static const char lines[] = "the bus changed to this rate: servos at the old rate answer again "
+                                "after 'bus 1000000bps'\r\nok\r\n";
+
+    TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("settings bus_baud 500000"));
+    TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("settings bus_baud 1"));
+    settings.echo = SETTINGS_ECHO_PERSON;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("settings bus_baud 500000"), lines));
+    TEST_ASSERT_NULL(strstr(reply_to("settings bus_baud 500000"), "old rate"));
+}
+
+void test_register_value_out_of_range_names_register_values(void)
+{
+    assert_reply("error 33: servo 1: ANGLE 2000raw is out of range: 0 to 1023raw\r\n",
+                 "move 1 2000raw");
+    assert_reply("error 33: servo 1: SPEED 3000raw is out of range: 0 to 2047raw\r\n",
+                 "turn 1 3000raw");
+    assert_reply("error 33: servo 1: RATE 255raw is out of range: 0 to 254raw\r\n",
+                 "baud 1 255raw");
 }
 
 void test_wrong_number_of_arguments_shows_usage(void)

@@ -33,7 +33,7 @@ static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, offline %u";
 static const CDS_FLASH char message_host_rate[] =
-    "the host link has the new rate after 'ok'; 'save' keeps it";
+    "the host link has the new rate after 'ok'; without 'save' a reset undoes it";
 static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes unused";
 
 /* ---- settings, save, defaults ---- */
@@ -99,12 +99,13 @@ static uint8_t settings_begin(struct console *console)
     if (line->numbers == 0)
         return 0;
     error = line->setting == SETTINGS_AT_bus_baud ? error_of_rate(console) : 0;
+    console->part = console->failsafe->settings->bus_baud;
     if (error)
         return error;
     error = command_set.setting_number ? command_set.setting_number(console)
                                        : console_number(console, 0, CDS_UNIT_NUMBER);
     if (error == 0 && !settings_set(console->failsafe->settings, line->setting, console->raw))
-        error = ERROR_SETTING_RANGE;
+        error = ERROR_OUT_OF_RANGE;
     if (error == 0)
         failsafe_apply_settings(console->failsafe);
     return error;
@@ -124,14 +125,27 @@ static uint8_t defaults_begin(struct console *console)
     return 0;
 }
 
-/* Prints one setting, nothing if it was set, or all settings and their origin. */
+/* Prints what a person must know of a rate that was set. Returns false if there is nothing. */
+static bool print_note_of_rate(struct console *console)
+{
+    uint8_t setting = console->line.setting, old = console->part;
+
+    console->printer.values[0].number = old;
+    if (setting == SETTINGS_AT_host_baud)
+        printer_line(&console->printer, message_host_rate);
+    else if (setting == SETTINGS_AT_bus_baud && console->failsafe->settings->bus_baud != old)
+        printer_line(&console->printer, message_bus_changed);
+    else
+        return false;
+    return true;
+}
+
+/* Prints one setting, a note at most if it was set, or all settings and their origin. */
 static bool settings_poll(struct console *console)
 {
     if (command_set.explain && console_is_for_person(console) && console->line.words == 3 &&
-        console->index++ == 0 && console->line.setting == SETTINGS_AT_host_baud) {
-        printer_line(&console->printer, message_host_rate);
+        console->step == 0 && print_note_of_rate(console))
         return true;
-    }
     if (console->line.words == 3)
         return console->failsafe->unsettled; // `ok` means that the setting is in force
     if (console->line.words == 2) {

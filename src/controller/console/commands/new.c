@@ -5,6 +5,10 @@
 #include "console/errors.h"
 #include "console/messages.h"
 
+/* 4 us: with the factory value 1 a servo may answer before the controller listens, while the host
+ * floods the link (docs/bridge.md). */
+#define RETURN_DELAY 2
+
 static const CDS_FLASH char message_search[] =
     "step 1 of 4: search at six rates, about 4 s; a key ends it";
 static const CDS_FLASH char message_search_any[] = "not there: search at all 255 rates, about 3 s";
@@ -43,7 +47,6 @@ static const CDS_FLASH struct robot_operation new_servo = {
 static uint8_t begin(struct console *console)
 {
     struct cds_servos *servos = &console->robot->servos;
-    uint8_t shortest = servos->shortest_delay;
 
     if (cds_servos_find(servos, console->line.new_id))
         return CDS_LIMIT; // mistake.c names the ID
@@ -54,7 +57,7 @@ static uint8_t begin(struct console *console)
                                                   .request = console->line.request,
                                                   .servos = servos,
                                                   .id = console->line.new_id,
-                                                  .return_delay = shortest ? shortest : 1});
+                                                  .return_delay = RETURN_DELAY});
 }
 
 /* Prints what a step does. A step that was left out prints nothing. */

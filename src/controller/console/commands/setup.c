@@ -8,8 +8,6 @@
 #include "console/messages.h"
 
 static const CDS_FLASH char message_place[] = "ID %u at %b%s";
-static const CDS_FLASH char message_others[] =
-    "the bus changed to this rate: servos at the old rate answer again after 'bus %b'";
 static const CDS_FLASH char message_unchanged_place[] = "unchanged: ID %u at %b";
 static const CDS_FLASH char message_written[] = "written";
 
@@ -160,7 +158,7 @@ static bool identity_poll(struct console *console)
         return command_set.baud_list->poll(console);
     if (command_set.explain && console->index) {
         console->printer.values[0].number = console->raw;
-        printer_line(&console->printer, message_others);
+        printer_line(&console->printer, message_bus_changed);
         return false;
     }
     if (console->robot->operation || (command_set.set_up_tries && begins_again(console)))

@@ -232,6 +232,13 @@ uint16_t account_searched(uint8_t index);
 /* In backup.c: begin of `backup`, whose lines are printed as they are for each servo of a list. */
 uint8_t backup_begin(struct console *console);
 
+/* In teach.c: begin of `teach`, for one servo of its list. */
+uint8_t teach_begin(struct console *console);
+
+/* In teach.c: checks what holds for all servos of `teach`, and fills a list without IDs with the
+ * group. Returns an error or 0. */
+uint8_t teach_choose(struct console *console);
+
 /* In baud_list.c: baud_list of struct command_set. */
 extern const CDS_FLASH struct command_action baud_list;
 

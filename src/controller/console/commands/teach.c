@@ -14,10 +14,6 @@ enum choice { HAND_MOVES = 1, SERVO_HOLDS } __attribute__((packed)); // teach on
 
 struct teach_job {
     struct cds_torque_on torque_on; // of servo line.id
-    uint8_t ids[PARSE_LIST_MAX];
-    uint8_t count;
-    uint8_t error;  // of the first servo that failed
-    uint8_t failed; // ID of this servo
 };
 
 _Static_assert(sizeof(struct teach_job) <= CONSOLE_JOB_SIZE, "the job must fit");
@@ -38,48 +34,39 @@ uint8_t torque_on_error(uint8_t reason)
     return errors[reason];
 }
 
-/* Begins with servo console->index of the job. Stores how that began in console->part, an enum
- * cds_result. False: the list has ended. */
-static bool begin_servo(struct console *console)
+uint8_t teach_choose(struct console *console)
 {
-    struct teach_job *job = console_job(console);
     struct command_line *line = &console->line;
-    enum cds_result begun;
-
-    if (console->index == job->count)
-        return false;
-    line->id = job->ids[console->index];
-    if (line->choice == SERVO_HOLDS)
-        begun = cds_torque_on_begin(&job->torque_on,
-                                    &(struct cds_torque_on_config){.bus = console->bus,
-                                                                   .request = line->request,
-                                                                   .id = line->id,
-                                                                   .last = CDS_TORQUE_ON_SWITCH,
-                                                                   .checks_condition = true});
-    else
-        begun =
-            cds_servo_write_byte(console->bus, line->request, line->id, CDS_REG_TORQUE_ENABLE, 0);
-    console->part = (uint8_t)begun;
-    return true;
-}
-
-static uint8_t teach_begin(struct console *console)
-{
-    const struct command_line *line = &console->line;
     const struct robot *robot = console->robot;
-    struct teach_job *job = console_job(console);
     uint8_t error = robot_busy(robot); // the next goals would move a servo that gets torque
 
     if (error)
         return error;
     if (line->choice == SERVO_HOLDS && robot_is_inhibited(robot))
         return CDS_INHIBITED; // no servo may have torque
-    job->count = line->values ? line->values : robot->group_count;
-    if (job->count == 0)
-        return ERROR_NO_GROUP;
-    memcpy(job->ids, line->values ? line->request->packet.bytes : robot->group, job->count);
-    begin_servo(console);
-    return 0;
+    if (line->values == 0) {
+        line->values = robot->group_count;
+        memcpy(line->request->packet.bytes, robot->group, robot->group_count);
+    }
+    line->is_repeated = true;
+    line->id = line->request->packet.bytes[0];
+    return line->values ? 0 : ERROR_NO_GROUP;
+}
+
+uint8_t teach_begin(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    struct teach_job *job = console_job(console);
+
+    if (line->choice == HAND_MOVES)
+        return cds_servo_write_byte(console->bus, line->request, line->id, CDS_REG_TORQUE_ENABLE,
+                                    0);
+    return cds_torque_on_begin(&job->torque_on,
+                               &(struct cds_torque_on_config){.bus = console->bus,
+                                                              .request = line->request,
+                                                              .id = line->id,
+                                                              .last = CDS_TORQUE_ON_SWITCH,
+                                                              .checks_condition = true});
 }
 
 /* Returns CDS_PENDING while torque of servo line.id is switched on; else an error or 0. */
@@ -94,37 +81,17 @@ static uint8_t switch_on(struct console *console)
     return result ? result : torque_on_error(job->torque_on.reason);
 }
 
-/* Returns CDS_PENDING while torque of servo line.id is switched on or off; else an error or 0. */
-static uint8_t poll_servo(struct console *console)
-{
-    if (console->part) // it did not begin
-        return console->part;
-    if (console->line.choice == SERVO_HOLDS)
-        return switch_on(console);
-    return console_waits(console) ? (uint8_t)CDS_PENDING : servo_outcome(console);
-}
-
-/* Moves one servo on. A servo that fails is left as it is, and printed. */
+/* A servo that fails is left as it is. */
 static bool teach_poll(struct console *console)
 {
-    struct teach_job *job = console_job(console);
-    uint8_t error = poll_servo(console);
+    uint8_t result;
 
-    if (error == CDS_PENDING)
+    if (console->line.choice == HAND_MOVES)
+        return console_waits(console);
+    result = switch_on(console);
+    if (result == CDS_PENDING)
         return true;
-    if (error) {
-        if (job->count > 1) // else the error of the reply names it
-            servo_failed(console, error);
-        if (job->error == 0) {
-            job->error = error;
-            job->failed = console->line.id;
-        }
-    }
-    console->index++;
-    if (begin_servo(console))
-        return true;
-    console->error = job->error;
-    console->line.id = job->failed; // the servo that the error names
+    console->error = result;
     return false;
 }
 
