@@ -44,8 +44,8 @@ MOTION_ERRORS = {*map(str, range(1, 20)), *enum_numbers("src/controller/robot/ro
 # Errors of a line that only a user types. The page shows the reply to such a line as it is.
 TYPED_ERRORS = {"0", "6", "20", "22", "23", *map(str, range(30, 40)), "41", "42", "44", "46", "53", "56", "60"}
 
-# Errors that only the library returns.
-LIBRARY_ERRORS = {"1", "4"}
+# Errors that only the library returns. A motion sends no packet that is too long (6).
+LIBRARY_ERRORS = {"1", "4", "6"}
 
 IN_MOTION = "in the view Motion"
 IN_CONSOLE = "by the console of the view Packets"
@@ -58,13 +58,13 @@ REMEDIES = {
     "10": f"send “write ID STATUS_RETURN_LEVEL 2” {IN_CONSOLE}",
     "11": "keep within its angle limits and those of the command “limits”",
     "12": "look for heat, overload or lost power, then press “Release”",
-    "13": "raise its RETURN_DELAY; the status in the view Board shows the lowest value",
-    "40": f"the controller knows 18 servos at most: unplug one, then send “servos forget” {IN_CONSOLE}",
+    "13": "raise its RETURN_DELAY; the view Board shows the lowest value",
+    "40": f"18 servos at most: unplug one, then send “servos forget” {IN_CONSOLE}",
     "43": f"send “cycle off” {IN_CONSOLE}",
     "45": f"choose servos {IN_MOTION}",
     "47": "switch its torque off, then set its CCW_ANGLE_LIMIT above 0 in the view Set-up",
     "48": "press “Search” in the view Set-up",
-    "51": "wait a second, then search at six rates; the servo may have lost its power",
+    "51": "wait a second, then search at six rates",
     "54": "remove the cause, press “Release”, then switch torque on",
     "57": f"give it more time {IN_MOTION}",
     "58": f"wait until it has ended, or press “End” {IN_MOTION}",
@@ -85,15 +85,15 @@ REMEDIES = {
 FINDINGS = {
     "1": ("the servo answers well; if it behaves badly, count the servos: another one may have the same ID", ""),
     "2": ("the signal wire stays at 0 V, so nothing can be sent",
-          "look for a short circuit, a plug turned round, or a board or adapter without power"),
+          "look for a short circuit, a plug turned round, or a board without power"),
     "3": ("a servo or another device sends without a pause", None),
     "4": ("the controller hears its own packets, which its wiring should not allow",
           "compare the wiring with the manual of the board"),
     "6": ("replies come damaged", None),
     "7": ("the controller was too busy and lost bytes",
-          "diagnose again; in firmware of your own, shorten the interrupt handlers"),
+          "diagnose again"),
     "9": ("no servo answers at any of the six usual rates",
-          "check power, plug and wiring; then search at all 255 rates, or connect one servo alone and set it up as new"),
+          "check power, plug and wiring; then search at all 255 rates"),
     "10": ("the servo answers, but not at the rate of the bus",
            "set the bus to the rate of the servo, change the servo's rate, then set the bus back"),
     "11": ("no servo has this ID, but others answer",
@@ -107,8 +107,8 @@ FINDINGS = {
     "16": ("the servo is too hot (above MAX_TEMPERATURE)", None),
     "18": ("the servo answers before the controller listens",
            f"send “write ID RETURN_DELAY 1” {IN_CONSOLE}; it takes effect although no reply comes"),
-    "19": ("MAX_TORQUE of the servo is 0, so it has no torque",
-           f"send “set ID MAX_TORQUE 100%” {IN_CONSOLE}, then switch the power of the servo off and on"),
+    "19": ("its MAX_TORQUE is 0",
+           "set MAX_TORQUE in the view Set-up, then switch its power off and on"),
 }
 
 

@@ -8,6 +8,6 @@ export const alarms = {
     range: "A packet had a value out of range. Look at the view Packets for it.",
     checksum: "Packets come damaged. Look for noise and a loose wire; read the counters in the view Packets.",
     overload: "The servo has lowered its torque. Take the load off.",
-    "torque went off by itself": "The servo restarted, or an alarm has shut it down. Mend power, load or plug, then “Release”.",
+    "torque went off by itself": "Mend power, load or plug, or let it cool; then “Release”.",
     instruction: "A packet had an instruction that the servo does not know. Look at the view Packets for it.",
 };

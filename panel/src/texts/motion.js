@@ -8,7 +8,7 @@ const NAME = "up to 8 letters and digits, first a letter, no word of the console
 
 export const motion = {
     notConnected: "Connect to teach and play. Editing needs no connection.",
-    noStore: "This firmware stores no poses and sequences: save them as a file. The page plays them.",
+    noStore: "This firmware stores no poses and sequences: save a file. The page plays them.",
     noPlay: "This board stores poses and sequences. The page plays them.",
 
     noValue: "–",
@@ -51,7 +51,7 @@ export const motion = {
     fit: "Fit into 16 steps",
     fitHint: "With the smallest error",
     thinned: ({ steps, error }) => `${many(steps, "step")}, at most ${error}° from the recording when they play.`,
-    tooLong: "A sequence has at most 16 steps: press “Fit into 16 steps”, or permit a larger error.",
+    tooLong: "More than 16 steps: press “Fit into 16 steps”, or permit a larger error.",
     coarse: (chosen) => `That is more than the ${chosen}° that you chose. Record a shorter movement.`,
     replay: "Replay the recording",
     replayHint: "Once, at the Speed of the box Play",
@@ -72,7 +72,7 @@ export const motion = {
     pass: "Pass",
     passHint: "Pass: goes through the pose without a stop",
     addStep: "Add step",
-    stepsHint: "Time: from the pose before; in step 1 from where the servos are. Rest: the wait at the pose. Click the curves to choose a step.",
+    stepsHint: "Time: from the pose before; in step 1 from where the servos are. Click the curves to choose a step.",
     up: "Up",
     down: "Down",
     remove: "Remove",
@@ -135,7 +135,7 @@ export const motionNotices = {
     }),
     "motion-steps": ({ detail, count }) => ({
         text: `Sequence “${detail}” would have ${count} steps. The board takes 16.`,
-        remedy: "Remove steps, begin another sequence, or permit a larger error.",
+        remedy: "Remove steps, or begin another sequence.",
     }),
     "motion-no-steps": ({ detail }) => ({
         text: `Sequence “${detail}” has no step.`,
@@ -187,11 +187,11 @@ export const motionNotices = {
     }),
     "motion-not-kept": ({ names }) => ({
         text: `The board does not have what was stored: ${names.join(", ")}.`,
-        remedy: "Store again. If it happens again, the EEPROM may be worn: see “status”.",
+        remedy: "Store again. The EEPROM may be worn: see “status”.",
     }),
     "motion-none": () => ({
         text: "Refused: no motion is under way, or the EEPROM is being written.",
-        remedy: "See the state of the motion, then try again.",
+        remedy: "Try again.",
     }),
     "motion-ended": ({ id, number, message, remedy }) => ({
         text: `${id ? `Servo ${id}: the` : "The"} motion has ended with error ${number}: ${message}.`,

@@ -15,14 +15,14 @@ export const wire = {
     }),
     late: () => ({
         text: "Not sent: another command had the wire for too long.",
-        remedy: "Wait for the end of the command, or end it. Then try again.",
+        remedy: "Wait for its end, or end it. Then try again.",
     }),
     stopped: () => ({ text: "Ended by Stop.", remedy: "Press Release, then try again.", level: "info" }),
     closed: () => ({ text: "The port is closed.", remedy: "Connect again." }),
     cancelled: () => ({ text: "Cancelled before it was sent.", remedy: "Start it again if you want it." }),
     ended: ({ detail }) => ({
         text: `${detail ? `“${detail}”` : "The command"} was ended, and the controller did not confirm it.`,
-        remedy: "See what the command has done, then start it again if you want it.",
+        remedy: "See what it has done, then start it again if you want it.",
         level: "warning",
     }),
     silent: () => ({
@@ -190,7 +190,7 @@ export const notice = {
     }),
     "torque-on-late": ({ id, ids = [id] }) => ({
         text: `Torque of ${list(ids)} stays off: another command had the wire for too long.`,
-        remedy: "Wait for the end of the command, or end it. Then try again.",
+        remedy: "Wait for its end, or end it. Then try again.",
     }),
     "torque-off-late": ({ id, ids = [id] }) => ({
         text: `Torque of ${list(ids)} stays on: another command had the wire for too long.`,

@@ -25,7 +25,7 @@ export const setup = {
     searching: "Searching …",
     progress: (done, total) => `${done} of ${total} asked`,
     foundCount: (count) => (count === 0 ? "No servo answers. Check power, plug and wiring, then search at other rates." : `${many(count, "servo")} found.`),
-    searchEnded: "The search was ended before all was asked: there may be more servos.",
+    searchEnded: "You ended the search: there may be more servos.",
     columnId: "ID",
     columnModel: "Model",
     columnRate: "Rate",
@@ -47,7 +47,7 @@ export const setup = {
     newIdTaken: (id) => `Servo ${id} is in the controller’s list. Choose another ID. If the new servo takes its place, ${FORGET}.`,
     newFull: `The controller’s list is full: ${FORGET}.`,
     newDone: (id) => `Servo ${id} is set up. Plug in the others again, then press “Search”.`,
-    newKnown: "Nothing was written: the servo that answers has an ID of the controller’s list. Unless it is the new one, unplug it and set up again. If it is:",
+    newKnown: "Nothing was written: the servo that answers is in the controller’s list. Unless it is the new one, unplug it and set up again. If it is:",
     newForget: (id) => `Forget the list, set up servo ${id}`,
     newEnded: "You ended the set-up. Search for the servo, then try again.",
 
@@ -64,7 +64,7 @@ export const setup = {
     otherIdLabel: "ID",
     diagnose: "Diagnose",
     diagnosing: "Diagnosing …",
-    diagnosisEnded: "You ended the diagnosis before all was asked.",
+    diagnosisEnded: "You ended the diagnosis.",
     someServo: "The bus",
 
     registers: "Registers",
@@ -76,7 +76,7 @@ export const setup = {
     notRead: "“Read all” shows the registers with their values.",
     readAt: (seconds) => (seconds < 2 ? "Read just now." : `Read ${seconds < 120 ? `${seconds} s` : `${Math.round(seconds / 60)} minutes`} ago.`),
     oldNow: "A set-up command runs: values are old.",
-    oldSilent: "Values are old: the servo did not answer the last read.",
+    oldSilent: "Values are old: the servo did not answer.",
     columnRegister: "Register",
     columnValue: "Value",
     columnRaw: "Raw",
@@ -101,7 +101,7 @@ export const setup = {
     written: (id, name) => `Servo ${id}: ${name} is written and was read back.`,
     asks: (id, name, value, question) => `Servo ${id}, ${name} = ${value}: ${question}`,
     confirmations: {
-        TORQUE_ENABLE: "With torque on, the servo goes to its goal at once. The switch in the view Robot makes the present position the goal first. Write it?",
+        TORQUE_ENABLE: "With torque on, the servo goes to its goal at once. The switch in the view Robot keeps it where it is. Write it?",
         CW_ANGLE_LIMIT: ENDLESS,
         CCW_ANGLE_LIMIT: ENDLESS,
         GOAL_POSITION: "If its torque is on, the servo goes there at its speed. Write it?",
@@ -118,7 +118,7 @@ export const setup = {
     newRateOf: (id) => `New rate of servo ${id}`,
     newRateOfAll: "New rate of all servos and of the bus",
     askId: (id, isFull) => `Servo ${id} gets another ID. The controller checks first that no servo has it.${isFull ? ` ${setup.newFull}` : ""}`,
-    askRate: (id) => `Servo ${id} gets another rate, and the bus, too. The other servos do not answer until the rate of the bus is set back.`,
+    askRate: (id) => `Servo ${id} gets another rate, and the bus, too. The others do not answer until the bus is set back.`,
     askRateOfAll: "All servos of the robot and the bus get another rate. Those that do not follow are named.",
     askFactory: (id, isTaken) => `Servo ${id} loses all of its settings. It then has ID 1 at 1000000 bit/s.${isTaken ? " First give servo 1 another ID." : ""}`,
     outcomes: {
