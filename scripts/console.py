@@ -132,7 +132,7 @@ the rows of `src/controller/console/commands/` and from a real run in the simula
 
 One command a line, ended by Enter. The reply has zero or more lines, then `ok`, or `error N: text; remedy`
 ([errors.md](errors.md)); the profile `console` leaves the remedy out. Lines that begin with `warning:` report a
-condition; the command has worked. `help` or `?` lists the commands, `help COMMAND` explains one.
+condition, with a list of servos also the servo; the command has worked. `help` or `?` lists the commands, `help COMMAND` explains one.
 
 | key | what it does |
 |---|---|
@@ -159,7 +159,8 @@ condition; the command has worked. `help` or `?` lists the commands, `help COMMA
 - Where the usage says `ID`, `ID|254` or `ID...`, a list of servos may stand: `3`, `1-6`, `1,2,5-8`, or `all`, the servos of
   the robot. The instructions of the manual, `id`, and the profile `console` take one servo.
 - A list may have blanks (`torque 1 2 3 on`), but not where a number follows: write `move 1-3 90`. The line `move 1 2 30` moves
-  servo 1 to 2deg at 30rpm, and a warning says so if the robot has a servo 2.
+  servo 1 to 2deg at 30rpm, and a warning says so if the robot has a servo 2. `get 1 2 3` reads register 3 of servos 1 and 2; a warning says so if the robot has
+  a servo 3 (not on `atmega1284p`).
 - With a list, the command runs for one servo after the other. The reply of each servo begins with `servo 3: ` (but not that of
   `backup`); then comes `ok`, the value or the error. The last line is `ok` if all servos did it, else error 87.
 - Numbers: `90`, `90.5deg`, `-20rpm`, `6.5V`, `512raw`, `0x1F`. A number without unit has the unit that `get` shows; `raw`
@@ -169,7 +170,7 @@ condition; the command has worked. `help` or `?` lists the commands, `help COMMA
   Before the first check `servos` says `not asked yet`. A servo whose torque went off by itself
   has lost its state: the console says so at once, as it does an alarm, and the servo is not driven until `release`.
 - A servo with the factory value of the return delay, 2 us, may answer before the controller listens, but only while the PC
-  sends, and rarely ([bridge.md](bridge.md#tests)). `set ID RETURN_DELAY 4us` prevents that.
+  sends, and rarely ([bridge.md](bridge.md#tests)). `set ID RETURN_DELAY 4us` prevents that; `new` sets it.
 - An error names servo, argument, value and allowed range: `error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg`. Error 56, a
   time, has no range. With a list of servos a number out of range is refused for all, before anything is sent.
 - After `scan`, also `scan all`, a line tells which servo answers sooner than this board listens, with the command that mends it.

@@ -641,7 +641,7 @@ class Play(Motion):
     def test_late_servo_is_not_taken_for_noise(self):
         run = self.run_on("@echo on\nmode person\ncycle every 4ms\n@fault turnaround 2 800\n@wait 3000\ncycle off\n"
                           "@wait 500\nmode program\n", "arduino-mega")
-        self.assertIn("alarm 2: offline", run.output)
+        self.assertIn("alarm of servo 2: offline", run.output)
         self.assertNotIn("noise on the line", run.output)
 
     def test_remedy_for_a_late_servo_works(self):

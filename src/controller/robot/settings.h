@@ -35,8 +35,8 @@
       "then: 0 only show it; 1 inhibit: no driving packet is sent until clear, but a movement "    \
       "that has begun goes on, also one that turns without end; 2 torque off, too")                \
     X(alarm_report, 1, 0, 0, 1, "-",                                                               \
-      "1: an alarm of a servo, or that it is offline, is told at once, unasked; 0: only in mode "  \
-      "person, after a command")                                                                   \
+      "1: an alarm of a servo, or that it is offline, is told at once, in each mode; 0: at once "  \
+      "in mode person, while the host types lines and sends no packets")                           \
     X(cycle_us, 2, 4000, 2000, 65535, "us", "period of the cycle")
 
 #define SETTINGS_TYPE_1 uint8_t
