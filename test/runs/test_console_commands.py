@@ -412,6 +412,14 @@ class Scripts(unittest.TestCase):
                     + "factory 254 force\n" + text("all servos were told, and none answers to it")
                     + "@expect rule collision\n")
 
+    def test_mode_alone_tells_the_present_mode(self):
+        self.run_on("arduino-mega", "! mode\n" + text("the mode is program; usage: mode program|echo|person")
+                    + "mode echo\n! mode\n" + text("the mode is echo; usage"))
+
+    def test_scan_all_notes_the_rate_of_an_offline_servo(self):
+        self.run_on("arduino-mega", "baud 2 117647\nbus 1Mbps\nservos forget\ngroup 1 2\n@wait 4000\nservos\n"
+                    + text("servo 2: offline") + "scan all\nservos\n" + text("servo 2: not at the rate of the bus"))
+
     def test_several_servos_that_answer_at_once_are_named(self):
         self.run_on("arduino-mega", "scan\n! ping 254\n" + text("several servos answer at the same time on one wire")
                     + "@expect rule collision\n")
