@@ -476,6 +476,12 @@ class Scripts(unittest.TestCase):
                         + servo("1 CCW_ANGLE_LIMIT 0") + "set 1 CCW_ANGLE_LIMIT 0\ntorque 1 off\nset 1 CCW_ANGLE_LIMIT 300\n"
                         + servo("1 CCW_ANGLE_LIMIT 1023") + "torque 1 on\nset 1 CCW_ANGLE_LIMIT 280\n" + servo("1 CCW_ANGLE_LIMIT 955"))
 
+    def test_limit_0_that_begins_an_endless_turn_is_refused(self):
+        told = text("error 47: servo 1: with both limits 0 it would turn at once")
+        self.run_on("arduino-mega", "scan\ntorque 1 on\nmove 1 150 10rpm\n@wait 500\n! set 1 CCW_ANGLE_LIMIT 0\n" + told + "@wait 300\n" + servo("1 CCW_ANGLE_LIMIT 1023")
+                    + servo("1 PRESENT_SPEED 0") + "set 1 CW_ANGLE_LIMIT 10\nset 1 CCW_ANGLE_LIMIT 0\n! set 1 CW_ANGLE_LIMIT 0\n" + told
+                    + servo("1 CW_ANGLE_LIMIT 34") + "torque 1 off\nset 1 CW_ANGLE_LIMIT 0\n" + servo("1 CW_ANGLE_LIMIT 0"))
+
     def test_limits_without_a_speed_are_shown_without_one(self):
         run = self.run_on("atmega128", "scan\n@wait 1500\nlimits 2 60 240\nservos\n")
         self.assertIn("servo 2: online, torque off, limits 60.117deg to 239.883deg\n", run.output)

@@ -43,6 +43,9 @@ static const CDS_FLASH char message_twins[] =
 static const CDS_FLASH char message_all_told[] =
     "all servos were told, and none answers to it: each that heard it has ID 1 now; connect one "
     "alone, then 'id 1 NEW'";
+static const CDS_FLASH char message_would_turn[] =
+    "with both limits 0 it would turn at once, without end: 'torque %u off' first; 'turn %u SPEED' "
+    "sets limits and speed";
 static const CDS_FLASH char message_mode[] = "the mode is %s; usage: %s";
 static const CDS_FLASH char *const CDS_FLASH modes[] = {
     [SETTINGS_ECHO_OFF] = FLASH_TEXT("program"),
@@ -276,6 +279,18 @@ const CDS_FLASH char *advice_link_lost(struct console *console)
     return message_link_lost;
 }
 
+/* A limit of 0 that would begin an endless turn. */
+static const CDS_FLASH char *turn_due(struct console *console)
+{
+    static const CDS_FLASH char set[] = "set";
+    const uint8_t *data = set_job(console)->data;
+
+    if (!is_command(&console->line, set) || (data[0] | data[1]))
+        return NULL;
+    console->printer.values[0].number = console->printer.values[1].number = console->line.id;
+    return message_would_turn;
+}
+
 /* `mode` without a word: the present mode. */
 static const CDS_FLASH char *mode_due(struct console *console)
 {
@@ -303,6 +318,7 @@ const CDS_FLASH char *advice(struct console *console)
     case CDS_TIMEOUT:
     case CDS_CORRUPT: return scan_due(console);
     case CDS_INHIBITED: return release_due(console);
+    case ERROR_ENDLESS: return turn_due(console);
     case ERROR_LINK_LOST: return advice_link_lost(console);
     default: return NULL;
     }
