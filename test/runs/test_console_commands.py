@@ -416,6 +416,11 @@ class Scripts(unittest.TestCase):
         self.run_on("arduino-mega", "! mode\n" + text("the mode is program; usage: mode program|echo|person")
                     + "mode echo\n! mode\n" + text("the mode is echo; usage"))
 
+    def test_servos_names_a_doubled_id_as_a_cause(self):
+        run = self.run_on("arduino-mega", "@servos 1,2\ntorque 2 on\nservos forget\nwrite 2 ID 1\nservos forget\ngroup 1\n@wait 2500\nservos\n"
+                          + text("servo 1: returned, replies damaged as if two servos had this ID") + "@expect rule collision\n")
+        self.assertNotIn("being checked", run.output)
+
     def test_scan_all_notes_the_rate_of_an_offline_servo(self):
         self.run_on("arduino-mega", "baud 2 117647\nbus 1Mbps\nservos forget\ngroup 1 2\n@wait 4000\nservos\n"
                     + text("servo 2: offline") + "scan all\nservos\n" + text("servo 2: not at the rate of the bus"))
