@@ -48,7 +48,7 @@ extern "C" {
     X(CDS_FINDING_SILENCE, 9, "no servo answers at any listed rate",                               \
       "check power, plug, wiring; then 'scan rescue', or 'new' with this servo alone")             \
     X(CDS_FINDING_OTHER_RATE, 10, "the servo answers at another baud rate",                        \
-      "use that rate, or change the servo's baud rate")                                            \
+      "'bus RATE', then 'baud ID RATE' to change it")                                              \
     X(CDS_FINDING_OTHER_ID, 11, "no servo has this ID, but others answer",                         \
       "check its plug and power; then its ID: 'scan'")                                             \
     X(CDS_FINDING_NO_REPLY_BY_LEVEL, 12, "the servo answers PING only",                            \

@@ -412,6 +412,19 @@ class Scripts(unittest.TestCase):
                     + "factory 254 force\n" + text("all servos were told, and none answers to it")
                     + "@expect rule collision\n")
 
+    def test_mode_alone_tells_the_present_mode(self):
+        self.run_on("arduino-mega", "! mode\n" + text("the mode is program; usage: mode program|echo|person")
+                    + "mode echo\n! mode\n" + text("the mode is echo; usage"))
+
+    def test_servos_names_a_doubled_id_as_a_cause(self):
+        run = self.run_on("arduino-mega", "@servos 1,2\ntorque 2 on\nservos forget\nwrite 2 ID 1\nservos forget\ngroup 1\n@wait 2500\nservos\n"
+                          + text("servo 1: returned, replies damaged as if two servos had this ID") + "@expect rule collision\n")
+        self.assertNotIn("being checked", run.output)
+
+    def test_scan_all_notes_the_rate_of_an_offline_servo(self):
+        self.run_on("arduino-mega", "baud 2 117647\nbus 1Mbps\nservos forget\ngroup 1 2\n@wait 4000\nservos\n"
+                    + text("servo 2: offline") + "scan all\nservos\n" + text("servo 2: not at the rate of the bus"))
+
     def test_several_servos_that_answer_at_once_are_named(self):
         self.run_on("arduino-mega", "scan\n! ping 254\n" + text("several servos answer at the same time on one wire")
                     + "@expect rule collision\n")
@@ -467,6 +480,12 @@ class Scripts(unittest.TestCase):
             self.run_on(board, "scan\ntorque 1 on\nturn 1 20rpm\n" + error(47, "set 1 CCW_ANGLE_LIMIT 300") + error(47, "set 1 CW_ANGLE_LIMIT 10")
                         + servo("1 CCW_ANGLE_LIMIT 0") + "set 1 CCW_ANGLE_LIMIT 0\ntorque 1 off\nset 1 CCW_ANGLE_LIMIT 300\n"
                         + servo("1 CCW_ANGLE_LIMIT 1023") + "torque 1 on\nset 1 CCW_ANGLE_LIMIT 280\n" + servo("1 CCW_ANGLE_LIMIT 955"))
+
+    def test_limit_0_that_begins_an_endless_turn_is_refused(self):
+        told = text("error 47: servo 1: with both limits 0 it would turn at once")
+        self.run_on("arduino-mega", "scan\ntorque 1 on\nmove 1 150 10rpm\n@wait 500\n! set 1 CCW_ANGLE_LIMIT 0\n" + told + "@wait 300\n" + servo("1 CCW_ANGLE_LIMIT 1023")
+                    + servo("1 PRESENT_SPEED 0") + "set 1 CW_ANGLE_LIMIT 10\nset 1 CCW_ANGLE_LIMIT 0\n! set 1 CW_ANGLE_LIMIT 0\n" + told
+                    + servo("1 CW_ANGLE_LIMIT 34") + "torque 1 off\nset 1 CW_ANGLE_LIMIT 0\n" + servo("1 CW_ANGLE_LIMIT 0"))
 
     def test_limits_without_a_speed_are_shown_without_one(self):
         run = self.run_on("atmega128", "scan\n@wait 1500\nlimits 2 60 240\nservos\n")

@@ -41,6 +41,15 @@ static const CDS_FLASH char message_twins[] =
 static const CDS_FLASH char message_all_told[] =
     "all servos were told, and none answers to it: each that heard it has ID 1 now; connect one "
     "alone, then 'id 1 NEW'";
+static const CDS_FLASH char message_would_turn[] =
+    "with both limits 0 it would turn at once, without end: 'torque %u off' first; 'turn %u SPEED' "
+    "sets limits and speed";
+static const CDS_FLASH char message_mode[] = "the mode is %s; usage: %s";
+static const CDS_FLASH char *const CDS_FLASH modes[] = {
+    [SETTINGS_ECHO_OFF] = FLASH_TEXT("program"),
+    [SETTINGS_ECHO_ON] = FLASH_TEXT("echo"),
+    [SETTINGS_ECHO_PERSON] = FLASH_TEXT("person"),
+};
 static const CDS_FLASH char message_max_torque[] =
     "MAX_TORQUE acts from the servo's next power-up on: switch its power off and on";
 static const CDS_FLASH char message_restarted[] =
@@ -260,11 +269,36 @@ const CDS_FLASH char *advice_link_lost(struct console *console)
     return message_link_lost;
 }
 
+/* A limit of 0 that would begin an endless turn. */
+static const CDS_FLASH char *turn_due(struct console *console)
+{
+    static const CDS_FLASH char set[] = "set";
+    const uint8_t *data = set_job(console)->data;
+
+    if (!is_command(&console->line, set) || (data[0] | data[1]))
+        return NULL;
+    console->printer.values[0].number = console->printer.values[1].number = console->line.id;
+    return message_would_turn;
+}
+
+/* `mode` without a word: the present mode. */
+static const CDS_FLASH char *mode_due(struct console *console)
+{
+    union printer_value *values = console->printer.values;
+
+    values[0].text = modes[console->failsafe->settings->echo];
+    values[1].text = console->line.command->usage;
+    return message_mode;
+}
+
 const CDS_FLASH char *advice(struct console *console)
 {
+    static const CDS_FLASH char mode[] = "mode";
+
     switch (console->error) {
     case ERROR_UNIT: return units_due(console);
     case ERROR_COUNT:
+        return is_command(&console->line, mode) ? mode_due(console) : unit_behind_space(console);
     case ERROR_UNKNOWN_WORD: return unit_behind_space(console);
     case ERROR_NOT_A_NUMBER:
         return unit_behind_space(console) ? message_space : number_due(console);
@@ -273,6 +307,7 @@ const CDS_FLASH char *advice(struct console *console)
     case CDS_TIMEOUT:
     case CDS_CORRUPT: return scan_due(console);
     case CDS_INHIBITED: return release_due(console);
+    case ERROR_ENDLESS: return turn_due(console);
     case ERROR_LINK_LOST: return advice_link_lost(console);
     default: return NULL;
     }

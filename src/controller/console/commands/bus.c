@@ -65,6 +65,15 @@ static uint8_t scan_begin(struct console *console)
     return robot_start(robot, &scan, &config);
 }
 
+/* A servo of the robot that does not answer was found at another rate. */
+static void note_rate(struct cds_servos *servos, const struct cds_scan_found *found)
+{
+    struct cds_servo_state *servo = cds_servos_find(servos, found->id);
+
+    if (servo && servo->presence == CDS_PRESENCE_OFFLINE)
+        servo->baud_reg = found->baud_reg;
+}
+
 /* Adds the servo to the robot if it answers well at the robot's rate; console->part counts these
  * servos. Returns what the line of the servo ends with. */
 static const CDS_FLASH char *join(struct console *console, const struct cds_scan_found *found)
@@ -73,8 +82,11 @@ static const CDS_FLASH char *join(struct console *console, const struct cds_scan
         return message_found_damaged;
     if (found->details == CDS_OK && found->own_baud_reg != found->baud_reg)
         return message_found_neighbour;
-    if (found->baud_reg != console->robot->baud_reg)
+    if (found->baud_reg != console->robot->baud_reg) {
+        if (command_set.advise)
+            note_rate(&console->robot->servos, found);
         return message_nothing;
+    }
     if (!robot_add(console->robot, found->id))
         return message_found_too_many;
     console->part++;

@@ -115,9 +115,8 @@ static uint8_t set_begin(struct console *console)
 
     if (error)
         return error;
-    if (at.address >= CDS_REG_CW_ANGLE_LIMIT && at.address <= CDS_REG_CCW_ANGLE_LIMIT &&
-        (data[0] | data[1])) {
-        if (turns(console))
+    if (at.address >= CDS_REG_CW_ANGLE_LIMIT && at.address <= CDS_REG_CCW_ANGLE_LIMIT) {
+        if ((data[0] | data[1]) && turns(console))
             return ERROR_ENDLESS;
         if (command_set.looks) {
             console->line.address = at.address;
@@ -131,15 +130,20 @@ static uint8_t set_begin(struct console *console)
     return servo_write(console, at.address, at.width);
 }
 
-/* Sets the angle limit of the servo that was read. Returns an error or 0. */
+/* Sets the angle limit of the servo that was read. Not with torque if it begins or ends an endless
+ * turn: the servo would move at once. Returns an error or 0. */
 static uint8_t set_limit(struct console *console)
 {
-    const uint8_t *bytes = console->line.request->reply;
+    const uint8_t *bytes = console->line.request->reply, *data = set_job(console)->data;
+    const uint8_t *own = bytes + (console->line.address - CDS_REG_CW_ANGLE_LIMIT);
+    const uint8_t *other = bytes + (CDS_REG_CCW_ANGLE_LIMIT - console->line.address);
+    bool changes_mode =
+        (other[0] | other[1]) == 0 && ((own[0] | own[1]) == 0) != ((data[0] | data[1]) == 0);
 
-    if (bytes[LOOK_SIZE - 1] && (bytes[0] | bytes[1] | bytes[2] | bytes[3]) == 0)
+    if (bytes[LOOK_SIZE - 1] && changes_mode)
         return ERROR_ENDLESS;
     console->phase = 0;
-    return setup_write(console, console->line.address, set_job(console)->data, 2);
+    return setup_write(console, console->line.address, data, 2);
 }
 
 /* The status return level was written: compares it. At level 0 no servo answers a READ. */

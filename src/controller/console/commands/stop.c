@@ -19,6 +19,8 @@ static const CDS_FLASH char message_stop_failed[] =
 static const CDS_FLASH char message_presence_low[] = "line held low";
 static const CDS_FLASH char message_presence_busy[] = "line not quiet";
 static const CDS_FLASH char message_presence_rate[] = "not at the rate of the bus";
+static const CDS_FLASH char message_presence_twins[] =
+    "returned, replies damaged as if two servos had this ID ('diagnose ID')";
 static const CDS_FLASH char message_torque_unknown[] = "unknown";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", latched alarms: %s";
@@ -184,6 +186,9 @@ static void print_alarm(struct printer *printer, uint8_t alarms, uint8_t index)
     printer_text(printer, alarms & (bit - 1) ? message_alarms_more : message_alarms);
 }
 
+/* Damaged replies of a servo that has returned: noise alone seldom gives so many. */
+#define MANY_DAMAGED 8
+
 /* "servo 1: online, torque on". The profile `full`, which has command_set.explain, tells if the
  * torque is not known, and the limits: ", limits 60deg to 200deg and 30rpm". */
 ALWAYS_INLINE void print_presence(struct console *console, const struct cds_servo_state *servo)
@@ -194,6 +199,9 @@ ALWAYS_INLINE void print_presence(struct console *console, const struct cds_serv
     bool is_unknown = command_set.explain && (servo->presence != CDS_PRESENCE_ONLINE ||
                                               servo->status_return_level == 0); // no READ
 
+    if (command_set.advise && servo->presence == CDS_PRESENCE_RETURNED &&
+        servo->counters.corrupt >= MANY_DAMAGED)
+        presence = message_presence_twins;
     if (command_set.explain && servo_is_at_other_rate(console, servo)) {
         presence = message_presence_rate;
         is_unknown = true;
