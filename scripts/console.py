@@ -172,7 +172,7 @@ condition, with a list of servos also the servo; the command has worked. `help` 
 - A servo with the factory value of the return delay, 2 us, may answer before the controller listens, but only while the PC
   sends, and rarely ([bridge.md](bridge.md#tests)). `set ID RETURN_DELAY 4us` prevents that; `new` sets it.
 - An error names servo, argument, value and allowed range: `error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg`. Error 56, a
-  time, has no range. With a list of servos a number out of range is refused for all, before anything is sent.
+  time, has its range, too, but not on `atmega1284p`. With a list of servos a number out of range is refused for all, before anything is sent.
 - After `scan`, also `scan all`, a line tells which servo answers sooner than this board listens, with the command that mends it.
   A servo whose long replies are damaged is diagnosed at once: two servos may have its ID ([diagnose.md](diagnose.md)). Only
   servos at the rate of the bus are checked so: for others, `bus RATE`, then `scan`.

@@ -53,14 +53,15 @@ enum cds_inhibit {
 /* Which mode, goal and speed the servo holds in its registers, as far as is known: bits. Two bits
  * for each angle limit; none set: the limit is not known. */
 enum cds_held {
-    CDS_HELD_CW_SET = 0x01,  // the limit 0x06 is not 0: position mode, whatever 0x08 is
-    CDS_HELD_CW_0 = 0x02,    // the limit 0x06 is 0; if 0x08 is 0, too: endless turn
-    CDS_HELD_CCW_SET = 0x04, // the limit 0x08 is not 0: position mode, whatever 0x06 is
-    CDS_HELD_CCW_0 = 0x08,   // the limit 0x08 is 0; if 0x06 is 0, too: endless turn
-    CDS_HELD_GOAL = 0x10,    // the goal was read and is within the limits
-    CDS_HELD_SPEED = 0x20,   // the speed was read and is within the limit
-    CDS_HELD_SPEED_0 = 0x40, // the speed may be 0
-    CDS_HELD_MARK = 0x80, // the caller may set it; it ends when the servo may have lost its state
+    CDS_HELD_CW_SET = 0x01,    // the limit 0x06 is not 0: position mode, whatever 0x08 is
+    CDS_HELD_CW_0 = 0x02,      // the limit 0x06 is 0; if 0x08 is 0, too: endless turn
+    CDS_HELD_CCW_SET = 0x04,   // the limit 0x08 is not 0: position mode, whatever 0x06 is
+    CDS_HELD_CCW_0 = 0x08,     // the limit 0x08 is 0; if 0x06 is 0, too: endless turn
+    CDS_HELD_GOAL = 0x10,      // the goal was read and is within the limits
+    CDS_HELD_SPEED = 0x20,     // the speed was read and is within the limit
+    CDS_HELD_SPEED_0 = 0x40,   // the speed may be 0
+    CDS_HELD_LOSS_TOLD = 0x80, // set by the caller that has told the loss of state; ends with the
+                               // next loss
 } __attribute__((packed));
 
 /* When the list grows by a servo that is not in it, up to the capacity. */

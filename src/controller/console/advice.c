@@ -35,7 +35,7 @@ static const CDS_FLASH char message_state_lost[] =
     "the servo may not be driven; it lost its state by power, plug or an alarm: mend that, "
     "'release %u', then 'torque %u on' moves it to its goal, 'teach off %u' keeps it where it is";
 
-static const CDS_FLASH char message_twins[] =
+static const CDS_FLASH char message_id_twice[] =
     "a second servo of ID %u would have ID %u now, too: 'diagnose %u' finds it, unless both agree "
     "in every bit";
 static const CDS_FLASH char message_all_told[] =
@@ -327,7 +327,7 @@ const CDS_FLASH char *advice_note(struct console *console)
         return NULL;
     values[0].number = line->id;
     values[1].number = values[2].number = line->new_id;
-    return message_twins;
+    return message_id_twice;
 }
 
 void advice_after_reset(struct console *console)

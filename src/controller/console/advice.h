@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* Errors whose remedy depends on the line or on what is known of the servo: these texts stand in
- * place of that of the error (mistake.h):
+/* Longer texts. Errors whose remedy depends on the line or on what is known of the servo: these
+ * texts stand in place of that of the error (mistake.h):
  *
  *     error 39: servo 1: ANGLE 90rpm: wrong unit; units: deg, mdeg, raw
  *
+ * Also notes before `ok`, what a lost link has done, and what a reset means for the robot.
  * The profile `full` links them on chips with flash for them (command_set.advise). */
 #ifndef CONTROLLER_ADVICE_H
 #define CONTROLLER_ADVICE_H

@@ -133,7 +133,7 @@ struct command_lists {
 struct command_motion_words {
     /* As motion_print_cause() (shared.h): prints a line. */
     void (*cause)(struct console *console, const struct motion_outcome *outcome);
-    /* Prints "in step 3, pose far: ", at most 26 characters; nothing if there is no step. */
+    /* Prints "in step 3, pose far: ", at most 27 characters; nothing if there is no step. */
     void (*step)(struct console *console, const struct motion_outcome *outcome);
     /* Prints the end of a line: why the autostart has not begun. False: it has no more words. */
     bool (*autostart)(struct console *console);
@@ -173,8 +173,8 @@ struct command_set {
     const CDS_FLASH struct command_typing *typing;             // completion and hints, or NULL
     struct history *history;                                   // storage of line_editor.c, or NULL
     const CDS_FLASH struct command_motion_words *motion_words; // NULL: words without the pose
-    bool looks; // `set` reads the servo before it writes an angle limit, and reads its status
-                // return level back
+    bool checks_writes;   // `set` reads the servo before it writes an angle limit, and reads its
+                          // status return level back; `reset` prints what the servo has then
     struct noise *noise;  // noise.h; NULL: noise is not looked for
     uint8_t set_up_tries; // how often id, baud, factory, lock, set and restore try; 0 is as 1
 };

@@ -81,7 +81,8 @@ struct console {
     bool line_complete : 1;  // the end of the line has come; the parser takes what remains of its
                              // text
     bool new_is_refused : 1; // the last `sequence NAME new` was refused: so is `add` (sequences.c)
-    uint8_t explained;       // parts of the error's line that are printed
+    uint8_t explained;       // parts of the error's line that are printed; without an error: of the
+                             // note before `ok`
     uint8_t faults_told;     // FAULT_* bits
     uint8_t fed;             // locked characters that the parser has taken
     uint8_t looked;          // position in the input ring: there is no Ctrl-X before it

@@ -13,8 +13,8 @@ static const CDS_FLASH char before_next[] = ", ";
 static const CDS_FLASH char before_last[] = " or ";
 static const CDS_FLASH char end_of_hint[] = "?";
 
-#define PART_MIN 3 // characters; shorter ones are in names that nobody meant
-#define TYPO_MIN 5 // characters of a part with an error
+#define PART_MIN 3 // characters; a shorter part fits unrelated names
+#define TYPO_MIN 5 // characters of the shortest word that is searched with one error
 
 /* In this order, until one finds names. */
 enum search {

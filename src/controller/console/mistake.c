@@ -106,7 +106,7 @@ bool mistake_is_noise(uint8_t error)
            (error == CDS_TIMEOUT || error == CDS_CORRUPT || error == CDS_LINE_BUSY);
 }
 
-/* The mistakes that every chip with the profile `full` has a text for. */
+/* The mistakes whose text is not in advice.h. */
 static enum mistake seen_mistake(const struct console *console, bool is_of_word)
 {
     const struct command_line *line = &console->line;

@@ -8,7 +8,7 @@
 
 /* Zero it (static storage is). */
 struct noise {
-    bool is_there; // at the last poll
+    bool is_there; // noise was found in this window, or in the one before
     // internal:
     uint8_t end;       // of the ring of the bus, at the last poll
     uint16_t sent;     // packets that the bus had sent by then

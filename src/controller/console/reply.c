@@ -91,8 +91,7 @@ static bool print_result(struct console *console)
     return more;
 }
 
-/* Before the `ok`: prints what the command cannot know. Returns false if there is nothing to print.
- */
+/* Before the `ok`: prints what the wire cannot show (advice_note()). False: there is nothing. */
 static bool print_note(struct console *console)
 {
     const CDS_FLASH char *message = NULL;

@@ -121,9 +121,9 @@ static void watch_alarms(struct failsafe *failsafe)
     failsafe->alarm = (uint8_t)(alarms & ~failsafe->reported[index]);
     failsafe->reported[index] = alarms;
     if (failsafe->alarm || servo->presence != CDS_PRESENCE_ONLINE ||
-        !(servo->inhibits & CDS_INHIBIT_STATE_LOST) || servo->held & CDS_HELD_MARK)
+        !(servo->inhibits & CDS_INHIBIT_STATE_LOST) || servo->held & CDS_HELD_LOSS_TOLD)
         return;
-    servo->held |= CDS_HELD_MARK;
+    servo->held |= CDS_HELD_LOSS_TOLD;
     failsafe->alarm = FAILSAFE_TORQUE_LOST;
 }
 

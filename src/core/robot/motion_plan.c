@@ -126,9 +126,9 @@ static uint32_t shortest_from_rest(const struct cds_motion *motion, uint32_t dis
     return by_speed > by_acceleration ? by_speed : by_acceleration;
 }
 
-/* Shortens the windows so that the joint brakes within its limits. 1/8 step beyond is permitted,
- * since its goals stay at the limit: else a joint that passes a pose on the way to its limit
- * shortens them by rounding. */
+/* Shortens the windows so that the joint brakes within its limits. Up to 1/8 step beyond is
+ * permitted, since goals are clamped. Without it, rounding shortens the windows for a joint that
+ * passes a pose next to its limit. */
 static void narrow_window(struct cds_motion *motion, const struct cds_motion_path *path,
                           const struct cds_motion_joint *joint)
 {

@@ -453,7 +453,7 @@ static void read_varying_ended(struct cds_diagnose *diagnose)
 }
 
 /* True if MAX_TORQUE is 0. */
-static bool is_limp(const uint8_t *limits)
+static bool has_no_torque(const uint8_t *limits)
 {
     return (limits[CDS_REG_MAX_TORQUE - LIMITS_AT] | limits[CDS_REG_MAX_TORQUE + 1 - LIMITS_AT]) ==
            0;
@@ -478,9 +478,9 @@ static void judge_values(struct cds_diagnose *diagnose)
         conclude(diagnose, CDS_FINDING_OVERHEATED);
     } else {
         diagnose->value = 0;
-        conclude(diagnose, error & CDS_ERROR_OVERLOAD ? CDS_FINDING_OVERLOADED
-                           : known && is_limp(limits) ? CDS_FINDING_NO_TORQUE
-                                                      : CDS_FINDING_OK);
+        conclude(diagnose, error & CDS_ERROR_OVERLOAD       ? CDS_FINDING_OVERLOADED
+                           : known && has_no_torque(limits) ? CDS_FINDING_NO_TORQUE
+                                                            : CDS_FINDING_OK);
     }
 }
 

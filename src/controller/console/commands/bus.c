@@ -75,7 +75,8 @@ static void note_rate(struct cds_servos *servos, const struct cds_scan_found *fo
 }
 
 /* Adds the servo to the robot if it answers well at the robot's rate; console->part counts these
- * servos. Returns what the line of the servo ends with. */
+ * servos. At another rate: notes the rate of a servo that is OFFLINE. Returns what the line of the
+ * servo ends with. */
 static const CDS_FLASH char *join(struct console *console, const struct cds_scan_found *found)
 {
     if (found->result != CDS_OK)

@@ -295,9 +295,9 @@ static bool report_fault(struct console *console)
     return true;
 }
 
-/* While the line is at fault, and this is told, its servos do not answer: their alarms that this
- * causes are not told, but kept. */
-static void drop_alarms_of_line(const struct console *console)
+/* While a told fault of the line lasts, alarms that the fault causes are not printed. `alarms`
+ * still lists them. */
+static void silence_alarms_of_line(const struct console *console)
 {
     struct failsafe *failsafe = console->failsafe;
     uint8_t told = console->faults_told, caused = CDS_ERROR_INSTRUCTION | CDS_ERROR_CHECKSUM;
@@ -315,7 +315,7 @@ bool controller_report(struct console *console)
 
     if (command_set.noise) {
         noise_poll(command_set.noise, console->bus);
-        drop_alarms_of_line(console);
+        silence_alarms_of_line(console);
     }
     if (!console->printer.text) { // else a report is being printed
         if (console->editor.length)

@@ -32,7 +32,7 @@ static bool ping_poll(struct console *console)
 {
     if (console_waits(console))
         return true;
-    if (command_set.looks && console->line.command->begin == reset_begin &&
+    if (command_set.checks_writes && console->line.command->begin == reset_begin &&
         console_answered(console))
         printer_line(&console->printer, message_factory);
     if (console->error == 0 && console->line.id == CDS_BROADCAST_ID) {

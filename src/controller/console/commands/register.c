@@ -118,7 +118,7 @@ static uint8_t set_begin(struct console *console)
     if (at.address >= CDS_REG_CW_ANGLE_LIMIT && at.address <= CDS_REG_CCW_ANGLE_LIMIT) {
         if ((data[0] | data[1]) && turns(console))
             return ERROR_ENDLESS;
-        if (command_set.looks) {
+        if (command_set.checks_writes) {
             console->line.address = at.address;
             console->phase = LOOKS;
             return servo_read(console, CDS_REG_CW_ANGLE_LIMIT, LOOK_SIZE);
@@ -181,7 +181,7 @@ static bool set_poll(struct console *console)
         return setup_poll(console);
     if (console_waits(console))
         return true;
-    return command_set.looks && console_answered(console) && set_goes_on(console);
+    return command_set.checks_writes && console_answered(console) && set_goes_on(console);
 }
 
 /* ---- info ---- */

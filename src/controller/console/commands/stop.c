@@ -19,7 +19,7 @@ static const CDS_FLASH char message_stop_failed[] =
 static const CDS_FLASH char message_presence_low[] = "line held low";
 static const CDS_FLASH char message_presence_busy[] = "line not quiet";
 static const CDS_FLASH char message_presence_rate[] = "not at the rate of the bus";
-static const CDS_FLASH char message_presence_twins[] =
+static const CDS_FLASH char message_presence_id_twice[] =
     "returned, replies damaged as if two servos had this ID ('diagnose ID')";
 static const CDS_FLASH char message_torque_unknown[] = "unknown";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
@@ -201,7 +201,7 @@ ALWAYS_INLINE void print_presence(struct console *console, const struct cds_serv
 
     if (command_set.advise && servo->presence == CDS_PRESENCE_RETURNED &&
         servo->counters.corrupt >= MANY_DAMAGED)
-        presence = message_presence_twins;
+        presence = message_presence_id_twice;
     if (command_set.explain && servo_is_at_other_rate(console, servo)) {
         presence = message_presence_rate;
         is_unknown = true;
