@@ -149,4 +149,13 @@ static inline void assert_reply(const char *begin, const char *line)
     TEST_ASSERT_EQUAL_PTR(strchr(said, '\n'), strrchr(said, '\n'));
 }
 
+/* lines: each with a line to type, and the begin of its reply. */
+static inline void assert_replies(const char *const lines[][2], uint8_t count)
+{
+    for (uint8_t i = 0; i < count; i++)
+        assert_reply(lines[i][1], lines[i][0]);
+}
+
+#define ASSERT_REPLIES(lines) assert_replies(lines, sizeof(lines) / sizeof(lines)[0])
+
 #endif

@@ -13,14 +13,6 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
 }
 
-static void assert_replies(const char *const lines[][2], uint8_t count)
-{
-    for (uint8_t i = 0; i < count; i++)
-        assert_reply(lines[i][1], lines[i][0]);
-}
-
-#define ASSERT_REPLIES(lines) assert_replies(lines, sizeof(lines) / sizeof(lines)[0])
-
 void test_time_out_of_range_names_its_range(void)
 {
     static const char *const lines[][2] = {
