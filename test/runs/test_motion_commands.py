@@ -582,6 +582,13 @@ class Play(Motion):
                     "@expect text error 83:\n@expect servo 1 torque on\n@expect servo 1 MOVING 0\n"
                     "@block 2 off\n@wait 500\nplay sweep at 200%\nmotion wait\n")
 
+    def test_motion_that_fails_at_rest_names_the_step_of_the_pose(self):
+        for board, pose in zip(TWO_BOARDS, (", pose a", "")):
+            with self.subTest(board):
+                run = self.run_on(SWEEP.replace("a 2s", "a 2s dwell 3s") + "play sweep\n@wait 3000\nmotion\n"
+                                  "@expect text step 1 of 2, run 1\n@power 2 off\n! motion wait\n", board, "--echo")
+                self.assertIn(f"servo 2 is the cause in step 1{pose}\n", run.output)
+
     def test_failed_motion_is_reported_once_in_mode_person(self):
         for mode, line, count in (("person", "@wait 2000", 1), ("person", "! motion wait", 0), ("program", "@wait 2000", 0)):
             with self.subTest(mode=mode, line=line):
