@@ -582,6 +582,18 @@ class Play(Motion):
                     "@expect text error 83:\n@expect servo 1 torque on\n@expect servo 1 MOVING 0\n"
                     "@block 2 off\n@wait 500\nplay sweep at 200%\nmotion wait\n")
 
+    def test_pose_beyond_the_angle_limits_of_a_servo_moves_nothing(self):
+        for board, says in zip(TWO_BOARDS, (" in step 2, pose b: 239.883deg is out of range: 0deg to 179.765deg, "
+                                            "CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT of the servo", " in step 2")):
+            with self.subTest(board):
+                run = self.run_on(SWEEP + "write 2 CCW_ANGLE_LIMIT 613\n! play sweep\n@expect text error 11:\n"
+                                  "@expect servo 1-3 GOAL_POSITION 512 within 0\n! pose 100 200 100 in 1s\n"
+                                  "@expect text error 11:\n@expect servo 1-3 GOAL_POSITION 512 within 0\n"
+                                  "group 2 1 3\n! motion wait\n"
+                                  "write 2 CCW_ANGLE_LIMIT 1023\nplay sweep\n", board, "--echo")
+                self.assertTrue(f"servo 2 is the cause{says}\n" in run.output)
+                self.assertEqual(run.output.count("servo 2 is the cause: 200deg is out") == 2, board == TWO_BOARDS[0])
+
     def test_motion_that_fails_at_rest_names_the_step_of_the_pose(self):
         for board, pose in zip(TWO_BOARDS, (", pose a", "")):
             with self.subTest(board):
