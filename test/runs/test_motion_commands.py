@@ -421,7 +421,7 @@ class Play(Motion):
 
     def test_a_pause_at_rest_keeps_the_next_step_back(self):
         self.run_on(SWING + "sequence walk new low 0.5s dwell 0.5s\nsequence walk add stand 0.5s\n"
-                    "play walk\n@wait 800\npause\n@wait 1000\nmotion\n@expect text step 2 of 2, run 1, paused\n"
+                    "play walk\n@wait 800\npause\n@wait 1000\nmotion\n@expect text step 1 of 2, run 1, paused\n"
                     + LOW + "resume\nmotion wait\n@wait 50\n" + STAND)
 
     def test_pause_and_resume_stop_on_the_way_and_at_rest(self):
@@ -581,6 +581,18 @@ class Play(Motion):
                     "@expect text motion: none\n! motion wait\n@expect text servo 2 is the cause\n"
                     "@expect text error 83:\n@expect servo 1 torque on\n@expect servo 1 MOVING 0\n"
                     "@block 2 off\n@wait 500\nplay sweep at 200%\nmotion wait\n")
+
+    def test_number_of_a_step_that_is_not_there_is_named(self):
+        appends = "; 'sequence NAME add' appends a step behind the last one"
+        run = self.run_on(WALKING + "! sequence walk set 9 stand 1s\n! sequence walk set 0 stand 1s\n! sequence walk delete 9\n"
+                          "! sequence walk set 70000 stand 1s\n! sequence walk insert 5 stand 1s\n", MOVING[0], "--echo")
+        told = re.findall("error 33: .*", run.output)
+        self.assertEqual(told, [f"error 33: N {n} is out of range: 1 to 4" for n in (9, 0, 9, 70000)]
+                         + ["error 33: N 5 is out of range: 1 to 4" + appends])
+
+    def test_remedy_of_a_deleted_pose_is_one_line(self):
+        run = self.run_on(WALKING + "pose delete low\n! play walk\n", MOVING[0], "--echo")
+        self.assertIn("error 78: a step names a deleted pose; 'sequence NAME set N POSE TIME' mends step N", run.output[-3000:])
 
     def test_pose_beyond_the_angle_limits_of_a_servo_moves_nothing(self):
         for board, says in zip(TWO_BOARDS, (" in step 2, pose b: 239.883deg is out of range: 0deg to 179.765deg, "
