@@ -40,9 +40,9 @@ with the same checks. Files: `src/controller/host/motion_registers.[ch]`.
 - The answer to MOTION_PLAY comes at once. A range error: there is no such sequence; a motion is under way; the EEPROM is
   being written; driving is inhibited, or torque off is under way. Then MOTION_ERROR stays as it was.
 - After an answer without error MOTION_STATE is 1 while the steps are checked and each servo is read, up to 1 s. Then it
-  is 2 until the motion has ended. During a rest (dwell) MOTION_STEP is the step that begins next; after the last step of the
-  last run, that step. If the motion is refused, MOTION_STATE is 0 and MOTION_ERROR tells why: 78, a step names
-  a deleted pose; 81, a joint is not in the group; 84, torque is off; 57, a step is too fast; 11, a pose is beyond a soft limit; 2, a
+  is 2 until the motion has ended. During a rest (dwell) MOTION_STEP is the step at whose pose the joints
+  rest. If the motion is refused, MOTION_STATE is 0 and MOTION_ERROR tells why: 78, a step names
+  a deleted pose; 81, a joint is not in the group; 84, torque is off; 57, a step is too fast; 11, a pose is beyond a limit; 2, a
   servo does not answer.
 - The PC need not wait: a READ of the six registers from 0x70 on shows all of them at one time.
 - SAVE, a RESET of the device and another value of BUS_BAUD are a range error while a motion is under way, as `save`, `defaults`

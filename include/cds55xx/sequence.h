@@ -66,14 +66,15 @@ struct cds_sequence_slot {
  * four fields; the rest is internal. */
 struct cds_sequence {
     uint8_t result;   // CDS_PENDING while it runs; then how it ended
-    uint8_t step;     // under way, from 0 on; while the joints rest at a pose, the step that begins
-                      // next, or the last step
+    uint8_t step;     // from 0 on: to whose pose the joints go, or where they rest; at the end: the
+                      // last step, or that of a move that was refused or has ended
     uint16_t run;     // of that step, from 0 on
     bool is_checking; // steps are checked, and none has begun: checks_all
     // internal:
     struct cds_sequence_config config;
     struct cds_sequence_slot slots[2]; // the step under way and the next one
-    uint8_t slot;                      // index of the slot with the step under way, 0 or 1
+    uint8_t slot;                      // index of the slot with the step under way, or, while the
+                                       // joints rest at a pose, with the step that begins next
     uint8_t state;
     uint8_t event;          // of the step under way
     bool passes;            // the step under way passes its pose

@@ -422,7 +422,7 @@ class Play(Motion):
 
     def test_a_pause_at_rest_keeps_the_next_step_back(self):
         self.run_on(SWING + "sequence walk new low 0.5s dwell 0.5s\nsequence walk add stand 0.5s\n"
-                    "play walk\n@wait 800\npause\n@wait 1000\nmotion\n@expect text step 2 of 2, run 1, paused\n"
+                    "play walk\n@wait 800\npause\n@wait 1000\nmotion\n@expect text step 1 of 2, run 1, paused\n"
                     + LOW + "resume\nmotion wait\n@wait 50\n" + STAND)
 
     def test_pause_and_resume_stop_on_the_way_and_at_rest(self):
@@ -582,6 +582,37 @@ class Play(Motion):
                     "@expect text motion: none\n! motion wait\n@expect text servo 2 is the cause\n"
                     "@expect text error 83:\n@expect servo 1 torque on\n@expect servo 1 MOVING 0\n"
                     "@block 2 off\n@wait 500\nplay sweep at 200%\nmotion wait\n")
+
+    def test_number_of_a_step_that_is_not_there_is_named(self):
+        appends = "; 'sequence NAME add' appends a step behind the last one"
+        run = self.run_on(WALKING + "! sequence walk set 9 stand 1s\n! sequence walk set 0 stand 1s\n! sequence walk delete 9\n"
+                          "! sequence walk set 70000 stand 1s\n! sequence walk insert 5 stand 1s\n", MOVING[0], "--echo")
+        told = re.findall("error 33: .*", run.output)
+        self.assertEqual(told, [f"error 33: N {n} is out of range: 1 to 4" for n in (9, 0, 9, 70000)]
+                         + ["error 33: N 5 is out of range: 1 to 4" + appends])
+
+    def test_remedy_of_a_deleted_pose_is_one_line(self):
+        run = self.run_on(WALKING + "pose delete low\n! play walk\n", MOVING[0], "--echo")
+        self.assertIn("error 78: a step names a deleted pose; 'sequence NAME set N POSE TIME' mends step N", run.output[-3000:])
+
+    def test_pose_beyond_the_angle_limits_of_a_servo_moves_nothing(self):
+        for board, says in zip(TWO_BOARDS, (" in step 2, pose b: 239.883deg is out of range: 0deg to 179.765deg, "
+                                            "CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT of the servo", " in step 2")):
+            with self.subTest(board):
+                run = self.run_on(SWEEP + "write 2 CCW_ANGLE_LIMIT 613\n! play sweep\n@expect text error 11:\n"
+                                  "@expect servo 1-3 GOAL_POSITION 512 within 0\n! pose 100 200 100 in 1s\n"
+                                  "@expect text error 11:\n@expect servo 1-3 GOAL_POSITION 512 within 0\n"
+                                  "group 2 1 3\n! motion wait\n"
+                                  "write 2 CCW_ANGLE_LIMIT 1023\nplay sweep\n", board, "--echo")
+                self.assertTrue(f"servo 2 is the cause{says}\n" in run.output)
+                self.assertEqual(run.output.count("servo 2 is the cause: 200deg is out") == 2, board == TWO_BOARDS[0])
+
+    def test_motion_that_fails_at_rest_names_the_step_of_the_pose(self):
+        for board, pose in zip(TWO_BOARDS, (", pose a", "")):
+            with self.subTest(board):
+                run = self.run_on(SWEEP.replace("a 2s", "a 2s dwell 3s") + "play sweep\n@wait 3000\nmotion\n"
+                                  "@expect text step 1 of 2, run 1\n@power 2 off\n! motion wait\n", board, "--echo")
+                self.assertIn(f"servo 2 is the cause in step 1{pose}\n", run.output)
 
     def test_failed_motion_is_reported_once_in_mode_person(self):
         for mode, line, count in (("person", "@wait 2000", 1), ("person", "! motion wait", 0), ("program", "@wait 2000", 0)):

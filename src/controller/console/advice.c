@@ -24,6 +24,11 @@ static const CDS_FLASH char message_of_move[] =
     "time out of range: 1ms to 600s; a number without unit is ms";
 static const CDS_FLASH char message_of_step[] =
     "time out of range: 10ms to 600s, dwell 0 to 65.53s; a number without unit is ms";
+static const CDS_FLASH char message_step_range[] = "N %l is out of range: 1 to %u%s";
+static const CDS_FLASH char message_add_appends[] =
+    "; 'sequence NAME add' appends a step behind the last one";
+static const CDS_FLASH char message_pose_gone[] =
+    "a step names a deleted pose; 'sequence NAME set N POSE TIME' mends step N";
 static const CDS_FLASH char message_swapped[] =
     "above HIGH, %a; write the smaller angle first: limits ID LOW HIGH";
 static const CDS_FLASH char message_several[] =
@@ -178,12 +183,12 @@ static bool is_command(const struct command_line *line, const CDS_FLASH char *na
     return line->command && parse_has_name(line->command->usage, name);
 }
 
+static const CDS_FLASH char name_of_sequence[] = "sequence";
+
 /* The time of a move, or of a step of a sequence, is out of range. */
 static const CDS_FLASH char *times_due(const struct console *console)
 {
-    static const CDS_FLASH char sequence[] = "sequence";
-
-    return is_command(&console->line, sequence) ? message_of_step : message_of_move;
+    return is_command(&console->line, name_of_sequence) ? message_of_step : message_of_move;
 }
 
 /* `limits` with LOW above HIGH: both are angles, so the range of LOW explains nothing. */
@@ -237,10 +242,28 @@ static const CDS_FLASH char *one_id_due(struct console *console)
     return message_one_due;
 }
 
+/* `sequence NAME set N`: the sequence has no step N (sequence_steps.c). */
+static const CDS_FLASH char *step_due(struct console *console)
+{
+    union printer_value *values = console->printer.values;
+
+    if (command_set.motion_words == NULL || console->line.error ||
+        !is_command(&console->line, name_of_sequence) ||
+        (console->raw && console->raw <= console->part))
+        return NULL;
+    values[0].number = (uint16_t)console->line.number[0].digits;
+    values[1].number = (uint16_t)((uint32_t)console->line.number[0].digits >> 16);
+    values[2].number = console->part;
+    values[3].text = console->raw == console->part + 1u ? message_add_appends : message_nothing;
+    return message_step_range;
+}
+
 static const CDS_FLASH char *value_due(struct console *console)
 {
     const CDS_FLASH char *message = one_id_due(console);
 
+    if (message == NULL)
+        message = step_due(console);
     return message ? message : order_due(console);
 }
 
@@ -304,6 +327,7 @@ const CDS_FLASH char *advice(struct console *console)
         return unit_behind_space(console) ? message_space : number_due(console);
     case ERROR_TIME: return times_due(console);
     case ERROR_OUT_OF_RANGE: return value_due(console);
+    case ERROR_POSE_GONE: return command_set.motion_words ? message_pose_gone : NULL;
     case CDS_TIMEOUT:
     case CDS_CORRUPT: return scan_due(console);
     case CDS_INHIBITED: return release_due(console);

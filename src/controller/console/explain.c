@@ -253,6 +253,8 @@ static bool find_subject(const struct console *console, struct subject *subject)
         subject->number = &line->number[i];
         is_known = range_of(line, subject->name, &subject->range);
         subject->has_range = is_known && (subject->range.lowest || subject->range.highest);
+        if (command_set.advise && !subject->has_range && is_range_error(console->error))
+            continue; // TIME: not this number
         if (is_known &&
             check(subject->number, &subject->range) ==
                 (is_range_error(console->error) ? (uint8_t)ERROR_OUT_OF_RANGE : console->error))

@@ -5,8 +5,8 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "cds55xx/motion.h" // CDS_POSE_NONE
-#include "cds55xx/servo.h"  // cds_servo_write_byte()
+#include "cds55xx/servo.h" // cds_servo_write_byte()
+#include "robot/angle_limits.h"
 #include "robot/moves.h"
 
 #define S_US ((uint32_t)1000000)
@@ -74,15 +74,6 @@ static enum cds_result next_servo(struct robot *robot, uint8_t index, uint8_t la
     return CDS_PENDING;
 }
 
-/* Keeps the angle limits that were read. */
-static void take_limits(struct autostart_servos *servos, uint8_t index)
-{
-    const uint8_t *limits = servos->reply + (CDS_REG_CW_ANGLE_LIMIT - CDS_TORQUE_ON_READ_FROM);
-
-    servos->lowest[index] = (uint16_t)(limits[0] | limits[1] << 8);
-    servos->highest[index] = (uint16_t)(limits[2] | limits[3] << 8);
-}
-
 /* Notes a servo without torque: torque that it gets is switched off again if nothing plays. */
 static void note_torque(struct autostart *autostart, const struct autostart_servos *servos)
 {
@@ -101,7 +92,8 @@ static enum cds_result poll_servos(struct robot *robot, struct autostart *autost
     if (result == CDS_PENDING)
         return result;
     if (result == CDS_OK) {
-        take_limits(servos, index);
+        angle_limits_take(&servos->limits[index],
+                          servos->reply + (CDS_REG_CW_ANGLE_LIMIT - CDS_TORQUE_ON_READ_FROM));
         if (last == CDS_TORQUE_ON_CHECK)
             note_torque(autostart, servos);
         return next_servo(robot, (uint8_t)(index + 1), last);
@@ -146,11 +138,11 @@ static enum cds_result check_servos(struct robot *robot, struct autostart *autos
 /* Checks the pose of one step: the servos have told their limits. CDS_OK behind the last step. */
 static enum cds_result check_step(struct robot *robot, struct autostart *autostart)
 {
-    const uint16_t *lowest = robot->work.autostart.lowest;
-    const uint16_t *highest = robot->work.autostart.highest;
+    const struct angle_limits *limits = robot->work.autostart.limits;
     uint16_t pose[ROBOT_SERVOS];
     struct stored_joints joints;
     enum stored_pose_result result;
+    uint8_t joint;
 
     if (motion_store_is_saving(autostart->store))
         return CDS_PENDING;
@@ -161,12 +153,11 @@ static enum cds_result check_step(struct robot *robot, struct autostart *autosta
         return CDS_OK;
     if (result != STORED_POSE_READ)
         return give_up(autostart, AUTOSTART_POSE_GONE);
-    for (uint8_t i = 0; i < robot->group_count; i++) {
-        if (pose[i] == CDS_POSE_NONE || (pose[i] >= lowest[i] && pose[i] <= highest[i]))
-            continue;
-        autostart->outcome.id = robot->group[i];
-        autostart->lowest = lowest[i];
-        autostart->highest = highest[i];
+    joint = angle_limits_beyond(limits, pose, robot->group_count);
+    if (joint != ANGLE_LIMITS_NO_JOINT) {
+        autostart->outcome.id = robot->group[joint];
+        autostart->lowest = limits[joint].lowest;
+        autostart->highest = limits[joint].highest;
         return give_up(autostart, AUTOSTART_LIMITS);
     }
     autostart->outcome.step++;

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "cds55xx/servo.h" // cds_servo_read()
+#include "robot/angle_limits.h"
 #include "robot/group_cycle.h"
 #include "robot/moves.h"
 #include "robot/stored_group.h"
@@ -191,14 +192,22 @@ uint8_t motion_check_group(struct robot *robot)
     return check_servos(robot, NULL, &robot->servos.refused_id);
 }
 
-/* CDS_PENDING: each servo of the pose has torque, and none is OFFLINE, inhibited or in endless
- * turn. After READ_STATES: the list of servos has the torque that was read, and learns each later
- * change from the packets that pass. */
+/* CDS_PENDING: each servo of the pose has torque, none is OFFLINE, inhibited or in endless turn,
+ * and each takes its goal. After READ_STATES: the list of servos has the torque that was read, and
+ * learns each later change from the packets that pass. */
 static uint8_t check_pose(const struct robot *robot, const uint16_t *pose)
 {
-    uint8_t reason = check_servos(robot, pose, &start_of(robot)->outcome.id);
+    struct motion_start *start = start_of(robot);
+    uint8_t reason = check_servos(robot, pose, &start->outcome.id);
 
-    return reason ? reason : (uint8_t)CDS_PENDING;
+    if (reason)
+        return reason;
+    start->beyond = angle_limits_beyond(start->limits, pose, robot->group_count);
+    if (start->beyond == ANGLE_LIMITS_NO_JOINT)
+        return CDS_PENDING;
+    start->beyond_goal = pose[start->beyond];
+    start->outcome.id = robot->group[start->beyond];
+    return CDS_LIMIT;
 }
 
 /* Checks that the store has the pose of the step, and the group has its servos. */
@@ -310,7 +319,7 @@ static uint8_t take_state(const struct robot *robot)
         start->outcome.id = robot->group[start->read_joint];
         return start->read.result;
     }
-    start->read_joint++;
+    angle_limits_take(&start->limits[start->read_joint++], start->read_reply);
     return CDS_PENDING;
 }
 

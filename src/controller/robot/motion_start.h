@@ -54,13 +54,17 @@ struct motion_start {
     struct motion_outcome outcome; // of the last start; CDS_OK: the motion has begun
     uint8_t phase;
     bool is_sequence;
-    uint8_t place;           // of the sequence
-    uint8_t step;            // that is checked next
-    uint16_t repeats;        // of the sequence
-    uint32_t begun_us;       // when the start began
-    uint8_t read_joint;      // whose mode and torque are read
-    bool is_reading;         // `read` is on its way
-    struct cds_request read; // READ of mode and torque
+    uint8_t place;        // of the sequence
+    uint8_t step;         // that is checked next
+    uint16_t repeats;     // of the sequence
+    uint32_t begun_us;    // when the start began
+    uint8_t read_joint;   // whose mode and torque are read
+    bool is_reading;      // `read` is on its way
+    uint8_t beyond;       // ANGLE_LIMITS_NO_JOINT, or the joint that a pose moves beyond `limits`
+    uint16_t beyond_goal; // the position of this joint in the pose
+    struct angle_limits
+        limits[ROBOT_SERVOS]; // that the servos keep themselves: read with mode and torque
+    struct cds_request read;  // READ of mode and torque
     uint8_t read_packet[CDS_PACKET_SIZE(2)];
     uint8_t read_reply[MOTION_READ_SIZE];
     struct cds_move move;

@@ -46,6 +46,11 @@ struct robot_operation {
     bool changes_rate; // it changes the rate of the bus: a servo that is silent is not OFFLINE then
 };
 
+/* Angle limits that a servo keeps itself, 0 to 1023 (angle_limits.h). */
+struct angle_limits {
+    uint16_t lowest, highest;
+};
+
 /* What the autostart needs until its cycle begins. */
 struct autostart_servos {
     struct cds_torque_on torque_on; // of servo `index` of the group
@@ -54,8 +59,7 @@ struct autostart_servos {
     struct cds_request request;
     uint8_t packet[CDS_TORQUE_ON_PACKET_SIZE];
     uint8_t reply[CDS_TORQUE_ON_READ_SIZE];
-    uint16_t lowest[ROBOT_SERVOS]; // angle limits of each servo, 0 to 1023
-    uint16_t highest[ROBOT_SERVOS];
+    struct angle_limits limits[ROBOT_SERVOS]; // of each servo of the group
 };
 
 /* Storage of the operation. */

@@ -2,6 +2,7 @@
 /* Sequences of poses; see sequence.h. The step under way and the next one are in two slots by
  * turns. */
 #include "cds55xx/sequence.h"
+#include "compiler.h" // NOINLINE
 #include "robot/motion_internal.h"
 
 #define RUNS_TRIED 2
@@ -74,13 +75,12 @@ static enum cds_result end(struct cds_sequence *sequence, enum cds_result result
     return result;
 }
 
-/* The step in `slot` is under way now. Copies what is needed when its move ends: before that, the
- * step after the next one may be read to this slot. */
-static void note_step(struct cds_sequence *sequence, uint8_t slot)
+/* The step in the slot is under way now. Copies what is needed when its move ends: before that, the
+ * step after the next one may be read to this slot. noinline: saves 130 bytes. */
+static NOINLINE void note_step(struct cds_sequence *sequence)
 {
-    const struct cds_sequence_slot *from = &sequence->slots[slot];
+    const struct cds_sequence_slot *from = &sequence->slots[sequence->slot];
 
-    sequence->slot = slot;
     sequence->step = from->index;
     sequence->run = from->run;
     sequence->event = from->step.event;
@@ -99,12 +99,20 @@ static bool is_dwell_over(const struct cds_sequence *sequence)
            cds_port_now_us() - sequence->dwell_from_us >= 1000ul * sequence->dwell_ms;
 }
 
+/* The step in the other slot is under way now. */
+static void note_other_step(struct cds_sequence *sequence)
+{
+    sequence->slot = !sequence->slot;
+    note_step(sequence);
+}
+
 /* Reads the first step. False: there is none. */
 static bool rewind_to_first(struct cds_sequence *sequence)
 {
     if (!read_to(sequence, 0, 0, 0))
         return false;
-    note_step(sequence, 0);
+    sequence->slot = 0;
+    note_step(sequence);
     return true;
 }
 
@@ -115,7 +123,7 @@ static enum cds_result try_next(struct cds_sequence *sequence)
 {
     if (read_behind(sequence, sequence->slot) &&
         sequence->slots[!sequence->slot].run < RUNS_TRIED) {
-        note_step(sequence, !sequence->slot);
+        note_other_step(sequence);
         sequence->state = TRYING;
         return CDS_PENDING;
     }
@@ -149,30 +157,34 @@ static enum cds_result poll_tried(struct cds_sequence *sequence)
     return result == CDS_PENDING ? result : end(sequence, result);
 }
 
+/* The move of the step in the slot is checked: `result`. When it begins, or is refused, its step
+ * takes the place of that at whose pose the joints rest. */
+static enum cds_result take_check(struct cds_sequence *sequence, enum cds_result result)
+{
+    if (result == CDS_PENDING)
+        return result;
+    note_step(sequence);
+    sequence->state = MOVING;
+    return result == CDS_OK ? CDS_PENDING : end(sequence, result);
+}
+
+static enum cds_result poll_check(struct cds_sequence *sequence)
+{
+    return take_check(sequence, (enum cds_result)sequence->config.motion->move_result);
+}
+
 static enum cds_result poll_dwell(struct cds_sequence *sequence)
 {
     const struct cds_sequence_config *config = &sequence->config;
     enum cds_result result;
 
     if (!is_dwell_over(sequence) ||
-        (config->may_begin && !config->may_begin(config->context, sequence->step)))
+        (config->may_begin &&
+         !config->may_begin(config->context, sequence->slots[sequence->slot].index)))
         return CDS_PENDING;
-    result = submit(sequence, sequence->slot, false);
-    if (result != CDS_OK)
-        return end(sequence, result);
     sequence->state = CHECKING;
-    return CDS_PENDING;
-}
-
-static enum cds_result poll_check(struct cds_sequence *sequence)
-{
-    enum cds_result result = (enum cds_result)sequence->config.motion->move_result;
-
-    if (result == CDS_OK)
-        sequence->state = MOVING;
-    else if (result != CDS_PENDING)
-        return end(sequence, result);
-    return CDS_PENDING;
+    result = submit(sequence, sequence->slot, false);
+    return result == CDS_OK ? CDS_PENDING : take_check(sequence, result);
 }
 
 /* The joints rest at the pose, then the next step begins, or the sequence ends. */
@@ -183,7 +195,7 @@ static enum cds_result arrive(struct cds_sequence *sequence)
     sequence->dwell_from_us = cds_port_now_us();
     sequence->state = ENDING;
     if (read_behind(sequence, sequence->slot)) {
-        note_step(sequence, !sequence->slot);
+        sequence->slot = !sequence->slot;
         sequence->state = DWELLING;
     }
     return CDS_PENDING;
@@ -229,7 +241,7 @@ static enum cds_result poll_queue(struct cds_sequence *sequence)
 
     if (result == CDS_OK) {
         report_pose(sequence);
-        note_step(sequence, !sequence->slot);
+        note_other_step(sequence);
         sequence->state = MOVING;
     } else if (result != CDS_PENDING) {
         return end_refused(sequence, result);

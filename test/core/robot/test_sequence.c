@@ -184,11 +184,30 @@ void test_step_waits_until_it_may_begin(void)
     for (uint16_t i = 0; i < 300; i++)
         pass_period();
     TEST_ASSERT_EQUAL(CDS_PENDING, sequence.result);
-    TEST_ASSERT_EQUAL_UINT8(1, sequence.step);
+    TEST_ASSERT_EQUAL_UINT8(0, sequence.step);
     TEST_ASSERT_EQUAL_UINT16(600, goals[0]);
     may = true;
     run_to_end();
+    TEST_ASSERT_EQUAL_UINT8(1, sequence.step);
     TEST_ASSERT_EQUAL_UINT16(500, goals[0]);
+}
+
+void test_step_is_that_of_the_pose_where_the_joints_rest(void)
+{
+    add_step(600, 400, 200, false);
+    add_step(500, 400, 200, false);
+    begin(2);
+    for (uint8_t rest = 1; rest <= 4; rest++) {
+        while (told_count < rest)
+            pass_period();
+        for (uint8_t i = 0; i < 48; i++) {
+            TEST_ASSERT_EQUAL_UINT8((rest - 1) % 2, sequence.step);
+            TEST_ASSERT_EQUAL_UINT16((rest - 1) / 2, sequence.run);
+            pass_period();
+        }
+    }
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_OK, sequence.result);
 }
 
 void test_pause_during_a_dwell_holds_the_next_step_back(void)

@@ -8,6 +8,7 @@
 #include "console/commands/stored.h"
 #include "console/console.h"
 #include "console/messages.h"
+#include "robot/angle_limits.h" // ANGLE_LIMITS_NO_JOINT
 #include "robot/moves.h"
 
 static const CDS_FLASH char message_is_the_cause[] = " is the cause";
@@ -18,6 +19,8 @@ static const CDS_FLASH char message_step[] = "step ";
 static const CDS_FLASH char message_pose[] = ", pose ";
 static const CDS_FLASH char message_colon[] = ": ";
 static const CDS_FLASH char message_goal_range[] = ": %a is out of range: %a to %a";
+static const CDS_FLASH char message_own_range[] =
+    ": %a is out of range: %a to %a, CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT of the servo";
 static const CDS_FLASH char message_rests[] = ": it stands beyond its limits, %a to %a";
 static const CDS_FLASH char message_no_speed[] = ": its speed limit is 0";
 static const CDS_FLASH char message_deleted[] = ": the pose is deleted";
@@ -97,14 +100,23 @@ static uint8_t absent_servo(const struct console *console, const struct step_at 
     return CDS_NO_ID;
 }
 
-/* Ends the line: why a goal is not within the soft limits of its servo. */
+/* Ends the line: why a goal is not within the limits of its servo: those that the servo keeps
+ * itself, or the soft limits. */
 static void print_limits(struct console *console, const struct step_at *at, uint8_t id)
 {
     const struct cds_servo_state *servo = cds_servos_find(&console->robot->servos, id);
     struct printer *printer = &console->printer;
     union printer_value *values = printer->values;
+    const struct motion_start *start = &console->robot->moves->start;
     uint16_t goal = goal_of(console, at, id);
 
+    if (start->beyond != ANGLE_LIMITS_NO_JOINT) {
+        values[0].number = start->beyond_goal;
+        values[1].number = start->limits[start->beyond].lowest;
+        values[2].number = start->limits[start->beyond].highest;
+        printer_line(printer, message_own_range);
+        return;
+    }
     if (servo == NULL || goal == CDS_POSE_NONE) {
         printer_end_of_line(printer);
         return;

@@ -9,7 +9,6 @@
 #include "console/errors.h"
 #include "console/messages.h"
 
-static const CDS_FLASH char message_has_steps[] = "the sequence has %u steps";
 static const CDS_FLASH char message_only_step[] =
     "the only step: 'sequence delete NAME' deletes it";
 
@@ -35,24 +34,25 @@ static uint8_t steps_of(const struct console *console)
 }
 
 /* Stores the place of the sequence in console->index, and the index of step N of the line in
- * console->part. Returns an error or 0. */
+ * console->part. Returns an error or 0. ERROR_OUT_OF_RANGE: N is console->raw, and the number of
+ * steps console->part (advice.h prints both). */
 static uint8_t find_step(struct console *console)
 {
     uint8_t error = stored_may_write(console);
 
+    console->raw = 0;
     if (error == 0)
         error = console_number(console, 0, CDS_UNIT_NUMBER);
-    if (error)
+    if (error && error != ERROR_OUT_OF_RANGE)
         return error;
     console->index = stored_find(console, MOTION_STORE_SEQUENCE, 0);
     if (console->index == MOTION_STORE_NONE)
         return ERROR_NO_SEQUENCE;
+    console->part = steps_of(console);
+    if (error || console->raw < 1 || console->raw > console->part)
+        return ERROR_OUT_OF_RANGE;
     console->part = (uint8_t)(console->raw - 1);
-    if (console->raw >= 1 && console->raw <= steps_of(console))
-        return 0;
-    console->printer.values[0].number = steps_of(console);
-    printer_line(&console->printer, message_has_steps);
-    return ERROR_OUT_OF_RANGE;
+    return 0;
 }
 
 /* set, insert */
@@ -74,6 +74,7 @@ static uint8_t delete_step_begin(struct console *console)
     record_of(console)->count = 0;
     if (error || steps_of(console) > 1)
         return error;
+    console->part = 1;
     printer_line(&console->printer, message_only_step);
     return ERROR_OUT_OF_RANGE;
 }
