@@ -38,7 +38,7 @@ extern "C" {
     X(CDS_LIMIT, 11, "not within the servo's limits",                                              \
       "see 'servos' and docs/safety.md; 'id' sets an ID")                                          \
     X(CDS_INHIBITED, 12, "the servo may not be driven",                                            \
-      "'servos' tells why: mend power, load or plug, let a hot servo cool, then 'release'")        \
+      "'servos' tells why: mend power, load, plug or heat, then 'release'")                        \
     X(CDS_TOO_EARLY, 13, "replies would come too early for this board",                            \
       "raise the servo's RETURN_DELAY; 'status' shows the lowest value")                           \
     X(CDS_RESERVED, 14, "a motion moves the servo", "wait until the motion has ended, or end it")

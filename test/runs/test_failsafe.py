@@ -378,7 +378,7 @@ class Alarms(unittest.TestCase):
                                  "@power 3 off\n@wait 2500\n@power 3 on\n@wait 2500\nalarms\nclear\n@wait 2500\nservos\n"
                                  "stop\nrelease\n@wait 2500\n", board, "1-3", "--echo")
                 self.assertEqual(run.status, 0, run.output)
-                remedy = "; 'servos' tells why: mend power, load or plug, let a hot servo cool, then 'release'"
+                remedy = "; 'servos' tells why: mend power, load, plug or heat, then 'release'"
                 lines = [f"alarm of servo 2: {told}", "alarm of servo 3: offline", f"alarm of servo 3: {told}"]
                 if boards.BOARDS[board].profile == "full":
                     lines = [lines[0] + remedy, lines[1] + "; check power, wiring, ID and baud rate of the servo",

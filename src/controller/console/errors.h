@@ -68,7 +68,7 @@
     X(ERROR_SERVO_RANGE, 21, "servo: range error",                                                 \
       "a value or address is out of its range, read-only, or locked until power-off")              \
     X(ERROR_SERVO_CHECKSUM, 22, "servo: checksum error",                                           \
-      "the packet reached the servo damaged: look for noise, then send it again")                  \
+      "it came damaged: look for noise, then send it again")                                       \
     X(ERROR_SERVO_ANGLE, 23, "servo: angle limit error",                                           \
       "the goal lies outside CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT")
 
@@ -108,7 +108,7 @@
     X(ERROR_NOT_ALONE, 89, "the new servo is not alone, nothing was written",                      \
       "leave only the new servo connected, then 'new' again")                                      \
     X(ERROR_DAMAGED, 90, "the replies of the servo stay damaged",                                  \
-      "look for two servos with one ID, or noise, as by 'diagnose'")                               \
+      "two servos have one ID, or noise: see 'diagnose'")                                          \
     X(ERROR_TIME_STEP, 91, "the time is not a multiple of 10 ms, nothing was stored",              \
       "give 1230ms or 1.23s, not 1234ms")                                                          \
     X(ERROR_PAUSED, 92, "a motion is paused", "'resume' goes on with it, 'motion off' ends it")    \
