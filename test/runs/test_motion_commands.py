@@ -123,6 +123,10 @@ class Teach(Motion):
                     "@expect text error 85: servo 2:\n@expect servo 2 torque off\nteach off 1\n"
                     "@expect servo 1 torque on\n")
 
+    def test_torque_on_of_a_hot_servo_is_refused(self):
+        self.run_on("teach on\n@ambient 2 120\n@expect servo 2 error 0x04 within 60000\n! torque 2 on\n"
+                    "@expect text error 85: servo 2:\n@expect servo 2 torque off\ntorque 1 on\n", "arduino-mega")
+
     def test_teach_off_of_an_endless_servo_is_refused(self):
         self.run_on("teach on 1\nwrite 1 CW_ANGLE_LIMIT 0 0\nwrite 1 CCW_ANGLE_LIMIT 0\n"
                     "write 1 MOVING_SPEED 300\n! teach off 1\n@expect text servo 1: the servo is in endless turn\n"
@@ -338,7 +342,7 @@ class Steps(Motion):
                          ["new a 1s", "add b 1s", "add a 3s pass"])
 
     def test_chip_without_room_has_no_such_command(self):
-        self.run_on(self.BEGIN + "! sequence w delete 1\n@expect text error 38:\n! motion at 50%\n@expect text error 3\n",
+        self.run_on(self.BEGIN + "! sequence w delete 1\n@expect text error 38:\n! motion at 50%\n@expect text error 38:\n",
                     TWO_BOARDS[1])
 
 
@@ -624,10 +628,12 @@ class Play(Motion):
                                  run.output[-3000:])
 
     def told(self, script, board="arduino-mega"):
-        """What the console says unasked while a person plays a sequence in a loop."""
+        """What the console says unasked while a person plays a sequence in a loop; without step and pose, which depend on
+        the moment and on the board."""
         run = self.run_on(SWEEP + f"@echo on\nmode person\nplay sweep loop\n@wait 500\n{script}@wait 1500\n"
                           "mode program\n", board)
-        return re.findall(r"(?:motion: |alarm \d|noise|the line|the host).*", run.output)
+        return [re.sub(r"in step \d(, pose \w+)?: ", "", line)
+                for line in re.findall(r"(?:motion: |alarm of|noise|the line|the host).*", run.output)]
 
     def test_end_of_a_motion_names_a_servo_that_does_not_answer(self):
         for board in MOVING:
@@ -636,6 +642,11 @@ class Play(Motion):
                     ends = [line for line in self.told(script, board) if "motion" in line]
                     self.assertEqual(ends, ["motion: servo 2: error 2: no reply by the deadline; check power, wiring, "
                                             "ID and baud rate of the servo"])
+
+    def test_torque_off_in_a_motion_is_named_as_its_end(self):
+        for board in TWO_BOARDS:
+            with self.subTest(board):
+                self.assertRegex(self.told("torque 2 off\n", board)[-1], "^motion: .*servo 2: error 84: torque of a servo is off")
 
     def test_end_of_a_motion_by_a_low_line_names_no_servo(self):
         for board in MOVING:
@@ -651,7 +662,7 @@ class Play(Motion):
     def test_end_of_a_motion_by_a_lost_link_names_the_link(self):
         for board in MOVING:
             with self.subTest(board=board):
-                self.assertIn("motion: error 65: the host link was lost; no byte for link_loss_ms: link_loss_action acted; "
+                self.assertIn("motion: error 65: the host link was lost; no byte for link_loss_ms: see 'status'; "
                               "'clear' when it is back", self.told("settings link_loss_ms 500\n", board))
 
     def test_noise_is_told_once_and_ends_a_motion_by_its_name(self):

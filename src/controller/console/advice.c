@@ -358,6 +358,7 @@ void advice_after_reset(struct console *console)
 {
     union printer_value *values = console->printer.values;
 
-    values[2].text = values[1].text == message_nothing ? message_nothing : message_restarted;
+    values[2].text =
+        console->failsafe->reset_cause & FAILSAFE_RESET_POWER ? message_nothing : message_restarted;
     values[3].text = robot_is_inhibited(console->robot) ? message_still_inhibited : message_nothing;
 }

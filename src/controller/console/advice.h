@@ -26,7 +26,7 @@ const CDS_FLASH char *advice_note(struct console *console);
 const CDS_FLASH char *advice_link_lost(struct console *console);
 
 /* Puts two lines of the banner into values 2 and 3 of the printer, each empty or with its end of
- * line: what a reset that no user wanted means for the robot, and that driving is inhibited.
+ * line: what a reset that was not power-on means for the robot, and that driving is inhibited.
  * `after_reset` of struct command_set. */
 void advice_after_reset(struct console *console);
 

@@ -173,8 +173,9 @@ struct command_set {
     const CDS_FLASH struct command_typing *typing;             // completion and hints, or NULL
     struct history *history;                                   // storage of line_editor.c, or NULL
     const CDS_FLASH struct command_motion_words *motion_words; // NULL: words without the pose
-    bool checks_writes;   // `set` reads the servo before it writes an angle limit, and reads its
-                          // status return level back; `reset` prints what the servo has then
+    /* `set` reads the servo before it writes an angle limit, and reads its status return level
+     * back; `reset` prints what the servo has then; `torque on` refuses a servo with an alarm. */
+    bool checks_writes;
     struct noise *noise;  // noise.h; NULL: noise is not looked for
     uint8_t set_up_tries; // how often id, baud, factory, lock, set and restore try; 0 is as 1
 };

@@ -54,8 +54,7 @@
     X(ERROR_OMITTED, 55, "not in this firmware",                                                   \
       "boards arduino-mega, atmega1284p, cm510 have it, and the library")                          \
     X(ERROR_TIME, 56, "time out of range", "'help COMMAND' has the range")                         \
-    X(ERROR_TOO_FAST, 57, "too fast for a servo",                                                  \
-      "give it more time: 'motion wait' names the shortest")                                       \
+    X(ERROR_TOO_FAST, 57, "too fast for a servo", "give it more time")                             \
     X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \
     X(ERROR_NOT_SAVED, 62, "the EEPROM keeps nothing new",                                         \
       "the older data stay valid; try again, or replace the chip")                                 \

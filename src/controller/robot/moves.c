@@ -123,20 +123,22 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
 }
 
 /* A servo did not follow its goals, or take one. In place of this symptom stores the cause, if it
- * is known: a line held low, no reply. No ID: all servos are concerned. */
+ * is known: a line held low, no reply, torque off. No ID: all servos are concerned. */
 static void find_cause(struct robot *robot, struct motion_outcome *outcome)
 {
     const struct cds_servo_state *servo = cds_servos_find(&robot->servos, outcome->id);
+    bool is_low = cds_bus_line(robot->bus) == CDS_BUS_LINE_FAULT;
 
-    if (cds_bus_line(robot->bus) == CDS_BUS_LINE_FAULT)
+    if (is_low)
         outcome->result = CDS_LINE_BUSY;
-    else if (!robot_is_inhibited(robot)) {
-        if (servo && !servo->inhibits &&
-            (servo->presence >= CDS_PRESENCE_OFFLINE || outcome->result == CDS_INHIBITED))
-            outcome->result = CDS_TIMEOUT; // it is OFFLINE, or was until now
-        return;
-    }
-    outcome->id = CDS_NO_ID;
+    if (is_low || robot_is_inhibited(robot))
+        outcome->id = CDS_NO_ID;
+    else if (servo && servo->inhibits)
+        outcome->result = CDS_INHIBITED;
+    else if (servo && (servo->presence >= CDS_PRESENCE_OFFLINE || outcome->result == CDS_INHIBITED))
+        outcome->result = CDS_TIMEOUT; // it is OFFLINE, or was until now
+    else if (servo && !servo->torque)
+        outcome->result = MOTION_TORQUE_OFF;
 }
 
 /* How the motion under way has ended. */

@@ -92,7 +92,9 @@ void test_banner_tells_what_an_unwanted_reset_means(void)
                "watchdog\r\nany motion has ended; servos may have torque, and none is watched: "
                "'scan' finds them\r\nhelp"));
     TEST_ASSERT_NOT_NULL(strstr(whole_banner_after(FAILSAFE_RESET_BROWN_OUT), "out\r\nany motion"));
-    TEST_ASSERT_NULL(strstr(whole_banner_after(FAILSAFE_RESET_EXTERNAL), "any motion"));
+    TEST_ASSERT_NOT_NULL(strstr(whole_banner_after(FAILSAFE_RESET_EXTERNAL), "any motion"));
+    TEST_ASSERT_NULL(
+        strstr(whole_banner_after(FAILSAFE_RESET_POWER | FAILSAFE_RESET_BROWN_OUT), "any motion"));
 }
 
 void test_banner_tells_that_driving_is_inhibited(void)

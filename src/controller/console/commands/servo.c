@@ -229,7 +229,10 @@ static bool torque_poll(struct console *console)
         return true;
     if (!console_answered(console) || console->phase == SERVO_WRITE_SENT)
         return false;
-    if (console->phase == LOOK && looks_endless(bytes) && !bytes[LOOK_SIZE - 1]) {
+    if (command_set.checks_writes && console->phase == LOOK && !bytes[LOOK_SIZE - 1] &&
+        console->line.request->error & CDS_ERRORS_OF_CONDITION) {
+        console->error = ERROR_ALARM; // it may have shut down: torque would not come on
+    } else if (console->phase == LOOK && looks_endless(bytes) && !bytes[LOOK_SIZE - 1]) {
         console->error = servo_write(console, CDS_REG_MOVING_SPEED, 2); // the job is zeroed
         console->phase = STILL;
     } else {
