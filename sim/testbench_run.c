@@ -70,7 +70,7 @@ bool testbench_run(struct testbench *bench)
                             options->script, script_line_number(&bench->script),
                             why_unfinished(bench));
     }
-    if (options->pc && !bench->pc_program.done && !crashed) {
+    if (options->pc && pc_program_is_unfinished(&bench->pc_program) && !crashed) {
         rules_record_breach(&bench->rules, RULE_SCRIPT_UNFINISHED, bench->end, "%s:%u%s",
                             options->pc, pc_program_line_number(&bench->pc_program),
                             why_unfinished(bench));

@@ -342,6 +342,12 @@ void pc_program_receive(struct pc_program *program, uint64_t now, uint8_t byte)
     }
 }
 
+bool pc_program_is_unfinished(const struct pc_program *program)
+{
+    bool is_last = program->next == program->count;
+    return !program->done && !(is_last && program->line[program->count - 1].verb == PC_FLOOD);
+}
+
 unsigned pc_program_line_number(const struct pc_program *program)
 {
     unsigned index = program->next ? program->next - 1 : 0;

@@ -58,6 +58,9 @@ void pc_program_free(struct pc_program *program);
 void pc_program_start(struct pc_program *program, struct schedule *schedule, uint32_t clock_Hz,
                       struct host_link *link, FILE *out);
 
+/* True if the run may not end yet: lines are left. A flood in the last line may be cut short. */
+bool pc_program_is_unfinished(const struct pc_program *program);
+
 /* The number of the line of the file that is carried out, or waits for the firmware to receive. */
 unsigned pc_program_line_number(const struct pc_program *program);
 
