@@ -286,7 +286,7 @@ static bool report_fault(struct console *console)
 
     if (command_set.noise && untold & FAULT_NOISE)
         fault = FAULT_NOISE;
-    if (!untold || !console->failsafe->host_types || !console_is_for_person(console))
+    if (!untold || !console_is_for_person(console))
         return false;
     if (!printer_ready(&console->printer))
         return true;
@@ -322,7 +322,7 @@ bool controller_report(struct console *console)
             return false;
         if (command_set.moves && play_report(console))
             return true;
-        if (command_set.explain && report_fault(console))
+        if (command_set.explain && failsafe->host_types && report_fault(console))
             return true;
         if (!failsafe->alarm)
             return false;
