@@ -169,6 +169,7 @@ condition, with a list of servos also the servo; the command has worked. `help` 
 - The servos of the robot are those that `scan` finds or `group` names. The controller checks each of them once a second.
   Before the first check `servos` says `not asked yet`. A servo whose torque went off by itself
   has lost its state: the console says so at once, as it does an alarm, and the servo is not driven until `release`.
+  During a command such as `monitor`, and while a line is half typed, it waits.
 - A servo with the factory value of the return delay, 2 us, may answer before the controller listens, but only while the PC
   sends, and rarely ([bridge.md](bridge.md#tests)). `set ID RETURN_DELAY 4us` prevents that; `new` sets it.
 - An error names servo, argument, value and allowed range: `error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg`. Error 56, a
@@ -272,7 +273,8 @@ next line. N and M depend on when the key comes.
 
 ## Ctrl-X
 
-Ctrl-X stops the robot in the middle of a line.
+Ctrl-X stops the robot in the middle of a line. `IDs not checked: 254`: torque off goes to every ID, and is read back from the
+servos of the list; here the list is empty.
 
 ```
 {steps_shown(STOP)}```

@@ -445,7 +445,7 @@ class Scripts(unittest.TestCase):
 
     def test_torque_on_within_limits_needs_goal_and_speed_read(self):
         self.run_on("atmega128", "scan\nlimits 2 60 240\n" + error(11, "torque 2 on")
-                    + text("'turn': set no limits; 'torque on': the goal is not known, 'info ID' reads it") + "info 2\ntorque 2 on\n" + servo("2 torque on"))
+                    + text("'turn': set no limits; 'torque on': its goal is beyond them, or not read: 'info ID'") + "info 2\ntorque 2 on\n" + servo("2 torque on"))
 
     def test_refusal_of_limits_tells_which_is_broken(self):
         angle, speed = text("servo 2: the angle is not within its limits, 60.117deg to 239.883deg"), text("servo 2: 'move' needs a SPEED above 0, up to 20rpm")

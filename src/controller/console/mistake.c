@@ -27,8 +27,8 @@ static const CDS_FLASH char message_known_id[] =
     "ID %u is in the robot's list; choose another ID, or 'servos forget'";
 static const CDS_FLASH char message_usage_due[] = "wrong number of arguments; usage: %s%s";
 static const CDS_FLASH char message_limits[] =
-    "its limits are %a to %a and %r; 'turn': set no limits; 'torque on': the goal is not known, "
-    "'info ID' reads it";
+    "its limits are %a to %a and %r; 'turn': set no limits; 'torque on': its goal is beyond "
+    "them, or not read: 'info ID'";
 static const CDS_FLASH char message_beyond_angles[] =
     "the angle is not within its limits, %a to %a";
 static const CDS_FLASH char message_beyond_speed[] = "'move' needs a SPEED above 0, up to %r";

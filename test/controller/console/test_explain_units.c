@@ -105,9 +105,8 @@ void test_refusal_of_limits_names_them(void)
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("limits 4 60 200 30rpm"));
     assert_reply("error 11: servo 4: its limits are 60.117deg to 200deg and 3",
                  "write 4 GOAL_POSITION 1000");
-    TEST_ASSERT_NOT_NULL(strstr(
-        said,
-        "rpm; 'turn': set no limits; 'torque on': the goal is not known, 'info ID' reads it\r\n"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "rpm; 'turn': set no limits; 'torque on': its goal is beyond "
+                                      "them, or not read: 'info ID'\r\n"));
     reply_to("servos");
     TEST_ASSERT_NOT_NULL(strstr(said, ", limits 60.117deg to 200deg and 3"));
 }
