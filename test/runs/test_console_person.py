@@ -104,7 +104,7 @@ class Person(unittest.TestCase):
 
     def test_packet_right_after_reset_is_answered_whole(self):
         """At any moment of the banner."""
-        program = START + "".join(f"reset external\nwait {moment}\n" + say(PING_1) for moment in MOMENTS)
+        program = START + "".join(f"reset power\nwait {moment}\n" + say(PING_1) for moment in MOMENTS)
         for board, profile, heard in self.each(program):
             self.assertEqual(len(heard), 1 + len(MOMENTS))
             around = [said.split(REPLY_1.decode("latin-1")) for said in heard[1:]]

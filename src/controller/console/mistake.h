@@ -29,7 +29,8 @@ enum mistake {
 } __attribute__((packed));
 
 /* Returns the mistake that has caused console->error. `is_of_word`: a word of the line, which the
- * console keeps, has caused the error. */
+ * console keeps, has caused the error. A text of advice.h is in the printer then: call
+ * mistake_print() at once. */
 enum mistake mistake_of(struct console *console, bool is_of_word);
 
 /* For a profile with command_set.noise: true if noise is on the line, and explains `error`. */

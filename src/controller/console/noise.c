@@ -6,7 +6,8 @@
 
 #define WINDOW_US 250000ul
 
-/* Polls of a window that find new bytes while no reply is due. A stale reply has up to 17 bytes. */
+/* Noise: so many polls of a window find new bytes while no reply is due. A stale reply of 17 bytes
+ * is found by up to 17 polls: each good packet permits as many more. */
 #define POLLS_LEAST      24u
 #define POLLS_PER_PACKET 17u
 

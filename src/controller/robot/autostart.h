@@ -27,9 +27,9 @@ enum autostart_state {
     AUTOSTART_HOST,      // a byte came from the host
     AUTOSTART_ALARM,     // driving is inhibited, or a servo has an alarm
     AUTOSTART_MISSING,   // there is no such sequence, or no stored pose
-    AUTOSTART_POSE_GONE, // the pose of `step` is deleted
-    AUTOSTART_NOT_WELL,  // servo `id`: `reason`
-    AUTOSTART_LIMITS,    // the pose of `step` is beyond `lowest` to `highest` of servo `id`
+    AUTOSTART_POSE_GONE, // the pose of outcome.step is deleted
+    AUTOSTART_NOT_WELL,  // servo outcome.id; outcome.result is an enum cds_reason
+    AUTOSTART_LIMITS,    // the pose of outcome.step is beyond `lowest` to `highest` of outcome.id
     AUTOSTART_REFUSED,   // the motion was refused, or a stop came before it began: `outcome`
 } __attribute__((packed));
 
@@ -43,8 +43,8 @@ enum autostart_state {
 /* Part of struct moves. Programs read the fields before `delay`. */
 struct autostart {
     uint8_t state;                 // enum autostart_state
-    struct motion_outcome outcome; // what the state names. result: NOT_WELL: enum cds_reason;
-                                   // REFUSED: of the motion. step: that is checked, too
+    struct motion_outcome outcome; // id, step and result that the state names. While poses are
+                                   // checked, `step` is the one that is next
     uint16_t lowest, highest;      // LIMITS: angle limits of the servo
     uint8_t place;                 // of the sequence
     uint8_t saves;                 // store->saves, modulo 256, when `place` was found

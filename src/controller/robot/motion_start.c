@@ -13,7 +13,7 @@
 
 enum phase {
     CHECK_STEPS,    // one step of the sequence in each poll
-    CHECK_SERVOS,   // of one step of the sequence in each poll; behind READ_STATES
+    CHECK_SERVOS,   // of one step of the sequence in each poll; comes after READ_STATES
     READ_POSITIONS, // until the positions of all servos are known
     READ_STATES,    // until mode and torque of all servos are known
     BEGIN,          // until the motion takes the move, or the sequence begins to check its steps

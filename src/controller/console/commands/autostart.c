@@ -22,14 +22,14 @@ static const CDS_FLASH char message_begins[] = "begins";
 
 static const CDS_FLASH char *const CDS_FLASH state_texts[] = {
     [AUTOSTART_OFF] = FLASH_TEXT("from the next power-up on"),
-    // no byte of this command comes in these states: each byte ends them as AUTOSTART_HOST
+    // These five are never shown: a byte from the host ends them.
     [AUTOSTART_WAITING] = message_begins,
     [AUTOSTART_CHECKING_SERVOS] = message_begins,
     [AUTOSTART_CHECKING_POSES] = message_begins,
     [AUTOSTART_SWITCHING_ON] = message_begins,
     [AUTOSTART_STARTING_MOTION] = message_begins,
     [AUTOSTART_BEGUN] = FLASH_TEXT("has begun"),
-    // behind "not begun: ", those with a servo behind "servo 1: ", too:
+    // After "not begun: ", and after "servo 1: " if a servo is the reason:
     [AUTOSTART_RESET] = FLASH_TEXT("the last reset was not power-on"),
     [AUTOSTART_HOST] = FLASH_TEXT("a byte came from the host"),
     [AUTOSTART_ALARM] = FLASH_TEXT("an alarm, or driving is inhibited"),
@@ -71,7 +71,7 @@ static void print_state(struct console *console)
 
     if (command_set.motion_words && command_set.motion_words->autostart(console))
         return;
-    printer->values[2].number = step;
+    printer->values[2].number = step; // %u in the text of values[1]
     if (autostart->outcome.id == CDS_NO_ID) {
         printer->values[0].number = step;
         printer_line(printer, text);
