@@ -158,10 +158,10 @@ class Registers(unittest.TestCase):
             replies = self.talk(write(PLAY, BOW), wait(300), read(PLAY, 6), setup=setup)
             self.assertEqual(replies, [(0, b""), (0, bytes([0, 100, 0, 0, 0, number]))], setup[-1])
 
-    def test_servo_that_does_not_follow_is_error_83(self):
+    def test_servo_whose_torque_goes_off_is_error_84(self):
         replies = self.talk(write(PLAY, LONG), wait(300), (packet(1, WRITE, [TORQUE_ENABLE, 0]), 6), wait(2500),
                             read(PLAY, 6))
-        self.assertEqual(replies[-1], (0, bytes([0, 100, 0, 0, 0, 83])))
+        self.assertEqual(replies[-1], (0, bytes([0, 100, 0, 0, 0, 84])))
 
     def test_console_sees_what_the_pc_plays(self):
         """And the PC what the console plays."""
