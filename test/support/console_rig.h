@@ -45,7 +45,10 @@ static inline void begin_console(void)
     robot_begin(&robot, &bus, 0);
     settings_default(&settings);
     settings.echo = SETTINGS_ECHO_OFF; // mode program: the tests compare bare replies
-    failsafe = (struct failsafe){.settings = &settings, .store = &store, .robot = &robot};
+    failsafe = (struct failsafe){.settings = &settings,
+                                 .store = &store,
+                                 .robot = &robot,
+                                 .reset_cause = FAILSAFE_RESET_POWER};
     console_open(&console, &failsafe, &input, &output);
     *command_set.account = (struct account){.counted_us = 0};
     robot.moves = command_set.moves;
