@@ -62,5 +62,7 @@ def has(macro, mcu):
 
 # Boards whose firmware moves servos by a motion.
 WITH_MOTION = [name for name in with_profile("full") if has("HAS_MOTION", BOARDS[name].mcu)]
+# Two of them: the first with 256 KB of flash, and the first with less.
+WITH_MOTION_BY_SIZE = [next(name for name in WITH_MOTION if (BOARDS[name].mcu in LARGE) == is_large) for is_large in (True, False)]
 # Boards whose profile `full` has room for longer texts of errors.
 WITH_ADVICE = [name for name in with_profile("full") if has("HAS_ADVICE", BOARDS[name].mcu)]

@@ -28,8 +28,7 @@ def fails(servo, error):
 
 
 # A chip with 256 KB of flash, whose firmware names the pose, too, and a chip with 128 KB.
-TWO_BOARDS = [next(name for name in boards.WITH_MOTION if (boards.BOARDS[name].mcu in boards.LARGE) == is_large)
-              for is_large in (True, False)]
+TWO_BOARDS = boards.WITH_MOTION_BY_SIZE
 
 
 # Lines right after power-up, and what `settings autostart` then says, or the error of servo {n}.

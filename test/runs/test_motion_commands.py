@@ -19,8 +19,7 @@ FULL = [name for name in boards.CONSOLES if boards.BOARDS[name].profile == "full
 MOVING = boards.WITH_MOTION  # the firmware of all of them has the same motions: most tests run on the first one
 
 # A chip with 256 KB of flash, whose firmware names poses and edits steps, and a chip with 128 KB.
-TWO_BOARDS = [next(name for name in MOVING if (boards.BOARDS[name].mcu in boards.LARGE) == is_large)
-              for is_large in (True, False)]
+TWO_BOARDS = boards.WITH_MOTION_BY_SIZE
 
 # A servo with the factory's return delay, 2 us, may answer before a controller listens to which the PC sends.
 SLOWER = "".join(f"write {n} RETURN_DELAY 10\n" for n in (1, 2, 3))

@@ -14,8 +14,8 @@
 #include "robot/settings.h"     // settings_table
 
 static const CDS_FLASH char message_units[] = "wrong unit; units: %s%s";
-static const CDS_FLASH char message_no_unit_due[] = "wrong unit; this number has no unit";
-static const CDS_FLASH char message_number_due[] = "not a number; write %s";
+static const CDS_FLASH char message_no_unit[] = "wrong unit; this number has no unit";
+static const CDS_FLASH char message_number[] = "not a number; write %s";
 static const CDS_FLASH char message_ids[] = "IDs: 1, 1-3, 1,4 or all";
 static const CDS_FLASH char message_one_id[] = "an ID: 0 to 253";
 static const CDS_FLASH char message_space[] = "no space before a unit: 90deg, 500ms";
@@ -33,7 +33,7 @@ static const CDS_FLASH char message_swapped[] =
     "above HIGH, %a; write the smaller angle first: limits ID LOW HIGH";
 static const CDS_FLASH char message_several[] =
     "several servos answer at the same time on one wire, so their replies mix; 'scan' asks each";
-static const CDS_FLASH char message_one_due[] =
+static const CDS_FLASH char message_one[] =
     "254 means all servos at once; this command takes an ID from 0 to 253%s";
 static const CDS_FLASH char message_or_each[] = ", or 'all': each in turn";
 static const CDS_FLASH char message_state_lost[] =
@@ -98,27 +98,34 @@ static uint8_t kind_of_setting(char unit)
     }
 }
 
+/* enum number_kind of an argument with this unit: enum cds_unit or UNIT_MS and so on (explain.h).
+ */
+static uint8_t kind_of_unit(uint8_t unit)
+{
+    if (unit < UNIT_ADDRESS)
+        return unit_shown[unit].kind;
+    return unit == UNIT_PERCENT ? NUMBER_SHARE : NUMBER_TIME;
+}
+
 /* What to write in place of a unit that the argument does not take. */
-static const CDS_FLASH char *units_due(struct console *console)
+static const CDS_FLASH char *text_of_units(struct console *console)
 {
     const struct command_line *line = &console->line;
     union printer_value *values = console->printer.values;
     uint8_t unit = CDS_UNIT_NUMBER, kind;
 
+    values[1].text = message_nothing;
     if (line->command && explain_is_settings(line) && line->numbers && line->error == 0) {
         kind = kind_of_setting(*settings_table[line->setting].unit);
-        values[1].text = message_nothing;
-    } else if (!explain_unit(console, &unit)) {
-        return NULL;
-    } else if (unit < UNIT_ADDRESS) {
-        kind = unit_shown[unit].kind;
-        values[1].text = message_raw_too;
     } else {
-        kind = unit == UNIT_PERCENT ? NUMBER_SHARE : NUMBER_TIME;
-        values[1].text = message_nothing;
+        if (!explain_unit(console, &unit))
+            return NULL;
+        kind = kind_of_unit(unit);
+        if (unit < UNIT_ADDRESS)
+            values[1].text = message_raw_too;
     }
     values[0].text = units_of_kind[kind];
-    return values[0].text ? message_units : message_no_unit_due;
+    return values[0].text ? message_units : message_no_unit;
 }
 
 /* What the argument may be, by enum number_kind. */
@@ -135,7 +142,7 @@ static const CDS_FLASH char *const CDS_FLASH examples_of_kind[] = {
 };
 
 /* What to write in place of a word that is no number. */
-static const CDS_FLASH char *number_due(struct console *console)
+static const CDS_FLASH char *text_of_number(struct console *console)
 {
     const struct command_line *line = &console->line;
     const CDS_FLASH char **text = &console->printer.values[0].text;
@@ -152,12 +159,10 @@ static const CDS_FLASH char *number_due(struct console *console)
         return NULL;
     } else if (line->command && explain_is_settings(line)) {
         *text = examples_of_kind[kind_of_setting(*settings_table[line->setting].unit)];
-    } else if (unit < UNIT_ADDRESS) {
-        *text = examples_of_kind[unit_shown[unit].kind];
     } else {
-        *text = examples_of_kind[unit == UNIT_PERCENT ? NUMBER_SHARE : NUMBER_TIME];
+        *text = examples_of_kind[kind_of_unit(unit)];
     }
-    return message_number_due;
+    return message_number;
 }
 
 /* The word of the line that is wrong is a unit: "90 deg". */
@@ -186,13 +191,13 @@ static bool is_command(const struct command_line *line, const CDS_FLASH char *na
 static const CDS_FLASH char name_of_sequence[] = "sequence";
 
 /* The time of a move, or of a step of a sequence, is out of range. */
-static const CDS_FLASH char *times_due(const struct console *console)
+static const CDS_FLASH char *text_of_times(const struct console *console)
 {
     return is_command(&console->line, name_of_sequence) ? message_of_step : message_of_move;
 }
 
 /* `limits` with LOW above HIGH: both are angles, so the range of LOW explains nothing. */
-static const CDS_FLASH char *order_due(struct console *console)
+static const CDS_FLASH char *text_of_order(struct console *console)
 {
     static const CDS_FLASH char limits[] = "limits";
     const struct command_line *line = &console->line;
@@ -219,7 +224,7 @@ static uint8_t count_of_online(const struct console *console)
 }
 
 /* A PING to ID 254 that several servos answer. */
-static const CDS_FLASH char *scan_due(const struct console *console)
+static const CDS_FLASH char *text_of_scan(const struct console *console)
 {
     const struct command_line *line = &console->line;
 
@@ -230,7 +235,7 @@ static const CDS_FLASH char *scan_due(const struct console *console)
 }
 
 /* ID 254 for a command that needs a reply. */
-static const CDS_FLASH char *one_id_due(struct console *console)
+static const CDS_FLASH char *text_of_one_id(struct console *console)
 {
     const struct command_line *line = &console->line;
     uint16_t id;
@@ -239,11 +244,11 @@ static const CDS_FLASH char *one_id_due(struct console *console)
         id != CDS_BROADCAST_ID || (line->argument != ARGUMENT_ID && line->argument != ARGUMENT_IDS))
         return NULL;
     console->printer.values[0].text = line->is_repeated ? message_or_each : message_nothing;
-    return message_one_due;
+    return message_one;
 }
 
 /* `sequence NAME set N`: the sequence has no step N (sequence_steps.c). */
-static const CDS_FLASH char *step_due(struct console *console)
+static const CDS_FLASH char *text_of_step(struct console *console)
 {
     union printer_value *values = console->printer.values;
 
@@ -258,17 +263,17 @@ static const CDS_FLASH char *step_due(struct console *console)
     return message_step_range;
 }
 
-static const CDS_FLASH char *value_due(struct console *console)
+static const CDS_FLASH char *text_of_value(struct console *console)
 {
-    const CDS_FLASH char *message = one_id_due(console);
+    const CDS_FLASH char *message = text_of_one_id(console);
 
     if (message == NULL)
-        message = step_due(console);
-    return message ? message : order_due(console);
+        message = text_of_step(console);
+    return message ? message : text_of_order(console);
 }
 
 /* The servo alone is inhibited, and is there. */
-static const CDS_FLASH char *release_due(struct console *console)
+static const CDS_FLASH char *text_of_release(struct console *console)
 {
     uint8_t id = explain_servo(console);
     const struct cds_servo_state *servo = cds_servos_find(&console->robot->servos, id);
@@ -293,7 +298,7 @@ const CDS_FLASH char *advice_link_lost(struct console *console)
 }
 
 /* A limit of 0 that would begin an endless turn. */
-static const CDS_FLASH char *turn_due(struct console *console)
+static const CDS_FLASH char *text_of_turn(struct console *console)
 {
     static const CDS_FLASH char set[] = "set";
     const uint8_t *data = set_job(console)->data;
@@ -305,7 +310,7 @@ static const CDS_FLASH char *turn_due(struct console *console)
 }
 
 /* `mode` without a word: the present mode. */
-static const CDS_FLASH char *mode_due(struct console *console)
+static const CDS_FLASH char *text_of_mode(struct console *console)
 {
     union printer_value *values = console->printer.values;
 
@@ -317,21 +322,24 @@ static const CDS_FLASH char *mode_due(struct console *console)
 const CDS_FLASH char *advice(struct console *console)
 {
     static const CDS_FLASH char mode[] = "mode";
+    const CDS_FLASH char *message;
 
     switch (console->error) {
-    case ERROR_UNIT: return units_due(console);
+    case ERROR_UNIT: return text_of_units(console);
     case ERROR_COUNT:
-        return is_command(&console->line, mode) ? mode_due(console) : unit_behind_space(console);
+        return is_command(&console->line, mode) ? text_of_mode(console)
+                                                : unit_behind_space(console);
     case ERROR_UNKNOWN_WORD: return unit_behind_space(console);
     case ERROR_NOT_A_NUMBER:
-        return unit_behind_space(console) ? message_space : number_due(console);
-    case ERROR_TIME: return times_due(console);
-    case ERROR_OUT_OF_RANGE: return value_due(console);
+        message = unit_behind_space(console);
+        return message ? message : text_of_number(console);
+    case ERROR_TIME: return text_of_times(console);
+    case ERROR_OUT_OF_RANGE: return text_of_value(console);
     case ERROR_POSE_GONE: return command_set.motion_words ? message_pose_gone : NULL;
     case CDS_TIMEOUT:
-    case CDS_CORRUPT: return scan_due(console);
-    case CDS_INHIBITED: return release_due(console);
-    case ERROR_ENDLESS: return turn_due(console);
+    case CDS_CORRUPT: return text_of_scan(console);
+    case CDS_INHIBITED: return text_of_release(console);
+    case ERROR_ENDLESS: return text_of_turn(console);
     case ERROR_LINK_LOST: return advice_link_lost(console);
     default: return NULL;
     }

@@ -5,10 +5,8 @@
 #include <string.h> // memset()
 
 #include "console/console.h"
-#include "console/errors.h"
 #include "console/names.h"
 
-static const CDS_FLASH char begin_of_hint[] = "; did you mean ";
 static const CDS_FLASH char before_next[] = ", ";
 static const CDS_FLASH char before_last[] = " or ";
 static const CDS_FLASH char end_of_hint[] = "?";
@@ -96,11 +94,8 @@ static bool shorten(struct console *console)
 
 static bool may_be_part(const struct console *console)
 {
-    uint8_t error = console->line.error;
-
-    return (error == ERROR_UNKNOWN_COMMAND || error == ERROR_UNKNOWN_WORD ||
-            error == ERROR_UNKNOWN_REGISTER || error == ERROR_UNKNOWN_SETTING) &&
-           console->token.length >= PART_MIN && console->token.length <= TOKEN_MAX;
+    return typing_is_unknown_name(console->line.error) && console->token.length >= PART_MIN &&
+           console->token.length <= TOKEN_MAX;
 }
 
 static void begin_search(struct console *console, enum search search)
@@ -185,7 +180,7 @@ static void print_part(struct console *console)
     if (names_next(&job->names, &console->line) != NAMES_FOUND || !fits(console))
         return;
     if (job->left == job->count)
-        printer_flash(printer, begin_of_hint);
+        printer_flash(printer, typing_did_you_mean);
     else
         printer_flash(printer, job->left == 1 ? before_last : before_next);
     for (uint8_t i = 0; i < job->names.name.length; i++)

@@ -15,7 +15,7 @@
 #define LIST_WIDTH 72
 
 static const CDS_FLASH char typed_new_line[] = "\r\n";
-static const CDS_FLASH char did_you_mean[] = "; did you mean ";
+const CDS_FLASH char typing_did_you_mean[] = "; did you mean ";
 
 /* ---- completion ---- */
 
@@ -224,7 +224,7 @@ uint8_t typing_errors(const struct token *word, const struct token *name)
     return errors;
 }
 
-static bool is_unknown_name(uint8_t error)
+bool typing_is_unknown_name(uint8_t error)
 {
     return error == ERROR_UNKNOWN_COMMAND || error == ERROR_UNKNOWN_WORD ||
            error == ERROR_UNKNOWN_REGISTER || error == ERROR_UNKNOWN_SETTING;
@@ -246,7 +246,7 @@ static bool search(struct console *console)
     enum names_result result;
     uint8_t errors;
 
-    if (!is_unknown_name(console->line.error) || console->token.length > TOKEN_MAX ||
+    if (!typing_is_unknown_name(console->line.error) || console->token.length > TOKEN_MAX ||
         console->phase == 2)
         return false;
     if (console->phase == 0) {
@@ -271,7 +271,7 @@ static bool search(struct console *console)
 
 static bool has_hint(struct console *console)
 {
-    return console->phase == 2 && is_unknown_name(console->line.error) &&
+    return console->phase == 2 && typing_is_unknown_name(console->line.error) &&
            hint(console)->nearest.length;
 }
 
@@ -279,7 +279,7 @@ static void print_hint(struct console *console)
 {
     const struct token *nearest = &hint(console)->nearest;
 
-    printer_flash(&console->printer, did_you_mean);
+    printer_flash(&console->printer, typing_did_you_mean);
     for (uint8_t i = 0; i < nearest->length; i++)
         printer_char(&console->printer, nearest->text[i]);
     printer_char(&console->printer, '?');
