@@ -163,14 +163,13 @@ struct command_set {
     bool (*after_scan)(struct console *console); // end of the poll of `scan`, or NULL
     struct account *account;                     // of the counters, or NULL
     bool (*explain)(struct console *console);    // explain.h; NULL: errors have their text only
-    /* advice() and advice_note() of advice.h; NULL: this firmware has no room for these texts. */
-    const CDS_FLASH char *(*advise)(struct console *console);
-    const CDS_FLASH char *(*note)(struct console *console);
-    /* advice_link_lost() and advice_after_reset() of advice.h, or NULL. */
-    const CDS_FLASH char *(*link_lost)(struct console *console);
-    void (*after_reset)(struct console *console);
-    void (*monitor)(struct console *console, uint8_t value);   // monitor.h; NULL: lines only
-    const CDS_FLASH struct command_typing *typing;             // completion and hints, or NULL
+    /* Texts of advice.h. NULL: this firmware has no room for them. */
+    const CDS_FLASH char *(*advise)(struct console *console);    // advice()
+    const CDS_FLASH char *(*note)(struct console *console);      // advice_note()
+    const CDS_FLASH char *(*link_lost)(struct console *console); // advice_link_lost()
+    void (*after_reset)(struct console *console);                // advice_after_reset()
+    void (*monitor)(struct console *console, uint8_t value);     // monitor.h; NULL: lines only
+    const CDS_FLASH struct command_typing *typing;               // completion and hints, or NULL
     struct history *history;                                   // storage of line_editor.c, or NULL
     const CDS_FLASH struct command_motion_words *motion_words; // NULL: words without the pose
     /* `set` reads the servo before it writes an angle limit, and reads its status return level

@@ -11,6 +11,7 @@
 #include "robot/moves.h"
 #include "robot/stored_group.h"
 
+/* Up to CHECK_SERVOS: those that read steps. */
 enum phase {
     CHECK_STEPS,    // one step of the sequence in each poll
     CHECK_SERVOS,   // of one step of the sequence in each poll; comes after READ_STATES
@@ -400,7 +401,8 @@ static void end_start(struct robot *robot, uint8_t result)
         cds_bus_cancel(robot->bus, &start->read);
     start->is_reading = false;
     start->outcome.result = result;
-    if (start->phase <= CHECK_SERVOS) // `step` is that behind the step that was refused
+    if (start->phase <= CHECK_SERVOS) // steps are read: `step` is that behind the refused one;
+                                      // 0 - 1 is MOTION_NO_STEP
         start->outcome.step = (uint8_t)(start->step - 1);
     if (result != CDS_OK && !moves_go_on(robot))
         moves_note_outcome(robot, &start->outcome);

@@ -15,6 +15,7 @@ static const CDS_FLASH char message_is_the_cause[] = " is the cause";
 static const CDS_FLASH char message_needs[] = " needs ";
 static const CDS_FLASH char message_needs_ms[] = " ms";
 static const CDS_FLASH char message_in[] = " in ";
+static const CDS_FLASH char message_begins_in[] = "in ";
 static const CDS_FLASH char message_step[] = "step ";
 static const CDS_FLASH char message_pose[] = ", pose ";
 static const CDS_FLASH char message_colon[] = ": ";
@@ -179,7 +180,7 @@ static void print_step(struct console *console, const struct motion_outcome *out
 
     if (at.step == MOTION_NO_STEP)
         return;
-    printer_flash(&console->printer, message_in + 1);
+    printer_flash(&console->printer, message_begins_in);
     print_step_at(&console->printer, &at);
     printer_flash(&console->printer, message_colon);
 }

@@ -26,15 +26,21 @@ static uint8_t reset_begin(struct console *console)
     return result == CDS_LIMIT ? (uint8_t)ERROR_PLACE_TAKEN : result;
 }
 
-/* The poll of ping and reset. After a broadcast PING: prints the ID that answered. After a RESET:
- * prints what the servo has now, if the chip has flash for it. */
+/* Prints what the servo has now, if the chip has flash for it. */
+static bool reset_poll(struct console *console)
+{
+    if (console_waits(console))
+        return true;
+    if (command_set.checks_writes && console_answered(console))
+        printer_line(&console->printer, message_factory);
+    return false;
+}
+
+/* After a broadcast PING: prints the ID that answered. */
 static bool ping_poll(struct console *console)
 {
     if (console_waits(console))
         return true;
-    if (command_set.checks_writes && console->line.command->begin == reset_begin &&
-        console_answered(console))
-        printer_line(&console->printer, message_factory);
     if (console->error == 0 && console->line.id == CDS_BROADCAST_ID) {
         console->printer.values[0].number = console->line.request->id;
         printer_line(&console->printer, message_id);
@@ -141,7 +147,7 @@ static const CDS_FLASH struct command raw_rows[] = {
         .details = COMMAND_DETAILS("factory does the same and checks the result"),
         .example = COMMAND_DETAILS("reset 1"),
         .begin = reset_begin,
-        .poll = ping_poll,
+        .poll = reset_poll,
         .instruction = CDS_RESET,
     },
     {

@@ -127,7 +127,7 @@ static const CDS_FLASH struct command sequence_step_rows[] = {
     },
     {
         .usage = FLASH_TEXT("sequence NAME set|insert N POSE TIME pass"),
-        .what = FLASH_TEXT("the same for a step that passes its pose without a stop"),
+        .what = FLASH_TEXT("replace or insert a step that passes its pose without a stop"),
         .details =
             COMMAND_DETAILS("Servos go on to the next pose, and stop at the end of the last run"),
         .example = COMMAND_DETAILS("sequence walk insert 2 lift 0.3s pass"),

@@ -33,7 +33,8 @@ ALWAYS_INLINE bool servos_line_is_low(const struct cds_servos *servos)
 /* In stop.c: true if the servo is known to be at another rate than the bus. */
 bool servo_is_at_other_rate(const struct console *console, const struct cds_servo_state *servo);
 
-/* In controller.c: the causes of a reset that the banner tells, behind RESET_BY characters. */
+/* In controller.c: the causes of a reset that the banner tells, each behind "; reset by", which
+ * has RESET_BY characters: `status` prints only what follows. */
 extern const CDS_FLASH char reset_by_brown_out[], reset_by_watchdog[];
 #define RESET_BY (sizeof "; reset by" - 1)
 
