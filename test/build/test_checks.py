@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The project's own checks notice what they are for."""
 # needs: $(BOARDS:%=build/%/controller.elf) build/lib/libcds55xx-atmega128.a
+import collections
 import contextlib
 import io
 import os
@@ -263,6 +264,12 @@ class Scripts(unittest.TestCase):
             status, output = run(ROOT / "scripts/size.py", elf, *limits)
             self.assertEqual(status, 1)
             self.assertIn("OVER BUDGET", output)
+
+    def test_no_two_files_give_a_message_the_same_name(self):  # the map finds no file for such a message
+        names = collections.Counter(name for source in (ROOT / "src").rglob("*.c") for name in re.findall(
+            r"^(?:static )?const CDS_FLASH char (message_\w+)", source.read_text(), re.M))
+        self.assertGreater(len(names), 100)
+        self.assertEqual([name for name, count in names.items() if count > 1], [])
 
     def test_the_map_of_the_flash_has_all_of_it_and_each_byte_once(self):
         elf = ROOT / "build/atmega128/controller.elf"

@@ -14,7 +14,7 @@
 #include "robot/settings.h"     // settings_table
 
 static const CDS_FLASH char message_units[] = "wrong unit; units: %s%s";
-static const CDS_FLASH char message_no_unit[] = "wrong unit; this number has no unit";
+static const CDS_FLASH char message_takes_no_unit[] = "wrong unit; this number has no unit";
 static const CDS_FLASH char message_number[] = "not a number; write %s";
 static const CDS_FLASH char message_ids[] = "IDs: 1, 1-3, 1,4 or all";
 static const CDS_FLASH char message_one_id[] = "an ID: 0 to 253";
@@ -61,8 +61,7 @@ static const CDS_FLASH char message_restarted[] =
     "any motion has ended; servos may have torque, and none is watched: 'scan' finds them\r\n";
 static const CDS_FLASH char message_still_inhibited[] =
     "driving is inhibited: 'release' allows it\r\n";
-static const CDS_FLASH char message_link_lost[] =
-    "the host link was lost; no byte for link_loss_ms: %s";
+static const CDS_FLASH char message_loss[] = "the host link was lost; no byte for link_loss_ms: %s";
 static const CDS_FLASH char message_loss_shown[] =
     "driving goes on, as link_loss_action is 0; 'clear' when it is back";
 static const CDS_FLASH char message_loss_inhibits[] =
@@ -125,7 +124,7 @@ static const CDS_FLASH char *text_of_units(struct console *console)
             values[1].text = message_raw_too;
     }
     values[0].text = units_of_kind[kind];
-    return values[0].text ? message_units : message_no_unit;
+    return values[0].text ? message_units : message_takes_no_unit;
 }
 
 /* What the argument may be, by enum number_kind. */
@@ -294,7 +293,7 @@ const CDS_FLASH char *advice_link_lost(struct console *console)
                                       : robot_is_stopping(robot) || robot->stop_begun
                                           ? message_loss_stops
                                           : message_loss_inhibits;
-    return message_link_lost;
+    return message_loss;
 }
 
 /* A limit of 0 that would begin an endless turn. */

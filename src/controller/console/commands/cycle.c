@@ -13,7 +13,7 @@
 
 static const CDS_FLASH char message_inhibited[] = " inhibited";
 static const CDS_FLASH char message_offline[] = " offline";
-static const CDS_FLASH char message_not_read[] = " not read yet";
+static const CDS_FLASH char message_unknown_yet[] = " not read yet";
 static const CDS_FLASH char message_cycle_servo[] = "servo %u:%s";
 static const CDS_FLASH char message_cycle_servo_known[] = "servo %u: %a %r %v %c%s";
 static const CDS_FLASH char message_cycle_bus[] = ", bus ";
@@ -115,7 +115,7 @@ static bool goals_poll(struct console *console)
 /* ---- printing ---- */
 
 /* The values of an offline servo are old. Only the profile `full`, which has command_set.explain,
- * has flash for this remark and for message_not_read. */
+ * has flash for this remark and for message_unknown_yet. */
 static bool is_offline(struct robot *robot, uint8_t index)
 {
     const struct cds_servo_state *servo =
@@ -131,7 +131,7 @@ static const CDS_FLASH char *remark_of(struct robot *robot, uint8_t index)
         return message_offline;
     if (cds_cycle_is_dropped(&robot->work.cycle.cycle, index))
         return message_inhibited;
-    return command_set.explain && !robot->work.cycle.feedback[index].known ? message_not_read
+    return command_set.explain && !robot->work.cycle.feedback[index].known ? message_unknown_yet
                                                                            : message_nothing;
 }
 

@@ -31,7 +31,7 @@ static const CDS_FLASH char message_on[] = "on";
 static const CDS_FLASH char message_off[] = "off";
 static const CDS_FLASH char message_lost[] = ", inhibited: lost its state";
 static const CDS_FLASH char message_stopped[] = ", inhibited: stopped";
-static const CDS_FLASH char message_link[] = ", inhibited: host link lost";
+static const CDS_FLASH char message_stopped_by_link[] = ", inhibited: host link lost";
 static const CDS_FLASH char message_no_servo[] = "the list is empty";
 static const CDS_FLASH char message_scan_finds[] = "the list is empty: 'scan' fills it";
 
@@ -245,7 +245,7 @@ NOINLINE static void servo_part(struct console *console, const struct cds_servo_
     case PART_STOPPED:
         if (cds_servos_inhibits(servos, servo) & CDS_INHIBIT_STOPPED)
             printer_text(printer, command_set.explain && console->failsafe->link_lost
-                                      ? message_link
+                                      ? message_stopped_by_link
                                       : message_stopped);
         break;
     case PART_END: printer_end_of_line(printer); break;
