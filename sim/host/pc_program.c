@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "host/pc_program.h"
 
+#include <ctype.h>
 #include <errno.h>
 #include <inttypes.h>
 #include <stdlib.h>
@@ -168,14 +169,42 @@ static void send_text(struct pc_program *program, uint64_t now, const char *text
     send_bytes(program, now, bytes, size);
 }
 
+static bool is_text(const uint8_t *bytes, size_t size)
+{
+    for (size_t i = 0; i < size; i++) {
+        if (!isprint(bytes[i]) && !isspace(bytes[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Prints the lines that are not empty. */
+static void print_text(FILE *out, const uint8_t *bytes, size_t size)
+{
+    for (size_t i = 0, from = 0; i <= size; i++) {
+        if (i < size && bytes[i] != '\r' && bytes[i] != '\n') {
+            continue;
+        }
+        if (i > from) {
+            fprintf(out, "text: %.*s\n", (int)(i - from), (const char *)bytes + from);
+        }
+        from = i + 1;
+    }
+}
+
 static void print_received(struct pc_program *program, size_t size)
 {
+    const uint8_t *bytes = program->received + program->printed;
     fprintf(program->out, "heard %" PRIu64 " %" PRIu64 " %zu", program->times[program->printed],
             program->times[program->printed + size - 1], size);
     for (size_t i = 0; i < size; i++) {
-        fprintf(program->out, " %02X", program->received[program->printed + i]);
+        fprintf(program->out, " %02X", bytes[i]);
     }
     fputc('\n', program->out);
+    if (is_text(bytes, size)) {
+        print_text(program->out, bytes, size);
+    }
     program->printed += size;
 }
 

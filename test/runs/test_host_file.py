@@ -46,6 +46,14 @@ class HostFile(unittest.TestCase):
         last = run.output.split("heard")[-1].split("\n")[0]
         self.assertTrue(bytes.fromhex("".join(last.split()[3:])).endswith(b"error 2: servo 9: no reply"), last)
 
+    def test_lines_of_text_stand_under_their_bytes(self):
+        run = self.run_with("text mode program\nwait 100000\nrest\ntext get 1 ID\nexpect ok\n")
+        self.assertIn(" 6F 6B\ntext: ID = 1\ntext: ok\n", run.output)
+
+    def test_bytes_that_are_no_text_stand_alone(self):
+        run = self.run_with("text ping 1\nwait 100000\nrest\nsay FF FF 01 02 01 FB\nhear 6\n")
+        self.assertIn(" 6 FF FF 01 02 00 FC\ntime:", run.output)
+
     def test_expect_of_a_text_that_does_not_come_fails(self):
         run = self.run_with("text ping 1\nexpect ok\nexpect within reach within 50\ntext ping 1\n")
         self.assertEqual(run.status, 1)
