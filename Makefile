@@ -23,7 +23,7 @@ ifneq ($(filter command%,$(origin BOARD)),)
 $(error BOARD names a board of boards/, BOARD_DIR the folder of another one: leave one of them out)
 endif
 override BOARD_DIR := $(abspath $(BOARD_DIR))
-# The last part of the path. Many robots have a folder `board`: that of .../robot/board is robot-board.
+# The last part of the path. Many robots have a folder `board`: .../robot/board gives robot-board, /board gives board.
 override BOARD := $(patsubst %/board,$(notdir $(BOARD_DIR:/board=))-board,$(BOARD_DIR))
 override BOARD := $(patsubst -%,%,$(notdir $(BOARD)))
 ifeq ($(BOARD),)

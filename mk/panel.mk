@@ -54,7 +54,7 @@ build/panel.eeprom: | sim/panel.script build/$(PANEL_BOARD)/controller.elf build
 	@build/host/cds55xx-sim firmware build/$(PANEL_BOARD)/controller.elf --board $(PANEL_BOARD) --servos 1 \
 	  --eeprom $@ --script sim/panel.script >/dev/null
 
-# Of each simulator a socket for make poke: PANEL_PORT chooses it.
+# The suffix of the socket of make poke: each PANEL_PORT has its own.
 POKE_OF_PORT = $(addprefix -,$(filter-out 8055,$(PANEL_PORT)))
 
 ## panel: the control panel with a simulated robot (SERVOS=1-18), at an address of this machine (PANEL_PORT=8055)

@@ -17,7 +17,7 @@ release: may-release $(PANEL_MODULES) $$(RELEASE_NEEDS)
 	$(clear)
 	@scripts/release.py build/release cds55xx-$(VERSION) $(RELEASED)
 
-# Before the build, which takes longer, as the packages of the panel.
+# Runs before the build and before npm, which take longer.
 .PHONY: may-release
 may-release:
 	@scripts/release.py --check

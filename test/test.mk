@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
 # Every test: faults, unit tests on the host and on the simulated AVR, whole runs.
 
-# Without sanitizers: a whole run has some hundred thousand transactions.
 FAULTS_BOARDS := atmega128 arduino-uno arbotix
 FAULTS_SRC := $(wildcard test/faults/*.c)
 FAULTS_NEEDS := build/host/faults $(FAULTS_BOARDS:%=build/%/firmware/transactions.elf) \
 	build/atmega128/controller.elf build/arbotix/controller.elf
 
+# Without sanitizers: a whole run has some hundred thousand transactions.
 build/host/faults-obj/%.o: test/faults/%.c build/host/flags | tools
 	$(call say,CC,$@)
 	@mkdir -p $(@D)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* A gripper, servo 1, on a board of its own (board/): it closes slowly until it is closed, or until
- * it holds something: then the jaw does not follow its goal. It holds on with its goal a little
- * beyond the thing. If it stops, it says why on the host USART (stop_report.h). */
+/* A gripper, servo 1, on a board of its own (board/). The jaw closes slowly. If it lags behind its
+ * goal, it holds a thing: then the goal stays a little beyond the thing. If the robot stops, the
+ * program prints why on the host USART (stop_report.h). */
 #include <cds55xx/avr.h>
 #include <cds55xx/robot.h>
 

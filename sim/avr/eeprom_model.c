@@ -79,8 +79,8 @@ static void begin_write(struct eeprom_model *eeprom, unsigned mode)
 {
     static const struct {
         uint32_t us;
-        uint8_t from_data,
-            from_old; // masks: which bits of the new byte come from EEDR, which from the old byte
+        uint8_t ignores_data,
+            ignores_old; // masks: bits of EEDR, and of the old byte, that count as 1
     } modes[] = {
         [ERASE_AND_WRITE] = {WHOLE_US, 0x00, ERASED},
         [ERASE] = {HALF_US, ERASED, ERASED},
@@ -91,8 +91,8 @@ static void begin_write(struct eeprom_model *eeprom, unsigned mode)
     uint64_t start = eeprom->avr->cycle + STORE_CYCLES;
     uint64_t duration = (uint64_t)us * eeprom->avr->frequency / 1000000u;
     eeprom->address = address(eeprom);
-    unsigned data = eeprom->avr->data[r->r_eedr] | modes[mode].from_data;
-    eeprom->value = (uint8_t)(data & (r->eeprom[eeprom->address] | modes[mode].from_old));
+    unsigned data = eeprom->avr->data[r->r_eedr] | modes[mode].ignores_data;
+    eeprom->value = (uint8_t)(data & (r->eeprom[eeprom->address] | modes[mode].ignores_old));
     eeprom->start = start;
     eeprom->whole = mode == ERASE_AND_WRITE;
     schedule_cancel(eeprom->schedule, &eeprom->disarm);

@@ -197,7 +197,7 @@ static void stop_reply(struct servo_node *node, uint64_t now)
     }
 }
 
-/* --- the set of them --- */
+/* --- all servos of a bus --- */
 
 static void tick(void *context, uint64_t now)
 {

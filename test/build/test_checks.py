@@ -562,7 +562,7 @@ class Recipes(unittest.TestCase):
 
     def test_rate_of_a_host_link_not_115200_is_in_the_documents(self):
         for name, board in boards.BOARDS.items():
-            for document in ("docs/bridge.md", "docs/known-clients.md", "scripts/console.py"):
+            for document in ("docs/bridge.md", "docs/hardware.md", "docs/known-clients.md", "scripts/console.py"):
                 rate = re.search(rf"115200.*`{name}`:? {board.host_bps}", (ROOT / document).read_text())
                 self.assertTrue(rate or board.host_bps in (None, 115200), f"{document}: `{name}`: {board.host_bps}")
 

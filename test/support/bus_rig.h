@@ -18,7 +18,7 @@
 
 static struct cds_bus bus;
 
-/* setUp(): everything back to nothing, the clock at `now_us`. */
+/* For setUp(): resets the fake and the bus; the clock stands at `now_us`. */
 static inline void rig_open_at_us(uint8_t port, uint32_t now_us)
 {
     port_fake_reset();
@@ -107,7 +107,7 @@ static inline void rig_free(void)
     port_fake_look(&bus);
 }
 
-/* What was submitted to many servos is checked while it waits for the line. */
+/* Returns the result of the check, which for a broadcast comes while the request waits. */
 static inline enum cds_result rig_result_of_check(struct cds_request *request,
                                                   enum cds_result submitted)
 {

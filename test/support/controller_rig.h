@@ -30,7 +30,7 @@ static struct failsafe failsafe;
 static struct console console;
 static uint8_t packets[2][STATUS_PACKET_HEAD + HOST_PACKET_MAX];
 static uint16_t lost;
-static bool broken; // bytes were lost, and nothing is taken until all before them were taken
+static bool broken; // a byte was lost: hear() drops bytes until the ring is empty
 
 static uint32_t seed = 1;
 static uint8_t said[ROOM]; // to the host, the latest
@@ -67,8 +67,8 @@ static void open_all(void)
     command_set.store->begin(&failsafe, command_set.store->motions);
 }
 
-/* Whoever is asked answers what was asked for; a third of them do not. A damaged READ that is whole
- * after all has not the reply of a good one. */
+/* Each servo whose ID is no multiple of 3 answers the packet. A READ with a wrong number of
+ * parameters gets a reply without data. */
 static void answer(void)
 {
     static const uint8_t table[UINT8_MAX + CDS_REPLY_MAX] = {[0x10] = 2}; // all is answered

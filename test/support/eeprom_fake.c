@@ -23,12 +23,12 @@ void eeprom_fake_reset(void)
 
 void eeprom_fake_power_up(void)
 {
-    eeprom_fake.dark = false;
+    eeprom_fake.has_no_power = false;
     eeprom_fake.cut_at = 0;
     eeprom_fake.busy = 0;
 }
 
-static bool in_its_place(uint16_t address)
+static bool is_allowed(uint16_t address)
 {
     bool good = eeprom_fake.busy == 0 && address < eeprom_fake.size;
 
@@ -53,10 +53,10 @@ uint8_t avr_eeprom_read(uint16_t address)
 {
     if (eeprom_fake.has_more && address >= eeprom_fake.size)
         return 0xFF;
-    return in_its_place(address) ? eeprom_fake.bytes[address] : 0;
+    return is_allowed(address) ? eeprom_fake.bytes[address] : 0;
 }
 
-static uint8_t left(uint8_t old, uint8_t byte)
+static uint8_t byte_after_cut(uint8_t old, uint8_t byte)
 {
     switch (eeprom_fake.cut) {
     case CUT_OLD: return old;
@@ -69,11 +69,11 @@ static uint8_t left(uint8_t old, uint8_t byte)
 
 void avr_eeprom_write(uint16_t address, uint8_t byte)
 {
-    if (!in_its_place(address) || eeprom_fake.dark)
+    if (!is_allowed(address) || eeprom_fake.has_no_power)
         return;
     if (++eeprom_fake.writes == eeprom_fake.cut_at) {
-        eeprom_fake.dark = true;
-        byte = left(eeprom_fake.bytes[address], byte);
+        eeprom_fake.has_no_power = true;
+        byte = byte_after_cut(eeprom_fake.bytes[address], byte);
     }
     eeprom_fake.bytes[address] = address == eeprom_fake.dead ? 0x55 : byte;
     eeprom_fake.busy = eeprom_fake.slow;

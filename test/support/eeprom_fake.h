@@ -21,7 +21,7 @@ struct eeprom_fake {
     uint16_t writes;   // so far
     uint16_t cut_at;   // the write in which the power goes, from 1 on; 0: none
     uint8_t cut;       // enum fake_cut
-    bool dark;         // it is gone: nothing is written
+    bool has_no_power; // nothing is written
     uint16_t dead;     // a cell that keeps 0x55, or FAKE_NO_CELL
     uint8_t slow;      // how often it is not yet ready after a write
     uint8_t busy;      // how often it is not ready from now on

@@ -78,7 +78,7 @@ static inline void rig_power_up(void)
 /* Goes on until the save is over or the power has gone. */
 static inline uint8_t rig_finish(void)
 {
-    for (uint16_t polls = 0; !eeprom_fake.dark && motion_store_poll(&store); polls++)
+    for (uint16_t polls = 0; !eeprom_fake.has_no_power && motion_store_poll(&store); polls++)
         TEST_ASSERT_TRUE(polls < 60000u);
     while (!avr_eeprom_ready()) {
     }

@@ -18,7 +18,7 @@ enum servos_fault {
     LOSE_REPLY,
     SPOIL_REPLY,
     CUT_BEFORE, // power is cut before the packet is carried out
-    CUT_AFTER,  // ... after it, before the reply
+    CUT_AFTER,  // power is cut after the packet is carried out, before the reply
     FAULTS,
 };
 
@@ -119,7 +119,7 @@ static void servos_hear(struct cds_bus *bus)
 {
     const uint8_t *packet = port_fake.sent, *data = NULL;
     uint8_t answers = 0, count = 0, level, fault;
-    uint8_t who = 0, error = 0;
+    uint8_t sender = 0, error = 0;
 
     bool dark = servos.dark != 0;
 
@@ -137,7 +137,7 @@ static void servos_hear(struct cds_bus *bus)
         if (servo_fake_distance(servo))
             fault = SPOIL_REPLY;
         level = servo->table[0x10];
-        who = id;
+        sender = id;
         error = servo_fake_obey(servo, packet, &data, &count);
         if (packet[4] == 1 || (packet[2] != 0xFE && level > (packet[4] != 2)))
             answers = (uint8_t)(answers + !(i == 0 && fault == CUT_AFTER));
@@ -153,7 +153,7 @@ static void servos_hear(struct cds_bus *bus)
         port_fake_hear(&bus->link, (const uint8_t *)"\xFF\xFF\x01\x02\x00\x00", 6);
         return;
     }
-    port_fake_answer(&bus->link, who, error, data, count);
+    port_fake_answer(&bus->link, sender, error, data, count);
 }
 
 /* One turn of the main loop but for polling: what is being sent leaves and is heard, or 20 us pass;

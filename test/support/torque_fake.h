@@ -31,7 +31,7 @@ static struct {
     uint8_t count; // of `log`
     bool talking, answering;
     uint32_t end_us;
-    uint8_t from; // who answers
+    uint8_t sender; // of the reply
 } wire;
 
 static inline void torque_hear(uint8_t index)
@@ -69,14 +69,14 @@ static inline void torque_wire(struct cds_bus *bus)
         for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
             torque_hear(i);
         wire.end_us = port_fake.now_us + 72 + (packet[4] == 2 ? 10 : 0);
-        wire.from = packet[2];
+        wire.sender = packet[2];
     }
     if (wire.answering && port_fake.now_us == wire.end_us) {
         wire.answering = false;
-        if (wire.servo[wire.from - 1].garbled)
+        if (wire.servo[wire.sender - 1].garbled)
             port_fake_hear(&bus->link, (const uint8_t *)"\xFF\xFF\x01\x02\x00\x00", 6);
         else
-            port_fake_answer(&bus->link, wire.from, 0, &wire.servo[wire.from - 1].torque,
+            port_fake_answer(&bus->link, wire.sender, 0, &wire.servo[wire.sender - 1].torque,
                              packet[4] == 2);
     }
 }

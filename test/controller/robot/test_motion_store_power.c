@@ -92,7 +92,7 @@ static bool cut(const struct change *change, uint16_t at, uint8_t kind)
     eeprom_fake.cut_at = at;
     eeprom_fake.cut = kind;
     rig_finish();
-    was_cut = eeprom_fake.dark;
+    was_cut = eeprom_fake.has_no_power;
     rig_power_up();
     is_new = assert_old_or_new(&new);
     TEST_ASSERT_TRUE(was_cut || is_new);
@@ -381,7 +381,7 @@ static void change_anything(void)
     if (fate == 2)
         motion_store_abort(&store);
     rig_finish();
-    if (eeprom_fake.dark || any(16) == 0)
+    if (eeprom_fake.has_no_power || any(16) == 0)
         rig_power_up();
     eeprom_fake.cut_at = 0;
     TEST_ASSERT_TRUE(assert_old_or_new(&new) || fate <= 2);

@@ -29,7 +29,7 @@ static uint16_t save(void)
     uint16_t polls = 1;
 
     TEST_ASSERT_TRUE(settings_save(&store, &settings));
-    while (!eeprom_fake.dark && settings_save_poll(&store) && polls < 1000)
+    while (!eeprom_fake.has_no_power && settings_save_poll(&store) && polls < 1000)
         polls++;
     return polls;
 }
@@ -199,7 +199,7 @@ static bool save_until_cut(uint8_t seed, uint16_t at, uint8_t cut, bool *is_new)
     eeprom_fake.cut_at = at;
     eeprom_fake.cut = cut;
     save();
-    was_cut = eeprom_fake.dark;
+    was_cut = eeprom_fake.has_no_power;
     start_again();
     *is_new = memcmp(&settings, &new, sizeof new) == 0;
     if (!*is_new)
