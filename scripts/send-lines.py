@@ -28,6 +28,9 @@ import tty
 PATIENCE_MS = 10000  # longer than the console takes for most lines
 LONG_MS = {"motion wait": 3600000}
 RATE = 115200
+# The reply to an unknown command names it: no earlier command has this reply.
+HELLO, HELLO_REPLY = "hello", "error 30: 'hello'"
+HELLO_TRIES, HELLO_MS = 5, 500  # a line that comes while an earlier command still runs may be lost
 
 
 def refusal(path, error):
@@ -58,16 +61,39 @@ def open_port(path, rate):
     return port
 
 
-def ask(port, line, within_ms):
-    """The line `ok` or `error` of the console's reply, and the lines before it. None: nothing within the time."""
-    os.write(port, line.encode() + b"\r")
-    reply = b""
-    while not (end := re.search(rb"(?:^|\n)(ok|error \d.*)\r\n", reply)):
-        read = select.select([port], [], [], within_ms / 1000)[0] and os.read(port, 1000)
-        if not read:
-            return None, ""
-        reply += read
-    return end[1].decode(), reply[:end.start(1)].decode(errors="replace").replace("\r\n", "\n")
+class Console:
+    def __init__(self, port):
+        self.port = port
+        self.received = b""
+
+    def send(self, line):
+        os.write(self.port, line.encode() + b"\r")
+
+    def reply(self, within_ms):
+        """The line `ok` or `error` of the next reply, and the lines before it. None: no byte within the time."""
+        while not (end := re.search(rb"(?:^|\n)(ok|error \d.*)\r\n", self.received)):
+            read = select.select([self.port], [], [], within_ms / 1000)[0] and os.read(self.port, 1000)
+            if not read:
+                return None, ""
+            self.received += read
+        said, self.received = self.received[:end.start(1)], self.received[end.end():]
+        return end[1].decode(), said.decode(errors="replace").replace("\r\n", "\n")
+
+    def ask(self, line, within_ms):
+        self.send(line)
+        return self.reply(within_ms)
+
+    def begin(self):
+        """Ends what another program has left behind: half a line, `monitor`, a search. False: no reply."""
+        if not self.ask("\x03mode program", PATIENCE_MS)[0]:
+            return False
+        for _ in range(HELLO_TRIES):
+            self.send(HELLO)
+            while (reply := self.reply(HELLO_MS)[0]) and not reply.startswith(HELLO_REPLY):
+                pass
+            if reply:
+                return True
+        return False
 
 
 def limited(line):
@@ -77,18 +103,18 @@ def limited(line):
 
 
 def main(path, file, rate=RATE, shows_replies=False):
+    console = Console(open_port(path, rate))  # first: with both arguments exchanged, the port would be read
     try:
         shown = pathlib.Path(file).read_text().splitlines()
     except (OSError, UnicodeDecodeError) as error:
         sys.exit(f"{file}: {error}; name a text file with lines of the console")
-    port = open_port(path, rate)
     lines = [line for line in (line.removeprefix(">").strip() for line in shown) if line not in ("", "ok") and line[0] != "#"]
-    if not ask(port, "\x03mode program", PATIENCE_MS)[0]:
+    if not console.begin():
         sys.exit(f"no reply on {path} at {rate} bit/s: is it the console's port, at the right rate? "
                  "Another program on the port, such as picocom, takes the replies: close it")
     for number, line in enumerate(lines, 1):
         command, within_ms = limited(line)
-        reply, said = ask(port, command, within_ms)
+        reply, said = console.ask(command, within_ms)
         result = "; ".join([*(() if shows_replies else said.splitlines()), reply or "no reply"])
         print(f"{number}/{len(lines)} {command}: {result}", file=sys.stderr if shows_replies else sys.stdout)
         if shows_replies:
@@ -107,4 +133,7 @@ if __name__ == "__main__":
     arguments = [word for word in sys.argv[1:] if word != "--replies"]
     if len(arguments) not in (2, 3):
         sys.exit(__doc__)
-    main(*arguments, shows_replies="--replies" in sys.argv)
+    try:
+        main(*arguments, shows_replies="--replies" in sys.argv)
+    except KeyboardInterrupt:
+        sys.exit("\nstopped by Ctrl-C")
