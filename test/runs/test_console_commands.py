@@ -447,6 +447,11 @@ class Scripts(unittest.TestCase):
         self.run_on("atmega128", "scan\nlimits 2 60 240\n" + error(11, "torque 2 on")
                     + text("'turn': set no limits; 'torque on': its goal is beyond them, or not read: 'info ID'") + "info 2\ntorque 2 on\n" + servo("2 torque on"))
 
+    def test_torque_on_at_speed_0_under_a_limit_names_the_way(self):
+        self.run_on("atmega128", "scan\nlimits 2 0 300 20rpm\ninfo 2\n" + error(11, "torque 2 on")
+                    + text("servo 2: its speed is 0, as fast as it can, and its limit is 20rpm: 'set 2 MOVING_SPEED 20rpm' first")
+                    + "set 2 MOVING_SPEED 20rpm\ntorque 2 on\n" + servo("2 torque on"))
+
     def test_refusal_of_limits_tells_which_is_broken(self):
         angle, speed = text("servo 2: the angle is not within its limits, 60.117deg to 239.883deg"), text("servo 2: 'move' needs a SPEED above 0, up to 20rpm")
         self.run_on("atmega128", "scan\nlimits 2 60 240 20rpm\n" + error(11, "move 2 50") + angle + error(11, "move 2 241 10rpm") + angle

@@ -49,6 +49,8 @@ static const CDS_FLASH char message_all_told[] =
 static const CDS_FLASH char message_would_turn[] =
     "with both limits 0 it would turn at once, without end: 'torque %u off' first; 'turn %u SPEED' "
     "sets limits and speed";
+static const CDS_FLASH char message_speed_0[] =
+    "its speed is 0, as fast as it can, and its limit is %r: 'set %u MOVING_SPEED %r' first";
 static const CDS_FLASH char message_mode[] = "the mode is %s; usage: %s";
 static const CDS_FLASH char *const CDS_FLASH modes[] = {
     [SETTINGS_ECHO_OFF] = FLASH_TEXT("program"),
@@ -308,6 +310,21 @@ static const CDS_FLASH char *text_of_turn(struct console *console)
     return message_would_turn;
 }
 
+/* `torque on` of a servo with a limit of the speed that holds speed 0. */
+static const CDS_FLASH char *text_of_speed_0(struct console *console)
+{
+    const uint8_t speed_is_0 = CDS_HELD_SPEED | CDS_HELD_SPEED_0;
+    const struct cds_servo_state *servo = console_servo(console);
+    union printer_value *values = console->printer.values;
+
+    if (!servo || servo->fastest > 1022 || (servo->held & speed_is_0) != speed_is_0 ||
+        console->line.request->packet.bytes[CDS_AT_PARAMETERS] != CDS_REG_TORQUE_ENABLE)
+        return NULL;
+    values[0].number = values[2].number = servo->fastest;
+    values[1].number = servo->id;
+    return message_speed_0;
+}
+
 /* `mode` without a word: the present mode. */
 static const CDS_FLASH char *text_of_mode(struct console *console)
 {
@@ -337,6 +354,7 @@ const CDS_FLASH char *advice(struct console *console)
     case ERROR_POSE_GONE: return command_set.motion_words ? message_pose_gone : NULL;
     case CDS_TIMEOUT:
     case CDS_CORRUPT: return text_of_scan(console);
+    case CDS_LIMIT: return text_of_speed_0(console);
     case CDS_INHIBITED: return text_of_release(console);
     case ERROR_ENDLESS: return text_of_turn(console);
     case ERROR_LINK_LOST: return advice_link_lost(console);

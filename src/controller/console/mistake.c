@@ -157,7 +157,9 @@ enum mistake mistake_of(struct console *console, bool is_of_word)
 {
     enum mistake mistake = seen_mistake(console, is_of_word);
 
-    return command_set.advise && (mistake == MISTAKE_NONE || mistake == MISTAKE_COUNT) &&
+    return command_set.advise &&
+                   (mistake == MISTAKE_NONE || mistake == MISTAKE_COUNT ||
+                    mistake == MISTAKE_LIMITS) &&
                    command_set.advise(console)
                ? MISTAKE_ADVISED
                : mistake;
