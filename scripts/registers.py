@@ -7,6 +7,20 @@ UNIT = re.compile(r"\[CDS_REG_(\w+)\] = CDS_UNIT_(\w+),")
 UNITS = {"NUMBER": "-", "MDEG": "mdeg", "MARGIN_MDEG": "mdeg", "MRPM": "mRPM",
          "SIGNED_MRPM": "mRPM, + CCW", "CPCT": "0.01 %", "SIGNED_CPCT": "0.01 %, + CCW",
          "MV": "mV", "CELSIUS": "°C", "US": "µs", "BPS": "bit/s"}
+BIT = re.compile(r"^    CDS_ERROR_(\w+) = 0x([0-9A-F]{2}), +// (?:condition|packet): (.*)$", re.M)
+MEANINGS = """
+## What the values mean
+
+- `STATUS_RETURN_LEVEL`: 0: the servo answers PING only; 1: PING and READ; 2: every packet but those to all servos.
+- `LOCK`: with 1 the servo takes only 0x18 to 0x23, until its power goes off.
+- `CW_ANGLE_LIMIT` and `CCW_ANGLE_LIMIT` both 0: endless turn. Then bit 10 of `MOVING_SPEED` is the direction, 1 is clockwise, and speed 0 stops.
+- `MOVING_SPEED` with an angle limit: 0 is as fast as the supply allows.
+- `ALARM_LED` and `ALARM_SHUTDOWN`: the sum of the bits below. With its bit in `ALARM_LED` an error makes the LED blink while it lasts; with
+  its bit in `ALARM_SHUTDOWN` it switches torque off until `TORQUE_ENABLE` is written 1. Overload does not switch off, but lowers the torque. So
+  `set 1 ALARM_SHUTDOWN 5` switches off at a wrong voltage, too.
+
+| value | error | when |
+|---|---|---|"""
 ROW = re.compile(r"X\((\w+),\s*(\w+),\s*(\d),\s*(\w+),\s*(\w+),\s*(\w+),\s*(\w+),\s*(\w+)\)")
 
 
@@ -30,6 +44,10 @@ def main():
         access = {"NO": "-", "RD": "read", "RW": "read, write"}[access]
         print(f"| {address} | `{name}` | {width} | {access} | {area} | {initial} | {lowest} to {highest} "
               f"| {UNITS[unit]} |")
+    print(MEANINGS)
+    for name, value, when in BIT.findall(open("include/cds55xx/packet.h").read()):
+        if name != "NONE_SUCH":
+            print(f"| {int(value, 16)} | {name.lower()} | {when} |")
 
 
 if __name__ == "__main__":

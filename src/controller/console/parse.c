@@ -259,6 +259,8 @@ static uint8_t take_register(struct command_line *line, const struct token *toke
 
     if (token->length == 0 || !is_letter(token->text[0])) {
         error = take_byte(token, CDS_TABLE_SIZE - 1, &line->address);
+        if (error == ERROR_NOT_A_NUMBER)
+            return ERROR_UNKNOWN_REGISTER;
         line->length = 1;
     } else if (token->length <= TOKEN_MAX &&
                cds_register_named(token->text, token->length, &found)) {

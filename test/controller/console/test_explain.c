@@ -46,6 +46,7 @@ void test_wrong_word_is_quoted(void)
     assert_reply("error 30: 'frob': unknown command; ", "frob 1 2");
     assert_reply("error 32: servo 1: ANGLE 'x': not a number; ", "move 1 x 30rpm");
     assert_reply("error 34: servo 1: REG 'GOAL': unknown register; ", "get 1 GOAL");
+    assert_reply("error 34: servo 1: REG '=LED': unknown register; ", "get 1 =LED");
     assert_reply("error 38: servo 1: on|off 'maybe': unknown word; ", "led 1 maybe");
     assert_reply("error 38: every 'often': unknown word; ", "monitor 1 often 9");
     assert_reply("error 60: SETTING 'colour': unknown setting; ", "settings colour 1");
