@@ -49,11 +49,15 @@ void testbench_print_client(const struct testbench *bench)
     } else if (bench->pty.master >= 0) {
         const char *path = bench->pty.path;
         printf("%s\n", path);
+        char rate[24] = "";
+        if (bench->options->client_baud) { // picocom begins with 9600
+            snprintf(rate, sizeof(rate), "-b %" PRIu32 " ", bench->board.host_baud);
+        }
         if (!bench->options->bus) {
-            printf("open it in another terminal: picocom -q -e t %s (apt-get install picocom); "
+            printf("open it in another terminal: picocom -q -e t %s%s (apt-get install picocom); "
                    "then press "
                    "Enter. Ctrl-T, then Ctrl-Q ends picocom. Ctrl-C here ends the run\n",
-                   path);
+                   rate, path);
         }
     }
     if (bench->options->poke_hint) {
