@@ -37,7 +37,7 @@ enum cds_identity_change {
 
 /* Where the servo is. */
 enum cds_identity_state {
-    CDS_IDENTITY_UNDECIDED, // not over yet, or cancelled
+    CDS_IDENTITY_UNDECIDED, // not over yet; cancelled; or the line was in use before the write
     CDS_IDENTITY_CHANGED, // answers at the new place and no longer at the old one. If both are the
                           // same place: answers there, and nothing was written
     CDS_IDENTITY_UNCHANGED, // answers at the old place
@@ -95,7 +95,7 @@ enum cds_result cds_identity_begin(struct cds_identity *identity,
  *   CDS_REFUSED    TAKEN, or the servo refused the write (identity->error; locked, R6)
  *   CDS_TIMEOUT    the servo did not answer, or did not do what it was told
  *   CDS_CORRUPT    damaged replies, or two servos
- *   CDS_LINE_BUSY  the line was not quiet
+ *   CDS_LINE_BUSY  the line was in use: before the write UNDECIDED, nothing was written
  *   CDS_CANCELLED  aborted, its request was cancelled, or the bus was opened again (and is left as
  *                  it is): UNDECIDED
  *   CDS_LIMIT, CDS_INHIBITED   as cds_bus_submit(): nothing was written */

@@ -193,7 +193,8 @@ static void write_ended(struct cds_identity *identity, enum cds_result result)
     enter(identity, LOOK_FOR_ARRIVAL);
 }
 
-/* The submit was refused. */
+/* A packet was not sent: the submit was refused, or the line was never quiet for a PING before the
+ * write. */
 static void refused(struct cds_identity *identity, enum cds_result result)
 {
     bool is_there = identity->phase == CHANGE && identity->at_from == CDS_OK;
@@ -217,7 +218,7 @@ static void ended(void *operation, enum cds_result result)
         cancelled(identity);
         return;
     }
-    if (!identity->steps.is_submitted) {
+    if (!identity->steps.is_submitted || (result == CDS_LINE_BUSY && identity->phase < CHANGE)) {
         refused(identity, result);
         return;
     }
