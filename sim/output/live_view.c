@@ -69,7 +69,7 @@ static unsigned visible_rows(const struct live_view *view)
 }
 
 /* The cursor stays above the table, so output of other programs pushes the table down. */
-void live_view_draw(struct live_view *view, uint64_t now)
+static void draw_table(struct live_view *view, uint64_t now)
 {
     if (!view->out) {
         return;
@@ -106,7 +106,7 @@ static void refresh(void *context, uint64_t now)
 {
     struct live_view *view = context;
     if (realtime_now_ns() - view->drawn_ns >= (view->terminal ? TERMINAL_NS : PLAIN_NS)) {
-        live_view_draw(view, now);
+        draw_table(view, now);
     }
     schedule_at(view->schedule, &view->refresh, now + view->clock_Hz / LOOKS_A_SECOND);
 }
@@ -128,7 +128,7 @@ void live_view_add_bus(struct live_view *view, const struct servos *servos)
 
 void live_view_end(struct live_view *view, uint64_t now)
 {
-    live_view_draw(view, now);
+    draw_table(view, now);
     if (view->out && view->terminal) {
         fprintf(view->out, "\033[%uB\n", view->lines);
     }

@@ -192,13 +192,6 @@ void plot_bus(struct plot *plot, unsigned bus, const struct servos *servos)
     }
 }
 
-void plot_servos(struct plot *plot, unsigned bus)
-{
-    for (unsigned i = 0; plot->path && i < plot->set[bus]->count; i++) {
-        servo_lane(plot, bus, &plot->set[bus]->node[i]);
-    }
-}
-
 /* --- start and end --- */
 
 bool plot_open(struct plot *plot, const char *path, const char *title, const char *controller,

@@ -80,9 +80,6 @@ bool plot_open(struct plot *plot, const char *path, const char *title, const cha
 /* Adds a bus and its servos. Buses count from 0. */
 void plot_bus(struct plot *plot, unsigned bus, const struct servos *servos);
 
-/* Adds a lane for each present servo, in their order. */
-void plot_servos(struct plot *plot, unsigned bus);
-
 /* The controller or a servo begins or ends to send. Adjacent bytes of the controller are one
  * packet. */
 void plot_controller(struct plot *plot, unsigned bus, uint64_t now, bool sends);
