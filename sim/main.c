@@ -7,10 +7,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "data_path.h"
+#include "host/realtime.h"
 #include "output/files.h"
 #include "output/named_files.h"
 #include "testbench.h"
@@ -435,23 +435,16 @@ static void end_on_signals(void)
     }
 }
 
-static double real_seconds(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + (double)now.tv_nsec * 1e-9;
-}
-
 static int run(const struct testbench_options *options)
 {
     bool ready = testbench_init(&bench, options);
     bool good = false;
     if (ready) {
         end_on_signals();
-        double start = real_seconds();
+        uint64_t start = realtime_now_ns();
         good = testbench_run(&bench);
         testbench_report(&bench, stdout);
-        double took = real_seconds() - start;
+        double took = (double)(realtime_now_ns() - start) * 1e-9;
         double simulated = (double)bench.end / bench.clock_Hz;
         if (isatty(STDERR_FILENO)) {
             fprintf(stderr, "speed: %.1f x real time\n", took > 0 ? simulated / took : 0.0);

@@ -96,14 +96,9 @@ static bool parse_subject(struct expectation *e, const char *word)
 /* Parses IDS WHAT. */
 static const char *parse_look(struct expectation *e, const char *list, const char *what)
 {
-    uint8_t ids[IDS_MAX];
-    unsigned count = 0;
-    const char *wrong = ids_parse(list, true, ids, &count);
+    const char *wrong = ids_parse_set(list, e->ids);
     if (wrong) {
         return wrong;
-    }
-    for (unsigned i = 0; i < count; i++) {
-        e->ids[ids[i]] = true;
     }
     e->text = what;
     return parse_subject(e, what)

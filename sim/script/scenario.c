@@ -18,20 +18,9 @@ bool scenario_complain(const struct scenario *scenario, unsigned line, const cha
 
 /* --- one line --- */
 
-static const char *parse_ids(bool set[IDS_MAX], const char *text)
-{
-    uint8_t ids[IDS_MAX];
-    unsigned count = 0;
-    const char *wrong = ids_parse(text, true, ids, &count);
-    for (unsigned i = 0; i < count; i++) {
-        set[ids[i]] = true;
-    }
-    return wrong;
-}
-
 static const char *parse_servos(struct scenario_line *line, char *rest)
 {
-    return parse_ids(line->ids, rest);
+    return ids_parse_set(rest, line->ids);
 }
 
 static const char *parse_switch(struct scenario_line *line, char *rest)
@@ -134,7 +123,7 @@ static const char *parse_environment(struct scenario_line *line, char *rest)
     }
     line->all = count == 1;
     line->place = line->all ? 0 : parse_place(word[0]);
-    const char *wrong = line->all || line->place ? 0 : parse_ids(line->ids, word[0]);
+    const char *wrong = line->all || line->place ? 0 : ids_parse_set(word[0], line->ids);
     return wrong ? wrong : environment_parse(line->property, word[count - 1], &line->value);
 }
 
