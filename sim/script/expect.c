@@ -154,7 +154,7 @@ const char *expect_parse(struct expectation *e, char *words)
     return "packet, silence, servo, text or rule is wanted behind @expect";
 }
 
-/* --- judging --- */
+/* --- checking --- */
 
 static bool packet_fits(const struct recorder_packet *packet, const char *text)
 {

@@ -202,18 +202,9 @@ int scenario_absent(const struct scenario_line *line, bool there[IDS_MAX])
 
 static bool read_lines(struct scenario *scenario)
 {
-    unsigned number = 0;
-    for (char *next = scenario->text; next;) {
-        char *text = next;
-        next = strchr(text, '\n');
-        if (next) {
-            *next++ = 0;
-        }
-        number++;
-        text = lexer_trim(text);
-        if (text[0] == 0 || text[0] == '#') {
-            continue;
-        }
+    char *next = scenario->text;
+    char *text;
+    for (unsigned number = 0; (text = lexer_next_line(&next, &number)) != 0;) {
         struct scenario_line *line = &scenario->line[scenario->count++];
         line->number = number;
         line->source = strcpy(scenario->source + (text - scenario->text), text);
@@ -231,12 +222,8 @@ bool scenario_read(struct scenario *scenario, const char *path)
     if (!scenario->text) {
         return false;
     }
-    size_t lines = 1;
-    for (const char *c = scenario->text; *c; c++) {
-        lines += *c == '\n';
-    }
     scenario->source = strdup(scenario->text);
-    scenario->line = calloc(lines, sizeof(*scenario->line));
+    scenario->line = calloc(lexer_count_lines(scenario->text), sizeof(*scenario->line));
     if (!scenario->source || !scenario->line) {
         return scenario_complain(scenario, 0, "out of memory");
     }
