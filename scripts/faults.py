@@ -22,6 +22,7 @@ import collections
 import csv
 import concurrent.futures
 import os
+import pathlib
 import subprocess
 import sys
 import threading
@@ -116,15 +117,13 @@ def write(path, done):
             print(row.name, row.what, *map(int, figures), f"{late_us:.1f}", sep="\t", file=out)
 
 
-def document(path, docs="docs/internals/faults.md"):
+def document(path, docs=pathlib.Path("docs/internals/faults.md")):
     with open(path) as file:
         done = list(csv.DictReader(file, delimiter="\t"))
     columns = ["fault", "what", "injections", "failures", "undetected", "misunderstood", "lost"]
     lines = [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
     lines += [f"| {' | '.join(row[column] for column in columns)} |" for row in done]
-    text = open(docs).read()
-    with open(docs, "w") as out:
-        out.write(blocks.renewed(text, "make faults", "\n".join(lines)))
+    blocks.renew(docs, {"make faults": "\n".join(lines)})
 
 
 def main():
