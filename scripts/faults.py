@@ -120,6 +120,9 @@ def write(path, done):
 def document(path, docs=pathlib.Path("docs/internals/faults.md")):
     with open(path) as file:
         done = list(csv.DictReader(file, delimiter="\t"))
+    missing = {row.name for row in rows([])} - {row["fault"] for row in done}
+    if missing:
+        sys.exit(f"{path} lacks {', '.join(sorted(missing))}: run make faults-docs")
     columns = ["fault", "what", "injections", "failures", "undetected", "misunderstood", "lost"]
     lines = [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
     lines += [f"| {' | '.join(row[column] for column in columns)} |" for row in done]
