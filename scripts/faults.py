@@ -29,18 +29,18 @@ import threading
 import time
 
 import blocks
+from make_list import make_list
 
 TOOL = "build/host/faults"
-BOARDS = ["atmega128", "arduino-uno", "arbotix"]
 COLUMNS = "fault what injections failures undetected misunderstood lost late_us".split()
 ELF = {"F14": "build/{}/controller.elf"}
 OTHERS = "build/{}/firmware/transactions.elf"
 
 
 class Row:
-    def __init__(self, name, boards, what):
+    def __init__(self, name, what, boards):
         self.name, self.what = name, what
-        self.boards = boards.split() or BOARDS
+        self.boards = boards
         self.figures = [0, 0, 0, 0, 0, 0.0]
         self.failures = []  # texts
         self.open = len(self.boards)
@@ -54,7 +54,9 @@ class Row:
 
 def rows(names):
     listed = subprocess.run([TOOL, "--list"], stdout=subprocess.PIPE, text=True, check=True).stdout
-    found = [Row(*line.split("\t")) for line in listed.splitlines()]
+    boards = make_list("list-faults-boards")
+    cells = [line.split("\t") for line in listed.splitlines()]
+    found = [Row(name, what, only.split() or boards) for name, only, what in cells]
     return [row for row in found if not names or row.name in names]
 
 

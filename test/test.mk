@@ -17,6 +17,11 @@ build/host/faults: $(FAULTS_SRC:test/faults/%.c=build/host/faults-obj/%.o) \
 	$(call say,LD,$@)
 	$(Q)$(CC) $^ $(SIM_LIBS) -o $@
 
+# For scripts/faults.py.
+.PHONY: list-faults-boards
+list-faults-boards:
+	@printf '%s\n' $(FAULTS_BOARDS)
+
 FAULTS_PART ?= 1/1
 SEED ?= 0
 
