@@ -57,6 +57,15 @@ CONTROLLER_SRC := $(full_SRC)
 profile_objects = $(foreach s,$(3),$(if $(filter console/src/controller/%,$(2)/$(s)),\
 	build/$(1)/console/$(s:.c=.o),build/$(1)/obj/$(s:.c=.o)))
 
+# $(1): board, $(2): folder of the programs, $(3): the source of one, without .c. They link the library as a robot's
+# firmware does.
+define program_rule
+build/$(1)/$(2)/%.elf: build/$(1)/obj/$(3).o $(call library_of,$(MCU))
+	$$(call say,LD,$$@)
+	@mkdir -p $$(@D)
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+endef
+
 # The rules of board $(1), whose folder is $(2). Call read_board first: the rules use its variables.
 define board_rules
 $(1)_MCU := $(MCU)
@@ -105,22 +114,13 @@ build/$(1)/profile: force
 build/$(1)/controller.elf: build/$(1)/$$(or $$($(1)_PROFILE),firmware).elf build/$(1)/profile
 	$$(Q)cp $$< $$@
 
-build/$(1)/examples/%.elf: build/$(1)/obj/$$$$(basename $$$$(call example_source,$$$$*)).o $(call library_of,$(MCU))
-	$$(call say,LD,$$@)
-	@mkdir -p $$(@D)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+$(call program_rule,$(1),examples,$$$$(basename $$$$(call example_source,$$$$*)))
 
-# Programs of the tests that link the library as a robot's firmware does.
-build/$(1)/firmware/%.elf: build/$(1)/obj/test/firmware/library/%.o $(call library_of,$(MCU))
-	$$(call say,LD,$$@)
-	@mkdir -p $$(@D)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+# Programs of the tests.
+$(call program_rule,$(1),firmware,test/firmware/library/%)
 
-# Programs of make bench, linked in the same way.
-build/$(1)/benchmark/%.elf: build/$(1)/obj/test/benchmark/%.o $(call library_of,$(MCU))
-	$$(call say,LD,$$@)
-	@mkdir -p $$(@D)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+# Programs of make bench.
+$(call program_rule,$(1),benchmark,test/benchmark/%)
 
 # The firmware with a flood of host bytes; flood.c includes main.c.
 build/$(1)/firmware/flood.elf: build/$(1)/console/test/firmware/library/flood.o \
@@ -215,6 +215,11 @@ firmware: build/$(BOARD)/controller.elf build/$(BOARD)/controller.hex
 .PHONY: examples
 examples: $(call examples_of,$(BOARD))
 	$(call built,$^)
+
+# For scripts/measure.py.
+.PHONY: list-examples
+list-examples:
+	@printf '%s\n' $(EXAMPLES)
 
 ## size: flash and RAM of each profile on every board, or of BOARD_DIR, beside its budget
 SIZED := $(if $(BOARD_DIR),$(BOARD),$(BOARDS))

@@ -38,4 +38,4 @@ bench-ci: $(BENCH_NEEDS)
 	$(clear)
 	@scripts/bench.py
 	@scripts/bench.py --again 1/10 --seed $(or $(SEED),0)
-	@scripts/bench.py --docs --check
+	@scripts/bench.py --docs --check; bench=$$?; scripts/account.py --docs --check && exit $$bench

@@ -3,10 +3,13 @@
 """Where the cycles of the benchmark go: the worst case of each figure by function, as the
 simulated CPU runs it (--steps). Inlined code counts for the function that contains it.
 
-usage: account.py [--docs]    --docs: renews the tables of docs/internals/performance.md
+usage: account.py [--docs [--check]]    --docs: renews the tables of docs/internals/performance.md
+                                        --check: changes nothing, exit 1 if one is stale
 """
 import bisect
 import collections
+import concurrent.futures
+import os
 import pathlib
 import re
 import subprocess
@@ -28,14 +31,18 @@ MARGIN = 100 * MHZ  # CDS_REPLY_MARGIN_US
 class Program:
     """A program of the benchmark, run as bench.py does."""
 
-    def __init__(self, elf, *options, **more):
-        self.elf, self.options, self.more = elf, options, more
-        self.run = Run(elf, *options, **more)
+    def __init__(self, elf, *options, seconds=None, **more):
+        self.elf, self.options, self.seconds, self.more = elf, options, seconds, more
+        self.run = Run(elf, *options, *self.until(seconds), **more)
         names = subprocess.run(["avr-nm", "-n", ROOT / f"build/{self.run.board}/{elf}.elf"],
                                stdout=subprocess.PIPE, text=True, check=True).stdout
         words = [line.split() for line in names.splitlines()]
         self.functions = [(int(word[0], 16), word[-1]) for word in words if word[1] in "tT"]
         self.starts = [start for start, _ in self.functions]
+
+    def until(self, seconds):
+        """The options that end a run; a run that has an end of its own gets none."""
+        return ("--seconds", f"{seconds:.6f}") if self.seconds else ()
 
     def function(self, address):
         name = self.functions[bisect.bisect_right(self.starts, address) - 1][1]
@@ -45,7 +52,8 @@ class Program:
         """{function: cycles} from cycle `start` to before `end`."""
         with tempfile.TemporaryDirectory() as folder:
             times = pathlib.Path(folder) / "times"
-            Run(self.elf, *self.options, "--steps", f"{start}-{end}", keep=times, **self.more)
+            Run(self.elf, *self.options, *self.until(end / (MHZ * 1e6) + 0.001), "--steps", f"{start}-{end}",
+                keep=times, **self.more)
             steps = [tuple(map(int, line.split()[1:])) for line in times.read_text().splitlines()
                      if line.startswith("step ")]
         spent = collections.Counter()
@@ -61,7 +69,7 @@ def without_handlers(span):
 
 
 def reads():
-    program = Program("benchmark/read", "--stamp", "B", "--seconds", "2")
+    program = Program("benchmark/read", "--stamp", "B", seconds=2)
     run = program.run
     _, begun, took, n = max((took - RETURN_DELAY * n, begun, took, n)
                             for n, (took, _, begun) in
@@ -76,7 +84,7 @@ def reads():
 
 
 def syncs():
-    program = Program("benchmark/sync", "--stamp", "B", "--seconds", "2", servos="1-18", eeprom=[18])
+    program = Program("benchmark/sync", "--stamp", "B", seconds=2, servos="1-18", eeprom=[18])
     begun = program.run.spans(CALL)[-1][2]
     first = next(sent[0] for sent in program.run.sent if sent[0] >= begun)
     yield "`sync18`: call to first start bit", program.cycles(begun, first)
@@ -90,14 +98,14 @@ def longest_gap(sent):
 
 
 def groups():
-    program = Program("benchmark/group", "--stamp", "B", "--seconds", "2", servos="1-18", eeprom=[18])
+    program = Program("benchmark/group", "--stamp", "B", seconds=2, servos="1-18", eeprom=[18])
     sent = [one for one in program.run.sent if one[2] == 8][:18]
     yield ("`group18`: last stop bit of a reply to the next start bit, the longest of 17",
            program.cycles(*longest_gap(sent)))
 
 
 def absents():
-    program = Program("benchmark/absent", "--stamp", "B", "--seconds", "2")
+    program = Program("benchmark/absent", "--stamp", "B", seconds=2)
     took, _, begun = program.run.spans(WHOLE)[0]
     due = begun + 16 * BYTE + RETURN_DELAY + MARGIN
     yield ("`absent_us`: beyond the bytes, return delay and margin",
@@ -105,7 +113,7 @@ def absents():
 
 
 def polls():
-    program = Program("benchmark/polls", "--stamp", "B", "--seconds", "120", "--rules", "warn",
+    program = Program("benchmark/polls", "--stamp", "B", "--rules", "warn", seconds=120,
                       servos="1-50")
     took, _, begun = max(program.run.spans(POLL), key=without_handlers)
     yield "`poll_max`, with no fault", program.cycles(begun, begun + took)
@@ -133,8 +141,10 @@ JOBS = (reads, syncs, groups, absents, polls, bulks)
 
 
 def tables():
-    for job in JOBS:
-        for title, spent in job():
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        jobs = list(pool.map(lambda job: list(job()), JOBS))
+    for job in jobs:
+        for title, spent in job:
             parts = ", ".join(f"{name if name == 'handlers' else f'`{name}`'} {cycles}"
                               for name, cycles in spent.most_common())
             yield f"| {title} | {sum(spent.values())} | {parts} |"
@@ -158,12 +168,10 @@ def account():
 
 def main(arguments):
     cycles, flash = account()
-    if arguments == ["--docs"]:
-        text = blocks.renewed(DOCS.read_text(), "make bench-account", cycles)
-        DOCS.write_text(blocks.renewed(text, "make size-map", flash))
-    else:
+    if "--docs" not in arguments:
         print(f"{cycles}\n\n{flash}")
-    return 0
+        return 0
+    return blocks.renew(DOCS, {"make bench-account": cycles, "make size-map": flash}, "--check" in arguments)
 
 
 if __name__ == "__main__":

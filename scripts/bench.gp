@@ -4,9 +4,9 @@
 # gnuplot -e "table='FILE'; output_file='FILE'" bench.gp
 set encoding utf8
 set datafile separator tab
-if (!exists('size_of_it')) size_of_it = '1180,700'
-if (!exists('terminal_of_it')) terminal_of_it = "svg dynamic background rgb 'white' font 'sans-serif,13'"
-set terminal @terminal_of_it size @size_of_it
+if (!exists('picture_size')) picture_size = '1180,700'
+if (!exists('terminal_name')) terminal_name = "svg dynamic background rgb 'white' font 'sans-serif,13'"
+set terminal @terminal_name size @picture_size
 set output output_file
 set multiplot layout 2,3 margins 0.07,0.98,0.09,0.93 spacing 0.07,0.13
 set grid xtics ytics lt 1 lw 1 lc rgb '#dddddd'
@@ -18,7 +18,7 @@ names = 'read sync cycle'
 title(name) = name eq 'read' ? 'read: feedback of all, 8 bytes each' : \
               name eq 'sync' ? 'sync: goals of all, built and sent' : \
                                'cycle: all read once, goals at 250 Hz'
-mine(name, column_of_it) = strcol(1) eq name ? column(column_of_it) : NaN
+mine(name, position) = strcol(1) eq name ? column(position) : NaN
 do for [name in names] {
     set title title(name)
     unset xlabel

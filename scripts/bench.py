@@ -205,18 +205,8 @@ def table_for_users(done):
 def document(arguments):
     what = {row["name"]: row["what"] for row in records(ROWS)}
     done = records(arguments.out)
-    stale = 0
-    for path, table in (("docs/internals/performance.md", table_of(done, what, DOC_COLUMNS)),
-                        ("README.md", table_for_users(done))):
-        docs = ROOT / path
-        before = docs.read_text()
-        after = blocks.renewed(before, "make bench", table)
-        if after != before and arguments.check:
-            print(f"{path} quotes a table of the bench that is out of date: run make bench-docs")
-            stale = 1
-        elif after != before:
-            docs.write_text(after)
-    return stale
+    tables = {"docs/internals/performance.md": table_of(done, what, DOC_COLUMNS), "README.md": table_for_users(done)}
+    return max([blocks.renew(ROOT / path, {"make bench": table}, arguments.check) for path, table in tables.items()])
 
 
 def main():

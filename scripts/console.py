@@ -47,85 +47,8 @@ NEW_SERVO = ["new 5", "backup 5", "set 5 MIN_VOLTAGE 6.5V", "restore 5 MIN_VOLTA
 PROGRAM = [(b"\x03mode program\r", 30), (b"ping 1\r", 20), (b"get 1-3 PRESENT_POSITION\r", 40),
            (b"ping 9\r", 20), (b"frob\r", 40)]
 
-
-def text_of(field, row):
-    """The string of a field of a row: adjacent literals, as one, or a message of messages.c."""
-    name = re.search(rf"\.{field} = (message_\w+),", row)
-    if name:
-        return re.search(rf"{name[1]}\[\] = ({STRING})", MESSAGES.read_text())[1][1:-1]
-    found = re.search(rf"\.{field} =\s*\w+\(((?:\s*{STRING})+)\s*\)", row)
-    return "".join(part[1:-1] for part in re.findall(STRING, found[1])) if found else None
-
-
-def commands(profile="full", has_room=True):
-    """(heading, usage, what, details, example) of each row, in the order of `help`; has_room: on a chip with 256 KB of flash."""
-    heading = None
-    groups = re.search(r" groups\[\] = \{\n(.*?)^\};", (PROFILES / f"{profile}.c").read_text(), re.M | re.S)[1]
-    if not has_room:
-        groups = re.sub(r"^#if HAS_ROOM\n.*?^#endif\n", "", groups, flags=re.M | re.S)
-    for name in re.findall(r"&(\w+)_commands", groups):
-        if not (FOLDER / f"{name}.c").exists():
-            continue  # of commands that the profile omits
-        text = (FOLDER / f"{name}.c").read_text()
-        heading = text_of("heading", text) or heading
-        for row in re.findall(r"^    \{\n(        \.usage.*?)^    \},", text, re.M | re.S):
-            texts = {field: text_of(field, row) for field in ("usage", "what", "details", "example")}
-            for field, text_of_field in texts.items():
-                if text_of_field is None and field != "example":  # none: it is the usage
-                    raise SystemExit(f"{name}.c: {texts['usage']}: .{field} is missing")
-            yield heading.rstrip(":"), *texts.values()
-
-
-def heard(typed, servos):
-    """What the PC hears after each of `typed`: (bytes, ms to wait). The first entry: banner and prompt."""
-    program = ["wait 50000", "rest"]
-    for data, ms in typed:
-        program += [f"say {data.hex(' ')}", f"wait {ms * 1000}", "rest"]
-    with tempfile.TemporaryDirectory() as folder:
-        path = pathlib.Path(folder) / "pc"
-        path.write_text("\n".join(program) + "\n")
-        done = subprocess.run(
-            [ROOT / "build/host/cds55xx-sim", "firmware", ROOT / "build/atmega128/controller.elf",
-             "--board", "atmega128", "--servos", servos, "--host", path], stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, text=True, timeout=120)
-    if done.returncode:
-        raise SystemExit(done.stdout)
-    return [bytes.fromhex("".join(line.split()[4:])).decode()
-            for line in done.stdout.splitlines() if line.startswith("heard")]
-
-
-def session():
-    """The first session, as it stands on the terminal in the end."""
-    typed = [((keys if keys == "\r" else keys + "\r").encode(), ms) for keys, ms in SESSION]
-    shown = "".join(heard(typed, "1-3")).replace("\r\n", "\n").replace("\r", "")
-    return re.sub("^> $", ">", shown.removesuffix("> "), flags=re.M)  # no blank at the end of a line
-
-
-def program_session():
-    """Each line of a program, and the bytes of its reply, in Python's way to write them."""
-    replies = heard(PROGRAM, "1-3")[1:]
-    return "".join(f"sends {data.decode()!r}\nreads {reply!r}\n" for (data, _), reply in zip(PROGRAM, replies))
-
-
-def shortened(text):
-    """Without `version`, and with the first and last registers of `info` only."""
-    text = re.sub(r"> version\n.*?ok\n", "", text, flags=re.S)
-    return re.sub(r"(> info 1\n(?:0x.*\n){6})(?:0x.*\n)+(0x.*\nok\n)", r"\1...\n\2", text)
-
-
-def escape(text):
-    return text.replace("|", "\\|").replace("<", "&lt;")
-
-
-def main(arguments):
-    if arguments == ["--session"]:
-        print(shortened(session()), end="")
-        return
-    rows = list(commands())
-    in_console = {usage.split()[0] for _, usage, *_ in commands("console")} | {"diagnose"}
-    omitted = "".join(f", no `{name}`" for name in dict.fromkeys(row[1].split()[0] for row in rows if row[0] != "Motion")
-                      if name not in in_console)
-    print(f"""# The console
+# The document above the table of the commands.
+PAGE = """# The console
 
 The text interface of the firmware on the host link: 8N1, at the rate of the board. `make docs` writes this page from
 the rows of `src/controller/console/commands/` and from a real run in the simulator.
@@ -202,7 +125,7 @@ packet, and no prompt comes after it. The first bytes after a reset may be the b
 A session of a program with servos 1 to 3 in the simulator, in the notation of Python. The first reply begins with the echo:
 
 ```
-{program_session()}```
+{program}```
 
 A [scenario](scenario.md) of the simulator does this by itself.
 
@@ -239,7 +162,7 @@ The firmware on a simulated ATmega128 with three servos. `> ` is the prompt of t
 `monitor`; without `as plot` it draws a table that stays in place.
 
 ```
-{session()}```
+{session}```
 
 ## Keys
 
@@ -247,21 +170,21 @@ This session and those below were typed into tmux, an ordinary terminal, by `mak
 keys in brackets. Then follows the screen, from the line on in which they were typed. The profile is `full`.
 
 ```
-{steps_shown(KEYS)}```
+{keys}```
 
 ## Tab
 
 Tab completes a word. If it has nothing to add, it lists what fits.
 
 ```
-{steps_shown(TAB)}```
+{tab}```
 
 ## Wrong lines
 
 An unknown name is answered with a name near it. An error names servo, argument, value and range. Capital and small letters are the same.
 
 ```
-{lines_shown(HINTS)}```
+{hints}```
 
 ## A table that stays in place
 
@@ -269,7 +192,7 @@ An unknown name is answered with a name near it. An error names servo, argument,
 next line. N and M depend on when the key comes.
 
 ```
-{steps_shown(MONITOR)}```
+{monitor}```
 
 ## Ctrl-X
 
@@ -277,7 +200,7 @@ Ctrl-X stops the robot in the middle of a line. `IDs not checked: 254`: torque o
 servos of the list; here the list is empty.
 
 ```
-{steps_shown(STOP)}```
+{stop}```
 
 ## Several servos at once
 
@@ -285,7 +208,7 @@ Servo 9 is absent, so its line ends with error 87. `baud` with a list is one cha
 not follow is named. Typed into tmux as above.
 
 ```
-{lines_shown(LISTS)}```
+{lists}```
 
 ## A new servo
 
@@ -300,7 +223,7 @@ is lost. They read first, and write again only if the servo shows that the write
 again.
 
 ```
-{lines_shown(NEW_SERVO, "1")}```
+{new_servo}```
 
 ### Backup and restore
 
@@ -321,7 +244,86 @@ brings the prompt back.
 name of the register: `not written`, the servo does not hold the new value; `sent, not confirmed`, the servo could not be read back,
 so it may hold the new value: send the line again.
 
-## Commands""")
+## Commands"""
+
+
+def text_of(field, row):
+    """The string of a field of a row: adjacent literals, as one, or a message of messages.c."""
+    name = re.search(rf"\.{field} = (message_\w+),", row)
+    if name:
+        return re.search(rf"{name[1]}\[\] = ({STRING})", MESSAGES.read_text())[1][1:-1]
+    found = re.search(rf"\.{field} =\s*\w+\(((?:\s*{STRING})+)\s*\)", row)
+    return "".join(part[1:-1] for part in re.findall(STRING, found[1])) if found else None
+
+
+def commands(profile="full", has_room=True):
+    """(heading, usage, what, details, example) of each row, in the order of `help`; has_room: on a chip with 256 KB of flash."""
+    heading = None
+    groups = re.search(r" groups\[\] = \{\n(.*?)^\};", (PROFILES / f"{profile}.c").read_text(), re.M | re.S)[1]
+    if not has_room:
+        groups = re.sub(r"^#if HAS_ROOM\n.*?^#endif\n", "", groups, flags=re.M | re.S)
+    for name in re.findall(r"&(\w+)_commands", groups):
+        if not (FOLDER / f"{name}.c").exists():
+            continue  # of commands that the profile omits
+        text = (FOLDER / f"{name}.c").read_text()
+        heading = text_of("heading", text) or heading
+        for row in re.findall(r"^    \{\n(        \.usage.*?)^    \},", text, re.M | re.S):
+            texts = {field: text_of(field, row) for field in ("usage", "what", "details", "example")}
+            for field, text_of_field in texts.items():
+                if text_of_field is None and field != "example":  # none: it is the usage
+                    raise SystemExit(f"{name}.c: {texts['usage']}: .{field} is missing")
+            yield heading.rstrip(":"), *texts.values()
+
+
+def heard(typed, servos):
+    """What the PC hears after each of `typed`: (bytes, ms to wait). The first entry: banner and prompt."""
+    program = ["wait 50000", "rest"]
+    for data, ms in typed:
+        program += [f"say {data.hex(' ')}", f"wait {ms * 1000}", "rest"]
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "pc"
+        path.write_text("\n".join(program) + "\n")
+        done = subprocess.run(
+            [ROOT / "build/host/cds55xx-sim", "firmware", ROOT / "build/atmega128/controller.elf",
+             "--board", "atmega128", "--servos", servos, "--host", path], stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, text=True, timeout=120)
+    if done.returncode:
+        raise SystemExit(done.stdout)
+    return [bytes.fromhex("".join(line.split()[4:])).decode()
+            for line in done.stdout.splitlines() if line.startswith("heard")]
+
+
+def session():
+    """The first session, as it stands on the terminal in the end."""
+    typed = [((keys if keys == "\r" else keys + "\r").encode(), ms) for keys, ms in SESSION]
+    shown = "".join(heard(typed, "1-3")).replace("\r\n", "\n").replace("\r", "")
+    return re.sub("^> $", ">", shown.removesuffix("> "), flags=re.M)  # no blank at the end of a line
+
+
+def program_session():
+    """Each line of a program, and the bytes of its reply, in Python's way to write them."""
+    replies = heard(PROGRAM, "1-3")[1:]
+    return "".join(f"sends {data.decode()!r}\nreads {reply!r}\n" for (data, _), reply in zip(PROGRAM, replies))
+
+
+def shortened(text):
+    """Without `version`, and with the first and last registers of `info` only."""
+    text = re.sub(r"> version\n.*?ok\n", "", text, flags=re.S)
+    return re.sub(r"(> info 1\n(?:0x.*\n){6})(?:0x.*\n)+(0x.*\nok\n)", r"\1...\n\2", text)
+
+
+def escape(text):
+    return text.replace("|", "\\|").replace("<", "&lt;")
+
+
+def omitted_commands(rows):
+    """The commands that the profile `console` lacks, but for those that PAGE names itself."""
+    in_console = {usage.split()[0] for _, usage, *_ in commands("console")} | {"diagnose"}
+    names = dict.fromkeys(usage.split()[0] for heading, usage, *_ in rows if heading != "Motion")
+    return "".join(f", no `{name}`" for name in names if name not in in_console)
+
+
+def print_commands(rows):
     last = None
     everywhere = set(commands(has_room=False))
     for heading, usage, what, details, example in rows:
@@ -332,6 +334,17 @@ so it may hold the new value: send the line again.
             print("|---|---|---|---|")
             last = heading
         print(f"| `{escape(usage)}` | {escape(what)} | {escape(details)} | `{escape(example or usage)}` |")
+
+
+def main(arguments):
+    if arguments == ["--session"]:
+        print(shortened(session()), end="")
+        return
+    rows = list(commands())
+    print(PAGE.format(omitted=omitted_commands(rows), program=program_session(), session=session(), keys=steps_shown(KEYS),
+                      tab=steps_shown(TAB), hints=lines_shown(HINTS), monitor=steps_shown(MONITOR), stop=steps_shown(STOP),
+                      lists=lines_shown(LISTS), new_servo=lines_shown(NEW_SERVO, "1")))
+    print_commands(rows)
 
 
 if __name__ == "__main__":

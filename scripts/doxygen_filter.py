@@ -156,6 +156,7 @@ def with_comment(code, comment):
 # ---- documents --------------------------------------------------------------------------------------
 
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
+ANCHOR = re.compile(r'(<a id=")([^"]*)')
 MAIN_PAGE = "docs/index.md"
 FENCE = re.compile(r"^( *)(```|~~~)")
 
@@ -206,7 +207,7 @@ def document(path, text):
             if path != MAIN_PAGE or not title: # Doxygen gives the main page its label
                 line += f" {{#{label(path)}}}" if title else f" {{#{label(path)}-{name}}}"
             title = False
-        yield linked(path, line) + "\n"
+        yield linked(path, ANCHOR.sub(rf"\1{label(path)}-\2", line)) + "\n"
 
 
 def main(path):

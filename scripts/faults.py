@@ -22,24 +22,25 @@ import collections
 import csv
 import concurrent.futures
 import os
+import pathlib
 import subprocess
 import sys
 import threading
 import time
 
 import blocks
+from make_list import make_list
 
 TOOL = "build/host/faults"
-BOARDS = ["atmega128", "arduino-uno", "arbotix"]
 COLUMNS = "fault what injections failures undetected misunderstood lost late_us".split()
 ELF = {"F14": "build/{}/controller.elf"}
 OTHERS = "build/{}/firmware/transactions.elf"
 
 
 class Row:
-    def __init__(self, name, boards, what):
+    def __init__(self, name, what, boards):
         self.name, self.what = name, what
-        self.boards = boards.split() or BOARDS
+        self.boards = boards
         self.figures = [0, 0, 0, 0, 0, 0.0]
         self.failures = []  # texts
         self.open = len(self.boards)
@@ -53,7 +54,9 @@ class Row:
 
 def rows(names):
     listed = subprocess.run([TOOL, "--list"], stdout=subprocess.PIPE, text=True, check=True).stdout
-    found = [Row(*line.split("\t")) for line in listed.splitlines()]
+    boards = make_list("list-faults-boards")
+    cells = [line.split("\t") for line in listed.splitlines()]
+    found = [Row(name, what, only.split() or boards) for name, only, what in cells]
     return [row for row in found if not names or row.name in names]
 
 
@@ -116,15 +119,16 @@ def write(path, done):
             print(row.name, row.what, *map(int, figures), f"{late_us:.1f}", sep="\t", file=out)
 
 
-def document(path, docs="docs/internals/faults.md"):
+def document(path, docs=pathlib.Path("docs/internals/faults.md")):
     with open(path) as file:
         done = list(csv.DictReader(file, delimiter="\t"))
+    missing = {row.name for row in rows([])} - {row["fault"] for row in done}
+    if missing:
+        sys.exit(f"{path} lacks {', '.join(sorted(missing))}: run make faults-docs")
     columns = ["fault", "what", "injections", "failures", "undetected", "misunderstood", "lost"]
     lines = [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
     lines += [f"| {' | '.join(row[column] for column in columns)} |" for row in done]
-    text = open(docs).read()
-    with open(docs, "w") as out:
-        out.write(blocks.renewed(text, "make faults", "\n".join(lines)))
+    blocks.renew(docs, {"make faults": "\n".join(lines)})
 
 
 def main():

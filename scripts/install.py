@@ -166,55 +166,75 @@ def reason(error):
     return (f"{str(error.filename).removesuffix(NEW)}: " if error.filename else "") + str(error.strerror)
 
 
+class Plan:
+    """What an installation changes below a prefix; it changes nothing yet."""
+
+    def __init__(self, prefix, options):
+        self.prefix = prefix
+        self.earlier = (prefix / MANIFEST).exists()
+        self.old, self.damaged = read_manifest(prefix) if self.earlier else ([], 0) # rows of the earlier installation
+        self.kept, self.removed = split_other_chips(prefix, options, self.old)
+        self.sources = dict(contents(options, self.kept))
+        for name in self.sources:
+            if (prefix / name).is_dir():
+                refuse(f"{prefix / name} is a folder, where a file must be; move it away, or name another PREFIX")
+        self.missing = missing_folders(prefix, [*self.sources, MANIFEST])
+        self.files = [("file", name) for name in [*self.sources, *map(library, self.kept)]]
+        above = {os.path.normpath(folder) for name in self.sources for folder in (prefix / name).parents}
+        self.folders = [row for row in self.old if row[0] == "folder" and os.path.normpath(prefix / row[1]) in above]
+        self.folders += [("folder", os.path.relpath(folder, prefix)) for folder in self.missing]
+
+    def write_new(self):
+        """Writes the new files beside the old ones. The manifest names both."""
+        for folder in self.missing:
+            folder.mkdir(mode=0o755)
+        new = [("file", name + NEW) for name in [*self.sources, MANIFEST]]
+        put_manifest(self.prefix, [*dict.fromkeys([*self.old, *self.files, *new, *self.folders])])
+        for name, source in self.sources.items():
+            put(self.prefix / (name + NEW), source)
+        put(self.prefix / (MANIFEST + NEW), lines_of([*self.files, *self.folders]))
+
+    def roll_back(self):
+        """Removes what write_new() has written."""
+        for name in [*self.sources, MANIFEST]:
+            if (self.prefix / name).parent.is_dir():
+                (self.prefix / (name + NEW)).unlink(missing_ok=True)
+        if not self.earlier and (self.prefix / MANIFEST).parent.is_dir():
+            (self.prefix / MANIFEST).unlink(missing_ok=True)
+        elif self.earlier and not self.damaged:
+            with contextlib.suppress(OSError): # the manifest that is there names the earlier files, too
+                put_manifest(self.prefix, self.old)
+        remove_folders(self.prefix, [("folder", folder) for folder in self.missing])
+
+    def replace_old(self):
+        """Renames the new files, and removes old ones that have no successor."""
+        for name in self.sources:
+            os.replace(self.prefix / (name + NEW), self.prefix / name)
+        for kind, name in self.old:
+            if kind == "file" and ("file", name) not in self.files:
+                (self.prefix / name).unlink(missing_ok=True)
+        os.replace(self.prefix / (MANIFEST + NEW), self.prefix / MANIFEST)
+        remove_folders(self.prefix, [row for row in self.old if row not in self.folders])
+
+
 def install(prefix, options):
     """Writes all files beside those of an earlier installation, then renames them, which takes no room. Meanwhile
     the manifest names the files of both, so uninstall knows each file whenever this ends."""
     check(prefix)
     os.umask(0o022) # other users may read what is installed
-    earlier = (prefix / MANIFEST).exists()
-    old, damaged = read_manifest(prefix) if earlier else ([], 0)
-    kept, removed = split_other_chips(prefix, options, old)
-    sources = dict(contents(options, kept))
-    for name in sources:
-        if (prefix / name).is_dir():
-            refuse(f"{prefix / name} is a folder, where a file must be; move it away, or name another PREFIX")
-    missing = missing_folders(prefix, [*sources, MANIFEST])
-    files = [("file", name) for name in [*sources, *map(library, kept)]]
-    above = {os.path.normpath(folder) for name in sources for folder in (prefix / name).parents}
-    folders = [row for row in old if row[0] == "folder" and os.path.normpath(prefix / row[1]) in above]
-    folders += [("folder", os.path.relpath(folder, prefix)) for folder in missing]
+    plan = Plan(prefix, options)
     try:
-        for folder in missing:
-            folder.mkdir(mode=0o755)
-        put_manifest(prefix, [*dict.fromkeys(
-            [*old, *files, *(("file", name + NEW) for name in [*sources, MANIFEST]), *folders])])
-        for name, source in sources.items():
-            put(prefix / (name + NEW), source)
-        put(prefix / (MANIFEST + NEW), lines_of([*files, *folders]))
+        plan.write_new()
     except OSError as error:
-        for name in [*sources, MANIFEST]:
-            if (prefix / name).parent.is_dir():
-                (prefix / (name + NEW)).unlink(missing_ok=True)
-        if not earlier and (prefix / MANIFEST).parent.is_dir():
-            (prefix / MANIFEST).unlink(missing_ok=True)
-        elif earlier and not damaged:
-            with contextlib.suppress(OSError): # the manifest that is there names the earlier files, too
-                put_manifest(prefix, old)
-        remove_folders(prefix, [("folder", folder) for folder in missing])
-        refuse(f"{reason(error)}; {'the earlier installation is kept' if earlier else 'nothing is installed'}: "
+        plan.roll_back()
+        refuse(f"{reason(error)}; {'the earlier installation is kept' if plan.earlier else 'nothing is installed'}: "
                "make room or set the permissions, or name another PREFIX")
-    for name in sources:
-        os.replace(prefix / (name + NEW), prefix / name)
-    for kind, name in old:
-        if kind == "file" and ("file", name) not in files:
-            (prefix / name).unlink(missing_ok=True)
-    os.replace(prefix / (MANIFEST + NEW), prefix / MANIFEST)
-    remove_folders(prefix, [row for row in old if row not in folders])
+    plan.replace_old()
     print(f"installed cds55xx {options.version} in {prefix} for {len(options.mcus)} chip{'s' * (len(options.mcus) > 1)}")
-    if kept:
-        print(f"kept, not rebuilt: {' '.join(kept)}; to build and install them: {install_command(options, kept)}")
-    if removed:
-        print(f"removed, since the headers have changed: {' '.join(removed)}; to install them again: {install_command(options, removed)}")
+    for chips, text in [(plan.kept, "kept, not rebuilt: {}; to build and install them: {}"),
+                        (plan.removed, "removed, since the headers have changed: {}; to install them again: {}")]:
+        if chips:
+            print(text.format(" ".join(chips), install_command(options, chips)))
     tell_path(prefix, options)
 
 

@@ -22,7 +22,7 @@ REFERENCE = re.compile(r"\[([^\[\]]+)\]\[([^\[\]]*)\]")  # [text][label], [label
 HEADING = re.compile(r"^#+ +(.*?)(?: +#+)?$|^(\S.*)\n(?:=+|-+)$", re.M)
 HTML_ANCHOR = re.compile(r"<[^>]*\b(?:id|name)\s*=\s*[\"']?([^\"'\s>]+)", re.I)
 ELSEWHERE = re.compile(r"[a-z]+:")  # https:, mailto:
-FILE = re.compile(r"`((?:boards|docs|examples|include|mk|scripts|sim|src|test)/[\w./*-]+)`")
+FILE = re.compile(r"`((?:arduino|boards|docs|examples|include|mk|packaging|panel|scripts|sim|src|test)/[\w./*-]+)`")
 EXAMPLES = re.compile(r"/myboard/|/x\.")  # files that a text invents
 
 

@@ -20,6 +20,7 @@ sys.path[:0] = [str(ROOT / "test/runs"), str(ROOT / "scripts")]
 import boards
 from client import BROADCAST, PING, READ, WRITE, packet
 from feedback import Feedback
+from make_list import make_list
 from simulator import PACKET, SIM
 from size import sizes
 
@@ -291,14 +292,16 @@ def keep_return_delay(folder, n):
 
 # A new controller greets a person; then a program of the PC gets bare replies.
 ENTER_MODE_PROGRAM = ["wait 30000", "text mode program", "wait 30000"]
+# Sets the host link to 1 Mbps.
+FAST_HOST_LINK = ["say " + packet(DEVICE, WRITE, [HOST_BAUD, 1]).hex(" "), "hear 6", "wait 6000", "baud 1000000",
+                  "wait 10000"]
 
 
 def flooded(n, seconds, elf="firmware/flood", board="atmega128"):
     """Runs a firmware while its host sends for `seconds` at 1 Mbps. firmware/flood runs a cycle of 18
     servos; `n`: value of their register 0x05."""
-    lines = [*ENTER_MODE_PROGRAM, "say " + packet(1, PING, []).hex(" "), "hear 6",
-             "say " + packet(DEVICE, WRITE, [HOST_BAUD, 1]).hex(" "), "hear 6", "wait 6000",
-             "baud 1000000", "wait 10000", *host_traffic(seconds), "wait 1000"]
+    lines = [*ENTER_MODE_PROGRAM, "say " + packet(1, PING, []).hex(" "), "hear 6", *FAST_HOST_LINK,
+             *host_traffic(seconds), "wait 1000"]
     with tempfile.TemporaryDirectory() as folder:
         program = pathlib.Path(folder, "program.pc")
         program.write_text("\n".join(lines) + "\n")
@@ -353,8 +356,13 @@ def omitted(board):
     return ["diagnose"] if found else []
 
 
-# The examples that run on any board: EXAMPLE_NAMES of mk/avr.mk.
-EXAMPLES = sorted([path.stem for path in (ROOT / "examples").glob("*.c")] + ["hexapod", "teach"])
+@functools.lru_cache
+def examples():
+    """{board: its programs of examples/}"""
+    found = {}
+    for elf in map(pathlib.Path, make_list("list-examples")):
+        found.setdefault(elf.parts[1], []).append(elf.stem)
+    return found
 
 
 def shipped(name, names):
@@ -372,9 +380,7 @@ def shipped(name, names):
                 told = Run("controller", "--script", script.name, board=board, servos="1-18")
             told.check(len(told.sent) > 300, "not all commands were carried out")
             runs = [told, flooded(10, 2, "controller", board)]
-        for example in EXAMPLES:
-            if board == "arduino-uno" and example in ("hexapod", "keyframes", "teach", "timed_move"):  # too large
-                continue
+        for example in examples()[board]:
             runs.append(Run(f"examples/{example}", "--seconds", "3", board=board, servos="1-18",
                             talks=board != "arduino-uno"))
         for run in runs:
@@ -649,9 +655,8 @@ def bridge_sync_write(count):
     """The longest time from the last stop bit of the host's SYNC WRITE of `count` goals and speeds to the
     first start bit on the bus, in cycles."""
     ids, rounds = range(1, count + 1), 20
-    lines = [*ENTER_MODE_PROGRAM, "say " + packet(1, PING, []).hex(" "), "hear 6",
-             "say " + packet(DEVICE, WRITE, [HOST_BAUD, 1]).hex(" "), "hear 6", "wait 6000",
-             "baud 1000000", "wait 10000", "text group " + " ".join(map(str, ids)), "hear 4 within 1000",
+    lines = [*ENTER_MODE_PROGRAM, "say " + packet(1, PING, []).hex(" "), "hear 6", *FAST_HOST_LINK,
+             "text group " + " ".join(map(str, ids)), "hear 4 within 1000",
              "say " + packet(BROADCAST, WRITE, [TORQUE, 1]).hex(" "), "wait 100000"]
     for step in range(rounds):
         goals = [byte for id in ids for byte in (id, step, 2, 100, 0)]
@@ -671,8 +676,7 @@ def stop_latency(count):
     """The longest time from the last stop bit of Ctrl-X to the first start bit of torque off, in cycles, while the
     controller reads feedback of `count` servos for the host as the control panel asks for it."""
     rounds, feedback = 60, packet(BROADCAST, SYNC_READ, [0x24, 8, *range(1, count + 1)])
-    lines = [*ENTER_MODE_PROGRAM, "say " + packet(DEVICE, PING, []).hex(" "), "hear 6",
-             "say " + packet(DEVICE, WRITE, [HOST_BAUD, 1]).hex(" "), "hear 6", "wait 6000", "baud 1000000", "wait 10000"]
+    lines = [*ENTER_MODE_PROGRAM, "say " + packet(DEVICE, PING, []).hex(" "), "hear 6", *FAST_HOST_LINK]
     for step in range(rounds):
         lines += ["text release", "wait 20000", "say " + packet(BROADCAST, WRITE, [TORQUE, 1]).hex(" "), "wait 5000",
                   "say " + feedback.hex(" "), f"wait {1 + 131 * step}", "say 18", "wait 100000"]

@@ -18,7 +18,6 @@ def pack(out, name, files):
             entry = zipfile.ZipInfo(f"{name}/{path}", DATE)
             entry.external_attr = 0o644 << 16
             entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(entry, data)
 
 

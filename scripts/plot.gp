@@ -42,7 +42,7 @@ set style fill solid noborder
 set label 1 name at screen x(left), y(18) left font ',15'
 binned = strstrt(layers, 'bin') > 0
 
-# ---- who talks when ----
+# ---- the sender at each time ----
 set tmargin at screen y(head)
 set bmargin at screen y(head + upper)
 set yrange [0.5:lanes + 0.5]
@@ -53,7 +53,7 @@ set grid xtics lc rgb '#e4e4e4' lt 1
 do for [i=0:lanes] { set arrow i+1 from graph 0, first i + 0.5 to graph 1, first i + 0.5 nohead \
     lc rgb '#eeeeee' back }
 set xlabel 'time ('.unit.')' offset 0,0.3
-set label 2 'Who talks on the bus'.(binned ? ': share of every '.bin : '') \
+set label 2 'Senders on the bus'.(binned ? ': share of every '.bin : '') \
     at screen x(left), y(head - title_above) left
 set key at screen x(left + width), y(head - legend_above) right center horizontal samplen 1.5 \
     font ',11' noautotitle

@@ -28,15 +28,19 @@ static bool is_path(const char *name)
     return strpbrk(name, "./") != 0;
 }
 
+static bool is_folder(const char *path)
+{
+    struct stat status;
+    return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
+}
+
 void board_paths(const char *folder, const char *name, char wiring[BOARD_PATH_SIZE],
                  char chip[BOARD_PATH_SIZE])
 {
-    struct stat what;
     if (!is_path(name)) {
         snprintf(wiring, BOARD_PATH_SIZE, "%s/%s/board.h", folder, name);
     } else {
-        bool is_folder = stat(name, &what) == 0 && S_ISDIR(what.st_mode);
-        snprintf(wiring, BOARD_PATH_SIZE, "%s%s", name, is_folder ? "/board.h" : "");
+        snprintf(wiring, BOARD_PATH_SIZE, "%s%s", name, is_folder(name) ? "/board.h" : "");
     }
     const char *slash = strrchr(wiring, '/');
     snprintf(chip, BOARD_PATH_SIZE, "%.*sboard.mk", (int)(slash ? slash - wiring + 1 : 0), wiring);
@@ -243,12 +247,6 @@ static int by_name(const void *a, const void *b)
 static int is_board(const struct dirent *entry)
 {
     return entry->d_name[0] != '.' && !strchr(entry->d_name, '~');
-}
-
-static bool is_folder(const char *path)
-{
-    struct stat status;
-    return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
 }
 
 static void list_boards(const char *folder, const char *name)

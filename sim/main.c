@@ -7,10 +7,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "data_path.h"
+#include "host/realtime.h"
 #include "output/files.h"
 #include "output/named_files.h"
 #include "testbench.h"
@@ -44,8 +44,8 @@ static const char help[] =
     "  --board FILE       or a board.h of yours, with a board.mk beside it\n"
     "  --servos LIST      IDs of the servos, as in 1-18 or 0,1,5-7, or none (default);\n"
     "                     1:LIST are those on bus 1 of a board with several\n"
-    "  --script FILE      run a scenario, docs/scenario.md: commands, causes, expectations;\n"
-    "                     ends with its last line\n"
+    "  --script FILE      run a scenario, docs/scenario.md: commands, changes of the\n"
+    "                     environment, expectations; ends with its last line\n"
     "  --host pty         open a terminal for the console, print its path, run in real time\n"
     "  --host tcp:PORT    the same at a TCP port of 127.0.0.1, one client at a time; PORT 0: any\n"
     "  --host-baud client the PC's rate is the one set at the pty, not the board's\n"
@@ -57,7 +57,7 @@ static const char help[] =
     "  --transcript FILE  every packet on the wire, with the cycle of its first start bit\n"
     "  --vcd FILE         waveforms of the bus, for GTKWave\n"
     "  --csv FILE         goal and present position of every servo, every 4 ms\n"
-    "  --plot FILE.svg    a picture: who talks when, and where the servos are (gnuplot)\n"
+    "  --plot FILE.svg    a picture: senders over time, and where the servos are (gnuplot)\n"
     "  --panes WHAT       add panes to --plot: speed, load, or speed,load\n"
     "  --eeprom FILE      keep the AVR's EEPROM from run to run\n"
     "  --mark PIN         how much of the time that pin is high, as in B0, handlers not counted\n"
@@ -435,23 +435,16 @@ static void end_on_signals(void)
     }
 }
 
-static double real_seconds(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + (double)now.tv_nsec * 1e-9;
-}
-
 static int run(const struct testbench_options *options)
 {
     bool ready = testbench_init(&bench, options);
     bool good = false;
     if (ready) {
         end_on_signals();
-        double start = real_seconds();
+        uint64_t start = realtime_now_ns();
         good = testbench_run(&bench);
         testbench_report(&bench, stdout);
-        double took = real_seconds() - start;
+        double took = (double)(realtime_now_ns() - start) * 1e-9;
         double simulated = (double)bench.end / bench.clock_Hz;
         if (isatty(STDERR_FILENO)) {
             fprintf(stderr, "speed: %.1f x real time\n", took > 0 ? simulated / took : 0.0);

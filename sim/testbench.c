@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "testbench.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <string.h>
+
+#include "output/files.h"
 
 /* --- callbacks of the parts --- */
 
@@ -167,10 +168,7 @@ static bool open_transcript(struct testbench *bench)
     if (!path) {
         return true;
     }
-    bench->transcript = fopen(path, "w");
-    if (!bench->transcript) {
-        fprintf(stderr, "%s: %s\n", path, strerror(errno));
-    }
+    bench->transcript = files_create(path);
     return bench->transcript != 0;
 }
 

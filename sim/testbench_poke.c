@@ -5,6 +5,8 @@
 
 #include <stdlib.h>
 
+#include "memory.h"
+
 /* A message names orders as a scenario has them, "@power"; the order of a client has no @. */
 static void print_error(FILE *out, const char *wrong)
 {
@@ -93,11 +95,7 @@ static void begin(struct testbench *bench, uint64_t now, const char *line)
 {
     struct testbench_poke *poke = &bench->poke;
     char what[SCRIPT_WHAT_SIZE];
-    bench->script.out = open_memstream(&poke->output, &poke->output_size);
-    if (!bench->script.out) {
-        fputs("out of memory\n", stderr);
-        abort();
-    }
+    bench->script.out = memory_checked(open_memstream(&poke->output, &poke->output_size));
     poke->busy = true;
     poke->wrong[0] = 0;
     const char *wrong = script_order(&bench->script, now, line, what);

@@ -17,6 +17,11 @@ build/host/faults: $(FAULTS_SRC:test/faults/%.c=build/host/faults-obj/%.o) \
 	$(call say,LD,$@)
 	$(Q)$(CC) $^ $(SIM_LIBS) -o $@
 
+# For scripts/faults.py.
+.PHONY: list-faults-boards
+list-faults-boards:
+	@printf '%s\n' $(FAULTS_BOARDS)
+
 FAULTS_PART ?= 1/1
 SEED ?= 0
 
@@ -25,6 +30,13 @@ SEED ?= 0
 faults: $(FAULTS_NEEDS)
 	$(clear)
 	@scripts/faults.py --part $(FAULTS_PART) --seed $(SEED) $(ROWS)
+
+# Before the run, which takes long.
+ifneq ($(filter faults-docs,$(MAKECMDGOALS)),)
+ifneq ($(ROWS)$(filter-out 1/1,$(FAULTS_PART)),)
+$(error make faults-docs renews the whole table: leave out $(if $(ROWS),ROWS,FAULTS_PART))
+endif
+endif
 
 ## faults-docs: make faults, and renew its table in docs/internals/faults.md
 .PHONY: faults-docs
@@ -154,8 +166,14 @@ UNIT_TESTS := $(call host_program,$(UNIT_TEST_SRC)) \
 SIM_TESTS := $(SIM_TEST_SRC:%.c=build/host/%)
 # make test-long runs these suites in full length; make test runs them, first, with fewer random inputs; CI runs one
 # of three parts in full length (is_long() of test/runs/simulator.py).
-LONG_TESTS := $(wildcard $(patsubst %,test/runs/test_%.py,autostart bus_random console_commands example_hexapod example_robot example_teach failsafe faults_all fuzz identity inhibit permit_random diagnose flood bridge firmware))
-RUN_TESTS := $(LONG_TESTS) $(filter-out $(LONG_TESTS),$(wildcard test/runs/test_*.py))
+LONG_SUITES := autostart bridge bus_random console_commands diagnose example_hexapod example_robot example_teach failsafe \
+	faults_all firmware flood fuzz identity inhibit permit_random
+LONG_TESTS := $(LONG_SUITES:%=test/runs/test_%.py)
+ALL_RUN_TESTS := $(wildcard test/runs/test_*.py)
+ifneq ($(filter-out $(ALL_RUN_TESTS),$(LONG_TESTS)),)
+$(error LONG_SUITES of test/test.mk names $(filter-out $(ALL_RUN_TESTS),$(LONG_TESTS)), which does not exist)
+endif
+RUN_TESTS := $(LONG_TESTS) $(filter-out $(LONG_TESTS),$(ALL_RUN_TESTS))
 
 # Boards with a host link. test/runs/boards.py has the same list for the runs.
 HOST_BOARDS := $(foreach b,$(BOARDS),$(if $($(b)_PROFILE),$(b)))

@@ -190,23 +190,17 @@ void eeprom_model_lose_power(struct eeprom_model *eeprom, uint64_t now)
 
 /* --- file --- */
 
-static bool complain(const char *path, const char *what)
-{
-    fprintf(stderr, "%s: %s\n", path, what);
-    return false;
-}
-
 bool eeprom_model_load(struct eeprom_model *eeprom, const char *path)
 {
     if (!eeprom->registers) {
-        return complain(path, "the chip has no EEPROM");
+        return files_complain(path, "the chip has no EEPROM");
     }
     if (!files_check_replaceable(path)) {
         return false;
     }
     FILE *file = fopen(path, "rb");
     if (!file) {
-        return errno == ENOENT || complain(path, strerror(errno));
+        return errno == ENOENT || files_complain(path, strerror(errno));
     }
     uint8_t bytes[UINT16_MAX];
     size_t size = fread(bytes, 1, sizeof(bytes), file);

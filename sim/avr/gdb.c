@@ -11,6 +11,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "memory.h"
+
 #define POLL_EVERY 1024 // instructions
 #define CTRL_C     3
 
@@ -424,11 +426,7 @@ void gdb_attach(struct gdb *gdb, avr_t *avr, const struct cpu *cpu,
     gdb->cpu = cpu;
     gdb->machine.eeprom = eeprom;
     gdb->stop = stop;
-    gdb->breakpoints = calloc(avr->flashend / 2 + 1u, sizeof(*gdb->breakpoints));
-    if (!gdb->breakpoints) {
-        fputs("out of memory\n", stderr);
-        abort();
-    }
+    gdb->breakpoints = memory_checked(calloc(avr->flashend / 2 + 1u, sizeof(*gdb->breakpoints)));
 }
 
 static bool watch_changed(struct gdb *gdb)

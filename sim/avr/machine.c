@@ -8,6 +8,7 @@
 #include <simavr/avr_watchdog.h>
 
 #include "avr/timer_flags.h"
+#include "memory.h"
 
 #define DATA_SPACE    0x10000u // addresses that an AVR's pointers can reach
 #define VECTOR_CYCLES 16       // cycles to enter a vector without a handler and jump to 0
@@ -221,11 +222,7 @@ static void reset(struct machine *machine)
 static void widen_data(avr_t *avr)
 {
     size_t used = avr->ramend + 1u;
-    avr->data = realloc(avr->data, DATA_SPACE);
-    if (!avr->data) {
-        fputs("out of memory\n", stderr);
-        abort();
-    }
+    avr->data = memory_checked(realloc(avr->data, DATA_SPACE));
     memset(avr->data + used, 0, DATA_SPACE - used);
 }
 

@@ -29,11 +29,6 @@ bool host_link_init(struct host_link *link, struct machine *machine, unsigned us
     return true;
 }
 
-size_t host_link_space(const struct host_link *link)
-{
-    return adapter_space(&link->adapter);
-}
-
 void host_link_send(struct host_link *link, uint64_t now, const char *bytes, size_t size)
 {
     adapter_send(&link->adapter, now, (const uint8_t *)bytes, size);

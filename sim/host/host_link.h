@@ -25,8 +25,6 @@ struct host_link {
 bool host_link_init(struct host_link *link, struct machine *machine, unsigned usart, uint32_t baud,
                     bool exact);
 
-/* Returns how many bytes host_link_send() takes now. */
-size_t host_link_space(const struct host_link *link);
 void host_link_send(struct host_link *link, uint64_t now, const char *bytes, size_t size);
 
 #endif

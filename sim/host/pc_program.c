@@ -15,9 +15,14 @@
 #define READY_WITHIN_S 10
 #define LINE_BYTES_MAX 1024
 #define WITHIN_MS      1000
-#define STOP           0x18 // Ctrl-X stops the robot: a flood of random bytes leaves it out
+#define WITHIN_MAX_MS  3600000
+#define VALUE_MAX      100000000 // bytes, us or bit/s
+#define STOP           0x18      // Ctrl-X stops the robot: a flood of random bytes leaves it out
 
 /* --- the file --- */
+
+static const char no_number[] = "a number is wanted";
+static const char too_many_words[] = "too many words";
 
 static bool complain(const struct pc_program *program, unsigned line, const char *what)
 {
@@ -35,65 +40,101 @@ static size_t parse_bytes(const char *text, uint8_t *bytes)
     return *text ? 0 : size;
 }
 
+static const char *parse_say(struct pc_line *line, char *text)
+{
+    uint8_t bytes[LINE_BYTES_MAX];
+    (void)line;
+    return parse_bytes(text, bytes) ? 0 : "wanted: bytes in hexadecimal, 1024 at most";
+}
+
+static const char *parse_text(struct pc_line *line, char *text)
+{
+    (void)line, (void)text;
+    return 0;
+}
+
+static const char *parse_rest(struct pc_line *line, char *text)
+{
+    (void)line;
+    return *text ? too_many_words : 0;
+}
+
+/* BYTES [within MS] */
+static const char *parse_hear(struct pc_line *line, char *text)
+{
+    char *word[3];
+    unsigned count = lexer_split(text, word, 3);
+    if (count < 1 || !lexer_number(word[0], 1, PC_RECEIVED_MAX, &line->value)) {
+        return no_number;
+    }
+    if (count == 3 && strcmp(word[1], "within") == 0) {
+        int32_t ms = 0;
+        bool good = lexer_number(word[2], 0, WITHIN_MAX_MS, &ms);
+        line->within_ms = (uint32_t)ms;
+        return good ? 0 : "milliseconds are wanted";
+    }
+    return count == 1 ? 0 : too_many_words;
+}
+
+/* Parses a number, of us or of bit/s. */
+static const char *parse_number(struct pc_line *line, char *text)
+{
+    char *word[1];
+    unsigned count = lexer_split(text, word, 1);
+    if (count < 1 || !lexer_number(word[0], 1, VALUE_MAX, &line->value)) {
+        return no_number;
+    }
+    return count == 1 ? 0 : too_many_words;
+}
+
+/* BYTES [SEED] */
+static const char *parse_flood(struct pc_line *line, char *text)
+{
+    char *word[2];
+    unsigned count = lexer_split(text, word, 2);
+    if (count < 1 || !lexer_number(word[0], 1, VALUE_MAX, &line->value)) {
+        return no_number;
+    }
+    if (count == 2) {
+        return lexer_number(word[1], 1, INT32_MAX, &line->seed) ? 0 : "a seed is wanted";
+    }
+    return count == 1 ? 0 : too_many_words;
+}
+
+static const char *parse_reset(struct pc_line *line, char *text)
+{
+    return reset_order_parse(&line->reset, text);
+}
+
 /* TEXT [within MS] */
 static const char *parse_expect(struct pc_line *line, char *text)
 {
-    static const char word[] = " within ";
-    char *within = 0;
-    for (char *found = text; (found = strstr(found, word)); found++) {
-        within = found;
-    }
-    line->within_ms = WITHIN_MS;
-    if (within && lexer_number(within + strlen(word), 0, 3600000, &line->within_ms)) {
-        *within = 0;
-    }
+    lexer_within(text, WITHIN_MAX_MS, &line->within_ms);
     return *text ? 0 : "a text is wanted";
 }
 
 static const char *parse(struct pc_line *line, char *text)
 {
-    static const char *const words[] = {"say",  "text",  "rest",  "hear",  "wait",
-                                        "baud", "flood", "reset", "expect"};
-    uint8_t bytes[LINE_BYTES_MAX];
+    static const struct {
+        const char *word;
+        const char *(*parse)(struct pc_line *line, char *text);
+    } verbs[] = {
+        [PC_SAY] = {"say", parse_say},          [PC_TEXT] = {"text", parse_text},
+        [PC_REST] = {"rest", parse_rest},       [PC_HEAR] = {"hear", parse_hear},
+        [PC_WAIT] = {"wait", parse_number},     [PC_BAUD] = {"baud", parse_number},
+        [PC_FLOOD] = {"flood", parse_flood},    [PC_RESET] = {"reset", parse_reset},
+        [PC_EXPECT] = {"expect", parse_expect},
+    };
     char *rest = lexer_rest(text);
-    char *word[3];
-    line->verb = PC_SAY;
-    while (line->verb <= PC_EXPECT && strcmp(text, words[line->verb]) != 0) {
-        line->verb++;
-    }
-    if (line->verb > PC_EXPECT) {
-        return "unknown word; there are say text rest hear wait baud flood reset expect";
-    }
     line->text = rest;
-    if (line->verb == PC_SAY) {
-        return parse_bytes(rest, bytes) ? 0 : "wanted: bytes in hexadecimal, 1024 at most";
-    }
-    if (line->verb == PC_TEXT) {
-        return 0;
-    }
-    if (line->verb == PC_EXPECT) {
-        return parse_expect(line, rest);
-    }
-    if (line->verb == PC_REST) {
-        return *rest ? "too many words" : 0;
-    }
-    if (line->verb == PC_RESET) {
-        return reset_order_parse(&line->reset, rest);
-    }
-    unsigned count = lexer_split(rest, word, 3);
-    int32_t highest = line->verb == PC_HEAR ? PC_RECEIVED_MAX : 100000000;
-    if (count < 1 || !lexer_number(word[0], 1, highest, &line->value)) {
-        return "a number is wanted";
-    }
     line->within_ms = WITHIN_MS;
     line->seed = 1;
-    if (count == 3 && line->verb == PC_HEAR && strcmp(word[1], "within") == 0) {
-        return lexer_number(word[2], 0, 3600000, &line->within_ms) ? 0 : "milliseconds are wanted";
+    for (line->verb = PC_SAY; line->verb <= PC_EXPECT; line->verb++) {
+        if (strcmp(verbs[line->verb].word, text) == 0) {
+            return verbs[line->verb].parse(line, rest);
+        }
     }
-    if (count == 2 && line->verb == PC_FLOOD) {
-        return lexer_number(word[1], 1, INT32_MAX, &line->seed) ? 0 : "a seed is wanted";
-    }
-    return count == 1 ? 0 : "too many words";
+    return "unknown word; there are say text rest hear wait baud flood reset expect";
 }
 
 bool pc_program_read(struct pc_program *program, const char *path)
@@ -102,23 +143,13 @@ bool pc_program_read(struct pc_program *program, const char *path)
     if (!program->text) {
         return false;
     }
-    size_t lines = 1;
-    for (const char *c = program->text; *c; c++) {
-        lines += *c == '\n';
+    program->line = calloc(lexer_count_lines(program->text), sizeof(*program->line));
+    if (!program->line) {
+        return complain(program, 0, "out of memory");
     }
-    program->line = calloc(lines, sizeof(*program->line));
-    unsigned number = 0;
-    for (char *next = program->text; next && program->line;) {
-        char *text = next;
-        next = strchr(text, '\n');
-        if (next) {
-            *next++ = 0;
-        }
-        number++;
-        text = lexer_trim(text);
-        if (*text == 0 || *text == '#') {
-            continue;
-        }
+    char *next = program->text;
+    char *text;
+    for (unsigned number = 0; (text = lexer_next_line(&next, &number)) != 0;) {
         struct pc_line *line = &program->line[program->count++];
         line->number = number;
         const char *wrong = parse(line, text);
@@ -126,7 +157,7 @@ bool pc_program_read(struct pc_program *program, const char *path)
             return complain(program, number, wrong);
         }
     }
-    return program->line || complain(program, 0, "out of memory");
+    return true;
 }
 
 void pc_program_free(struct pc_program *program)

@@ -22,7 +22,7 @@ struct pc_line {
     unsigned number;          // in the file, from 1
     const char *text;         // SAY, TEXT, EXPECT
     int32_t value;            // HEAR, FLOOD: bytes; WAIT: us; BAUD: bit/s
-    int32_t within_ms;        // HEAR, EXPECT
+    uint32_t within_ms;       // HEAR, EXPECT
     int32_t seed;             // FLOOD
     struct reset_order reset; // RESET
 };

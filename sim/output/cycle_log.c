@@ -261,14 +261,10 @@ void cycle_log_report(struct cycle_log *log, uint64_t now, FILE *out)
 static bool open_file(struct cycle_log *log, const char *path)
 {
     log->path = path;
-    log->file = fopen(path, "w");
-    if (!log->file) {
-        fprintf(stderr, "%s: %s\n", path, strerror(errno));
-        return false;
-    }
+    log->file = files_create(path);
     log->machine->log_context = log;
     log->machine->on_interrupts = interrupts_changed;
-    return true;
+    return log->file != 0;
 }
 
 bool cycle_log_open(struct cycle_log *log, struct machine *machine,

@@ -15,7 +15,7 @@
 #define SUFFIX      ".XXXXXX"
 #define PERMISSIONS 0777
 
-static bool complain(const char *path, const char *what)
+bool files_complain(const char *path, const char *what)
 {
     fprintf(stderr, "%s: %s\n", path, what);
     return false;
@@ -61,12 +61,21 @@ char *files_read_text(const char *path)
     if (!wrong) {
         return text;
     }
-    complain(path, wrong);
+    files_complain(path, wrong);
     free(text);
     return 0;
 }
 
 /* --- output streams --- */
+
+FILE *files_create(const char *path)
+{
+    FILE *file = fopen(path, "w");
+    if (!file) {
+        files_complain(path, strerror(errno));
+    }
+    return file;
+}
 
 bool files_close(FILE *file, const char *path)
 {
@@ -75,14 +84,15 @@ bool files_close(FILE *file, const char *path)
     }
     bool good = !ferror(file);
     good = fclose(file) == 0 && good;
-    return good || complain(path, "not everything could be written: is the disk full?");
+    return good || files_complain(path, "not everything could be written: is the disk full?");
 }
 
 bool files_flush_stdout(void)
 {
     bool good = fflush(stdout) == 0 && !ferror(stdout);
-    return good || complain("stdout", "not everything could be written: is the disk full, or has "
-                                      "its reader left?");
+    return good ||
+           files_complain("stdout", "not everything could be written: is the disk full, or has "
+                                    "its reader left?");
 }
 
 /* --- replacing --- */
@@ -144,11 +154,11 @@ bool files_replace(const char *path, const void *bytes, size_t size, bool durabl
 {
     char fresh[PATH_MAX];
     if ((size_t)snprintf(fresh, sizeof(fresh), "%s" SUFFIX, path) >= sizeof(fresh)) {
-        return complain(path, strerror(ENAMETOOLONG));
+        return files_complain(path, strerror(ENAMETOOLONG));
     }
     int file = mkostemp(fresh, O_NOFOLLOW | O_CLOEXEC); // and O_EXCL: never an existing file
     if (file < 0) {
-        return complain(path, strerror(errno));
+        return files_complain(path, strerror(errno));
     }
     bool good =
         write_all(file, bytes, size) && copy_access(file, path) && (!durable || fsync(file) == 0);
@@ -160,9 +170,9 @@ bool files_replace(const char *path, const void *bytes, size_t size, bool durabl
     if (!good || rename(fresh, path) != 0) {
         error = good ? errno : error;
         unlink(fresh);
-        return complain(path, strerror(error));
+        return files_complain(path, strerror(error));
     }
-    return !durable || sync_folder(path) || complain(path, strerror(errno));
+    return !durable || sync_folder(path) || files_complain(path, strerror(errno));
 }
 
 bool files_check_replaceable(const char *path)
@@ -170,11 +180,12 @@ bool files_check_replaceable(const char *path)
     struct stat found;
     char folder[PATH_MAX];
     if (lstat(path, &found) == 0 && !S_ISREG(found.st_mode)) {
-        return complain(path, S_ISLNK(found.st_mode)
+        return files_complain(path,
+                              S_ISLNK(found.st_mode)
                                   ? "is a symbolic link, which the simulator does not follow: name "
                                     "the file itself"
                                   : "is no regular file");
     }
     return (find_folder(path, folder) && access(folder, W_OK | X_OK) == 0) ||
-           complain(path, strerror(errno));
+           files_complain(path, strerror(errno));
 }

@@ -10,9 +10,15 @@
 
 #define FILES_TEXT_MIB 16 // longest text
 
+/* Prints `path: what` on stderr. Returns false. */
+bool files_complain(const char *path, const char *what);
+
 /* Reads a text file and adds a NUL. The caller frees the text. Reads a pipe to its end. Returns 0,
  * with one line on stderr, for a folder, for a longer file, or if the file contains a NUL. */
 char *files_read_text(const char *path);
+
+/* Creates an output stream. Returns 0, with one line on stderr, if the file cannot be written. */
+FILE *files_create(const char *path);
 
 /* Closes an output stream; 0: no stream. Returns false, with one line on stderr, if not all bytes
  * have reached the file, as on a full disk. */

@@ -9,18 +9,7 @@
 #define LOOKS_A_SECOND 50
 #define TERMINAL_NS    100000000ull
 #define PLAIN_NS       1000000000ull
-#define CW             0x400 // bit 10 of speed and load
 #define DEGREES        (300.0 / 1023.0)
-
-static unsigned word(const struct servo *servo, uint8_t address)
-{
-    return table_get(servo->registers, address, 2);
-}
-
-static int with_sign(unsigned value)
-{
-    return value & CW ? -(int)(value & 0x3FF) : (int)(value & 0x3FF);
-}
 
 static const char *errors(const struct servo *servo, char text[64])
 {
@@ -49,7 +38,7 @@ static void draw_servo(struct live_view *view, unsigned bus, const struct servo 
     const uint8_t *now = servo->registers;
     fprintf(view->out, "%3u %3u %6.1f %7.1f %6d %5d %5.1f %3u  %-3s %-3s  %s", bus, now[TABLE_ID],
             servo_goal_position(servo) * DEGREES, servo_present_position(servo) * DEGREES,
-            with_sign(word(servo, TABLE_PRESENT_SPEED)), with_sign(word(servo, TABLE_PRESENT_LOAD)),
+            servo_present_speed(servo), servo_present_load(servo),
             now[TABLE_PRESENT_VOLTAGE] / 10.0, now[TABLE_PRESENT_TEMPERATURE],
             !servo->powered       ? "-"
             : servo_torque(servo) ? "on"
@@ -69,7 +58,7 @@ static unsigned visible_rows(const struct live_view *view)
 }
 
 /* The cursor stays above the table, so output of other programs pushes the table down. */
-void live_view_draw(struct live_view *view, uint64_t now)
+static void draw_table(struct live_view *view, uint64_t now)
 {
     if (!view->out) {
         return;
@@ -106,7 +95,7 @@ static void refresh(void *context, uint64_t now)
 {
     struct live_view *view = context;
     if (realtime_now_ns() - view->drawn_ns >= (view->terminal ? TERMINAL_NS : PLAIN_NS)) {
-        live_view_draw(view, now);
+        draw_table(view, now);
     }
     schedule_at(view->schedule, &view->refresh, now + view->clock_Hz / LOOKS_A_SECOND);
 }
@@ -128,7 +117,7 @@ void live_view_add_bus(struct live_view *view, const struct servos *servos)
 
 void live_view_end(struct live_view *view, uint64_t now)
 {
-    live_view_draw(view, now);
+    draw_table(view, now);
     if (view->out && view->terminal) {
         fprintf(view->out, "\033[%uB\n", view->lines);
     }

@@ -27,7 +27,6 @@ struct live_view {
 void live_view_init(struct live_view *view, FILE *out, struct schedule *schedule,
                     uint32_t clock_Hz);
 void live_view_add_bus(struct live_view *view, const struct servos *servos);
-void live_view_draw(struct live_view *view, uint64_t now);
 
 /* Leaves the last table, with the cursor below it. */
 void live_view_end(struct live_view *view, uint64_t now);

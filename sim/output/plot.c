@@ -1,26 +1,17 @@
 /* SPDX-License-Identifier: MIT */
 #include "output/plot.h"
 
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "memory.h"
+#include "output/files.h"
 #include "output/plot_drawing.h"
 
 #define FIRST_BIN_US  5
 #define FIRST_LOOK_US 1000
 
 /* --- recording --- */
-
-static void *grow(void *memory, size_t size)
-{
-    void *bigger = realloc(memory, size);
-    if (!bigger) {
-        fputs("out of memory\n", stderr);
-        abort();
-    }
-    return bigger;
-}
 
 static struct plot_lane *lane_of(struct plot *plot, enum plot_sender sender, unsigned bus,
                                  unsigned id, unsigned duplicate)
@@ -32,10 +23,10 @@ static struct plot_lane *lane_of(struct plot *plot, enum plot_sender sender, uns
             return lane;
         }
     }
-    struct plot_lane *lane = grow(0, sizeof(*lane));
+    struct plot_lane *lane = memory_checked(malloc(sizeof(*lane)));
     *lane = (struct plot_lane){.sender = sender, .bus = bus, .id = id, .duplicate = duplicate};
     memset(lane->sample, 0xFF, sizeof(lane->sample));
-    plot->lane = grow(plot->lane, (plot->lanes + 1) * sizeof(*plot->lane));
+    plot->lane = memory_checked(realloc(plot->lane, (plot->lanes + 1) * sizeof(*plot->lane)));
     plot->lane[plot->lanes++] = lane;
     return lane;
 }
@@ -85,7 +76,8 @@ static void keep_packet(struct plot *plot, struct plot_lane *lane, uint64_t unti
     }
     if (lane->packets == lane->capacity) {
         lane->capacity = lane->capacity ? 2 * lane->capacity : 16;
-        lane->packet = grow(lane->packet, lane->capacity * sizeof(*lane->packet));
+        lane->packet =
+            memory_checked(realloc(lane->packet, lane->capacity * sizeof(*lane->packet)));
     }
     lane->packet[lane->packets++] = (struct plot_packet){lane->since, until};
     plot->packets++;
@@ -192,13 +184,6 @@ void plot_bus(struct plot *plot, unsigned bus, const struct servos *servos)
     }
 }
 
-void plot_servos(struct plot *plot, unsigned bus)
-{
-    for (unsigned i = 0; plot->path && i < plot->set[bus]->count; i++) {
-        servo_lane(plot, bus, &plot->set[bus]->node[i]);
-    }
-}
-
 /* --- start and end --- */
 
 bool plot_open(struct plot *plot, const char *path, const char *title, const char *controller,
@@ -214,9 +199,8 @@ bool plot_open(struct plot *plot, const char *path, const char *title, const cha
                           .bin = (uint64_t)clock_Hz * FIRST_BIN_US / 1000000u,
                           .period = (uint64_t)clock_Hz * FIRST_LOOK_US / 1000000u};
     data_path(plot->script, "scripts/plot.gp");
-    FILE *file = fopen(path, "w");
+    FILE *file = files_create(path);
     if (!file) {
-        fprintf(stderr, "%s: %s\n", path, strerror(errno));
         return false;
     }
     fclose(file);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* A picture of a run, drawn by gnuplot at its end (--plot): the upper pane shows who sends when and
- * what went wrong, the lower pane goal and present position of the servos. Panes for speed and load
- * follow on request.
+/* A picture of a run, drawn by gnuplot at its end (--plot): the upper pane shows the sender at
+ * each time and what went wrong, the lower pane goal and present position of the servos. Panes for
+ * speed and load follow on request.
  *
  * The memory does not grow with the run: time is divided into bins, whose width doubles when all
  * are used. Single packets are kept only while they are few. */
@@ -79,9 +79,6 @@ bool plot_open(struct plot *plot, const char *path, const char *title, const cha
 
 /* Adds a bus and its servos. Buses count from 0. */
 void plot_bus(struct plot *plot, unsigned bus, const struct servos *servos);
-
-/* Adds a lane for each present servo, in their order. */
-void plot_servos(struct plot *plot, unsigned bus);
 
 /* The controller or a servo begins or ends to send. Adjacent bytes of the controller are one
  * packet. */

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "output/trace.h"
 
-#include <errno.h>
 #include <string.h>
 
 #include "output/files.h"
@@ -179,10 +178,7 @@ bool motion_open(struct motion *motion, const char *path, struct schedule *sched
     *motion = (struct motion){.path = path, .schedule = schedule, .clock_Hz = clock_Hz};
     motion_bus(motion, servos);
     event_init(&motion->sample, write_row, motion);
-    motion->file = fopen(path, "w");
-    if (!motion->file) {
-        fprintf(stderr, "%s: %s\n", path, strerror(errno));
-    }
+    motion->file = files_create(path);
     return motion->file != 0;
 }
 

@@ -13,13 +13,14 @@
 bool vcd_open(struct vcd *vcd, const char *path, uint32_t clock_Hz)
 {
     *vcd = (struct vcd){.path = path, .clock_Hz = clock_Hz};
-    vcd->file = fopen(path, "w");
-    vcd->body = vcd->file ? tmpfile() : 0;
+    vcd->file = files_create(path);
+    if (!vcd->file) {
+        return false;
+    }
+    vcd->body = tmpfile();
     if (!vcd->body) {
-        fprintf(stderr, "%s: %s\n", path, strerror(errno));
-        if (vcd->file) {
-            fclose(vcd->file);
-        }
+        files_complain(path, strerror(errno));
+        fclose(vcd->file);
         vcd->file = 0;
         return false;
     }

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "memory.h"
 #include "script/lexer.h"
 
 static const struct property_row {
@@ -105,12 +106,8 @@ static void add_ramp(struct environment *environment, const struct ramp *ramp)
 {
     if (environment->count == environment->capacity) {
         environment->capacity = environment->capacity ? environment->capacity * 2 : 32;
-        struct ramp *bigger = realloc(environment->ramp, environment->capacity * sizeof(*bigger));
-        if (!bigger) {
-            fputs("out of memory\n", stderr);
-            abort();
-        }
-        environment->ramp = bigger;
+        environment->ramp = memory_checked(
+            realloc(environment->ramp, environment->capacity * sizeof(*environment->ramp)));
     }
     environment->ramp[environment->count++] = *ramp;
 }

@@ -96,14 +96,9 @@ static bool parse_subject(struct expectation *e, const char *word)
 /* Parses IDS WHAT. */
 static const char *parse_look(struct expectation *e, const char *list, const char *what)
 {
-    uint8_t ids[IDS_MAX];
-    unsigned count = 0;
-    const char *wrong = ids_parse(list, true, ids, &count);
+    const char *wrong = ids_parse_set(list, e->ids);
     if (wrong) {
         return wrong;
-    }
-    for (unsigned i = 0; i < count; i++) {
-        e->ids[ids[i]] = true;
     }
     e->text = what;
     return parse_subject(e, what)
@@ -159,7 +154,7 @@ const char *expect_parse(struct expectation *e, char *words)
     return "packet, silence, servo, text or rule is wanted behind @expect";
 }
 
-/* --- judging --- */
+/* --- checking --- */
 
 static bool packet_fits(const struct recorder_packet *packet, const char *text)
 {

@@ -99,17 +99,6 @@ static bool parse_packet(struct fault_order *order, const char *text)
     return good;
 }
 
-static bool parse_ids(struct fault_order *order, const char *text)
-{
-    uint8_t ids[IDS_MAX];
-    unsigned count = 0;
-    bool good = !ids_parse(text, true, ids, &count);
-    for (unsigned i = 0; good && i < count; i++) {
-        order->ids[ids[i]] = true;
-    }
-    return good;
-}
-
 static bool parse_direction(struct fault_order *order, const char *text)
 {
     order->from_servo = strcmp(text, "out") == 0;
@@ -124,7 +113,7 @@ static bool parse_word(struct fault_order *order, enum word word, const char *te
     case IN: return parse_direction(order, text) && !order->from_servo;
     case OUT: return parse_direction(order, text) && order->from_servo;
     case PACKET: return parse_packet(order, text);
-    case IDS: return parse_ids(order, text);
+    case IDS: return !ids_parse_set(text, order->ids);
     case CHOICE: return parse_choice(order, text);
     case CHOICE_OR_BYTE: return parse_choice(order, text) || parse_number(order, text);
     case NUMBER:

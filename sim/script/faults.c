@@ -143,7 +143,7 @@ const char *faults_check(const char *text)
     return fault_order_parse(&order, text);
 }
 
-/* --- who begins which byte of which packet --- */
+/* --- packets and bytes by sender --- */
 
 static bool is_for(const struct fault_order *order, bool from_servo, uint32_t packet)
 {

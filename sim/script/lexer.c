@@ -34,6 +34,32 @@ char *lexer_rest(char *text)
     return lexer_trim(text + 1);
 }
 
+size_t lexer_count_lines(const char *text)
+{
+    size_t lines = 1;
+    for (; *text; text++) {
+        lines += *text == '\n';
+    }
+    return lines;
+}
+
+char *lexer_next_line(char **text, unsigned *number)
+{
+    while (*text) {
+        char *line = *text;
+        *text = strchr(line, '\n');
+        if (*text) {
+            *(*text)++ = 0;
+        }
+        ++*number;
+        line = lexer_trim(line);
+        if (*line && *line != '#') {
+            return line;
+        }
+    }
+    return 0;
+}
+
 unsigned lexer_split(char *text, char *word[], unsigned capacity)
 {
     unsigned count = 0;

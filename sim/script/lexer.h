@@ -4,10 +4,19 @@
 #define SIM_LEXER_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 /* Returns `text` without the space around it. Cuts it in place. */
 char *lexer_trim(char *text);
+
+/* Returns the number of lines, with empty ones and comments. */
+size_t lexer_count_lines(const char *text);
+
+/* Cuts the next line off `*text` in place and counts `number` up for each line of the text. Returns
+ * the line, trimmed, without empty lines and lines that begin with #, or 0 at the end of the text.
+ */
+char *lexer_next_line(char **text, unsigned *number);
 
 /* Cuts `text` in place into words. Returns their number, or capacity + 1 if there are more than
  * `capacity`. */

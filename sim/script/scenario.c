@@ -18,20 +18,9 @@ bool scenario_complain(const struct scenario *scenario, unsigned line, const cha
 
 /* --- one line --- */
 
-static const char *parse_ids(bool set[IDS_MAX], const char *text)
-{
-    uint8_t ids[IDS_MAX];
-    unsigned count = 0;
-    const char *wrong = ids_parse(text, true, ids, &count);
-    for (unsigned i = 0; i < count; i++) {
-        set[ids[i]] = true;
-    }
-    return wrong;
-}
-
 static const char *parse_servos(struct scenario_line *line, char *rest)
 {
-    return parse_ids(line->ids, rest);
+    return ids_parse_set(rest, line->ids);
 }
 
 static const char *parse_switch(struct scenario_line *line, char *rest)
@@ -134,7 +123,7 @@ static const char *parse_environment(struct scenario_line *line, char *rest)
     }
     line->all = count == 1;
     line->place = line->all ? 0 : parse_place(word[0]);
-    const char *wrong = line->all || line->place ? 0 : parse_ids(line->ids, word[0]);
+    const char *wrong = line->all || line->place ? 0 : ids_parse_set(word[0], line->ids);
     return wrong ? wrong : environment_parse(line->property, word[count - 1], &line->value);
 }
 
@@ -213,18 +202,9 @@ int scenario_absent(const struct scenario_line *line, bool there[IDS_MAX])
 
 static bool read_lines(struct scenario *scenario)
 {
-    unsigned number = 0;
-    for (char *next = scenario->text; next;) {
-        char *text = next;
-        next = strchr(text, '\n');
-        if (next) {
-            *next++ = 0;
-        }
-        number++;
-        text = lexer_trim(text);
-        if (text[0] == 0 || text[0] == '#') {
-            continue;
-        }
+    char *next = scenario->text;
+    char *text;
+    for (unsigned number = 0; (text = lexer_next_line(&next, &number)) != 0;) {
         struct scenario_line *line = &scenario->line[scenario->count++];
         line->number = number;
         line->source = strcpy(scenario->source + (text - scenario->text), text);
@@ -242,12 +222,8 @@ bool scenario_read(struct scenario *scenario, const char *path)
     if (!scenario->text) {
         return false;
     }
-    size_t lines = 1;
-    for (const char *c = scenario->text; *c; c++) {
-        lines += *c == '\n';
-    }
     scenario->source = strdup(scenario->text);
-    scenario->line = calloc(lines, sizeof(*scenario->line));
+    scenario->line = calloc(lexer_count_lines(scenario->text), sizeof(*scenario->line));
     if (!scenario->source || !scenario->line) {
         return scenario_complain(scenario, 0, "out of memory");
     }

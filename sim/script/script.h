@@ -64,13 +64,16 @@ struct script {
     struct event step;
     struct event reply_timeout;
     struct event probe;
-    uint32_t quiet_us; // the time for which the firmware must listen before a command is sent
-    bool ready, started,
-        command_waits; // ready: the firmware listens; started: for quiet_us; command_waits: a
-                       // command waits for it
-    bool awaits_reply, expecting, echo, done;
-    /* is_program: the console gives bare replies; enters: the reply to `mode program` is due. */
-    bool is_program, enters;
+    uint32_t quiet_us;  // the time for which the firmware must listen before a command is sent
+    bool ready;         // the firmware listens
+    bool started;       // it has listened for quiet_us: commands may be sent
+    bool command_waits; // a command waits for `started`
+    bool awaits_reply;  // a command was sent, and the end of its reply has not come
+    bool expecting;     // the present line is an expectation that is still open
+    bool echo;          // prints commands, replies and packets: @echo
+    bool done;          // the scenario, or the latest order, has ended
+    bool is_program;    // the console gives bare replies
+    bool enters;        // the reply to `mode program` is due
     char reply[SCRIPT_REPLY_SIZE];
     unsigned reply_size;
 };

@@ -48,3 +48,14 @@ const char *ids_parse(const char *text, bool allow_duplicates, uint8_t ids[IDS_M
     } while (*text == ',' && *text++);
     return *text == 0 ? 0 : "a list of IDs is wanted, as in 1-18 or 0,1,5-7";
 }
+
+const char *ids_parse_set(const char *text, bool set[IDS_MAX])
+{
+    uint8_t ids[IDS_MAX];
+    unsigned count = 0;
+    const char *wrong = ids_parse(text, true, ids, &count);
+    for (unsigned i = 0; !wrong && i < count; i++) {
+        set[ids[i]] = true;
+    }
+    return wrong;
+}

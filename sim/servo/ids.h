@@ -13,4 +13,8 @@
 const char *ids_parse(const char *text, bool allow_duplicates, uint8_t ids[IDS_MAX],
                       unsigned *count);
 
+/* Parses a list in which an ID may occur twice. Sets the elements of its IDs to true, and changes
+ * no other. Returns 0, or what is wrong with the text: then it changes none. */
+const char *ids_parse_set(const char *text, bool set[IDS_MAX]);
+
 #endif

@@ -68,12 +68,6 @@ static bool read_text(const char text[TEXT_SIZE], uint8_t bytes[SERVO_EEPROM_SIZ
     return strcmp(text, again) == 0;
 }
 
-static bool complain(const char *path, const char *what)
-{
-    fprintf(stderr, "%s: %s\n", path, what);
-    return false;
-}
-
 static bool load(struct servo_eeprom *eeprom, unsigned index)
 {
     char path[PATH_SIZE];
@@ -82,13 +76,14 @@ static bool load(struct servo_eeprom *eeprom, unsigned index)
     name_file(eeprom, index, path);
     FILE *file = fopen(path, "r");
     if (!file) {
-        return errno == ENOENT || complain(path, strerror(errno));
+        return errno == ENOENT || files_complain(path, strerror(errno));
     }
     size_t size = fread(text, 1, sizeof(text) - 1, file);
     fclose(file);
     text[size] = 0;
     return (read_text(text, bytes) && servos_set_eeprom(eeprom->servos, index, bytes)) ||
-           complain(path, "damaged: no EEPROM of a servo; remove the file for a servo as new");
+           files_complain(path,
+                          "damaged: no EEPROM of a servo; remove the file for a servo as new");
 }
 
 bool servo_eeprom_load(struct servo_eeprom *eeprom)
@@ -144,10 +139,10 @@ bool servo_eeprom_init(struct servo_eeprom *eeprom, const char *folder, unsigned
     }
     struct stat found;
     if (mkdir(folder, 0777) != 0 && errno != EEXIST) {
-        return complain(folder, strerror(errno));
+        return files_complain(folder, strerror(errno));
     }
     if (stat(folder, &found) != 0 || !S_ISDIR(found.st_mode)) {
-        return complain(folder, "no folder");
+        return files_complain(folder, "no folder");
     }
     eeprom->period = servos->clock_Hz / SAVES_A_SECOND;
     event_init(&eeprom->save, save, eeprom);

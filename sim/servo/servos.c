@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "servo/servos.h"
 
-#include <stdio.h>
 #include <stdlib.h>
+
+#include "memory.h"
 
 #define SECOND_US  1000000u
 #define STAGGER_US 80 // servos tick one after the other: 50 servos fill the 4 ms
@@ -18,16 +19,6 @@ static uint32_t bit_time_256(const struct servos *servos, uint8_t baud)
     return (uint32_t)((uint64_t)servos->clock_Hz * 256 * (baud + 1u) / 2000000u);
 }
 
-static void *allocate(size_t count, size_t size)
-{
-    void *memory = calloc(count, size);
-    if (!memory) {
-        fputs("out of memory\n", stderr);
-        abort();
-    }
-    return memory;
-}
-
 /* --- hearing --- */
 
 static void byte_received(void *context, uint64_t now, const struct uart_frame *frame);
@@ -35,7 +26,7 @@ static void byte_received(void *context, uint64_t now, const struct uart_frame *
 static struct servo_receiver *receiver_for(struct servos *servos, uint8_t baud)
 {
     if (!servos->receivers[baud]) {
-        struct servo_receiver *receiver = allocate(1, sizeof(*receiver));
+        struct servo_receiver *receiver = memory_checked(calloc(1, sizeof(*receiver)));
         *receiver = (struct servo_receiver){.servos = servos, .baud = baud};
         uart_rx_init(&receiver->rx, servos->schedule, servos->net, receiver);
         receiver->rx.on_byte = byte_received;
@@ -253,7 +244,7 @@ void servos_free(struct servos *servos)
 void servos_replace(struct servos *servos, uint64_t now, const uint8_t *ids, unsigned count)
 {
     remove_all(servos, now);
-    servos->node = allocate(count ? count : 1, sizeof(*servos->node));
+    servos->node = memory_checked(calloc(count ? count : 1, sizeof(*servos->node)));
     servos->count = count;
     for (unsigned i = 0; i < count; i++) {
         struct servo_node *node = &servos->node[i];

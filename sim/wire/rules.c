@@ -98,11 +98,6 @@ const char *rule_name(enum rule rule)
     return rule_table[rule].name;
 }
 
-const char *rule_meaning(enum rule rule)
-{
-    return rule_table[rule].meaning;
-}
-
 void rules_report(const struct rules *rules, FILE *out)
 {
     if (!rules_broken(rules)) {
@@ -114,7 +109,7 @@ void rules_report(const struct rules *rules, FILE *out)
             bool warning = rules->warn && !rule_table[rule].fatal;
             fprintf(out, "%s %s, %" PRIu32 " times: %s\n",
                     warning ? "WARNING:" : "BROKEN: ", rule_name(rule), rules->breaches[rule],
-                    rule_meaning(rule));
+                    rule_table[rule].meaning);
         }
     }
 }

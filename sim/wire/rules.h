@@ -54,7 +54,6 @@ void rules_record_breach(struct rules *rules, enum rule rule, uint64_t now, cons
 uint32_t rules_broken(const struct rules *rules); // number of all breaches
 bool rules_failed(const struct rules *rules);     // true if a breach fails the run
 const char *rule_name(enum rule rule);
-const char *rule_meaning(enum rule rule);
 
 /* Prints one line for each broken rule, or one line if no rule was broken. */
 void rules_report(const struct rules *rules, FILE *out);

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "wire/schedule.h"
 
-#include <stdio.h>
 #include <stdlib.h>
+
+#include "memory.h"
 
 void schedule_init(struct schedule *schedule)
 {
@@ -89,11 +90,8 @@ static void grow_heap(struct schedule *schedule)
         return;
     }
     schedule->capacity = schedule->capacity ? schedule->capacity * 2 : 64;
-    schedule->heap = realloc(schedule->heap, schedule->capacity * sizeof(*schedule->heap));
-    if (!schedule->heap) {
-        fputs("out of memory\n", stderr);
-        abort();
-    }
+    schedule->heap =
+        memory_checked(realloc(schedule->heap, schedule->capacity * sizeof(*schedule->heap)));
 }
 
 void schedule_at(struct schedule *schedule, struct event *event, uint64_t time)

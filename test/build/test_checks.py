@@ -322,7 +322,7 @@ class Links(unittest.TestCase):
                      "<a href='gone.md'>a</a>", '<img alt="a"\n  src="gone.md">', "[a](gone.md#b)"]:
             self.complaint(text, "gone.md")
         self.complaint(f"[a]({ROOT}/README.md)", "README.md: there is no such file")
-        for name in ["src/core/gone.c", "docs/gone.md"]:
+        for name in ["src/core/gone.c", "docs/gone.md", "panel/gone.mjs", "packaging/gone.in", "arduino/gone.h"]:
             self.complaint(f"`{name}`", f"{name}: there is no such file")
 
     def test_a_file_that_is_not_in_git_is_named(self):

@@ -316,6 +316,16 @@ class Examples(unittest.TestCase):
                                cwd=self.folder)
         self.assertEqual(status, 0, output)
 
+    def test_example_without_a_library_names_the_commands(self):
+        for makefile in sorted((PREFIX / "share/cds55xx/examples").glob("*/Makefile")):
+            with self.subTest(example=makefile.parent.name):
+                status, output = call("make", "-C", self.copy(makefile.parent.name), "PACKAGE=cds55xx-atmega32",
+                                      env={**ENVIRONMENT, "LC_ALL": "C"})
+                self.assertEqual(status, 2)
+                self.assertIn("no library cds55xx-atmega32: in the folder of the cds55xx sources type make install "
+                              "PREFIX=$HOME/.local MCUS=atmega32, then here export PKG_CONFIG_PATH=$HOME/.local/lib/pkgconfig;", output)
+                self.assertNotIn("docs/", output)  # which is not installed
+
     def test_library_before_the_sources_is_the_mistake_of_the_docs(self):
         source = self.copy("blink") / "blink.c"
         status, output = shell(f"avr-gcc -std=gnu99 -I{PREFIX}/share/cds55xx/boards/arduino-mega $(pkg-config --cflags --libs "

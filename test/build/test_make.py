@@ -19,7 +19,7 @@ from simulator import SIM, Process, call
 
 def copy_build_files(root):
     """What make reads, without the sources."""
-    for name in ["mk", "boards", "test/boards", "scripts", "src/avr", "src/controller/avr"]:
+    for name in ["mk", "boards", "test/boards", "test/runs", "scripts", "src/avr", "src/controller/avr"]:
         shutil.copytree(ROOT / name, root / name)
     (root / "sim").mkdir()
     (root / "examples").mkdir()
@@ -51,6 +51,17 @@ class NewBoard(unittest.TestCase):
                                   "build/new/controller.hex")[1].split(),
                              "scripts/avrdude.sh 'usb' -p atmega2561 -c usbasp -U "
                              "flash:w:build/new/controller.hex:i".split())
+
+
+class LongSuites(unittest.TestCase):
+    def test_missing_suite_is_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            copy_build_files(root)
+            (root / "test/runs/test_flood.py").unlink()
+            status, output = call("make", "-C", root, "-s", "--no-print-directory", "help")
+            self.assertEqual(status, 2, output)
+            self.assertIn("LONG_SUITES of test/test.mk names test/runs/test_flood.py, which does not exist.", output)
 
 
 class Progress(unittest.TestCase):
@@ -341,6 +352,12 @@ class Build(unittest.TestCase):
         status, output = self.make("-n", "firmware", *arguments, **environment)
         self.assertEqual(status, 0, output)
         self.assertIn(f"/{profile}.elf build/", output)
+
+    def test_part_of_the_faults_does_not_replace_their_table(self):
+        for words, left_out in [(["ROWS=F16"], "ROWS"), (["FAULTS_PART=1/20"], "FAULTS_PART")]:
+            status, output = self.make("-n", "faults-docs", *words)
+            self.assertNotEqual(status, 0, output)
+            self.assertIn(f"make faults-docs renews the whole table: leave out {left_out}.", output)
 
     def test_board_of_two_words_or_none_is_refused(self):
         for words in ["atmega128 arbotix", "atmega128 toaster", "atmega128 ", ""]:

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The bench itself: what it measures is in docs/internals/performance.md, from `make bench`."""
 # needs: $(BENCH_NEEDS) build/atmega128/benchmark/slow_handlers.elf build/atmega128/benchmark/blocking_absent.elf
+import contextlib
 import csv
+import io
 import pathlib
 import re
 import subprocess
@@ -9,12 +11,14 @@ import sys
 import tempfile
 import unittest
 from fractions import Fraction
+from unittest import mock
 
 from simulator import ROOT
 
 sys.path.insert(0, str(ROOT / "scripts"))
 import account
 import bench
+import blocks
 import measure
 
 QUICK = "isr_rx_max,isr_udre_max,isr_txc_max,sync18,sync18_build,absent_us,absent_blocked"
@@ -94,10 +98,40 @@ class Documents(unittest.TestCase):
                                   for path in ("README.md", "docs/internals/performance.md")])
 
 
+    def document(self, text):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        path = pathlib.Path(folder.name) / "x.md"
+        path.write_text(text)
+        return path
+
+    def test_stale_tables_of_the_account_are_found(self):
+        path = self.document("<!-- make bench-account -->\n1\n<!-- end -->\n\n<!-- make size-map -->\n2\n<!-- end -->\n")
+        for figures, status in [(("1", "2"), 0), (("1", "3"), 1), (("0", "2"), 1)]:
+            with mock.patch.object(account, "DOCS", path), mock.patch.object(account, "account", lambda: figures), \
+                    contextlib.redirect_stdout(io.StringIO()) as said:
+                self.assertEqual(account.main(["--docs", "--check"]), status)
+            self.assertEqual(said.getvalue().count("out of date: run make bench-docs"), status)
+        self.assertIn("\n1\n", path.read_text())
+        self.assertIn("\n2\n", path.read_text())
+
+    def test_a_block_without_its_marks_is_refused(self):
+        whole = "<!-- a -->\n1\n<!-- end -->\n<!-- b -->\n2\n<!-- end -->\n"
+        self.assertEqual(blocks.renew(self.document(whole), {"a": "1", "b": "2"}, check=True), 0)
+        for text, wrong in [(whole.replace("<!-- a -->", ""), "no block"), (whole + whole, "2 blocks"),
+                            (whole.replace("<!-- end -->\n", "", 1), "no block"), ("", "no block")]:
+            with self.subTest(text=text), self.assertRaisesRegex(SystemExit, f"x.md has {wrong}s? from a line <!-- a -->"):
+                blocks.renew(self.document(text), {"a": "1"}, check=True)
+
+    def test_a_new_block_replaces_the_old_one_only(self):
+        path = self.document("x\n<!-- a -->\n1\n<!-- end -->\n<!-- b -->\n2\n<!-- end -->\n")
+        self.assertEqual(blocks.renew(path, {"a": "3\n\\1"}), 0)
+        self.assertEqual(path.read_text(), "x\n<!-- a -->\n3\n\\1\n<!-- end -->\n<!-- b -->\n2\n<!-- end -->\n")
+
+
 class Account(unittest.TestCase):
     def test_all_cycles_of_a_span_are_somebodys(self):
-        program = account.Program("benchmark/sync", "--stamp", "B", "--seconds", "2", servos="1-18",
-                                  eeprom=[18])
+        program = account.Program("benchmark/sync", "--stamp", "B", seconds=2, servos="1-18", eeprom=[18])
         begun = program.run.spans(measure.CALL)[-1][2]
         spent = program.cycles(begun, begun + 500)
         self.assertEqual(sum(spent.values()), 500)

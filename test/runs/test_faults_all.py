@@ -11,6 +11,9 @@ import unittest
 
 from simulator import LONG, ROOT
 
+sys.path.insert(0, str(ROOT / "scripts"))
+import faults
+
 ROWS = 47
 PARTS = 20 if LONG else 120
 
@@ -31,6 +34,20 @@ class Part(unittest.TestCase):
         self.assertEqual({row["fault"].split("-")[0] for row in rows},
                          {f"F{n}" for n in range(1, 21)})
         self.assertGreater(sum(int(row["injections"]) for row in rows), 120000 // PARTS)
+
+    def test_table_of_the_docs_needs_all_rows(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table, docs = pathlib.Path(folder, "faults.tsv"), pathlib.Path(folder, "x.md")
+            docs.write_text("<!-- make faults -->\n| old |\n<!-- end -->\n")
+            names = [row.name for row in faults.rows([])]
+            lines = ["\t".join(faults.COLUMNS), *(f"{name}\tx\t1\t0\t0\t0\t0\t0.0" for name in names)]
+            table.write_text("\n".join(lines[:-1]) + "\n")
+            with self.assertRaisesRegex(SystemExit, f"faults.tsv lacks {names[-1]}: run make faults-docs"):
+                faults.document(table, docs)
+            self.assertIn("| old |", docs.read_text())
+            table.write_text("\n".join(lines) + "\n")
+            faults.document(table, docs)
+            self.assertEqual(docs.read_text().count("| x |"), ROWS)
 
     def test_parts_are_disjoint_and_the_seed_divides_them(self):
         counts = [[int(row["injections"]) for row in self.faults(

@@ -60,12 +60,24 @@ class HostFile(unittest.TestCase):
         self.assertIn("pc.txt:3: heard ", run.output)
         self.assertIn(" bytes without 'within reach'", run.output)
 
-    def test_expect_without_a_text_is_refused(self):
+    def test_expect_takes_no_blanks_around_within(self):
+        run = self.run_with("text ping 1\nexpect okay  within  50\ntext ping 1\n")
+        self.assertIn(" bytes without 'okay'\n", run.output)
+
+    def test_a_wrong_line_is_refused_with_its_number(self):
         path = self.folder / "pc.txt"
-        path.write_text("expect\n")
-        status, said = call(SIM, "firmware", ROOT / "build/atmega128/controller.elf", "--board", "atmega128", "--servos", "1",
-                            "--host", path)
-        self.assertEqual((status, said), (2, f"{path}:1: a text is wanted\n"))
+        for line, wrong in [("expect", "a text is wanted"), ("say FF 1", "wanted: bytes in hexadecimal, 1024 at most"),
+                            ("rest 1", "too many words"), ("wait", "a number is wanted"), ("wait 0", "a number is wanted"),
+                            ("wait 1 2", "too many words"), ("baud x", "a number is wanted"), ("baud 9600 8", "too many words"),
+                            ("hear 4097", "a number is wanted"), ("hear 1 within x", "milliseconds are wanted"),
+                            ("hear 1 2", "too many words"), ("hear 1 within 2 3", "too many words"),
+                            ("flood 1 0", "a seed is wanted"), ("flood 1 2 3", "too many words"),
+                            ("sing", "unknown word; there are say text rest hear wait baud flood reset expect")]:
+            with self.subTest(line=line):
+                path.write_text(f"# a comment\n\n  {line}  \ntext p")
+                status, said = call(SIM, "firmware", ROOT / "build/atmega128/controller.elf", "--board", "atmega128",
+                                    "--servos", "1", "--host", path)
+                self.assertEqual((status, said), (2, f"{path}:3: {wrong}\n"))
 
 
 if __name__ == "__main__":

@@ -68,7 +68,7 @@ class Plot(unittest.TestCase):
         picture = Picture(script="ping 1\nwrite 1 TORQUE_ENABLE 1\nwrite 1 GOAL_POSITION 700\n"
                                  "@wait 100\n")
         self.assertEqual(picture.status, 0, picture.output)
-        self.labels(picture, "controller.elf on atmega128", "Who talks on the bus",
+        self.labels(picture, "controller.elf on atmega128", "Senders on the bus",
                     "Where the servos are", "position (degrees)", "300", "goal position",
                     "present position", "packet of the controller", "packet of a servo")
         self.assertEqual(picture.texts.count("time (ms)"), 2)
@@ -107,7 +107,7 @@ class Plot(unittest.TestCase):
         ids = range(1, 51)
         picture = Picture(servos="1-50", script="".join(f"ping {n}\n" for n in ids))
         for n in ids:
-            self.assertEqual(picture.texts.count(f"servo {n}"), 2)  # who talks; where it is
+            self.assertEqual(picture.texts.count(f"servo {n}"), 2)  # as a sender; where it is
         self.labels(picture, "Where the servos are: each row spans 0 to 300 degrees")
         self.assertGreater(picture.height, 50 * (14 + 20))
         self.assertLess(picture.width, 1300)
@@ -121,7 +121,7 @@ class Plot(unittest.TestCase):
         picture = Picture(script="ping 1\nping 2\n@wait 20\n" * 150)
         self.assertEqual(picture.legend - {"up to 1 %", "to 10 %", "to 50 %"}, set())
         self.assertTrue(picture.legend)
-        self.assertTrue(any(re.match(r"Who talks on the bus: share of every [\d.]+ ms", t)
+        self.assertTrue(any(re.match(r"Senders on the bus: share of every [\d.]+ ms", t)
                             for t in picture.texts))
         self.labels(picture, "time (s)")
 

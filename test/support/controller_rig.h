@@ -35,7 +35,6 @@ static bool broken; // a byte was lost: hear() drops bytes until the ring is emp
 static uint32_t seed = 1;
 static uint8_t said[ROOM]; // to the host, the latest
 static size_t said_size;
-static size_t most_said;
 static void (*on_packet)(const uint8_t *bytes, size_t size); // that the controller sent to servos
 
 static uint32_t any(uint32_t count)
@@ -118,7 +117,6 @@ static void turn(void)
         }
         said[said_size++] = ring_peek(&output, 0);
     }
-    most_said = said_size > most_said ? said_size : most_said;
 }
 
 /* Builds an instruction packet; returns its size. */
