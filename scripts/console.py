@@ -45,7 +45,7 @@ NEW_SERVO = ["new 5", "backup 5", "set 5 MIN_VOLTAGE 6.5V", "restore 5 MIN_VOLTA
 
 # What a program sends, and for how long it waits, in ms.
 PROGRAM = [(b"\x03mode program\r", 30), (b"ping 1\r", 20), (b"get 1-3 PRESENT_POSITION\r", 40),
-           (b"ping 9\r", 20), (b"frob\r", 40)]
+           (b"ping 9\r", 20), (b"pign 1\r", 40)]
 
 # The document above the table of the commands.
 PAGE = """# The console
@@ -111,9 +111,10 @@ condition, with a list of servos also the servo; the command has worked. `help` 
 
 A program that types commands sends `mode program` first, and then reads bare replies:
 
-1. Send Ctrl-C (byte 0x03), which drops a line that is not ended, then `mode program` and Enter.
-2. Drop all text up to a line that is `ok`, whatever was printed before: the banner, the prompt `> `, the echo of the line.
-   A line ends with CR LF; before the prompt stands a CR.
+1. Send Ctrl-C (byte 0x03), which drops a line that is not ended and ends `monitor` or a search of an earlier program. Then
+   send `mode program` and Enter, and wait for a line that is `ok`. A line ends with CR LF; before the prompt stands a CR.
+2. Send `hello`, which is no command. Drop all text up to a line that begins with `error 30: 'hello'`: no earlier command has
+   this reply. If it does not come within 0.5 s, send `hello` again: a line may be lost while an earlier command ends.
 3. From then on each command is answered by the lines of its reply and `ok` or `error N: ...`, and nothing else. Exception:
    with the setting `alarm_report` 1 a line `alarm ...` may come between two replies.
 4. After a reset of the controller begin again; or let it start in this mode: `mode program`, then `save`.
