@@ -328,11 +328,15 @@ static void print_subject(struct console *console, const struct subject *subject
     const struct token *token = &console->token;
     const CDS_FLASH char *name = subject->name;
     bool quotes = subject->number == NULL && !subject->has_range;
+    bool has_words = command_set.words && console->error == ERROR_UNKNOWN_WORD;
     bool is_half = command_set.advise && parse_has_name(name, name_of_speed_or_time);
 
     if (is_half && console->line.choice != 1) // `in`
         name += sizeof "SPEED|" - 1;
-    for (; *name && *name != ' ' && *name != ']' && !(is_half && *name == '|'); name++)
+    if (has_words)
+        command_set.words(console);
+    for (; !has_words && *name && *name != ' ' && *name != ']' && !(is_half && *name == '|');
+         name++)
         if (*name != '[')
             printer_char(printer, *name);
     if (printer->within && *subject->name)

@@ -13,6 +13,7 @@
 #include "console/number_format.h" // number_print()
 
 static const CDS_FLASH char message_origin[] = "settings at start: %s";
+static const CDS_FLASH char message_origin_saved[] = "settings at start: %s; saved since";
 static const CDS_FLASH char message_others[] = "others: ";
 static const CDS_FLASH char message_alarm[] = "alarm of %s%s%s";
 static const CDS_FLASH char message_reset[] = "reset by%s%s%s%s%s";
@@ -51,7 +52,10 @@ static const CDS_FLASH char *const CDS_FLASH origins[] = {
 static void print_origin(struct console *console)
 {
     console->printer.values[0].text = origins[console->failsafe->store->origin];
-    printer_line(&console->printer, message_origin);
+    printer_line(&console->printer,
+                 command_set.checks_writes && console->failsafe->store->result == SETTINGS_SAVED
+                     ? message_origin_saved
+                     : message_origin);
 }
 
 /* "link_loss_ms = 500 ms", "bus_baud = 1 register, 1000000bps" */
@@ -72,6 +76,8 @@ static void setting_line(struct console *console, uint8_t index)
         printer_char(printer, ',');
         printer_char(printer, ' ');
         number_print(printer, CDS_UNIT_BPS, value);
+    } else if (command_set.checks_writes && *row->unit == 'r') {
+        printer_flash(printer, message_own_rate);
     }
     printer_end_of_line(printer);
 }
