@@ -153,6 +153,11 @@ struct command_motion_words {
     bool (*tries_again)(struct console *console);
     /* Prints a warning after a motion has begun: a servo reports its input voltage. */
     void (*warn)(struct console *console);
+    /* True if stored poses have servos. */
+    bool (*has_poses)(void);
+    /* For the part `index` of a line: prints ID `index` of these servos, behind the last one the
+     * end of the line. False: the line has ended. */
+    bool (*group)(struct console *console, uint8_t index);
     /* Chooses the servos of the stored poses as the group if there is none. Returns an error or 0.
      */
     uint8_t (*choose)(struct console *console);

@@ -437,6 +437,7 @@ bool explain_error(struct console *console)
     struct subject subject;
     bool has_subject = console->explained >= PART_SUBJECT && find_subject(console, &subject);
     enum mistake mistake = mistake_of(console, is_of_word(console));
+    bool has_group = command_set.motion_words && mistake == MISTAKE_GROUP;
     bool has_range = has_subject && subject.has_range && is_range_error(console->error) && !mistake;
 
     switch (console->explained++) {
@@ -466,8 +467,11 @@ bool explain_error(struct console *console)
             printer_line(printer, message_too_fine);
         else
             printer_line(printer, text_of(console));
-        return has_range || mistake == MISTAKE_COMMA;
+        return has_range || mistake == MISTAKE_COMMA || has_group;
     default:
+        if (has_group)
+            return command_set.motion_words->group(console,
+                                                   (uint8_t)(console->explained - 1 - PART_RANGE));
         if (mistake)
             mistake_print_with_point(console);
         else

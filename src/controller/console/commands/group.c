@@ -27,10 +27,8 @@ static uint8_t group_begin(struct console *console)
     struct robot *robot = console->robot;
     uint8_t error;
 
-    if (line->values == 0) {
-        error = command_set.motion_words ? command_set.motion_words->choose(console) : 0;
-        return error || robot->group_count ? error : (uint8_t)ERROR_NO_GROUP;
-    }
+    if (line->values == 0)
+        return robot->group_count ? 0 : ERROR_NO_GROUP;
     error = robot_choose_group(robot, line->request->packet.bytes, line->values);
     if (error == 0)
         robot->group_acts = line->choice == 2;

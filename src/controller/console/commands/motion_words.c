@@ -35,8 +35,7 @@ static const CDS_FLASH char message_is_paused[] =
     "a motion is paused; 'resume' goes on with it, 'motion off' ends it; torque off always works";
 static const CDS_FLASH char message_was_ended[] =
     "the last motion did not reach its end: 'motion off' or 'cycle off' ended it";
-static const CDS_FLASH char message_group_of_poses[] =
-    "no group chosen; 'group' chooses the servos of the stored poses, 'group 1 2 3' others";
+static const CDS_FLASH char message_of_poses[] = "' chooses the servos of the stored poses";
 static const CDS_FLASH char message_last[] = "last motion: %s";
 static const CDS_FLASH char message_begun[] = "has begun; no motion is under way, the last one: %s";
 static const CDS_FLASH char message_went_well[] = "ended as it should";
@@ -273,12 +272,27 @@ static bool print_autostart(struct console *console)
 
 /* ---- errors ---- */
 
-static bool poses_have_servos(void)
+/* No cycle runs without a group: reading the store may take its time. */
+static bool has_poses(void)
 {
     uint8_t ids[MOTION_STORE_JOINTS];
 
-    return !motion_store_is_saving(console_store()) &&
-           motion_store_read_servos(console_store(), ids);
+    return stored_may_read() == 0 && motion_store_read_servos(console_store(), ids);
+}
+
+/* Ends the line "no group chosen; 'group 1 2 3' chooses the servos of the stored poses". */
+static bool print_group(struct console *console, uint8_t index)
+{
+    struct printer *printer = &console->printer;
+    uint8_t ids[MOTION_STORE_JOINTS];
+
+    if (stored_may_read() == 0 && index < motion_store_read_servos(console_store(), ids)) {
+        printer_char(printer, ' ');
+        printer_decimal(printer, ids[index]);
+        return true;
+    }
+    printer_line(printer, message_of_poses);
+    return false;
 }
 
 /* True for `motion wait`, which takes its error from the end of the motion. */
@@ -295,7 +309,6 @@ static const CDS_FLASH char *advise(struct console *console)
     case ERROR_MOTION:
         return motion_is_paused(console->robot) ? message_is_paused : message_under_way;
     case ERROR_NO_MOTION: return is_wait(&console->line) ? message_was_ended : NULL;
-    case ERROR_NO_GROUP: return poses_have_servos() ? message_group_of_poses : NULL;
     default: return NULL;
     }
 }
@@ -409,5 +422,7 @@ const CDS_FLASH struct command_motion_words motion_words = {
     .begin = begin,
     .tries_again = tries_again,
     .warn = warn,
+    .has_poses = has_poses,
+    .group = print_group,
     .choose = choose,
 };
