@@ -347,6 +347,7 @@ static bool read_tried_step(void *context, uint8_t index, struct cds_sequence_st
 {
     struct player *player = context;
 
+    player->read = NULL; // it is for one start
     if (!player_read_step(context, index, step, pose))
         return false;
     step->may_take_longer = player->too_fast >> index & 1;
@@ -370,7 +371,7 @@ static bool tries_again(struct console *console)
     struct play_job *job = console_job(console);
     uint16_t bit = (uint16_t)(1u << (outcome.step & 0x0F));
 
-    moves->player.read = NULL; // of this start
+    moves->player.read = NULL; // the start may have ended before it read a step
     if (!moves->start.is_sequence || (job->too_fast == 0 && outcome.result != MOTION_TOO_FAST))
         return false;
     if (outcome.result == MOTION_TOO_FAST && !(job->too_fast & bit)) {
@@ -380,7 +381,8 @@ static bool tries_again(struct console *console)
         job->too_fast |= bit;
         return true;
     }
-    moves_note_outcome(console->robot, &job->first);
+    if (moves->outcome.result != CDS_PENDING) // else the PC has started another motion
+        moves_note_outcome(console->robot, &job->first);
     console->robot->servos.refused_id = job->first.id;
     console->error = ERROR_TOO_FAST;
     return false;
