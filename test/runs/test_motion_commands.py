@@ -472,12 +472,22 @@ class Play(Motion):
         found = re.findall("servo 1 needs .*|error 57", run.output)
         self.assertEqual(found, told + ["error 57", told[0], "error 57"] + told + ["error 57", told[1], "error 57"])
 
-    def test_steps_too_fast_move_nothing_also_amid_a_stop(self):
-        steps = SWING + "sequence x new low 20ms\nsequence x add stand 20ms\n"
-        for ms in range(5, 60, 5):
-            self.run_on(steps + f"! play x at 100%\n@wait {ms}\nstop\nrelease\nteach off\n! play x\n"
-                        "@expect text error 57:\n@expect servo 1-3 GOAL_POSITION 510..514 within 0\n"
-                        "sequence x new low 1s\nplay x\nmotion wait\n")
+    def test_stop_amid_the_search_for_steps_too_fast(self):
+        """Nothing moves, and the next sequence plays as any other."""
+        steps = SWING + "sequence x new low 10ms\n" + "sequence x add stand 20ms\nsequence x add low 20ms\n" * 4
+        heard = []
+        for us in range(2_000, 200_000, 22_000):
+            said = self.typed(READY + steps, [
+                ("text play x", us), ("say 18", 100_000), ("text release", 50_000), ("text get 1 GOAL_POSITION", 50_000),
+                ("text teach off", 100_000), ("text sequence x new low 1s", 300_000), ("text play x", 500_000),
+                ("text motion", 50_000), ("text motion wait", 1_000_000), ("text get 1 GOAL_POSITION", 50_000)], MOVING[0])
+            goals = re.findall(r"GOAL_POSITION = .*\((\d+)\)", said)
+            self.assertEqual(len(goals), 2, said)
+            self.assertIn(int(goals[0]), range(510, 515), said)
+            self.assertIn(int(goals[1]), range(404, 414), said)
+            self.assertIn("motion: x: step 1 of 1", said)
+            heard.append((said.count("needs"), "error 54" in said))
+        self.assertTrue([lines for lines, is_stopped in heard if is_stopped and 0 < lines < 9], heard)
 
     def test_motion_says_why_it_is_slower_than_play_asked(self):
         run = self.run_on(SWEEP.replace("b 2s", "b 1.5s") + "play sweep at 200%\n@wait 300\nmotion\n@wait 1000\nmotion\n",
