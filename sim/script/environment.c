@@ -12,13 +12,24 @@ static const struct property_row {
     const char *word;
     int32_t scale; // 0: on or off
     int32_t lowest, highest;
-    const char *wanted;
+    const char *wanted; // as the value
+    const char *form;   // of the line
 } rows[ENVIRONMENT_COUNT] = {
-    [ENVIRONMENT_POWER] = {"power", 0, 0, 1, "on or off is wanted"},
-    [ENVIRONMENT_SUPPLY] = {"supply", 10, 0, 255, "volts are wanted, 0 to 25.5"},
-    [ENVIRONMENT_AMBIENT] = {"ambient", 1, 0, 255, "degrees Celsius are wanted, 0 to 255"},
-    [ENVIRONMENT_LOAD] = {"load", 1, -2046, 2046, "a load is wanted, -2046 to 2046 (1023: stall)"},
-    [ENVIRONMENT_BLOCK] = {"block", 0, 0, 1, "on or off is wanted"},
+    [ENVIRONMENT_POWER] =
+        {"power", 0, 0, 1, "on or off is wanted",
+         "wanted: power [IDS] on|off, IDS as in 1-3 or 1,5; without IDS: all servos"},
+    [ENVIRONMENT_SUPPLY] =
+        {"supply", 10, 0, 255, "volts are wanted, 0 to 25.5",
+         "wanted: supply [IDS] VOLTS [over MS], IDS as in 1-3 or 1,5; without IDS: all servos"},
+    [ENVIRONMENT_AMBIENT] =
+        {"ambient", 1, 0, 255, "degrees Celsius are wanted, 0 to 255",
+         "wanted: ambient [IDS] CELSIUS [over MS], IDS as in 1-3 or 1,5; without IDS: all servos"},
+    [ENVIRONMENT_LOAD] =
+        {"load", 1, -2046, 2046, "a load is wanted, -2046 to 2046 (1023: stall)",
+         "wanted: load [IDS] UNITS [over MS], IDS as in 1-3 or 1,5; without IDS: all servos"},
+    [ENVIRONMENT_BLOCK] =
+        {"block", 0, 0, 1, "on or off is wanted",
+         "wanted: block [IDS] on|off, IDS as in 1-3 or 1,5; without IDS: all servos"},
 };
 
 enum environment_property environment_find(const char *word)
@@ -33,6 +44,11 @@ enum environment_property environment_find(const char *word)
 bool environment_is_quantity(enum environment_property property)
 {
     return rows[property].scale != 0;
+}
+
+const char *environment_form(enum environment_property property)
+{
+    return rows[property].form;
 }
 
 const char *environment_parse(enum environment_property property, const char *text, int32_t *value)

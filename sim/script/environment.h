@@ -42,6 +42,7 @@ enum environment_property environment_find(const char *word);
 /* Parses a value of a scenario into the unit of struct servo_environment. Returns 0, or what is
  * wanted. Only a quantity can change in steps. */
 const char *environment_parse(enum environment_property property, const char *text, int32_t *value);
+const char *environment_form(enum environment_property property); // "wanted: power [IDS] on|off"
 bool environment_is_quantity(enum environment_property property);
 
 void environment_init(struct environment *environment, struct schedule *schedule,

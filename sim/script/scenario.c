@@ -119,10 +119,13 @@ static const char *parse_environment(struct scenario_line *line, char *rest)
         count -= 2;
     }
     if (count < 1 || count > 2) {
-        return "wanted: [IDS] VALUE [over MS]";
+        return environment_form(line->property);
     }
     line->all = count == 1;
     line->place = line->all ? 0 : parse_place(word[0]);
+    if (!line->all && !strchr("0123456789", word[0][0])) {
+        return environment_form(line->property); // "power all off"
+    }
     const char *wrong = line->all || line->place ? 0 : ids_parse_set(word[0], line->ids);
     return wrong ? wrong : environment_parse(line->property, word[count - 1], &line->value);
 }

@@ -94,6 +94,13 @@ class Autostart(unittest.TestCase):
                 self.assertLess(first, 3.2)
                 self.assertIn("rules:   none broken", run.output)
 
+    def test_autostart_says_how_its_motion_has_ended(self):
+        """A chip with 256 KB tells it."""
+        for loop, lines, says in [("", "", "ended as it should"),
+                                  (" loop", "@wait 1500\n@power 2 off\n", "servo 2: error 2: no reply by the deadline")]:
+            self.prepare(TWO_BOARDS[0], f"settings autostart walk{loop} 1s\n")
+            self.power_up(TWO_BOARDS[0], lines, f"after 1 s; has begun; no motion is under way, the last one: {says}", 3000)
+
     def test_sequence_plays_for_ever_after_another_delay(self):
         board = boards.WITH_MOTION[0]
         self.prepare(board, "settings autostart walk loop 1s\n")

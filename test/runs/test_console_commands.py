@@ -480,6 +480,12 @@ class Scripts(unittest.TestCase):
                           + text("servo 3: the servo is in endless turn") + "set 2 CCW_ANGLE_LIMIT 300\nset 3 CCW_ANGLE_LIMIT 300\nmove 254 110\n")
         self.assertEqual(run.output.count("is in endless turn"), 3, run.output)
 
+    def test_turn_names_the_way_back_to_the_old_limits(self):
+        self.run_on("arduino-mega", "scan\nset 1 CW_ANGLE_LIMIT 100raw\nset 1 CCW_ANGLE_LIMIT 900raw\ntorque 1 on\nturn 1 0\n"
+                    + text("'torque 1 off', then 'set 1 CCW_ANGLE_LIMIT 263.93deg', 'set 1 CW_ANGLE_LIMIT 29.326deg'")
+                    + "torque 1 off\nset 1 CCW_ANGLE_LIMIT 263.93deg\nset 1 CW_ANGLE_LIMIT 29.326deg\n"
+                    + servo("1 CW_ANGLE_LIMIT 100") + servo("1 CCW_ANGLE_LIMIT 900"))
+
     def test_limit_of_a_servo_that_turns_is_refused(self):
         for board in ("atmega128", "arbotix"):
             self.run_on(board, "scan\ntorque 1 on\nturn 1 20rpm\n" + error(47, "set 1 CCW_ANGLE_LIMIT 300") + error(47, "set 1 CW_ANGLE_LIMIT 10")

@@ -314,6 +314,12 @@ class Steps(Motion):
         self.assertEqual(self.stored_after("sequence w delete 2\n"), ["new a 1s", "add a 3s pass"])
         self.assertEqual(self.stored_after("sequence w delete 3\nsequence w delete 1\n"), ["new b 2s dwell 0.5s"])
 
+    def test_show_numbers_the_steps(self):
+        run = self.run_on(self.BEGIN + "sequence w show\npose delete b\nsequence w show\n! sequence v show\n@expect text error 75:\n",
+                          MOVING[0], "--echo")
+        self.assertEqual(re.findall("^([1-9]: .*)", run.output, re.M), [
+            "1: a 1s", "2: b 2s dwell 0.5s", "3: a 3s pass", "1: a 1s", "2: its pose is deleted", "3: a 3s pass"])
+
     def test_full_sequence_takes_no_step_more_but_a_change(self):
         lines = "".join(f"sequence w add b {n}s\n" for n in range(1, 14))
         steps = self.stored_after(lines + "! sequence w insert 1 a 1s\n@expect text error 77:\nsequence w set 16 a 9s\n"
@@ -451,6 +457,69 @@ class Play(Motion):
         back = SWING + "sequence x new low 100ms\nsequence x add low 0.5s\nsequence x add stand 0.5s\n"
         self.run_on(back + "pose low in 1s\nmotion wait\n! play x times 2\n@expect text in step 1\n"
                     "@expect text error 57:\nplay x\nmotion wait\n")
+
+    def test_all_steps_that_are_too_fast_are_told_at_once(self):
+        """Also a step that is too fast only in the second run. Nothing begins, and the start of a mended sequence is
+        as any other."""
+        steps = SWING + ("sequence x new low 100ms\nsequence x add stand 20ms\nsequence x add low 0.5s\n"
+                         "sequence x add stand 30ms pass\nsequence x add low 0.5s\n")
+        told = ["servo 1 needs 248 ms in step 2, pose stand", "servo 1 needs 248 ms in step 4, pose stand"]
+        run = self.run_on(steps + "pose low in 1s\nmotion wait\n@wait 100\n! play x\n@expect text error 57:\n! motion wait\n"
+                          "! play x loop\nsequence x set 2 stand 1s\n! play x\nsequence x set 4 stand 1s\nplay x\n"
+                          "motion\n@expect text step 1 of 5\nmotion wait\n", MOVING[0], "--echo")
+        found = re.findall("servo 1 needs .*|error 57", run.output)
+        self.assertEqual(found, told + ["error 57", told[0], "error 57"] + told + ["error 57", told[1], "error 57"])
+
+    def test_stop_amid_the_search_for_steps_too_fast(self):
+        """Nothing moves, and the next sequence plays as any other."""
+        steps = SWING + "sequence x new low 10ms\n" + "sequence x add stand 20ms\nsequence x add low 20ms\n" * 4
+        heard = []
+        for us in range(2_000, 200_000, 22_000):
+            said = self.typed(READY + steps, [
+                ("text play x", us), ("say 18", 100_000), ("text release", 50_000), ("text get 1 GOAL_POSITION", 50_000),
+                ("text teach off", 100_000), ("text sequence x new low 1s", 300_000), ("text play x", 500_000),
+                ("text motion", 50_000), ("text motion wait", 1_000_000), ("text get 1 GOAL_POSITION", 50_000)], MOVING[0])
+            goals = re.findall(r"GOAL_POSITION = .*\((\d+)\)", said)
+            self.assertEqual(len(goals), 2, said)
+            self.assertIn(int(goals[0]), range(510, 515), said)
+            self.assertIn(int(goals[1]), range(404, 414), said)
+            self.assertIn("motion: x: step 1 of 1", said)
+            heard.append((said.count("needs"), "error 54" in said))
+        self.assertTrue([lines for lines, is_stopped in heard if is_stopped and 0 < lines < 9], heard)
+
+    def test_motion_says_why_it_is_slower_than_play_asked(self):
+        run = self.run_on(SWEEP.replace("b 2s", "b 1.5s") + "play sweep at 200%\n@wait 300\nmotion\n@wait 1000\nmotion\n",
+                          MOVING[0], "--echo")
+        self.assertEqual([line.split(", ", 2)[2] for line in run.output.splitlines() if line.startswith("motion: sweep")],
+                         ["at 200%", "at 165%: a servo can go no faster, so not at 200%"])
+
+    def test_error_of_a_motion_names_what_may_be_done(self):
+        run = self.run_on(WALKING + "play walk loop\n! pose save z\n@expect text 'motion at PERCENT' changes its speed\n"
+                          "pause\n! pose save z\n@expect text a motion is paused; 'resume' goes on with it\n")
+        self.assertEqual(run.status, 0)
+
+    def test_motion_says_how_the_last_one_was_ended(self):
+        lost = "settings link_loss_action 2\nsettings link_loss_ms 100\nplay walk loop\n@wait 600\n"
+        for script, says in [("play walk loop\nmotion off\n@wait 300\n", "ended on its way by 'motion off' or 'cycle off'"),
+                             ("play walk loop\nstop\n@wait 300\n", "ended on its way by a stop or a lost host link"),
+                             (lost, "ended on its way, as the host link was lost; 'clear' when it is back")]:
+            self.run_on(WALKING + script + f"motion\n@expect text motion: none\n@expect text last motion: {says}\n")
+        self.run_on(WALKING + "play walk\nmotion off\n@wait 300\n! motion wait\n@expect text error 79: the last motion did not "
+                    "reach its end: 'motion off'\n! motion off\n@expect text error 79: no motion is under way\n")
+
+    def test_missing_group_is_named_with_its_servos(self):
+        """After power-up the group is gone. What needs none takes the servos of the stored poses."""
+        says = "@expect text error 45: no group chosen; 'group 1 2 3' chooses the servos of the stored poses\n"
+        gone = WALKING + "@reset power\n@wait 100\n"
+        self.run_on(gone + "".join(f"! {line}\n{says}" for line in ["cycle every 10ms", "group", "pose 1 2 3", "pose save z"])
+                    + "teach on\nteach off\ngroup\n@expect text group 1 2 3 sync\n")
+        self.run_on("@reset power\n@wait 100\n! teach off\n@expect text error 45: no group chosen; choose its servos\n")
+
+    def test_play_warns_of_a_supply_that_is_too_low(self):
+        says = "warning: since 'clear' servo 2 has reported a supply outside of MIN_VOLTAGE to MAX_VOLTAGE"
+        run = self.run_on(WALKING + f"play walk\nmotion wait\n@supply 2 5.5\n@wait 300\nplay walk\n@expect text {says}\n",
+                          MOVING[0], "--echo")
+        self.assertEqual(run.output.count("has reported a supply"), 1)
 
     def test_a_step_too_fast_behind_a_pass_lets_nothing_begin(self):
         """The servos turn at low and at high: they must slow down to 0 there, so each way needs longer than the mean
@@ -594,7 +663,8 @@ class Play(Motion):
 
     def test_remedy_of_a_deleted_pose_is_one_line(self):
         run = self.run_on(WALKING + "pose delete low\n! play walk\n", MOVING[0], "--echo")
-        self.assertIn("error 78: a step names a deleted pose; 'sequence NAME set N POSE TIME' mends step N", run.output[-3000:])
+        self.assertIn("error 78: a step names a deleted pose; 'sequence NAME show' numbers the steps, "
+                      "'sequence NAME set N POSE TIME' mends step N", run.output[-3000:])
 
     def test_pose_beyond_the_angle_limits_of_a_servo_moves_nothing(self):
         for board, says in zip(TWO_BOARDS, (" in step 2, pose b: 239.883deg is out of range: 0deg to 179.765deg, "

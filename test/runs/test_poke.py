@@ -114,6 +114,8 @@ class Orders(Poke):
                                    ("ping 1", "unknown command"),
                                    ("# comment", "unknown command"),
                                    (" ", "unknown command"),
+                                   ("power all off", r"wanted: power \[IDS\] on\|off, .*; without IDS: all servos"),
+                                   ("supply all 5", r"wanted: supply \[IDS\] VOLTS \[over MS\]"),
                                    ("power 3 maybe", "on or off is wanted"),
                                    ("load 9 100", "there is no servo 9$"),
                                    ("servos 1,1", "an ID occurs twice"),

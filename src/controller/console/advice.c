@@ -28,7 +28,9 @@ static const CDS_FLASH char message_step_range[] = "N %l is out of range: 1 to %
 static const CDS_FLASH char message_add_appends[] =
     "; 'sequence NAME add' appends a step behind the last one";
 static const CDS_FLASH char message_pose_gone[] =
-    "a step names a deleted pose; 'sequence NAME set N POSE TIME' mends step N";
+    "a step names a deleted pose; 'sequence NAME show' numbers the steps, 'sequence NAME set N "
+    "POSE "
+    "TIME' mends step N";
 static const CDS_FLASH char message_swapped[] =
     "above HIGH, %a; write the smaller angle first: limits ID LOW HIGH";
 static const CDS_FLASH char message_several[] =
@@ -180,6 +182,76 @@ static const CDS_FLASH char *unit_behind_space(const struct console *console)
     for (uint8_t i = 0; i < word->length; i++)
         token_add(&joined, word->text[i]);
     return number_parse(&joined, &number) == 0 && number.kind != NUMBER_BARE ? message_space : NULL;
+}
+
+/* ---- words ---- */
+
+static bool ends_word(char c)
+{
+    return c == '\0' || c == ' ' || c == ']';
+}
+
+static bool is_capital(char c)
+{
+    return c >= 'A' && c <= 'Z';
+}
+
+/* The place of `usage` behind the text from `begin` to `end`, if it begins with this text and has a
+ * small word there; else NULL. */
+static const CDS_FLASH char *word_behind(const CDS_FLASH char *usage, const CDS_FLASH char *begin,
+                                         const CDS_FLASH char *end)
+{
+    for (; begin < end; begin++, usage++)
+        if (*usage != *begin)
+            return NULL;
+    while (*usage == '[')
+        usage++;
+    return *usage && !is_capital(*usage) ? usage : NULL;
+}
+
+static bool is_same_word(const CDS_FLASH char *one, const CDS_FLASH char *other)
+{
+    for (; *one == *other && !ends_word(*one); one++)
+        other++;
+    return ends_word(*one) && ends_word(*other);
+}
+
+/* "as plot": the small words at `word`, up to an argument. */
+static void print_words(struct printer *printer, const CDS_FLASH char *word)
+{
+    for (;; word++) {
+        for (; !ends_word(*word); word++)
+            printer_char(printer, *word);
+        if (*word != ' ' || word[1] == '[' || is_capital(word[1]))
+            return;
+        printer_char(printer, ' ');
+    }
+}
+
+/* Rows with the same word stand side by side. Compares a letter of a row before its text, as
+ * find_row() of parse.c. */
+void advice_words(struct console *console)
+{
+    const CDS_FLASH char *begin = console->line.command->usage, *end = console->line.usage;
+    const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;
+    const CDS_FLASH char *told = NULL;
+
+    while (end[-1] == '[')
+        end--;
+    for (; *group; group++) {
+        const CDS_FLASH struct command *row = (*group)->rows;
+
+        for (uint8_t left = (*group)->count; left; left--, row++) {
+            const CDS_FLASH char *word = word_behind(row->usage, begin, end);
+
+            if (!word || (told && is_same_word(word, told)))
+                continue;
+            if (told)
+                printer_char(&console->printer, '|');
+            print_words(&console->printer, word);
+            told = word;
+        }
+    }
 }
 
 /* ---- other errors ---- */
@@ -340,6 +412,11 @@ const CDS_FLASH char *advice(struct console *console)
     static const CDS_FLASH char mode[] = "mode";
     const CDS_FLASH char *message;
 
+    if (command_set.motion_words) {
+        message = command_set.motion_words->advise(console);
+        if (message)
+            return message;
+    }
     switch (console->error) {
     case ERROR_UNIT: return text_of_units(console);
     case ERROR_COUNT:

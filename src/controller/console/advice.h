@@ -17,6 +17,10 @@ struct console;
  * error itself is the best. The printer must be ready. */
 const CDS_FLASH char *advice(struct console *console);
 
+/* For ERROR_UNKNOWN_WORD: prints the words that all rows of the command have at the place of the
+ * wrong word, "wait|off|at". `words` of struct command_set. */
+void advice_words(struct console *console);
+
 /* Returns a message to print before the `ok` of the command: what the wire cannot show. NULL: none.
  * Its values are in the printer, which must be ready. `note` of struct command_set. */
 const CDS_FLASH char *advice_note(struct console *console);

@@ -135,8 +135,32 @@ struct command_motion_words {
     void (*cause)(struct console *console, const struct motion_outcome *outcome);
     /* Prints "in step 3, pose far: ", at most 27 characters; nothing if there is no step. */
     void (*step)(struct console *console, const struct motion_outcome *outcome);
-    /* Prints the end of a line: why the autostart has not begun. False: it has no more words. */
+    /* Prints the end of a line: why the autostart has not begun, or that its motion has ended.
+     * False: it has no more words. */
     bool (*autostart)(struct console *console);
+    /* The text of an error whose remedy depends on the motion, as advice(); NULL: the text of the
+     * error itself is the best. */
+    const CDS_FLASH char *(*advise)(struct console *console);
+    /* Prints a line: how the last motion has ended, unless it has failed. */
+    void (*end)(struct console *console);
+    /* The end of the line of a sequence that plays: its speed, in printer->values[4]. */
+    const CDS_FLASH char *(*limit)(struct console *console);
+    /* Before `play` starts: lets steps that were too fast in a start before take longer. */
+    void (*begin)(struct console *console);
+    /* After this start of `play`: prints the step that is too fast, and returns true: start again,
+     * to find the next one, or false with console->error. False without it: nothing is too fast.
+     */
+    bool (*tries_again)(struct console *console);
+    /* Prints a warning after a motion has begun: a servo reports its input voltage. */
+    void (*warn)(struct console *console);
+    /* True if stored poses have servos. */
+    bool (*has_poses)(void);
+    /* For the part `index` of a line: prints ID `index` of these servos, behind the last one the
+     * end of the line. False: the line has ended. */
+    bool (*group)(struct console *console, uint8_t index);
+    /* Chooses the servos of the stored poses as the group if there is none. Returns an error or 0.
+     */
+    uint8_t (*choose)(struct console *console);
 };
 
 /* What a profile links: commands, the storage of motions, and the registers of the device. */
@@ -167,6 +191,7 @@ struct command_set {
     const CDS_FLASH char *(*advise)(struct console *console);    // advice()
     const CDS_FLASH char *(*note)(struct console *console);      // advice_note()
     const CDS_FLASH char *(*link_lost)(struct console *console); // advice_link_lost()
+    void (*words)(struct console *console);                      // advice_words()
     void (*after_reset)(struct console *console);                // advice_after_reset()
     void (*monitor)(struct console *console, uint8_t value);     // monitor.h; NULL: lines only
     const CDS_FLASH struct command_typing *typing;               // completion and hints, or NULL

@@ -38,7 +38,7 @@ enum console_state {
 struct servo_list {
     uint8_t next;  // index of the servo that is next
     uint8_t phase; // of the servo that is served now: enum list_phase
-    bool failed;   // a servo has failed
+    uint8_t error; // of the last servo that has failed; 0: none has
 };
 
 /* The buffer of the console's request. A command with an instruction in its row builds its packet

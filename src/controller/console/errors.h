@@ -86,7 +86,7 @@
       "delete one, as by 'pose delete NAME'; 'status' shows the room")                             \
     X(ERROR_STEPS, 77, "the sequence has 16 steps already", "store the rest under another name")   \
     X(ERROR_POSE_GONE, 78, "a step names a deleted pose",                                          \
-      "'sequence show NAME' shows the steps; store all of them again, from 'new' on")              \
+      "'sequence show NAME' shows the steps; store all again, from 'new' on")                      \
     X(ERROR_NO_MOTION, 79, "no motion is under way", "'play NAME' begins one")                     \
     X(ERROR_JOINTS, 80, "too many servos in stored poses",                                         \
       "at most 18 together: delete poses, or give fewer servos")                                   \

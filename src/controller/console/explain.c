@@ -328,11 +328,15 @@ static void print_subject(struct console *console, const struct subject *subject
     const struct token *token = &console->token;
     const CDS_FLASH char *name = subject->name;
     bool quotes = subject->number == NULL && !subject->has_range;
+    bool has_words = command_set.words && console->error == ERROR_UNKNOWN_WORD;
     bool is_half = command_set.advise && parse_has_name(name, name_of_speed_or_time);
 
     if (is_half && console->line.choice != 1) // `in`
         name += sizeof "SPEED|" - 1;
-    for (; *name && *name != ' ' && *name != ']' && !(is_half && *name == '|'); name++)
+    if (has_words)
+        command_set.words(console);
+    for (; !has_words && *name && *name != ' ' && *name != ']' && !(is_half && *name == '|');
+         name++)
         if (*name != '[')
             printer_char(printer, *name);
     if (printer->within && *subject->name)
@@ -433,6 +437,7 @@ bool explain_error(struct console *console)
     struct subject subject;
     bool has_subject = console->explained >= PART_SUBJECT && find_subject(console, &subject);
     enum mistake mistake = mistake_of(console, is_of_word(console));
+    bool has_group = command_set.motion_words && mistake == MISTAKE_GROUP;
     bool has_range = has_subject && subject.has_range && is_range_error(console->error) && !mistake;
 
     switch (console->explained++) {
@@ -462,8 +467,11 @@ bool explain_error(struct console *console)
             printer_line(printer, message_too_fine);
         else
             printer_line(printer, text_of(console));
-        return has_range || mistake == MISTAKE_COMMA;
+        return has_range || mistake == MISTAKE_COMMA || has_group;
     default:
+        if (has_group)
+            return command_set.motion_words->group(console,
+                                                   (uint8_t)(console->explained - 1 - PART_RANGE));
         if (mistake)
             mistake_print_with_point(console);
         else

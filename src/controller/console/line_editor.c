@@ -342,7 +342,9 @@ static enum editor_event obey(struct editor *editor, char key, struct printer *e
     case CTRL_W: take_word_back(editor); break;
     case BACKSPACE:
     case DELETE: take_back(editor); break;
-    default: return insert(editor, key, echo);
+    default:
+        // A person: a key that other editors have does nothing. A program: the line shall fail.
+        return echo && key > '\0' && key < ' ' ? EDITOR_NONE : insert(editor, key, echo);
     }
     return EDITOR_NONE;
 }

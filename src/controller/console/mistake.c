@@ -32,6 +32,7 @@ static const CDS_FLASH char message_limits[] =
 static const CDS_FLASH char message_beyond_angles[] =
     "the angle is not within its limits, %a to %a";
 static const CDS_FLASH char message_beyond_speed[] = "'move' needs a SPEED above 0, up to %r";
+static const CDS_FLASH char message_group_due[] = "no group chosen; 'group";
 static const CDS_FLASH char message_not_driven[] =
     "not driven, as it gives no good answer; check its power, plug and rate";
 
@@ -117,6 +118,9 @@ static enum mistake seen_mistake(const struct console *console, bool is_of_word)
 
     if (command_set.noise && mistake_is_noise(console->error))
         return MISTAKE_NOISE;
+    if (command_set.motion_words && console->error == ERROR_NO_GROUP &&
+        command_set.motion_words->has_poses())
+        return MISTAKE_GROUP;
     if (console->error == CDS_TIMEOUT && servo && servo_is_at_other_rate(console, servo))
         return MISTAKE_RATE;
     if (console->error == CDS_INHIBITED && concerns_offline_servo(console)) {
@@ -217,7 +221,9 @@ void mistake_print(struct console *console, enum mistake mistake)
     } else {
         values[0].number = console->line.new_id;
     }
-    if (mistake == MISTAKE_COMMA)
+    if (command_set.motion_words && mistake == MISTAKE_GROUP)
+        printer_text(&console->printer, message_group_due);
+    else if (mistake == MISTAKE_COMMA)
         printer_text(&console->printer, message_comma);
     else if (mistake == MISTAKE_LIMITS)
         print_limits(console);

@@ -26,6 +26,7 @@ enum mistake {
     MISTAKE_OFFLINE,  // the servo does not answer, so it may not be driven
     MISTAKE_ADVISED,  // advice.h has a text
     MISTAKE_NOISE,    // noise is on the line
+    MISTAKE_GROUP,    // no group is chosen, and stored poses name its servos
 } __attribute__((packed));
 
 /* Returns the mistake that has caused console->error. `is_of_word`: a word of the line, which the
@@ -37,7 +38,8 @@ enum mistake mistake_of(struct console *console, bool is_of_word);
 bool mistake_is_noise(uint8_t error);
 
 /* Prints the text of the mistake, not MISTAKE_NONE, and ends the line; after MISTAKE_COMMA
- * mistake_print_with_point() ends it. The printer must be ready. */
+ * mistake_print_with_point() ends it, after MISTAKE_GROUP `group` of command_set.motion_words. The
+ * printer must be ready. */
 void mistake_print(struct console *console, enum mistake mistake);
 
 /* Prints the word with a point in place of its comma, "90.5", and ends the line. The printer must

@@ -205,6 +205,8 @@ static void end(struct command_line *line)
 
 /* ---- running the command ---- */
 
+static const CDS_FLASH char message_behind_servo[] = ": ";
+
 /* The list stands behind the packets of the command. */
 static uint8_t *kept_ids(const struct command_line *line)
 {
@@ -281,7 +283,7 @@ static bool next_servo(struct console *console)
     struct servo_list *list = list_of(console);
 
     if (list->next == console->line.values) {
-        console->error = list->failed ? (uint8_t)ERROR_SOME : 0;
+        console->error = list->error ? (uint8_t)ERROR_SOME : 0;
         return false;
     }
     console->line.id = kept_ids(&console->line)[list->next++];
@@ -320,6 +322,23 @@ static void end_servo_line(struct console *console, uint8_t error)
         printer_line(&console->printer, error ? error_text_of_servo(error) : message_ok);
 }
 
+/* Prints an error that the servo before had, too: "servo 3: no reply by the deadline". What to do
+ * stands behind a ';' in the line of that servo. */
+static void repeat_error(struct console *console, uint8_t error)
+{
+    const CDS_FLASH char *text = error_text_of_servo(error);
+    struct printer *printer = &console->printer;
+
+    if (!printer->within) {
+        printer_flash(printer, message_servo_label);
+        printer_decimal(printer, console->line.id);
+        printer_flash(printer, message_behind_servo);
+    }
+    while (*text && *text != ';')
+        printer_char(printer, *text++);
+    printer_end_of_line(printer);
+}
+
 /* Ends the line of the servo, or prints its error on a line of its own. */
 static void end_servo(struct console *console)
 {
@@ -328,12 +347,15 @@ static void end_servo(struct console *console)
     uint8_t error = servo_outcome(console);
 
     console->servo_error = conditions;
-    list->failed = list->failed || error;
     list->phase = WARN;
-    if (console->printer.within)
+    if (command_set.checks_writes && error && error == list->error)
+        repeat_error(console, error);
+    else if (console->printer.within)
         end_servo_line(console, error);
     else if (error)
         servo_failed(console, error);
+    if (error)
+        list->error = error;
 }
 
 /* True if the user may have meant a list: in `move 1 2 30` all numbers are bare, the optional one

@@ -124,6 +124,7 @@ const CDS_FLASH struct command_set command_set = {
     .advise = advice,
     .note = advice_note,
     .link_lost = advice_link_lost,
+    .words = advice_words,
     .after_reset = advice_after_reset,
 #endif
     .after_scan = after_scan,

@@ -6,7 +6,7 @@
  * refused, and the sequence ends as CDS_BAD_ARGUMENT. While the EEPROM is written no step can be
  * read: the function then returns a step without joints, too, since false would end the sequence as
  * if it were complete. */
-static bool read_step(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose)
+bool player_read_step(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose)
 {
     struct player *player = context;
     struct motion_store_step stored = {.time_10ms = 1};
@@ -31,13 +31,14 @@ enum cds_result player_begin(struct player *player, struct cds_motion *motion,
     player->store = store;
     player->place = place;
     stored_joints_find(&player->joints, store, robot);
-    return cds_sequence_begin(&player->sequence,
-                              &(struct cds_sequence_config){.motion = motion,
-                                                            .poses = player->poses,
-                                                            .context = player,
-                                                            .read = read_step,
-                                                            .repeats = repeats,
-                                                            .checks_all = true});
+    return cds_sequence_begin(
+        &player->sequence,
+        &(struct cds_sequence_config){.motion = motion,
+                                      .poses = player->poses,
+                                      .context = player,
+                                      .read = player->read ? player->read : player_read_step,
+                                      .repeats = repeats,
+                                      .checks_all = true});
 }
 
 void player_abort(struct player *player)

@@ -15,6 +15,10 @@ struct player {
     uint8_t place;                // of the sequence
     struct cds_sequence sequence; // its result is CDS_PENDING while the player plays
     struct stored_joints joints;
+    /* In place of player_read_step(), or NULL. Only motion_words.c sets it, and reads `too_fast`:
+     * bit i: step i was too fast. */
+    bool (*read)(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose);
+    uint16_t too_fast;
     uint16_t poses[2 * ROBOT_SERVOS]; // of the sequence; or of a move, while no sequence plays
 };
 
@@ -23,6 +27,9 @@ struct player {
 enum cds_result player_begin(struct player *player, struct cds_motion *motion,
                              const struct motion_store *store, const struct robot *robot,
                              uint8_t place, uint16_t repeats);
+
+/* Reads step `index` of the store for the sequence; `context`: the player. */
+bool player_read_step(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose);
 
 /* Ends the sequence, if one plays; the joints come to rest. */
 void player_abort(struct player *player);

@@ -127,7 +127,8 @@ void test_counters_of_servo_prints_each_counter(void)
 void test_settings_prints_values_units_and_origin(void)
 {
     reply_to("settings");
-    TEST_ASSERT_EQUAL_STRING_LEN("device_id = 253 ID\r\nhost_baud = 255 register\r\n", said, 46);
+    TEST_ASSERT_EQUAL_STRING_LEN(
+        "device_id = 253 ID\r\nhost_baud = 255 register, the board's own: ", said, 62);
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\nbus_baud = 1 register, 1000000bps\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\nrepeats = 0\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\ncycle_us = 4000 us\r\nsettings at start: defaults: "
@@ -161,7 +162,9 @@ void test_save_replies_when_record_is_written(void)
     turns(400);
     TEST_ASSERT_EQUAL_STRING("ok\r\n", said);
     TEST_ASSERT_EQUAL_UINT8(SETTINGS_SAVED, store.result);
-    TEST_ASSERT_NOT_NULL(strstr(reply_to("settings"), "settings at start: as saved\r\nok"));
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("settings"),
+                                "settings at start: saved since; the next start has "
+                                "those of the last 'save'\r\nok"));
 }
 
 void test_a_save_that_fails_is_an_error(void)

@@ -41,6 +41,15 @@ void test_id_out_of_range_names_no_servo(void)
     assert_reply("error 33: servo 1: NEW 254 is out of range: 0 to 253\r\n", "id 1 254");
 }
 
+void test_wrong_word_names_the_words_of_all_rows(void)
+{
+    assert_reply("error 38: wait|off|at 'stop': unknown word; ", "motion stop");
+    assert_reply("error 38: new|add|show|set|insert|delete 'app': unknown word; ",
+                 "sequence s app");
+    assert_reply("error 38: at|times|loop 'twice': unknown word; ", "play s twice");
+    assert_reply("error 38: on|off 'maybe': unknown word; ", "teach maybe");
+}
+
 void test_wrong_word_is_quoted(void)
 {
     assert_reply("error 30: 'frob': unknown command; ", "frob 1 2");
@@ -48,7 +57,7 @@ void test_wrong_word_is_quoted(void)
     assert_reply("error 34: servo 1: REG 'GOAL': unknown register; ", "get 1 GOAL");
     assert_reply("error 34: servo 1: REG '=LED': unknown register; ", "get 1 =LED");
     assert_reply("error 38: servo 1: on|off 'maybe': unknown word; ", "led 1 maybe");
-    assert_reply("error 38: every 'often': unknown word; ", "monitor 1 often 9");
+    assert_reply("error 38: every|as plot 'often': unknown word; ", "monitor 1 often 9");
     assert_reply("error 60: SETTING 'colour': unknown setting; ", "settings colour 1");
     assert_reply("error 41: ID... '1': an ID is given twice; ", "group 1 2 1");
     assert_reply("error 41: ID '1': an ID is given twice; ", "torque 1 1 on");

@@ -364,8 +364,16 @@ void test_tab_with_echo_does_not_enter_the_line(void)
 
 void test_other_characters_are_shown_as_question_marks(void)
 {
-    type("\x0F\x80\xFE");
-    assert_row("???", 3);
+    type("\x80\xFE");
+    assert_row("??", 2);
+}
+
+void test_unknown_control_keys_do_nothing_with_echo(void)
+{
+    type("a\x0F\x12\x1A" // Ctrl-O, Ctrl-R, Ctrl-Z
+         "b");
+    assert_row("ab", 2);
+    TEST_ASSERT_EQUAL_UINT8(2, editor.length);
 }
 
 void test_ctrl_l_is_ignored(void)

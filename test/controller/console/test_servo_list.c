@@ -87,6 +87,16 @@ void test_list_with_silent_servo_goes_on_and_ends_in_error(void)
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\nservo 3: ok\r\nerror 87: "));
 }
 
+void test_same_error_in_a_list_tells_its_remedy_once(void)
+{
+    reply_to("led 1-3 on");
+    stay_silent();
+    stay_silent();
+    acknowledge(3);
+    TEST_ASSERT_NOT_NULL(strstr(said, "servo 1: no reply by the deadline; "));
+    TEST_ASSERT_NOT_NULL(strstr(said, "\r\nservo 2: no reply by the deadline\r\nservo 3: ok\r\n"));
+}
+
 void test_address_in_decimal_follows_a_range(void)
 {
     reply_to("get 1-2 25");

@@ -13,6 +13,8 @@
 #include "console/number_format.h" // number_print()
 
 static const CDS_FLASH char message_origin[] = "settings at start: %s";
+static const CDS_FLASH char message_saved_since[] =
+    "saved since; the next start has those of the last 'save'";
 static const CDS_FLASH char message_others[] = "others: ";
 static const CDS_FLASH char message_alarm[] = "alarm of %s%s%s";
 static const CDS_FLASH char message_reset[] = "reset by%s%s%s%s%s";
@@ -50,11 +52,16 @@ static const CDS_FLASH char *const CDS_FLASH origins[] = {
 
 static void print_origin(struct console *console)
 {
-    console->printer.values[0].text = origins[console->failsafe->store->origin];
+    const struct settings_store *store = console->failsafe->store;
+
+    console->printer.values[0].text = origins[store->origin];
+    if (command_set.checks_writes && store->result == SETTINGS_SAVED) // which has set `origin`
+        console->printer.values[0].text = message_saved_since;
     printer_line(&console->printer, message_origin);
 }
 
-/* "link_loss_ms = 500 ms", "bus_baud = 1 register, 1000000bps" */
+/* "link_loss_ms = 500 ms", "bus_baud = 1 register, 1000000bps", "host_baud = 255 register,
+ * the board's own: 115200bps" */
 static void setting_line(struct console *console, uint8_t index)
 {
     const CDS_FLASH struct setting *row = &settings_table[index];
@@ -72,6 +79,8 @@ static void setting_line(struct console *console, uint8_t index)
         printer_char(printer, ',');
         printer_char(printer, ' ');
         number_print(printer, CDS_UNIT_BPS, value);
+    } else if (command_set.checks_writes && *row->unit == 'r') {
+        printer_flash(printer, message_own_rate);
     }
     printer_end_of_line(printer);
 }

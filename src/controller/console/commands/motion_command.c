@@ -82,7 +82,14 @@ static bool poll_start(struct console *console)
 
     if (outcome->result == CDS_PENDING)
         return true;
-    motion_take_outcome(console, outcome);
+    if (command_set.motion_words && command_set.motion_words->tries_again(console)) {
+        console->phase = WAIT;
+        return true;
+    }
+    if (console->error == 0)
+        motion_take_outcome(console, outcome);
+    if (command_set.motion_words && !console->error)
+        command_set.motion_words->warn(console);
     console->phase = END;
     return console->error;
 }

@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /* Why a motion has failed, with step, pose, value and allowed range: "servo 1 is the cause in step
- * 3, pose far: 263.930deg is out of range: 100deg to 200deg". Only for chips with room for it. */
+ * 3, pose far: 263.930deg is out of range: 100deg to 200deg"; how it has ended; and what the errors
+ * of a motion name. Only for chips with room for it. */
 #include <stddef.h>
 #include <string.h>
 
 #include "console/commands/shared.h"
 #include "console/commands/stored.h"
 #include "console/console.h"
+#include "console/errors.h"
 #include "console/messages.h"
 #include "robot/angle_limits.h" // ANGLE_LIMITS_NO_JOINT
 #include "robot/moves.h"
+#include "robot/stored_group.h"
 
 static const CDS_FLASH char message_is_the_cause[] = " is the cause";
 static const CDS_FLASH char message_needs[] = " needs ";
@@ -25,6 +28,28 @@ static const CDS_FLASH char message_own_range[] =
 static const CDS_FLASH char message_rests[] = ": it stands beyond its limits, %a to %a";
 static const CDS_FLASH char message_no_speed[] = ": its speed limit is 0";
 static const CDS_FLASH char message_deleted[] = ": the pose is deleted";
+static const CDS_FLASH char message_under_way[] =
+    "a motion is under way; 'motion off' ends it, 'motion at PERCENT' changes its speed, 'pause' "
+    "halts it; 'motion wait' waits, but not for a loop; torque off always works";
+static const CDS_FLASH char message_is_paused[] =
+    "a motion is paused; 'resume' goes on with it, 'motion off' ends it; torque off always works";
+static const CDS_FLASH char message_was_ended[] =
+    "the last motion did not reach its end: 'motion off' or 'cycle off' ended it";
+static const CDS_FLASH char message_of_poses[] = "' chooses the servos of the stored poses";
+static const CDS_FLASH char message_last[] = "last motion: %s";
+static const CDS_FLASH char message_begun[] = "has begun; no motion is under way, the last one: %s";
+static const CDS_FLASH char message_went_well[] = "ended as it should";
+static const CDS_FLASH char message_ended[] = "ended on its way by 'motion off' or 'cycle off'";
+static const CDS_FLASH char message_stopped[] =
+    "ended on its way by a stop or a lost host link; 'status' shows both";
+static const CDS_FLASH char message_link_lost[] =
+    "ended on its way, as the host link was lost; 'clear' when it is back";
+static const CDS_FLASH char message_failed[] = "%serror %u: %s";
+static const CDS_FLASH char message_speed[] = ", at %u%";
+static const CDS_FLASH char message_limited[] = ", at %u%: a servo can go no faster, so not at %u%";
+static const CDS_FLASH char message_voltage[] =
+    "warning: since 'clear' servo %u has reported a supply outside of MIN_VOLTAGE to MAX_VOLTAGE: "
+    "'get %u PRESENT_VOLTAGE'";
 
 /* A step of a stored sequence. */
 struct step_at {
@@ -185,6 +210,29 @@ static void print_step(struct console *console, const struct motion_outcome *out
     printer_flash(&console->printer, message_colon);
 }
 
+/* How the last motion has ended, with its values in the printer from values[1] on. */
+static const CDS_FLASH char *text_of_end(struct console *console)
+{
+    const struct motion_outcome *outcome = motion_outcome(console->robot);
+    const struct failsafe *failsafe = console->failsafe;
+    union printer_value *values = console->printer.values + 1;
+
+    switch (outcome->result) {
+    case CDS_OK: return message_went_well;
+    case MOTION_NONE: return message_ended;
+    case ROBOT_STOPPED:
+        return failsafe->link_lost && failsafe->settings->link_loss_action ? message_link_lost
+                                                                           : message_stopped;
+    default: break;
+    }
+    (values++)->text = outcome->id == CDS_NO_ID ? message_nothing : message_of_servo;
+    if (outcome->id != CDS_NO_ID)
+        (values++)->number = outcome->id;
+    values[0].number = outcome->result;
+    values[1].text = error_text(outcome->result);
+    return message_failed;
+}
+
 static bool print_autostart(struct console *console)
 {
     const struct autostart *autostart = &console->robot->moves->autostart;
@@ -212,9 +260,171 @@ static bool print_autostart(struct console *console)
             return false;
         print_cause_at(console, outcome, &at);
         return true;
+    case AUTOSTART_BEGUN:
+        if (robot_is_in_motion(console->robot))
+            return false;
+        printer->values[0].text = text_of_end(console);
+        printer_line(printer, message_begun);
+        return true;
     default: return false;
     }
 }
 
+/* ---- errors ---- */
+
+/* No cycle runs without a group: reading the store may take its time. */
+static bool has_poses(void)
+{
+    uint8_t ids[MOTION_STORE_JOINTS];
+
+    return stored_may_read() == 0 && motion_store_read_servos(console_store(), ids);
+}
+
+/* Ends the line "no group chosen; 'group 1 2 3' chooses the servos of the stored poses". */
+static bool print_group(struct console *console, uint8_t index)
+{
+    struct printer *printer = &console->printer;
+    uint8_t ids[MOTION_STORE_JOINTS];
+
+    if (stored_may_read() == 0 && index < motion_store_read_servos(console_store(), ids)) {
+        printer_char(printer, ' ');
+        printer_decimal(printer, ids[index]);
+        return true;
+    }
+    printer_line(printer, message_of_poses);
+    return false;
+}
+
+/* True for `motion wait`, which takes its error from the end of the motion. */
+static bool is_wait(const struct command_line *line)
+{
+    static const CDS_FLASH char motion[] = "motion";
+
+    return parse_has_name(line->command->usage, motion) && line->choice == 1 && !line->numbers;
+}
+
+static const CDS_FLASH char *advise(struct console *console)
+{
+    switch (console->error) {
+    case ERROR_MOTION:
+        return motion_is_paused(console->robot) ? message_is_paused : message_under_way;
+    case ERROR_NO_MOTION: return is_wait(&console->line) ? message_was_ended : NULL;
+    default: return NULL;
+    }
+}
+
+/* ---- motion, play, group ---- */
+
+/* A failure has a line of its own. */
+static void print_end(struct console *console)
+{
+    uint8_t result = motion_outcome(console->robot)->result;
+
+    if (result != MOTION_NONE && result != ROBOT_STOPPED)
+        return;
+    console->printer.values[0].text = text_of_end(console);
+    printer_line(&console->printer, message_last);
+}
+
+static const CDS_FLASH char *limit(struct console *console)
+{
+    const struct moves *moves = console->robot->moves;
+    const struct cds_motion *motion = &moves->motion;
+
+    if (motion->is_ending || motion->override <= motion->plan.rate_most)
+        return message_speed;
+    console->printer.values[5].number = moves->percent;
+    return message_limited;
+}
+
+/* ---- all steps that are too fast ---- */
+
+/* `read` of the player after a start that has found a step too fast: the steps are tried again, and
+ * those that are known to be too fast may take longer, so the motion finds the next one. Steps that
+ * all were tried have no pose: the sequence ends as CDS_BAD_ARGUMENT and does not begin. */
+static bool read_tried_step(void *context, uint8_t index, struct cds_sequence_step *step,
+                            uint16_t *pose)
+{
+    struct player *player = context;
+
+    player->read = NULL; // it is for one start
+    if (!player_read_step(context, index, step, pose))
+        return false;
+    step->may_take_longer = player->too_fast >> index & 1;
+    if (!player->sequence.is_checking)
+        memset(pose, UINT8_MAX, player->sequence.config.motion->count * sizeof *pose);
+    return true;
+}
+
+static void begin(struct console *console)
+{
+    struct player *player = &console->robot->moves->player;
+
+    player->too_fast = ((struct play_job *)console_job(console))->too_fast;
+    player->read = player->too_fast ? read_tried_step : NULL;
+}
+
+static bool tries_again(struct console *console)
+{
+    struct moves *moves = console->robot->moves;
+    struct motion_outcome outcome = moves->start.outcome;
+    struct play_job *job = console_job(console);
+    uint16_t bit = (uint16_t)(1u << (outcome.step & 0x0F));
+
+    moves->player.read = NULL; // the start may have ended before it read a step
+    if (!moves->start.is_sequence || (job->too_fast == 0 && outcome.result != MOTION_TOO_FAST))
+        return false;
+    if (outcome.result == MOTION_TOO_FAST && !(job->too_fast & bit)) {
+        print_cause(console, &outcome);
+        if (job->too_fast == 0)
+            job->first = outcome;
+        job->too_fast |= bit;
+        return true;
+    }
+    if (moves->outcome.result != CDS_PENDING) // else the PC has started another motion
+        moves_note_outcome(console->robot, &job->first);
+    console->robot->servos.refused_id = job->first.id;
+    console->error = ERROR_TOO_FAST;
+    return false;
+}
+
+static void warn(struct console *console)
+{
+    const struct cds_servos *servos = &console->robot->servos;
+
+    for (uint8_t i = 0; i < servos->count; i++) {
+        uint8_t id = servos->states[i].id;
+
+        if (!(servos->states[i].alarms & CDS_ERROR_VOLTAGE) ||
+            !memchr(console->robot->group, id, console->robot->group_count))
+            continue;
+        console->printer.values[0].number = console->printer.values[1].number = id;
+        printer_line(&console->printer, message_voltage);
+        return;
+    }
+}
+
+static uint8_t choose(struct console *console)
+{
+    uint8_t error = console->robot->group_count ? 0 : stored_may_read();
+
+    if (error == 0)
+        error = stored_group_choose(console->robot, console_store());
+    stored_group_keep(console->robot);
+    return error;
+}
+
 const CDS_FLASH struct command_motion_words motion_words = {
-    .cause = print_cause, .step = print_step, .autostart = print_autostart};
+    .cause = print_cause,
+    .step = print_step,
+    .autostart = print_autostart,
+    .advise = advise,
+    .end = print_end,
+    .limit = limit,
+    .begin = begin,
+    .tries_again = tries_again,
+    .warn = warn,
+    .has_poses = has_poses,
+    .group = print_group,
+    .choose = choose,
+};

@@ -28,13 +28,6 @@ static const CDS_FLASH char message_speed[] = ", at %u%";
 
 /* ---- play ---- */
 
-struct play_job {
-    uint16_t repeats; // 0: for ever
-    uint8_t percent;
-};
-
-_Static_assert(sizeof(struct play_job) <= CONSOLE_JOB_SIZE, "the job must fit");
-
 uint8_t play_take_percent(const struct console *console, uint8_t index, uint8_t *percent)
 {
     uint8_t error = number_percent(&console->line.number[index], percent);
@@ -83,8 +76,11 @@ static uint8_t start(struct console *console)
     uint8_t place = motion_store_is_saving(console_store())
                         ? (uint8_t)MOTION_STORE_NONE
                         : stored_find(console, MOTION_STORE_SEQUENCE, 0);
-    uint8_t error = motion_start_sequence(console->robot, place, job->repeats);
+    uint8_t error;
 
+    if (command_set.motion_words)
+        command_set.motion_words->begin(console);
+    error = motion_start_sequence(console->robot, place, job->repeats);
     if (error == 0)
         moves_set_override(console->robot, job->percent);
     return error;
@@ -181,6 +177,8 @@ static void print_no_motion(struct console *console)
     if (is_failure(motion_outcome(console->robot)->result)) {
         printer_flash(printer, message_last);
         print_failure(console);
+    } else {
+        command_set.motion_words->end(console);
     }
 }
 
@@ -209,6 +207,8 @@ static void print_motion(struct console *console)
         printer->values[2].number = (uint16_t)(player->sequence.run + 1);
         printer->values[3].text = moves->is_paused ? message_paused : message_speed;
         printer->values[4].number = percent_of_step(&moves->motion);
+        if (command_set.motion_words && !moves->is_paused)
+            printer->values[3].text = command_set.motion_words->limit(console);
         printer_line(printer, message_plays);
     }
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* sequence NAME set, insert, delete: changes one step of a stored sequence. Only for chips with
- * room for it. */
+/* sequence NAME show, set, insert, delete: the steps of a stored sequence by their numbers. Only
+ * for chips with room for it. */
 #include <stddef.h>
 
 #include "console/commands/command_groups.h"
@@ -11,6 +11,9 @@
 
 static const CDS_FLASH char message_only_step[] =
     "the only step: 'sequence delete NAME' deletes it";
+
+static const CDS_FLASH char message_step_gone[] = "its pose is deleted";
+static const CDS_FLASH char message_behind_number[] = ": ";
 
 enum edit { EDIT_SET = 1, EDIT_INSERT };
 
@@ -116,11 +119,53 @@ static bool edit_poll(struct console *console)
     }
 }
 
+/* ---- show ---- */
+
+static uint8_t show_steps_begin(struct console *console)
+{
+    uint8_t error = stored_may_read();
+
+    if (error)
+        return error;
+    console->index = stored_find(console, MOTION_STORE_SEQUENCE, 0);
+    return console->index == MOTION_STORE_NONE ? (uint8_t)ERROR_NO_SEQUENCE : 0;
+}
+
+/* "2: stand 1.2s dwell 0.5s" */
+static bool show_steps_poll(struct console *console)
+{
+    struct printer *printer = &console->printer;
+    struct motion_store_step step;
+    char pose[MOTION_STORE_NAME + 1];
+
+    console->error = stored_may_read();
+    if (console->error ||
+        !motion_store_read_step(console_store(), console->index, console->part, &step))
+        return false;
+    printer_decimal(printer, ++console->part);
+    printer_flash(printer, message_behind_number);
+    if (motion_store_read_name(console_store(), MOTION_STORE_POSE,
+                               motion_store_pose_of(console_store(), step.pose), pose))
+        sequence_print_way(printer, pose, &step);
+    else
+        printer_line(printer, message_step_gone);
+    return true;
+}
+
 static const CDS_FLASH struct command sequence_step_rows[] = {
+    {
+        .usage = FLASH_TEXT("sequence NAME show"),
+        .what = FLASH_TEXT("steps of a stored sequence with their numbers"),
+        .details = COMMAND_DETAILS("N of set, insert and delete. For lines to send: sequence show"),
+        .example = COMMAND_DETAILS("sequence walk show"),
+        .begin = show_steps_begin,
+        .poll = show_steps_poll,
+    },
     {
         .usage = FLASH_TEXT("sequence NAME set|insert N POSE TIME [dwell TIME]"),
         .what = FLASH_TEXT("replace step N, or insert a step before it"),
-        .details = COMMAND_DETAILS("N counts from 1. TIME and dwell: as with add"),
+        .details =
+            COMMAND_DETAILS("N as 'sequence NAME show' prints it. TIME and dwell: as with add"),
         .example = COMMAND_DETAILS("sequence walk set 2 stand 1.5s"),
         .begin = edit_begin,
         .poll = edit_poll,

@@ -5,6 +5,7 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
+#include "robot/moves.h"
 
 static const CDS_FLASH char message_sequence[] = "sequence ";
 static const CDS_FLASH char message_new[] = " new ";
@@ -111,6 +112,21 @@ static void print_time(struct printer *printer, uint16_t time_10ms)
     printer_char(printer, 's');
 }
 
+void sequence_print_way(struct printer *printer, const char *pose,
+                        const struct motion_store_step *step)
+{
+    printer_string(printer, pose);
+    printer_char(printer, ' ');
+    print_time(printer, step->time_10ms);
+    if (step->dwell_10ms) {
+        printer_flash(printer, message_dwell);
+        print_time(printer, step->dwell_10ms);
+    }
+    if (step->passes)
+        printer_flash(printer, message_pass);
+    printer_end_of_line(printer);
+}
+
 /* Prints the line that adds the next step of the sequence `name`; for a step with a deleted pose a
  * line that the console refuses, and with it the steps behind it. False: there is no such step. */
 static bool print_step(struct console *console, const char *name)
@@ -132,16 +148,7 @@ static bool print_step(struct console *console, const char *name)
         return true;
     }
     printer_flash(printer, index ? message_add : message_new);
-    printer_string(printer, pose);
-    printer_char(printer, ' ');
-    print_time(printer, step.time_10ms);
-    if (step.dwell_10ms) {
-        printer_flash(printer, message_dwell);
-        print_time(printer, step.dwell_10ms);
-    }
-    if (step.passes)
-        printer_flash(printer, message_pass);
-    printer_end_of_line(printer);
+    sequence_print_way(printer, pose, &step);
     return true;
 }
 
@@ -239,6 +246,8 @@ void sequence_end(struct console *console)
 {
     const CDS_FLASH struct command *command = console->line.command;
 
+    if (command_set.motion_words) // after a Ctrl-X amid `play`
+        console->robot->moves->player.read = NULL;
     if (console->error == ERROR_INPUT_LOST) // of a `new`, perhaps
         console->new_is_refused = true;
     else if (command && is_of_group(command) &&

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* move, turn, torque, led. */
+#include <string.h> // memcpy()
+
 #include "cds55xx/servo.h" // cds_servo_write()
 #include "console/console.h"
 #include "console/errors.h"
@@ -9,6 +11,9 @@
 #include "console/messages.h"
 
 static const CDS_FLASH char message_limits_are_off[] = "limits are 0: endless turn";
+static const CDS_FLASH char message_way_back[] =
+    "limits are 0: endless turn; to have the old ones again: 'torque %u off', then 'set %u "
+    "CCW_ANGLE_LIMIT %a', 'set %u CW_ANGLE_LIMIT %a'";
 static const CDS_FLASH char message_stands_still[] = "endless turn: speed set to 0";
 static const CDS_FLASH char message_turn_again[] =
     "torque is off: 'torque ID on', then 'turn' again";
@@ -118,6 +123,32 @@ static uint8_t turn_begin(struct console *console)
     return error;
 }
 
+static void print_limits_are_off(struct console *console)
+{
+    union printer_value *values = console->printer.values;
+    const uint8_t *limits = set_job(console)->limits;
+    bool has_old = command_set.checks_writes && (limits[0] | limits[1] | limits[2] | limits[3]);
+
+    if (has_old) {
+        values[0].number = values[1].number = values[3].number = console->line.id;
+        values[2].number = register_raw_at(limits + 2, 2);
+        values[4].number = register_raw_at(limits, 2);
+    }
+    printer_line(&console->printer, has_old ? message_way_back : message_limits_are_off);
+}
+
+/* Keeps the limits that the setup reads before it writes, for the user to have them again. If the
+ * servo is in endless turn already, there are none. */
+ALWAYS_INLINE void keep_limits(struct console *console)
+{
+    struct set_job *job = set_job(console);
+    const uint8_t *read = console->line.request->reply;
+
+    if (command_set.checks_writes && console->phase == LIMITS && !job->setup.is_written &&
+        (read[0] | read[1] | read[2] | read[3]))
+        memcpy(job->limits, read, sizeof job->limits);
+}
+
 /* The next step, after one that went well. Returns an error or 0. */
 static uint8_t continue_turn(struct console *console)
 {
@@ -129,7 +160,7 @@ static uint8_t continue_turn(struct console *console)
         return setup_write(console, CDS_REG_CW_ANGLE_LIMIT, data, 4);
     }
     if (set_job(console)->setup.is_written)
-        printer_line(&console->printer, message_limits_are_off);
+        print_limits_are_off(console);
     take_raw(console, 0, CDS_UNIT_SIGNED_MRPM);
     return servo_write(console, CDS_REG_MOVING_SPEED, 2);
 }
@@ -146,6 +177,7 @@ static void tell_torque(struct console *console)
 
 static bool turn_poll(struct console *console)
 {
+    keep_limits(console);
     if (console->phase == LIMITS ? setup_waits(console) : console_waits(console))
         return true;
     if (command_set.explain && console->phase == SERVO_WRITE_SENT && console_answered(console))

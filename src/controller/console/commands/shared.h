@@ -6,11 +6,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "cds55xx/setup.h"   // struct cds_setup
-#include "compiler.h"        // ALWAYS_INLINE
-#include "console/console.h" // struct console, console_job()
+#include "cds55xx/setup.h"      // struct cds_setup
+#include "compiler.h"           // ALWAYS_INLINE
+#include "console/console.h"    // struct console, console_job()
+#include "robot/motion_start.h" // struct motion_outcome
 
-_Static_assert(sizeof(struct cds_setup) + 8 <= CONSOLE_JOB_SIZE, "the job must fit");
+_Static_assert(sizeof(struct cds_setup) + 12 <= CONSOLE_JOB_SIZE, "the job must fit");
 
 /* The job of a command that may start the cycle. */
 struct move_job {
@@ -78,8 +79,6 @@ uint8_t play_take_percent(const struct console *console, uint8_t index, uint8_t 
  * has begun or was refused. Then console->error is stored. */
 bool motion_command_poll(struct console *console, uint8_t (*start)(struct console *console));
 
-struct motion_outcome; // motion_start.h
-
 /* In motion_command.c: prints "servo 2 needs 92 ms in step 3", or "servo 2 is the cause". */
 void motion_print_cause(struct console *console, const struct motion_outcome *outcome);
 
@@ -95,6 +94,16 @@ const CDS_FLASH char *motion_line_text(const struct console *console, uint8_t er
  * reason, if there is one. */
 void motion_take_outcome(struct console *console, const struct motion_outcome *outcome);
 
+/* The job of `play`. */
+struct play_job {
+    uint16_t repeats; // 0: for ever
+    uint8_t percent;
+    uint16_t too_fast;           // bit i: step i is too fast, as a start has found
+    struct motion_outcome first; // of the first of these starts
+};
+
+_Static_assert(sizeof(struct play_job) <= CONSOLE_JOB_SIZE, "the job must fit");
+
 /* In motion_words.c: motion_words of struct command_set. */
 extern const CDS_FLASH struct command_motion_words motion_words;
 
@@ -104,7 +113,8 @@ uint8_t torque_on_error(uint8_t reason);
 /* The job of a command that writes registers. */
 struct set_job {
     struct cds_setup setup;
-    uint8_t data[4]; // what servo_write() writes
+    uint8_t data[4];   // what servo_write() writes
+    uint8_t limits[4]; // of `turn`: the angle limits that the servo had
 };
 
 static inline struct set_job *set_job(struct console *console)

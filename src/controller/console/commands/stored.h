@@ -66,6 +66,10 @@ bool stored_next(struct console *console, enum motion_store_kind kind);
  * `first`: 1 if the line numbers the step, else 0. Returns an error or 0. */
 uint8_t sequence_take_step(struct console *console, uint8_t first, struct motion_store_step *step);
 
+/* In sequences.c: ends a line with a step, "stand 1.2s dwell 0.5s" or "lift 0.3s pass". */
+void sequence_print_way(struct printer *printer, const char *pose,
+                        const struct motion_store_step *step);
+
 /* In sequences.c: end of struct command_store. After a refused `sequence NAME new` the lines with
  * `add` behind it would go to the stored sequence of this name: they are refused until a `new` is
  * stored, or another command of the group is given. */

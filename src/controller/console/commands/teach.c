@@ -45,6 +45,10 @@ uint8_t teach_choose(struct console *console)
     if (line->choice == SERVO_HOLDS && robot_is_inhibited(robot))
         return CDS_INHIBITED; // no servo may have torque
     if (line->values == 0) {
+        if (command_set.motion_words)
+            error = command_set.motion_words->choose(console);
+        if (error)
+            return error;
         line->values = robot->group_count;
         memcpy(line->request->packet.bytes, robot->group, robot->group_count);
     }
