@@ -11,7 +11,8 @@
 #include "console/explain.h"
 #include "console/messages.h"
 #include "console/mistake.h"
-#include "console/reply.h" // reply_warn()
+#include "console/reply.h"   // reply_warn()
+#include "console/unasked.h" // unasked_note_error()
 
 static const CDS_FLASH char message_ok[] = "ok";
 static const CDS_FLASH char message_not_a_list[] =
@@ -329,6 +330,8 @@ static void end_servo(struct console *console)
 
     console->servo_error = conditions;
     list->failed = list->failed || error;
+    if (command_set.unasked && error)
+        unasked_note_error(error);
     list->phase = WARN;
     if (console->printer.within)
         end_servo_line(console, error);
