@@ -17,12 +17,15 @@
 
 #define FAULTS_OF_LINE (FAULT_LINE_LOW | FAULT_NOISE)
 
-static const CDS_FLASH char message_back[] = "servo %u answers again; %s";
+static const CDS_FLASH char message_back[] = "servo %u answers again, torque %s; %s";
 static const CDS_FLASH char message_line_ok[] = "bus ok again; %s";
 static const CDS_FLASH char message_stop_late[] = "stop: torque read back as off at all servos; %s";
 static const CDS_FLASH char message_may_drive[] = "it may be driven";
 static const CDS_FLASH char message_has_no_torque[] =
-    "its torque is off: 'teach off %u' switches it on where the servo is";
+    "'teach off %u' switches it on where the servo is";
+static const CDS_FLASH char message_torque_on[] = "on";
+static const CDS_FLASH char message_torque_off[] = "off";
+static const CDS_FLASH char message_torque_not_read[] = "unknown";
 static const CDS_FLASH char message_back_lost[] =
     "it lost its state: 'release %u', then 'teach off %u' holds it where it is, 'torque %u on' "
     "moves it to its goal";
@@ -160,24 +163,31 @@ static const CDS_FLASH char *next_step(const struct console *console, const CDS_
     return console->failsafe->link_lost ? message_clear_due : message_release_due;
 }
 
-/* Prints `message`, with the next step as its value `index`. */
-static void say_over(struct console *console, const CDS_FLASH char *message, uint8_t index,
-                     const CDS_FLASH char *text)
+static void say_line(struct console *console, const CDS_FLASH char *message)
 {
-    console->printer.values[index].text = next_step(console, text);
     console_move_prompt(console);
     printer_line(&console->printer, message);
 }
 
+/* Prints `message`, with what to do next in it. */
+static void say_over(struct console *console, const CDS_FLASH char *message)
+{
+    console->printer.values[0].text = next_step(console, message_see_servos);
+    say_line(console, message);
+}
+
+/* "servo 2 answers again, torque on; it may be driven" */
 static void say_back(struct console *console, const struct cds_servo_state *servo)
 {
     union printer_value *values = console->printer.values;
+    const CDS_FLASH char *text = servo->torque ? message_may_drive : message_has_no_torque;
 
-    values[0].number = values[2].number = values[3].number = values[4].number = servo->id;
-    say_over(console, message_back, 1,
-             servo->inhibits ? message_back_lost
-             : servo->torque ? message_may_drive
-                             : message_has_no_torque);
+    values[0].number = values[3].number = values[4].number = values[5].number = servo->id;
+    values[1].text = servo->torque ? message_torque_on : message_torque_off;
+    if (servo->status_return_level == 0) // no READ
+        values[1].text = message_torque_not_read;
+    values[2].text = next_step(console, servo->inhibits ? message_back_lost : text);
+    say_line(console, message_back);
 }
 
 /* Prints the return of a servo. False: none has returned. */
@@ -208,10 +218,10 @@ bool unasked_report(struct console *console)
     if (state()->line_ticks > TICKS_OVER) {
         state()->line_ticks = 0;
         console->faults_told &= (uint8_t)~FAULTS_OF_LINE;
-        say_over(console, message_line_ok, 0, message_see_servos);
+        say_over(console, message_line_ok);
     } else if (state()->stop_is_late) {
         state()->stop_is_late = false;
-        say_over(console, message_stop_late, 0, message_see_servos);
+        say_over(console, message_stop_late);
     } else {
         state()->is_looking = report_back(console);
     }
