@@ -123,15 +123,17 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
 }
 
 /* A servo did not follow its goals, or take one. In place of this symptom stores the cause, if it
- * is known: a line held low, no reply, torque off. No ID: all servos are concerned. */
+ * is known: a line held low or never quiet, no reply, torque off. No ID: all servos are concerned.
+ */
 static void find_cause(struct robot *robot, struct motion_outcome *outcome)
 {
     const struct cds_servo_state *servo = cds_servos_find(&robot->servos, outcome->id);
-    bool is_low = cds_bus_line(robot->bus) == CDS_BUS_LINE_FAULT;
+    bool is_busy = cds_bus_line(robot->bus) != CDS_BUS_LINE_QUIET && // also just after a timeout
+                   robot->work.cycle.cycle.read.result != CDS_TIMEOUT;
 
-    if (is_low)
+    if (is_busy)
         outcome->result = CDS_LINE_BUSY;
-    if (is_low || robot_is_inhibited(robot))
+    if (is_busy || robot_is_inhibited(robot))
         outcome->id = CDS_NO_ID;
     else if (servo && servo->inhibits)
         outcome->result = CDS_INHIBITED;
