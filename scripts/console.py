@@ -171,7 +171,7 @@ condition, with a list of servos also the servo; the command has worked. `help` 
   has lost its state: the console says so at once, as it does an alarm, and the servo is not driven until `release`.
   In mode person on `arduino-mega` and `cm510` (profile `full`) the line also comes during `monitor`, above its table, and while a line
   of up to 80 characters is half typed, above that line; else, and during other commands, it waits.
-- On the same boards the console also tells a person, once, that a fault it has told is over for 2 s, and what to do next:
+- On the same boards the console also tells a person, once, that a fault it has told is over for 1.5 s (a fault of the line: 2 s), and what to do next:
   `servo 2 answers again, torque on; it may be driven`, `bus ok again; driving is inhibited until 'release'`,
   `stop: torque read back as off at all servos; ...` if `stop` could not say so. A remedy that was printed just before, as by the error of
   the same command, is left out of the next warning or alarm: `alarm of servo 1: range`.

@@ -12,8 +12,12 @@
 
 #define TICK_US 250000ul
 
-/* A fault is over after so many ticks without it: the state check reads a servo twice meanwhile. */
-#define TICKS_OVER 8
+/* A fault is over after so many ticks without it. The state check reads a servo once or twice
+ * meanwhile; noise comes and goes. */
+#define SERVO_TICKS 6
+#define LINE_TICKS  8
+
+#define REMEDY_TICKS 8 // a person has read the remedy so lately
 
 #define FAULTS_OF_LINE (FAULT_LINE_LOW | FAULT_NOISE)
 
@@ -120,7 +124,7 @@ static void count_tick(uint8_t *ticks, bool is_over)
         return;
     if (!is_over)
         *ticks = 1;
-    else if (*ticks <= TICKS_OVER)
+    else if (*ticks < UINT8_MAX)
         ++*ticks;
 }
 
@@ -138,19 +142,24 @@ static void look_at_stop(const struct robot *robot)
     }
 }
 
+static bool is_online(const struct cds_servo_state *servo)
+{
+    return servo->presence == CDS_PRESENCE_ONLINE && servo->misses == 0;
+}
+
 static void tick(const struct console *console)
 {
     const struct cds_servos *servos = &console->robot->servos;
 
     for (uint8_t i = 0; i < ROBOT_SERVOS; i++) {
         if (i < servos->count)
-            count_tick(&state()->away[i], servos->states[i].presence == CDS_PRESENCE_ONLINE);
+            count_tick(&state()->away[i], is_online(&servos->states[i]));
         else
             state()->away[i] = 0;
     }
     count_tick(&state()->line_ticks, !(console_faults(console) & FAULTS_OF_LINE));
     look_at_stop(console->robot);
-    if (state()->remedied_ticks++ >= TICKS_OVER)
+    if (state()->remedied_ticks++ >= REMEDY_TICKS)
         state()->remedied = 0;
     state()->is_looking = true;
 }
@@ -194,7 +203,7 @@ static void say_back(struct console *console, const struct cds_servo_state *serv
 static bool report_back(struct console *console)
 {
     for (uint8_t i = 0; i < ROBOT_SERVOS; i++) {
-        if (state()->away[i] <= TICKS_OVER)
+        if (state()->away[i] <= SERVO_TICKS)
             continue;
         state()->away[i] = 0;
         say_back(console, &console->robot->states[i]);
@@ -215,7 +224,7 @@ bool unasked_report(struct console *console)
     }
     if (!state()->is_looking || !printer_ready(&console->printer))
         return false;
-    if (state()->line_ticks > TICKS_OVER) {
+    if (state()->line_ticks > LINE_TICKS) {
         state()->line_ticks = 0;
         console->faults_told &= (uint8_t)~FAULTS_OF_LINE;
         say_over(console, message_line_ok);
