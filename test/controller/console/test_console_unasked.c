@@ -253,6 +253,8 @@ void test_release_before_late_stop_is_told_nothing(void)
     robot.stop.steps.result = CDS_LINE_BUSY;
     said_in_ticks(2);
     robot_allow(&robot);
+    said_in_ticks(2);
+    robot.stop_begun = true; // of another stop, which succeeds
     robot.stop.steps.result = CDS_OK;
     TEST_ASSERT_EQUAL_STRING("", said_in_ticks(20));
 }
