@@ -92,7 +92,12 @@ condition, with a list of servos also the servo; the command has worked. `help` 
 - The servos of the robot are those that `scan` finds or `group` names. The controller checks each of them once a second.
   Before the first check `servos` says `not asked yet`. A servo whose torque went off by itself
   has lost its state: the console says so at once, as it does an alarm, and the servo is not driven until `release`.
-  During a command such as `monitor`, and while a line is half typed, it waits.
+  In mode person on `arduino-mega` and `cm510` (profile `full`) the line also comes during `monitor`, above its table, and while a line
+  of up to 80 characters is half typed, above that line; else, and during other commands, it waits.
+- On the same boards the console also tells a person, once, that a fault it has told is over for 1.5 s (a fault of the line: 2 s), and what to do next:
+  `servo 2 answers again, torque on; it may be driven`, `bus ok again; driving is inhibited until 'release'`,
+  `stop: torque read back as off at all servos; ...` if `stop` could not say so. A remedy that was printed just before, as by the error of
+  the same command, is left out of the next warning or alarm: `alarm of servo 1: range`.
 - A servo with the factory value of the return delay, 2 us, may answer before the controller listens, but only while the PC
   sends, and rarely ([bridge.md](bridge.md#tests)). `set ID RETURN_DELAY 4us` prevents that; `new` sets it.
 - An error names servo, argument, value and allowed range: `error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg`. Error 56, a

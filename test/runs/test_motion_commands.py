@@ -723,6 +723,19 @@ class Play(Motion):
                 self.assertRegex(told[-1], "^motion: error 9: ")
         self.assertIn("the line is held low", self.told("@fault stuck low 1500\n")[-1])
 
+    def test_end_of_a_motion_by_a_babbling_servo_names_the_line(self):
+        for board in MOVING:
+            for what in ("random", "headers", "0x55"):
+                with self.subTest(board=board, what=what):
+                    ends = [line for line in self.told(f"@fault babble {what}\n@wait 1500\n@fault babble off\n", board)
+                            if "motion" in line]
+                    self.assertEqual([line[:16] for line in ends], ["motion: error 9:"], ends)
+
+    def test_blocked_servo_is_named_beside_one_that_does_not_answer(self):
+        for board in MOVING:
+            with self.subTest(board=board):
+                self.assertRegex(self.told("@power 3 off\n@block 2 on\n@wait 1000\n", board)[-1], "servo [23]: error (2|83): ")
+
     def test_end_of_a_motion_without_power_names_no_servo(self):
         self.assertRegex(self.told("@power off\n")[-1], "^motion: error 2: no reply")
 

@@ -16,6 +16,7 @@
 #include "console/commands/shared.h" // struct account
 #include "console/console.h"
 #include "console/errors.h"
+#include "console/unasked.h"
 #include "host/host_demux.h"
 #include "ring_input.h"
 #include "port_fake.h"
@@ -50,6 +51,7 @@ static inline void begin_console(void)
                                  .robot = &robot,
                                  .reset_cause = FAILSAFE_RESET_POWER};
     console_open(&console, &failsafe, &input, &output);
+    *command_set.unasked = (struct unasked){0};
     *command_set.account = (struct account){.counted_us = 0};
     robot.moves = command_set.moves;
     command_set.store->load(command_set.store->motions, &store);

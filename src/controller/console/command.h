@@ -45,6 +45,7 @@ struct motion_store;
 struct robot_operation;
 struct settings_store;
 struct token;
+struct unasked;
 
 /* What a command does: the functions of struct command. */
 struct command_action {
@@ -200,8 +201,9 @@ struct command_set {
     /* `set` reads the servo before it writes an angle limit, and reads its status return level
      * back; `reset` prints what the servo has then; `torque on` refuses a servo with an alarm. */
     bool checks_writes;
-    struct noise *noise;  // noise.h; NULL: noise is not looked for
-    uint8_t set_up_tries; // how often id, baud, factory, lock, set and restore try; 0 is as 1
+    struct noise *noise;     // noise.h; NULL: noise is not looked for
+    struct unasked *unasked; // unasked.h; NULL: no room to tell more than faults and alarms
+    uint8_t set_up_tries;    // how often id, baud, factory, lock, set and restore try; 0 is as 1
 };
 
 extern const CDS_FLASH struct command_set command_set;

@@ -18,6 +18,7 @@
 #include "console/reply.h"
 #include "robot/settings.h" // SETTINGS_ECHO_PERSON
 #include "console/typing.h"
+#include "console/unasked.h"
 
 /* Bounds of a poll, since the bus must not wait. */
 #define KEYS_PER_POLL 4 // with 3 a line of 254 bytes at 1 Mbps is lost
@@ -56,6 +57,8 @@ void console_prompt(struct console *console)
 void console_move_prompt(struct console *console)
 {
     console_prompt(console);
+    if (command_set.unasked)
+        unasked_make_room(console);
     if (console->editor.prompt_due)
         printer_char(&console->printer, '\r');
 }
@@ -204,6 +207,8 @@ static void run(struct console *console)
     console->failsafe->host_types = true;
     if (command_set.explain)
         console->faults_told &= console_faults(console); // what is over may be told again
+    if (command_set.unasked)
+        unasked_begin();
     if (command_set.lists)
         error = command_set.lists->begin(console);
     else if (command->begin)

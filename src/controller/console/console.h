@@ -119,8 +119,9 @@ bool console_is_for_person(const struct console *console);
 /* A new line begins: in mode person the editor prints a prompt before it. */
 void console_prompt(struct console *console);
 
-/* Call it before a line that no command asked for, while nothing is typed: in mode person the line
- * overwrites the prompt, and the prompt comes again below it. */
+/* Call it before a line that no command asked for: in mode person the line overwrites the prompt,
+ * and the prompt comes again below it. Only a profile with command_set.unasked may call it while a
+ * line is half typed, or in a pause of `monitor`. */
 void console_move_prompt(struct console *console);
 
 /* ---- for the commands ---- */

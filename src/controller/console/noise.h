@@ -17,7 +17,7 @@ struct noise {
     uint32_t begun_us; // when the window began
 };
 
-/* Call it in each turn while the console waits for input. */
+/* Call it in each turn while the console waits for input, and in the pauses of `monitor`. */
 void noise_poll(struct noise *noise, const struct cds_bus *bus);
 
 #endif

@@ -9,6 +9,7 @@
 #include "console/errors.h"
 #include "console/messages.h"
 #include "console/typing.h"
+#include "console/unasked.h"
 
 static const CDS_FLASH char ok[] = "ok";
 static const CDS_FLASH char failed[] = "error %u: %s";
@@ -29,6 +30,11 @@ static const CDS_FLASH uint8_t reply_remedies[] = {
     ERROR_VOLTAGE, ERROR_SERVO_ANGLE,       ERROR_ALARM,   ERROR_SERVO_RANGE, ERROR_SERVO_CHECKSUM,
     ERROR_ALARM,   ERROR_SERVO_INSTRUCTION, CDS_INHIBITED, CDS_TIMEOUT,
 };
+
+uint8_t reply_remedy_error(uint8_t condition)
+{
+    return reply_remedies[condition];
+}
 
 const CDS_FLASH char *reply_remedy(uint8_t condition)
 {
@@ -63,7 +69,8 @@ bool reply_warn(struct console *console)
     if (names_servo)
         (value++)->number = console->line.id;
     value[0].text = reply_conditions[condition];
-    value[1].text = reply_remedy(condition);
+    value[1].text =
+        command_set.unasked ? unasked_remedy(console, condition) : reply_remedy(condition);
     printer_line(&console->printer, names_servo ? warning_of_servo : warning);
     return true;
 }
@@ -75,6 +82,8 @@ static bool print_result(struct console *console)
     uint8_t number = error_of_servo(&console->servo_error);
     bool more = number && console->servo_error;
 
+    if (command_set.unasked && number)
+        unasked_note_error(number);
     if (number == 0)
         number = console->error;
     if (command_set.explain && number && !more) {

@@ -20,12 +20,16 @@ bool reply_warn(struct console *console);
 /* Conditions: 0 to 6 are the numbers of the CDS_ERROR_* bits. */
 #define REPLY_TORQUE_LOST 7 // the servo has switched its torque off by itself
 #define REPLY_OFFLINE     8
+#define REPLY_CONDITIONS  9
 
 /* The name of each condition. */
 extern const CDS_FLASH char *const CDS_FLASH reply_conditions[];
 
 /* The number of the lowest of `bits`, which are not 0. */
 uint8_t reply_condition(uint8_t bits);
+
+/* The error whose remedy helps against the condition. */
+uint8_t reply_remedy_error(uint8_t condition);
 
 /* The remedy for a condition, with "; " in front. Returns "" in a firmware profile whose errors
  * have no remedies. */

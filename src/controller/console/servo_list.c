@@ -11,7 +11,8 @@
 #include "console/explain.h"
 #include "console/messages.h"
 #include "console/mistake.h"
-#include "console/reply.h" // reply_warn()
+#include "console/reply.h"   // reply_warn()
+#include "console/unasked.h" // unasked_note_error()
 
 static const CDS_FLASH char message_ok[] = "ok";
 static const CDS_FLASH char message_not_a_list[] =
@@ -347,6 +348,8 @@ static void end_servo(struct console *console)
     uint8_t error = servo_outcome(console);
 
     console->servo_error = conditions;
+    if (command_set.unasked && error)
+        unasked_note_error(error);
     list->phase = WARN;
     if (command_set.checks_writes && error && error == list->error)
         repeat_error(console, error);

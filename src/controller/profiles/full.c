@@ -30,6 +30,7 @@
 #include "console/history.h"
 #include "console/noise.h"
 #include "console/typing.h"
+#include "console/unasked.h"
 #include "robot/autostart.h"
 #include "robot/group_cycle.h"
 #include "robot/moves.h"
@@ -50,6 +51,7 @@ static void begin(const struct failsafe *failsafe, struct motion_store *store)
 #endif
 #if HAS_ROOM
 static struct noise noise;
+static struct unasked unasked;
 #endif
 static struct account account;
 static struct history history;
@@ -131,6 +133,7 @@ const CDS_FLASH struct command_set command_set = {
     .account = &account,
 #if HAS_ROOM
     .noise = &noise,
+    .unasked = &unasked,
 #endif
     .monitor = monitor_table,
     .typing = HAS_ADVICE ? &typing_with_parts : &typing,

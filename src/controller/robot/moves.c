@@ -123,22 +123,31 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
 }
 
 /* A servo did not follow its goals, or take one. In place of this symptom stores the cause, if it
- * is known: a line held low, no reply, torque off. No ID: all servos are concerned. */
+ * is known: a line held low or never quiet, no reply, torque off. No ID: all servos are concerned.
+ */
 static void find_cause(struct robot *robot, struct motion_outcome *outcome)
 {
     const struct cds_servo_state *servo = cds_servos_find(&robot->servos, outcome->id);
-    bool is_low = cds_bus_line(robot->bus) == CDS_BUS_LINE_FAULT;
+    uint8_t result = CDS_TIMEOUT; // the servo is OFFLINE, or was until now
 
-    if (is_low)
-        outcome->result = CDS_LINE_BUSY;
-    if (is_low || robot_is_inhibited(robot))
+    if (!servo || robot_is_inhibited(robot)) {
         outcome->id = CDS_NO_ID;
-    else if (servo && servo->inhibits)
-        outcome->result = CDS_INHIBITED;
-    else if (servo && (servo->presence >= CDS_PRESENCE_OFFLINE || outcome->result == CDS_INHIBITED))
-        outcome->result = CDS_TIMEOUT; // it is OFFLINE, or was until now
-    else if (servo && !servo->torque)
-        outcome->result = MOTION_TORQUE_OFF;
+        return;
+    }
+    if (servo->inhibits) {
+        result = CDS_INHIBITED;
+    } else if (servo->presence < CDS_PRESENCE_OFFLINE) {
+        if (cds_bus_line(robot->bus) != CDS_BUS_LINE_QUIET &&
+            robot->work.cycle.cycle.read.result != CDS_TIMEOUT) { // else it rests for a moment
+            result = CDS_LINE_BUSY;
+            outcome->id = CDS_NO_ID;
+        } else if (outcome->result != CDS_INHIBITED) {
+            if (servo->torque)
+                return;
+            result = MOTION_TORQUE_OFF;
+        }
+    }
+    outcome->result = result;
 }
 
 /* How the motion under way has ended. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Lines of the console: errors, line ends, lost input, replies that nobody reads. */
+/* Lines of the console: errors, line ends, warnings. */
 #include "console_rig.h"
 
 void setUp(void)
@@ -227,68 +227,4 @@ void test_read_refused_by_the_servo_gives_no_bytes(void)
     reply_to("read 1 ID");
     answer(1, CDS_ERROR_RANGE, NULL, 0);
     TEST_ASSERT_EQUAL_STRING_LEN("error 21: ", said, 10);
-}
-
-static void mark(uint8_t byte)
-{
-    char text[2] = {(char)byte, '\0'};
-
-    type(text);
-}
-
-void test_lost_input_drops_line_and_prints_error_at_once(void)
-{
-    type("write 1 GOAL_POSITION 5");
-    mark(HOST_MARK_LOST);
-    TEST_ASSERT_EQUAL_STRING_LEN("error 36: ", said, 10);
-    reply_to("ping 1");
-    assert_sent("FF FF 01 02 01 FB");
-}
-
-void test_packet_drops_begun_line_without_reply(void)
-{
-    type("write 1 GOAL_POSITION 5");
-    mark(HOST_MARK_DROPPED);
-    TEST_ASSERT_EQUAL_STRING("", said);
-    reply_to("ping 1");
-    assert_sent("FF FF 01 02 01 FB");
-}
-
-void test_the_next_line_waits_for_the_reply_to_this_one(void)
-{
-    reply_to("ping 1\rping 2");
-    assert_sent("FF FF 01 02 01 FB");
-    TEST_ASSERT_EQUAL_UINT16(1, port_fake.packets);
-    answer(1, 0, NULL, 0);
-    port_fake_transmit(&bus.link, 0);
-    assert_sent("FF FF 02 02 01 FA");
-}
-
-void test_stopped_reader_delays_reply_without_loss(void)
-{
-    type("");
-    for (const char *c = "help\r"; *c; c++)
-        cds_ring_put(&input, (uint8_t)*c);
-    for (uint16_t i = 0; i < 2000; i++) {
-        cds_bus_poll(&bus);
-        console_poll(&console); // nobody reads
-    }
-    TEST_ASSERT_GREATER_THAN_UINT8(CDS_RING_SIZE - PRINTER_PIECE, cds_ring_count(&output));
-    TEST_ASSERT_FALSE(console_idle(&console));
-    while (!console_idle(&console))
-        turn();
-    TEST_ASSERT_NOT_NULL(strstr(said, "play a sequence after power-up"));
-    TEST_ASSERT_EQUAL_STRING("ok\r\n", said + strlen(said) - 4);
-}
-
-void test_idle_only_when_there_is_nothing_to_do(void)
-{
-    TEST_ASSERT_TRUE(console_idle(&console));
-    cds_ring_put(&input, 'p');
-    TEST_ASSERT_FALSE(console_idle(&console));
-    type("ing 1\r");
-    TEST_ASSERT_FALSE(console_idle(&console));
-    port_fake_transmit(&bus.link, 0);
-    answer(1, 0, NULL, 0);
-    TEST_ASSERT_TRUE(console_idle(&console));
 }

@@ -75,3 +75,57 @@ void test_ctrl_x_in_first_table_moves_no_line(void)
         go_on();
     TEST_ASSERT_NOT_NULL(strstr(said, ROW_1 "servo 8" ABSENT "error 54: "));
 }
+
+void test_alarm_between_tables_stands_above_the_next_one(void)
+{
+    settings.echo = SETTINGS_ECHO_PERSON;
+    type_part("monitor 1 8 9\r");
+    go_on_until(TABLE);
+    failsafe.alarm_id = 1;
+    failsafe.alarm = CDS_ERROR_OVERHEATING;
+    go_on_until("\x1B[3A\x1B[J\ralarm of servo 1: overheating; take any load off and let it cool, "
+                "then 'clear'\r\n" TABLE);
+    go_on_until(TABLE "\x1B[3A" TABLE);
+}
+
+void test_alarm_within_a_slow_table_does_not_wait_for_the_period(void)
+{
+    settings.echo = SETTINGS_ECHO_PERSON;
+    type_part("monitor 1 every 60s\r");
+    go_on_until(ROW_1);
+    failsafe.alarm_id = 1;
+    failsafe.alarm = CDS_ERROR_CHECKSUM;
+    for (uint8_t i = 0; i < 3; i++)
+        go_on();
+    TEST_ASSERT_NOT_NULL(strstr(said, "\x1B[1A\x1B[J\ralarm of servo 1: checksum"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "send it again\r\n" ROW_1));
+}
+
+void test_alarm_before_the_first_table_clears_nothing(void)
+{
+    settings.echo = SETTINGS_ECHO_PERSON;
+    failsafe.alarm_id = 1;
+    type_part("monitor 1 8 9\r");
+    while (console.state == CONSOLE_READING)
+        turn();
+    failsafe.alarm = CDS_ERROR_CHECKSUM;
+    go_on_until(TABLE);
+    TEST_ASSERT_NOT_NULL(strstr(said, "9\r\n\ralarm of servo 1: checksum"));
+    TEST_ASSERT_NULL(strstr(said, "\x1B[J"));
+}
+
+void test_alarm_during_lines_for_a_plot_waits_for_the_end(void)
+{
+    settings.echo = SETTINGS_ECHO_PERSON;
+    type_part("monitor 1 8 9 as plot\r");
+    go_on_until("8:absent,9:absent\r\n");
+    failsafe.alarm_id = 1;
+    failsafe.alarm = CDS_ERROR_CHECKSUM;
+    for (uint8_t i = 0; i < 20; i++)
+        go_on();
+    TEST_ASSERT_NULL(strstr(said, "alarm"));
+    type_part("\r");
+    for (uint8_t i = 0; i < 20; i++)
+        go_on();
+    TEST_ASSERT_NOT_NULL(strstr(said, "missing\r\nok\r\n\ralarm of servo 1: checksum"));
+}

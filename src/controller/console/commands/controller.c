@@ -11,6 +11,7 @@
 #include "console/messages.h"
 #include "console/noise.h"
 #include "console/number_format.h" // number_print()
+#include "console/unasked.h"
 
 static const CDS_FLASH char message_origin[] = "settings at start: %s";
 static const CDS_FLASH char message_saved_since[] =
@@ -205,8 +206,9 @@ enum alarm_kind {
 
 /* Prints the line of the lowest bit, "alarm of servo 3: overheating", and returns the other bits.
  * `kind`: enum alarm_kind bits. */
-NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t bits, uint8_t kind)
+NOINLINE static uint8_t alarm_line(struct console *console, uint8_t id, uint8_t bits, uint8_t kind)
 {
+    struct printer *printer = &console->printer;
     uint8_t condition = reply_condition(bits);
     union printer_value *value = printer->values;
 
@@ -219,7 +221,10 @@ NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t 
     if (condition == REPLY_TORQUE_LOST && kind & ALARM_OFFLINE)
         condition = REPLY_OFFLINE;
     value->text = reply_conditions[condition];
-    value[1].text = kind & ALARM_NEW ? reply_remedy(condition) : message_nothing;
+    value[1].text = !(kind & ALARM_NEW) ? message_nothing
+                    : command_set.unasked
+                        ? unasked_alarm_remedy(console, condition, kind & ALARM_OFFLINE)
+                        : reply_remedy(condition);
     printer_line(printer, message_alarm);
     return (uint8_t)(bits & (bits - 1u));
 }
@@ -266,7 +271,7 @@ static bool alarms_poll(struct console *console)
         id = servo->id;
         kind = is_offline(servo) ? ALARM_OFFLINE : ALARM_LATCHED;
     }
-    left ^= alarm_line(&console->printer, id, left, kind);
+    left ^= alarm_line(console, id, left, kind);
     console->part |= left;
     return true;
 }
@@ -301,6 +306,8 @@ static bool report_fault(struct console *console)
         return true;
     console_say(console, fault_text(console, fault));
     console->faults_told |= fault;
+    if (command_set.unasked && fault != FAULT_LINK_LOST)
+        unasked_note_fault();
     return true;
 }
 
@@ -326,19 +333,23 @@ bool controller_report(struct console *console)
         noise_poll(command_set.noise, console->bus);
         silence_alarms_of_line(console);
     }
+    if (command_set.unasked)
+        unasked_silence(console);
     if (!console->printer.text) { // else a report is being printed
-        if (console->editor.length)
+        if (console->editor.length && !(command_set.unasked && unasked_may_redraw(console)))
             return false;
         if (command_set.moves && play_report(console))
             return true;
         if (command_set.explain && failsafe->host_types && report_fault(console))
+            return true;
+        if (command_set.unasked && failsafe->host_types && unasked_report(console))
             return true;
         if (!failsafe->alarm)
             return false;
     }
     if (printer_ready(&console->printer) && failsafe->alarm) {
         console_move_prompt(console);
-        failsafe->alarm = alarm_line(&console->printer, failsafe->alarm_id, failsafe->alarm,
+        failsafe->alarm = alarm_line(console, failsafe->alarm_id, failsafe->alarm,
                                      (uint8_t)(failsafe->reported[failsafe->next] | ALARM_NEW));
     }
     return true;

@@ -198,6 +198,8 @@ bool monitor_poll(struct console *console)
         console->phase = SUM_UP;
     switch (console->phase) {
     case PAUSE:
+        if (command_set.unasked && monitor_report(console))
+            return true;
         if ((int32_t)(cds_port_now_us() - monitor->next_us) >= 0)
             console->phase = ASK;
         return true;

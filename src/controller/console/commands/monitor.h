@@ -36,6 +36,7 @@ struct monitor {
     bool begun;       // the line has a value already
     bool is_table;    // prints a table that stays in place, else lines
     bool is_answered; // a servo has answered
+    bool is_cleared;  // the table is cleared: the next one is not printed over it
 };
 
 _Static_assert(sizeof(struct monitor) <= CONSOLE_JOB_SIZE, "the job must fit");
@@ -57,5 +58,13 @@ uint16_t monitor_value(struct console *console, uint8_t value, uint8_t *unit);
  * that the servo is absent, in the table or in the line. MONITOR_LEAVE, when the command ends
  * within a table: moves the cursor below it. */
 void monitor_table(struct console *console, uint8_t value);
+
+/* In monitor_table.c, between two tables in mode person: prints what no command asked for. False:
+ * there is nothing. */
+bool monitor_report(struct console *console);
+
+/* In monitor_table.c: clears the table, if one stands above the cursor. The next one comes at once.
+ */
+void monitor_clear_table(struct console *console);
 
 #endif

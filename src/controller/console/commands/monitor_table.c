@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* monitor with a table that stays in place on a terminal, and absent servos. */
+#include "cds55xx/port.h" // cds_port_now_us()
 #include "console/commands/command_groups.h"
 #include "console/commands/monitor.h"
 #include "console/messages.h"
@@ -8,6 +9,9 @@
 /* Sequences of ANSI X3.64 that every terminal obeys. */
 static const CDS_FLASH char csi[] = "\x1B[";
 static const CDS_FLASH char clear_rest_of_line[] = "\x1B[K";
+
+/* Behind the number of rows: moves the cursor up by them, and clears all below it. */
+static const CDS_FLASH char clear_table[] = "A\x1B[J";
 
 static const CDS_FLASH char absent[] = "absent";
 
@@ -32,10 +36,12 @@ static void leave(struct printer *printer, const struct monitor *monitor)
 /* Goes back to the first row before a table is printed over the last one, then prints "servo 1:" */
 static void begin_row(struct printer *printer, struct monitor *monitor)
 {
-    if (monitor->index == 0 && monitor->lines) {
+    if (monitor->index == 0 && monitor->lines && !(command_set.unasked && monitor->is_cleared)) {
         monitor->below = monitor->count;
         move(printer, monitor, 'A');
     }
+    if (command_set.unasked)
+        monitor->is_cleared = false;
     printer_flash(printer, message_servo_label);
     printer_decimal(printer, monitor->ids[monitor->index]);
     printer_char(printer, ':');
@@ -87,6 +93,27 @@ void monitor_table(struct console *console, uint8_t value)
     }
     if (value >= MONITOR_VALUES - 1)
         end_row(printer, monitor);
+}
+
+bool monitor_report(struct console *console)
+{
+    return monitor_job(console)->is_table && console_is_for_person(console) &&
+           command_set.report(console);
+}
+
+void monitor_clear_table(struct console *console)
+{
+    struct monitor *monitor = monitor_job(console);
+    struct printer *printer = &console->printer;
+
+    if (console->line.command->poll != monitor_poll || !monitor->is_table || console->phase ||
+        monitor->lines == 0 || monitor->is_cleared)
+        return;
+    printer_flash(printer, csi);
+    printer_decimal(printer, monitor->count);
+    printer_flash(printer, clear_table);
+    monitor->is_cleared = true;
+    monitor->next_us = cds_port_now_us();
 }
 
 /* A program that reads replies has the echo off, and gets lines. */

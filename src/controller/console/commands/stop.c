@@ -11,6 +11,7 @@
 #include "compiler.h"                // NOINLINE
 #include "console/reply.h"
 #include "console/messages.h"
+#include "console/unasked.h"
 
 static const CDS_FLASH char message_stop_done[] =
     "robot stopped: torque off, driving inhibited until 'release'";
@@ -82,6 +83,8 @@ static bool stop_poll(struct console *console)
         printer_line(&console->printer, message_servo);
         return true;
     }
+    if (command_set.unasked && !console->error)
+        unasked_note_stop();
     if (command_set.explain && console->part++) {
         printer_line(&console->printer, console->error ? message_stop_failed : message_stop_done);
         return false;

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT
+"""What the console tells a person without a command, in whole runs: faults that are over, alarms during `monitor` and above a
+line that is half typed, and remedies that are not repeated."""
+# needs: $(CONSOLE_ELFS)
+import pathlib
+import re
+import tempfile
+import unittest
+
+from simulator import Run, controller
+
+
+class Recovery(unittest.TestCase):
+    """A fault that is over is told once to a person, with what to do next."""
+    def told(self, script, board="arduino-mega"):
+        run = controller(f"scan\ntorque all on\nmode person\n@wait 1500\n{script}", board, "1-3", "--echo")
+        self.assertEqual(run.status, 0, run.output)
+        return re.findall("servo . answers again.*|bus ok again.*|stop: .*", run.output)
+
+    def test_plug_that_is_back_tells_what_to_do(self):
+        self.assertEqual(self.told("@power 2 off\n@wait 2000\n@power 2 on\n@wait 5000\nrelease 2\nteach off 2\n@wait 2000\n"),
+                         ["servo 2 answers again, torque off; it lost its state: 'release 2', then 'teach off 2' holds it "
+                          "where it is, 'torque 2 on' moves it to its goal"])
+
+    def test_plug_that_is_back_without_lost_state_may_be_driven(self):
+        self.assertEqual(self.told("@fault baud 2 34\n@wait 2500\n@fault baud 2 1\n@wait 3000\n"),
+                         ["servo 2 answers again, torque on; it may be driven"])
+
+    def test_plug_that_is_back_while_inhibited_names_release(self):
+        self.assertEqual(self.told("stop\n@power 2 off\n@wait 2000\n@power 2 on\n@wait 3000\n"),
+                         ["servo 2 answers again, torque off; driving is inhibited until 'release'"])
+
+    def test_loose_plug_is_not_told_as_back(self):
+        self.assertEqual(self.told("@power 2 off\n@wait 2000\n" + 4 * "@power 2 on\n@wait 500\n@power 2 off\n@wait 1500\n"), [])
+
+    def test_free_line_is_told_once(self):
+        self.assertEqual(self.told("@fault stuck low 1500\n@wait 6000\n"), ["bus ok again; 'servos' shows their state"])
+        self.assertEqual(self.told("stop\n@fault noise 20000\n@wait 1500\n@fault noise 0\n@wait 6000\n"),
+                         ["bus ok again; driving is inhibited until 'release'"])
+
+    def test_line_that_is_low_again_soon_is_not_told_as_free(self):
+        self.assertEqual(self.told(4 * "@fault stuck low 500\n@wait 1500\n"), [])
+
+    def test_stop_that_succeeds_late_is_told(self):
+        self.assertEqual(self.told("@fault stuck low 3000\n@wait 200\n! stop\n@wait 5000\nrelease\n@wait 2000\n")[0],
+                         "stop: torque read back as off at all servos; driving is inhibited until 'release'")
+
+    def test_stop_that_succeeds_at_once_is_not_told_twice(self):
+        self.assertNotIn("stop: torque read back", "".join(self.told("@power 2 off\n! stop\n@power 2 on\nstop\n@wait 2000\n")))
+
+    def test_program_is_told_nothing(self):
+        self.assertEqual(self.told("mode program\n@power 2 off\n@wait 2000\n@power 2 on\n@fault stuck low 1500\n@wait 6000\n"), [])
+
+
+class Repeated(unittest.TestCase):
+    """A remedy that was printed just before is not printed again."""
+    def run_on(self, script):
+        run = controller(f"scan\nmode person\n{script}", "arduino-mega", "1-3", "--echo")
+        self.assertEqual(run.status, 0, run.output)
+        return run.output
+
+    def test_alarm_behind_its_error_is_short(self):
+        output = self.run_on("! write 1 PRESENT_POSITION 1\n@wait 200\n")
+        self.assertIn("error 21: servo 1: range error; a value or address", output)
+        self.assertIn("alarm of servo 1: range\n", output)
+
+    def test_alarm_of_several_servos_tells_the_remedy_once(self):
+        output = self.run_on("@supply 5.5\n@wait 2000\n")
+        self.assertEqual(output.count(": input voltage"), 3, output)
+        self.assertEqual(output.count("mend supply or limits"), 1, output)
+
+    def test_warning_of_a_list_tells_the_remedy_once_a_command(self):
+        output = self.run_on("@supply 5.5\n@wait 2000\n" + 2 * "get 1-3 LED\n")
+        self.assertEqual(re.findall("warning: servo (.): input voltage(;?)", output),
+                         2 * [("1", ";"), ("2", ""), ("3", "")], output)
+
+
+class Monitor(unittest.TestCase):
+    """Alarms reach a person during `monitor` and above a line that is half typed."""
+    def heard(self, program, *faults):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "pc")
+            file.write_text(program)
+            run = Run("build/arduino-mega/controller.elf", "--host", file, "--eeprom", pathlib.Path(folder, "eeprom"), *faults, board="arduino-mega", servos="1-3")
+        self.assertEqual(run.status, 0, run.output)
+        return [bytes.fromhex("".join(line.split()[4:])).decode("latin-1")
+                for line in run.output.splitlines() if line.startswith("heard")]
+
+    START = "wait 100000\nrest\ntext group 1 2\nwait 500000\nrest\n"
+    UNPLUG = ("--fault", "unplug in 8 1 2 5000")
+    ALARM = "alarm of servo 2: offline; check power, wiring, ID and baud rate of the servo\r\n"
+
+    def test_alarm_stands_above_the_table_of_monitor(self):
+        ticks = "text monitor 1 2 every 5s\nwait 7000000\nrest\n"
+        told = self.heard(self.START + ticks, *self.UNPLUG)[2]
+        row = "servo 1: 150.147deg 0rpm 0% 12V 32C\x1b[K\r\n"
+        self.assertIn(f"\x1b[2A\x1b[J\r{self.ALARM}{row}servo 2: absent\x1b[K\r\n", told)
+        self.assertNotIn(f"{self.ALARM}\x1b", told)
+
+    def test_alarm_does_not_break_the_lines_of_a_plot(self):
+        told = self.heard(self.START + "text monitor 1 2 as plot\nwait 4000000\nrest\n", *self.UNPLUG)[2]
+        self.assertIn("2:absent", told)
+        self.assertNotIn("alarm", told)
+
+    def test_half_typed_line_comes_again_below_an_alarm(self):
+        typed = "say 6D 6F 76 65 20 31 20 39 1B 5B 44 1B 5B 44\nwait 4000000\nrest\nsay 20 1B 5B 43 0D\nwait 500000\nrest\n"
+        heard = self.heard(self.START + typed, *self.UNPLUG)
+        self.assertEqual(heard[2], f"move 1 9\b\b\r\x1b[K\r{self.ALARM}\r> move 1 9\b\b")
+        self.assertIn("ok\r\n", heard[3])
+
+
+if __name__ == "__main__":
+    unittest.main()
