@@ -33,6 +33,8 @@ static const CDS_FLASH char message_swapped[] =
     "above HIGH, %a; write the smaller angle first: limits ID LOW HIGH";
 static const CDS_FLASH char message_several[] =
     "several servos answer at the same time on one wire, so their replies mix; 'scan' asks each";
+static const CDS_FLASH char message_late[] =
+    "no reply by the deadline; replies that came late: %u, see 'diagnose %u'";
 static const CDS_FLASH char message_one[] =
     "254 means all servos at once; this command takes an ID from 0 to 253%s";
 static const CDS_FLASH char message_or_each[] = ", or 'all': each in turn";
@@ -233,6 +235,19 @@ static const CDS_FLASH char *text_of_scan(const struct console *console)
                : NULL;
 }
 
+/* No reply by the deadline, but late ones came. */
+static const CDS_FLASH char *text_of_late(struct console *console)
+{
+    const struct cds_servo_state *servo = console_servo(console);
+    union printer_value *values = console->printer.values;
+
+    if (!servo || servo->counters.stale_replies == 0)
+        return text_of_scan(console);
+    values[0].number = servo->counters.stale_replies;
+    values[1].number = servo->id;
+    return message_late;
+}
+
 /* ID 254 for a command that needs a reply. */
 static const CDS_FLASH char *text_of_one_id(struct console *console)
 {
@@ -335,7 +350,7 @@ const CDS_FLASH char *advice(struct console *console)
     case ERROR_TIME: return text_of_times(console);
     case ERROR_OUT_OF_RANGE: return text_of_value(console);
     case ERROR_POSE_GONE: return command_set.motion_words ? message_pose_gone : NULL;
-    case CDS_TIMEOUT:
+    case CDS_TIMEOUT: return text_of_late(console);
     case CDS_CORRUPT: return text_of_scan(console);
     case CDS_INHIBITED: return text_of_release(console);
     case ERROR_ENDLESS: return text_of_turn(console);
