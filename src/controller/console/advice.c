@@ -31,6 +31,14 @@ static const CDS_FLASH char message_pose_gone[] =
     "a step names a deleted pose; 'sequence NAME set N POSE TIME' mends step N";
 static const CDS_FLASH char message_swapped[] =
     "above HIGH, %a; write the smaller angle first: limits ID LOW HIGH";
+static const CDS_FLASH char message_above_ccw[] =
+    "nothing was written: CCW_ANGLE_LIMIT is %a, and CW_ANGLE_LIMIT may not be above it";
+static const CDS_FLASH char message_below_cw[] =
+    "nothing was written: CW_ANGLE_LIMIT is %a, and CCW_ANGLE_LIMIT may not be below it";
+static const CDS_FLASH char message_above_max[] =
+    "nothing was written: MAX_VOLTAGE is %v, and MIN_VOLTAGE may not be above it";
+static const CDS_FLASH char message_below_min[] =
+    "nothing was written: MIN_VOLTAGE is %v, and MAX_VOLTAGE may not be below it";
 static const CDS_FLASH char message_several[] =
     "several servos answer at the same time on one wire, so their replies mix; 'scan' asks each";
 static const CDS_FLASH char message_late[] =
@@ -277,10 +285,29 @@ static const CDS_FLASH char *text_of_step(struct console *console)
     return message_step_range;
 }
 
+/* `set` of a limit that contradicts the other one (register.c). */
+static const CDS_FLASH char *text_of_pair(struct console *console)
+{
+    static const CDS_FLASH char set[] = "set";
+
+    if (!command_set.checks_writes || console->line.error || !is_command(&console->line, set))
+        return NULL;
+    console->printer.values[0].number = console->raw;
+    switch (console->index) {
+    case CDS_REG_CCW_ANGLE_LIMIT: return message_above_ccw;
+    case CDS_REG_CW_ANGLE_LIMIT: return message_below_cw;
+    case CDS_REG_MAX_VOLTAGE: return message_above_max;
+    case CDS_REG_MIN_VOLTAGE: return message_below_min;
+    default: return NULL;
+    }
+}
+
 static const CDS_FLASH char *text_of_value(struct console *console)
 {
     const CDS_FLASH char *message = text_of_one_id(console);
 
+    if (message == NULL)
+        message = text_of_pair(console);
     if (message == NULL)
         message = text_of_step(console);
     return message ? message : text_of_order(console);
