@@ -35,7 +35,7 @@ extern "C" {
       "look for a short circuit, a turned plug, a driver without power")                           \
     X(CDS_FINDING_BABBLE, 3, "the line is never quiet",                                            \
       "unplug servos one by one until it is quiet: the last is at fault")                          \
-    X(CDS_FINDING_ECHO, 4, "the line echoes, though the board file says it does not",              \
+    X(CDS_FINDING_ECHO, 4, "the line echoes, against the board file",                              \
       "check RX enable, or declare the echo there")                                                \
     X(CDS_FINDING_COLLISION, 5, "another device sends on this line",                               \
       "unplug the other controller or PC adapter")                                                 \
@@ -52,7 +52,7 @@ extern "C" {
     X(CDS_FINDING_OTHER_ID, 11, "no servo has this ID, but others answer",                         \
       "check its plug and power; then its ID: 'scan'")                                             \
     X(CDS_FINDING_NO_REPLY_BY_LEVEL, 12, "the servo answers PING only",                            \
-      "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all)")                                        \
+      "set STATUS_RETURN_LEVEL to 1 (READ) or 2 (all)")                                            \
     X(CDS_FINDING_SLOW, 13, "the servo answers later than the bus waits",                          \
       "'write ID RETURN_DELAY 2', or 'settings return_delay 254'; else replace it")                \
     X(CDS_FINDING_LOW_SUPPLY, 14, "the servo's supply is below MIN_VOLTAGE",                       \
@@ -119,6 +119,9 @@ struct cds_diagnose {
     struct cds_diagnose_tally same;    // READ of the ID: equal in two servos with one ID
     struct cds_diagnose_tally varying; // READ of registers in which they differ
 
+    // the caller may set it before the first poll:
+    uint8_t known_baud_reg; // rate at which the servo answered last: it is tried before the listed
+                            // ones; at first the bus's own, which is not tried again
     // internal:
     struct cds_diagnose_tally series;
     uint8_t phase, purpose, target, candidate, seek_id;

@@ -423,7 +423,9 @@ class Scripts(unittest.TestCase):
 
     def test_scan_all_notes_the_rate_of_an_offline_servo(self):
         self.run_on("arduino-mega", "baud 2 117647\nbus 1Mbps\nservos forget\ngroup 1 2\n@wait 4000\nservos\n"
-                    + text("servo 2: offline") + "scan all\nservos\n" + text("servo 2: not at the rate of the bus"))
+                    + text("servo 2: offline") + "scan all\nservos\n" + text("servo 2: not at the rate of the bus but at 117647bps, torque unknown")
+                    + "diagnose 2\n" + text("finding 10: ") + text("ID 2 at 117647bps") + "group 1 2 3\n! factory 2\n"
+                    + text("error 50: servo 2: not at the rate of the bus: 'bus 117647bps' first") + "@expect rule collision\n")
 
     def test_set_refuses_limits_that_contradict_each_other(self):
         def refused(line, why):
@@ -451,7 +453,7 @@ class Scripts(unittest.TestCase):
 
     def test_servo_left_at_another_rate_is_shown_others_are_checked(self):
         self.run_on("atmega128", "scan\nbaud 1 57600\nbus 1000000\nservos\n"
-                    + text("servo 1: not at the rate of the bus, torque unknown") + "@power 3 off\n@wait 3000\nservos\n"
+                    + text("servo 1: not at the rate of the bus but at 57143bps, torque unknown") + "@power 3 off\n@wait 3000\nservos\n"
                     + text("servo 2: online, torque off") + text("servo 3: offline, torque unknown"))
 
     def test_torque_on_within_limits_needs_goal_and_speed_read(self):

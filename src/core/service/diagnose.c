@@ -80,7 +80,8 @@ enum cds_result cds_diagnose_begin(struct cds_diagnose *diagnose,
         .target = config->id,
         .found_id = CDS_NO_ID,
         .found_baud_reg = bus->baud_reg,
-        .rates_left = CDS_SCAN_LISTED_BAUDS,
+        .known_baud_reg = bus->baud_reg,
+        .rates_left = CDS_SCAN_LISTED_BAUDS + 1,
         .phase = START,
     };
     cds_steps_begin_exclusive(&diagnose->steps, bus, config->request);
@@ -349,12 +350,15 @@ static void conclude_silence(struct cds_diagnose *diagnose)
         conclude(diagnose, diagnose->hears_crowd ? CDS_FINDING_NOISE : CDS_FINDING_SILENCE);
 }
 
-/* The next listed rate that is not the bus's own; false: none is left. Slowest first: a servo hears
- * bytes of a faster rate as single bytes, of which several make the head of a long packet. */
+/* The next rate that is not the bus's own: the known one, then the listed ones; false: none is
+ * left. Slowest first: a servo hears bytes of a faster rate as single bytes, of which several make
+ * the head of a long packet. */
 static bool next_rate(struct cds_diagnose *diagnose)
 {
     while (diagnose->rates_left) {
-        diagnose->baud_reg = cds_scan_listed_baud_regs[--diagnose->rates_left];
+        diagnose->baud_reg = --diagnose->rates_left == CDS_SCAN_LISTED_BAUDS
+                                 ? diagnose->known_baud_reg
+                                 : cds_scan_listed_baud_regs[diagnose->rates_left];
         if (diagnose->baud_reg != diagnose->steps.lock.baud_reg)
             return true;
     }

@@ -1064,6 +1064,20 @@ void test_servo_at_each_other_listed_rate_is_found(void)
     }
 }
 
+void test_servo_at_the_known_rate_is_found_first(void)
+{
+    put(0, ID, 9);
+    put(1, 8, 1);
+    diagnose.known_baud_reg = 9;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_RATE, found());
+    TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
+    TEST_ASSERT_EQUAL_UINT8(9, diagnose.found_baud_reg);
+    setUp();
+    put(0, ID, 9);
+    put(1, 8, 1);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_ID, found());
+}
+
 void test_target_at_another_rate_counts_before_another_id(void)
 {
     put(0, ID, 34);
