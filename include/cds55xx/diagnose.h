@@ -30,21 +30,21 @@ extern "C" {
 #define CDS_FINDINGS(X)                                                                            \
     X(CDS_FINDING_NONE, 0, "nothing found yet", "wait until the diagnosis has ended")              \
     X(CDS_FINDING_OK, 1, "one servo answers well, as far as the wire shows",                       \
-      "nothing to do, unless two servos agree in every bit: count them")                           \
+      "nothing to do; count the servos: two may agree in every bit")                               \
     X(CDS_FINDING_LINE_LOW, 2, "the line is held low",                                             \
-      "look for a short circuit, a turned plug, or a driver without power")                        \
+      "look for a short circuit, a turned plug, a driver without power")                           \
     X(CDS_FINDING_BABBLE, 3, "the line is never quiet",                                            \
       "unplug servos one by one until it is quiet: the last is at fault")                          \
-    X(CDS_FINDING_ECHO, 4, "the line echoes, though the board file says it does not",              \
-      "check RX enable, or declare an echo in the board file")                                     \
+    X(CDS_FINDING_ECHO, 4, "the line echoes, against the board file",                              \
+      "check RX enable, or declare the echo there")                                                \
     X(CDS_FINDING_COLLISION, 5, "another device sends on this line",                               \
       "unplug the other controller or PC adapter")                                                 \
     X(CDS_FINDING_NOISE, 6, "noise on the line, or a loose plug",                                  \
       "check plugs, ground, cable length; keep off motor and mains cables")                        \
     X(CDS_FINDING_BYTES_LOST, 7, "this controller was too late for bytes",                         \
-      "in a program: shorten interrupt handlers, or use ISR_NOBLOCK")                              \
+      "shorten interrupt handlers, or use ISR_NOBLOCK")                                            \
     X(CDS_FINDING_DUPLICATE_ID, 8, "two servos seem to have this ID",                              \
-      "connect one of them alone and give it another ID")                                          \
+      "connect one alone and give it another ID")                                                  \
     X(CDS_FINDING_SILENCE, 9, "no servo answers at any listed rate",                               \
       "check power, plug, wiring; then 'scan rescue', or 'new' with this servo alone")             \
     X(CDS_FINDING_OTHER_RATE, 10, "the servo answers at another baud rate",                        \
@@ -52,7 +52,7 @@ extern "C" {
     X(CDS_FINDING_OTHER_ID, 11, "no servo has this ID, but others answer",                         \
       "check its plug and power; then its ID: 'scan'")                                             \
     X(CDS_FINDING_NO_REPLY_BY_LEVEL, 12, "the servo answers PING only",                            \
-      "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all)")                                        \
+      "set STATUS_RETURN_LEVEL to 1 (READ) or 2 (all)")                                            \
     X(CDS_FINDING_SLOW, 13, "the servo answers later than the bus waits",                          \
       "'write ID RETURN_DELAY 2', or 'settings return_delay 254'; else replace it")                \
     X(CDS_FINDING_LOW_SUPPLY, 14, "the servo's supply is below MIN_VOLTAGE",                       \
@@ -60,7 +60,7 @@ extern "C" {
     X(CDS_FINDING_HIGH_SUPPLY, 15, "the servo's supply is above MAX_VOLTAGE",                      \
       "lower the supply: it harms the servo")                                                      \
     X(CDS_FINDING_OVERHEATED, 16, "the servo is hotter than MAX_TEMPERATURE",                      \
-      "torque off, and take any load away until it is cool")                                       \
+      "torque off, and take load away until it is cool")                                           \
     X(CDS_FINDING_OVERLOADED, 17, "the load exceeds the servo's torque",                           \
       "find what blocks the servo, or lessen the load")                                            \
     X(CDS_FINDING_REPLIES_TOO_EARLY, 18, "the servo answers before this controller listens",       \
@@ -77,7 +77,7 @@ enum cds_finding {
 
 /* Capacities of the request. */
 #define CDS_DIAGNOSE_PACKET_SIZE CDS_PACKET_SIZE(2)
-#define CDS_DIAGNOSE_REPLY_SIZE  11
+#define CDS_DIAGNOSE_REPLY_SIZE  20
 
 /* What to diagnose. Bus and request stay in place until the operation has ended. */
 struct cds_diagnose_config {
@@ -119,12 +119,16 @@ struct cds_diagnose {
     struct cds_diagnose_tally same;    // READ of the ID: equal in two servos with one ID
     struct cds_diagnose_tally varying; // READ of registers in which they differ
 
+    // the caller may set it before the first poll:
+    uint8_t known_baud_reg; // rate at which the servo answered last: it is tried before the listed
+                            // ones; at first the bus's own, which is not tried again
     // internal:
     struct cds_diagnose_tally series;
     uint8_t phase, purpose, target, candidate, seek_id;
     uint8_t baud_reg, rates_left;
     uint8_t position; // of the ring, before the reply to the packet in flight
     uint8_t voltage, temperature;
+    uint16_t wait_us; // for the servo, of requests other than the diagnosis
     bool has_limits, hears_crowd, has_looked_again;
     uint8_t limits[CDS_DIAGNOSE_REPLY_SIZE];
     uint32_t since_us, pause_us;

@@ -423,7 +423,20 @@ class Scripts(unittest.TestCase):
 
     def test_scan_all_notes_the_rate_of_an_offline_servo(self):
         self.run_on("arduino-mega", "baud 2 117647\nbus 1Mbps\nservos forget\ngroup 1 2\n@wait 4000\nservos\n"
-                    + text("servo 2: offline") + "scan all\nservos\n" + text("servo 2: not at the rate of the bus"))
+                    + text("servo 2: offline") + "scan all\nservos\n" + text("servo 2: not at the rate of the bus but at 117647bps, torque unknown")
+                    + "diagnose 2\n" + text("finding 10: ") + text("ID 2 at 117647bps") + "group 1 2 3\n! factory 2\n"
+                    + text("error 50: servo 2: not at the rate of the bus: 'bus 117647bps' first") + "@expect rule collision\n")
+
+    def test_set_refuses_limits_that_contradict_each_other(self):
+        def refused(line, why):
+            return f"! {line}\n" + text(f"error 33: servo 1: nothing was written: {why}")
+
+        self.run_on("arduino-mega", refused("set 1 MIN_VOLTAGE 16.1V", "MAX_VOLTAGE is 16V, and MIN_VOLTAGE may not be above it")
+                    + refused("set 1 MAX_VOLTAGE 5.9V", "MIN_VOLTAGE is 6V") + servo("1 MIN_VOLTAGE 60") + servo("1 MAX_VOLTAGE 160")
+                    + "set 1 MAX_VOLTAGE 12V\nset 1 MIN_VOLTAGE 12V\nset 1 CCW_ANGLE_LIMIT 200\n"
+                    + refused("set 1 CW_ANGLE_LIMIT 201", "CCW_ANGLE_LIMIT is 200deg") + "set 1 CW_ANGLE_LIMIT 100\n"
+                    + refused("set 1 CCW_ANGLE_LIMIT 99", "CW_ANGLE_LIMIT is 100deg, and CCW_ANGLE_LIMIT may not be below it")
+                    + "set 1 CCW_ANGLE_LIMIT 0\nset 1 CW_ANGLE_LIMIT 0\nset 1 CW_ANGLE_LIMIT 50\nset 1 CCW_ANGLE_LIMIT 300\n")
 
     def test_several_servos_that_answer_at_once_are_named(self):
         self.run_on("arduino-mega", "scan\n! ping 254\n" + text("several servos answer at the same time on one wire")
@@ -440,7 +453,7 @@ class Scripts(unittest.TestCase):
 
     def test_servo_left_at_another_rate_is_shown_others_are_checked(self):
         self.run_on("atmega128", "scan\nbaud 1 57600\nbus 1000000\nservos\n"
-                    + text("servo 1: not at the rate of the bus, torque unknown") + "@power 3 off\n@wait 3000\nservos\n"
+                    + text("servo 1: not at the rate of the bus but at 57143bps, torque unknown") + "@power 3 off\n@wait 3000\nservos\n"
                     + text("servo 2: online, torque off") + text("servo 3: offline, torque unknown"))
 
     def test_torque_on_within_limits_needs_goal_and_speed_read(self):

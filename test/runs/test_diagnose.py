@@ -165,6 +165,11 @@ class Diagnose(unittest.TestCase):
         self.assertEqual(self.found[0]["ping"] + self.found[0]["same"], 10)
         self.assertEqual([one["found_id"] for one in self.found], [7, 7])
 
+    def test_twins_in_step_that_differ_in_torque_only(self):
+        self.assertEqual(self.twins("w 1 24 1\nw 254 3 7\nd 7\n", "1,2"), ["DUPLICATE_ID"])
+        self.assertEqual(self.found[0]["ping"] + self.found[0]["same"], 10)
+        self.assertEqual(self.twins("w 254 24 1\nw 254 3 7\nd 7\n", "1,2"), ["OK"])
+
     def test_twins_with_jitter(self):
         for us in (1, 4, 20):
             script = f"@supply 2 11.5\nw 254 3 7\n@fault quirk 7 jitter_us {us}\nd 7\n"

@@ -33,8 +33,18 @@ static const CDS_FLASH char message_pose_gone[] =
     "TIME' mends step N";
 static const CDS_FLASH char message_swapped[] =
     "above HIGH, %a; write the smaller angle first: limits ID LOW HIGH";
+static const CDS_FLASH char message_above_ccw[] =
+    "nothing was written: CCW_ANGLE_LIMIT is %a, and CW_ANGLE_LIMIT may not be above it";
+static const CDS_FLASH char message_below_cw[] =
+    "nothing was written: CW_ANGLE_LIMIT is %a, and CCW_ANGLE_LIMIT may not be below it";
+static const CDS_FLASH char message_above_max[] =
+    "nothing was written: MAX_VOLTAGE is %v, and MIN_VOLTAGE may not be above it";
+static const CDS_FLASH char message_below_min[] =
+    "nothing was written: MIN_VOLTAGE is %v, and MAX_VOLTAGE may not be below it";
 static const CDS_FLASH char message_several[] =
     "several servos answer at the same time on one wire, so their replies mix; 'scan' asks each";
+static const CDS_FLASH char message_late[] =
+    "no reply by the deadline; replies that came late: %u, see 'diagnose %u'";
 static const CDS_FLASH char message_one[] =
     "254 means all servos at once; this command takes an ID from 0 to 253%s";
 static const CDS_FLASH char message_or_each[] = ", or 'all': each in turn";
@@ -307,6 +317,19 @@ static const CDS_FLASH char *text_of_scan(const struct console *console)
                : NULL;
 }
 
+/* No reply by the deadline, but late ones came. */
+static const CDS_FLASH char *text_of_late(struct console *console)
+{
+    const struct cds_servo_state *servo = console_servo(console);
+    union printer_value *values = console->printer.values;
+
+    if (!servo || servo->counters.stale_replies == 0)
+        return text_of_scan(console);
+    values[0].number = servo->counters.stale_replies;
+    values[1].number = servo->id;
+    return message_late;
+}
+
 /* ID 254 for a command that needs a reply. */
 static const CDS_FLASH char *text_of_one_id(struct console *console)
 {
@@ -336,10 +359,29 @@ static const CDS_FLASH char *text_of_step(struct console *console)
     return message_step_range;
 }
 
+/* `set` of a limit that contradicts the other one (register.c). */
+static const CDS_FLASH char *text_of_pair(struct console *console)
+{
+    static const CDS_FLASH char set[] = "set";
+
+    if (!command_set.checks_writes || console->line.error || !is_command(&console->line, set))
+        return NULL;
+    console->printer.values[0].number = console->raw;
+    switch (console->index) {
+    case CDS_REG_CCW_ANGLE_LIMIT: return message_above_ccw;
+    case CDS_REG_CW_ANGLE_LIMIT: return message_below_cw;
+    case CDS_REG_MAX_VOLTAGE: return message_above_max;
+    case CDS_REG_MIN_VOLTAGE: return message_below_min;
+    default: return NULL;
+    }
+}
+
 static const CDS_FLASH char *text_of_value(struct console *console)
 {
     const CDS_FLASH char *message = text_of_one_id(console);
 
+    if (message == NULL)
+        message = text_of_pair(console);
     if (message == NULL)
         message = text_of_step(console);
     return message ? message : text_of_order(console);
@@ -429,7 +471,7 @@ const CDS_FLASH char *advice(struct console *console)
     case ERROR_TIME: return text_of_times(console);
     case ERROR_OUT_OF_RANGE: return text_of_value(console);
     case ERROR_POSE_GONE: return command_set.motion_words ? message_pose_gone : NULL;
-    case CDS_TIMEOUT:
+    case CDS_TIMEOUT: return text_of_late(console);
     case CDS_CORRUPT: return text_of_scan(console);
     case CDS_LIMIT: return text_of_speed_0(console);
     case CDS_INHIBITED: return text_of_release(console);

@@ -121,7 +121,9 @@ static enum mistake seen_mistake(const struct console *console, bool is_of_word)
     if (command_set.motion_words && console->error == ERROR_NO_GROUP &&
         command_set.motion_words->has_poses())
         return MISTAKE_GROUP;
-    if (console->error == CDS_TIMEOUT && servo && servo_is_at_other_rate(console, servo))
+    if ((console->error == CDS_TIMEOUT ||
+         (command_set.advise && console->error == ERROR_PLACE_TAKEN)) &&
+        servo && servo_is_at_other_rate(console, servo))
         return MISTAKE_RATE;
     if (console->error == CDS_INHIBITED && concerns_offline_servo(console)) {
         if (command_set.noise && mistake_is_noise(CDS_TIMEOUT))

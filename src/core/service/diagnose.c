@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "bus/line_internal.h"  // GATE_PERMIT
 #include "bus/steps_internal.h" // cds_steps_poll()
 #include "cds55xx/scan.h"       // cds_scan_listed_baud_regs
 #include "cds55xx/servo.h"      // cds_servo_ping(), cds_servo_read()
@@ -18,10 +19,12 @@
 #define FEW         2      // of anything that may happen once on a good bus
 #define SUPPLY_MV   100u   // unit of the registers
 #define VARYING_LEN 8      // bytes from PRESENT_POSITION to PRESENT_TEMPERATURE
-#define HEARD_MAX                                                                                  \
-    18 // longer than the longest reply, and than a packet and the two header bytes after it
-#define LIMITS_AT  CDS_REG_RETURN_DELAY
-#define LIMITS_LEN (CDS_REG_MAX_TORQUE + 2 - LIMITS_AT)
+#define LIMITS_AT   CDS_REG_RETURN_DELAY
+#define LIMITS_LEN  CDS_DIAGNOSE_REPLY_SIZE // to TORQUE_ENABLE
+/* Longer than the longest reply, and than a packet and the two header bytes after it. */
+#define HEARD_MAX (CDS_PACKET_SIZE(LIMITS_LEN) + 1)
+
+_Static_assert(LIMITS_AT + LIMITS_LEN == CDS_REG_TORQUE_ENABLE + 1, "the last register");
 
 enum diagnose_phase {
     START,        // until the bus is idle
@@ -30,8 +33,8 @@ enum diagnose_phase {
     PROBE,        // PING of the target
     READ_SAME,    // a register that is equal in two servos with one ID: the ID
     READ_VARYING, // registers in which they differ: position to temperature
-    READ_LIMITS,  // return delay, limits of temperature, voltage and torque
-    CHECK_DELAY,  // PING with the bus's own return delay
+    READ_LIMITS,  // return delay, limits of temperature, voltage and torque, torque on or off
+    CHECK_DELAY,  // PING with the return delay for which other requests wait
     PROBE_ANY,    // broadcast PING
     SEEK,         // PING of one ID after the other
     NAME,         // PING of the candidate
@@ -77,7 +80,8 @@ enum cds_result cds_diagnose_begin(struct cds_diagnose *diagnose,
         .target = config->id,
         .found_id = CDS_NO_ID,
         .found_baud_reg = bus->baud_reg,
-        .rates_left = CDS_SCAN_LISTED_BAUDS,
+        .known_baud_reg = bus->baud_reg,
+        .rates_left = CDS_SCAN_LISTED_BAUDS + 1,
         .phase = START,
     };
     cds_steps_begin_exclusive(&diagnose->steps, bus, config->request);
@@ -132,21 +136,24 @@ static enum cds_result ask(struct cds_diagnose *diagnose)
     struct cds_bus *bus = steps->bus;
     struct cds_request *request = steps->request;
     uint8_t phase = diagnose->phase, id = id_of(diagnose), length = series_of[phase].length;
+    enum cds_result result;
 
     if (!cds_steps_set_baud(steps, phase >= TRY_RATE ? diagnose->baud_reg : steps->lock.baud_reg))
         return CDS_BUSY;
-    if (phase == CHECK_DELAY) { // the last series: the return delay stays the bus's own
+    if (phase == CHECK_DELAY) {
         if (cds_bus_is_resting(bus))
-            return CDS_BUSY; // a stale reply would count as heard
-        cds_bus_set_return_delay(bus, steps->return_delay_us);
+            return CDS_BUSY; // the PING would wait, and then get the bus's own return delay
+        cds_bus_set_return_delay(bus, diagnose->wait_us);
     }
     diagnose->position = cds_ring_end(&bus->link.rx);
     request->no_retry = true;
     request->ignores_servo_state = true;
     request->ignores_stale = phase == SEEK; // a stale reply comes from another ID
-    if (length)
-        return cds_servo_read(bus, request, id, series_of[phase].address, length);
-    return cds_servo_ping(bus, request, id);
+    result = length ? cds_servo_read(bus, request, id, series_of[phase].address, length)
+                    : cds_servo_ping(bus, request, id);
+    if (phase == CHECK_DELAY) // the last series; this packet keeps the delay that it began with
+        cds_bus_set_return_delay(bus, steps->return_delay_us);
+    return result;
 }
 
 /* Bytes that came since the packet in flight was submitted. */
@@ -343,12 +350,15 @@ static void conclude_silence(struct cds_diagnose *diagnose)
         conclude(diagnose, diagnose->hears_crowd ? CDS_FINDING_NOISE : CDS_FINDING_SILENCE);
 }
 
-/* The next listed rate that is not the bus's own; false: none is left. Slowest first: a servo hears
- * bytes of a faster rate as single bytes, of which several make the head of a long packet. */
+/* The next rate that is not the bus's own: the known one, then the listed ones; false: none is
+ * left. Slowest first: a servo hears bytes of a faster rate as single bytes, of which several make
+ * the head of a long packet. */
 static bool next_rate(struct cds_diagnose *diagnose)
 {
     while (diagnose->rates_left) {
-        diagnose->baud_reg = cds_scan_listed_baud_regs[--diagnose->rates_left];
+        diagnose->baud_reg = --diagnose->rates_left == CDS_SCAN_LISTED_BAUDS
+                                 ? diagnose->known_baud_reg
+                                 : cds_scan_listed_baud_regs[diagnose->rates_left];
         if (diagnose->baud_reg != diagnose->steps.lock.baud_reg)
             return true;
     }
@@ -484,10 +494,21 @@ static void judge_values(struct cds_diagnose *diagnose)
     }
 }
 
+/* Two servos that measure the same may differ in a register that is written. Where a permit knows
+ * the return delay of the servo, requests wait no longer than that. */
 static void read_limits_ended(struct cds_diagnose *diagnose)
 {
-    diagnose->has_limits = diagnose->series.answered != 0;
-    if (diagnose->steps.return_delay_us < CDS_RETURN_DELAY_MAX_US)
+    const struct cds_diagnose_tally *series = &diagnose->series;
+
+    diagnose->has_limits = series->answered != 0;
+    diagnose->value = (uint16_t)(2u * diagnose->limits[CDS_REG_RETURN_DELAY - LIMITS_AT]);
+    diagnose->wait_us = diagnose->steps.return_delay_us;
+    if (series->answered && diagnose->steps.bus->gate & GATE_PERMIT &&
+        diagnose->value < diagnose->wait_us)
+        diagnose->wait_us = diagnose->value;
+    if ((uint8_t)(series->damaged - series->cut) == series_of[READ_LIMITS].count)
+        conclude(diagnose, CDS_FINDING_DUPLICATE_ID);
+    else if (diagnose->wait_us < CDS_RETURN_DELAY_MAX_US)
         enter(diagnose, CHECK_DELAY);
     else
         judge_values(diagnose);
@@ -495,12 +516,10 @@ static void read_limits_ended(struct cds_diagnose *diagnose)
 
 static void check_delay_ended(struct cds_diagnose *diagnose)
 {
-    if (diagnose->series.silent < diagnose->series.asked) {
+    if (diagnose->series.answered)
         judge_values(diagnose);
-        return;
-    }
-    diagnose->value = (uint16_t)(2u * diagnose->limits[CDS_REG_RETURN_DELAY - LIMITS_AT]);
-    conclude(diagnose, CDS_FINDING_SLOW);
+    else
+        conclude(diagnose, CDS_FINDING_SLOW);
 }
 
 static void probe_any_ended(struct cds_diagnose *diagnose)

@@ -84,6 +84,18 @@ void test_ping_254_with_one_servo_has_the_usual_remedy(void)
     TEST_ASSERT_EQUAL_STRING_LEN("error 2: no reply by the deadline; ", ping_all(), 35);
 }
 
+void test_no_reply_in_time_tells_of_late_replies(void)
+{
+    know_servos(1);
+    robot.states[0].counters.stale_replies = 3;
+    reply_to("ping 1");
+    port_fake.now_us += 100000;
+    type("");
+    TEST_ASSERT_EQUAL_STRING("error 2: servo 1: no reply by the deadline; replies that came late: "
+                             "3, see 'diagnose 1'\r\n",
+                             said);
+}
+
 void test_ping_254_counts_no_servo_at_another_rate(void)
 {
     know_servos(2);

@@ -38,6 +38,7 @@ static struct {
     uint16_t late_us; // so many microseconds after the packet
     uint32_t replies_at; // when a late reply comes, 0: none does
     bool hides_limits;   // READ of the limits is not answered
+    uint8_t bad_limits;  // so many READs of the limits get a damaged reply
     uint8_t echo_from;   // bytes of each packet that do not come back
     struct bytes {
         const char *bytes;
@@ -144,7 +145,10 @@ static void meet(void)
                        (uint16_t)(port_fake.sent_size - world.echo_from));
     for (uint16_t i = 0; i < world.lost; i++)
         cds_link_on_rx(&bus.link, 0, CDS_LINE_OVERRUN);
-    if (to_id ? world.spoilt >> world.to_id % QUESTIONS & 1 : world.other_too)
+    if (world.bad_limits && sent[4] == CDS_READ && sent[5] == CDS_REG_RETURN_DELAY) {
+        world.bad_limits--;
+        port_fake_hear(&bus.link, (const uint8_t *)"\xFF\xFF\x05\x02\x00\x00", 6);
+    } else if (to_id ? world.spoilt >> world.to_id % QUESTIONS & 1 : world.other_too)
         port_fake_hear(&bus.link, (const uint8_t *)"\xFF\xFF\x05\x02\x00\x00", 6);
     else if (to_id && ((world.mute && sent[4] == CDS_READ) ||
                        (world.hides_limits && sent[4] == CDS_READ && sent[5] == 5) ||
@@ -916,6 +920,61 @@ void test_delay_is_not_checked_if_the_bus_waits_longest(void)
     TEST_ASSERT_EQUAL_UINT16(CDS_RETURN_DELAY_MAX_US, bus.return_delay_us);
 }
 
+static enum cds_result allow(struct cds_request *asked)
+{
+    (void)asked;
+    return CDS_OK;
+}
+
+static void ignore_packet(void *context, enum cds_bus_event event, uint8_t id, uint8_t error)
+{
+    (void)context;
+    (void)event;
+    (void)id;
+    (void)error;
+}
+
+/* A diagnosis of servo ID on a bus with a permit that waits `wait_us`. Its replies come 300 us
+ * late. */
+static uint8_t found_late_with_permit(uint16_t wait_us, uint8_t return_delay)
+{
+    bus.hooks = NULL; // instead of the queue's
+    rig_open(0);
+    memset(&world, 0, sizeof world);
+    permit_fake_attach(&bus, allow);
+    permit_fake.hooks.on_packet = ignore_packet;
+    cds_bus_set_return_delay(&bus, wait_us);
+    begin(ID);
+    put(0, ID, 1);
+    servos.servo[0].table[CDS_REG_RETURN_DELAY] = return_delay;
+    world.late = ALL;
+    world.late_us = 300;
+    TEST_ASSERT_EQUAL(CDS_OK, go_on());
+    TEST_ASSERT_EQUAL_UINT16(wait_us, bus.return_delay_us);
+    return diagnose.finding;
+}
+
+void test_servo_later_than_its_return_delay_is_slow(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_SLOW, found_late_with_permit(CDS_RETURN_DELAY_MAX_US, 1));
+    TEST_ASSERT_EQUAL_UINT16(2, diagnose.value);
+    TEST_ASSERT_EQUAL_UINT16(20, diagnose.transactions);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found_late_with_permit(CDS_RETURN_DELAY_MAX_US, 150));
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_SLOW, found_late_with_permit(40, 150));
+}
+
+void test_limits_always_damaged_are_two_servos(void)
+{
+    put(0, ID, 1);
+    world.bad_limits = 3;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found());
+    TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
+    setUp();
+    put(0, ID, 1);
+    world.bad_limits = 2;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
+}
+
 void test_unknown_limits_leave_the_error_bits_to_judge(void)
 {
     put(0, ID, 1);
@@ -1003,6 +1062,20 @@ void test_servo_at_each_other_listed_rate_is_found(void)
         TEST_ASSERT_EQUAL_UINT8(rates[i / 2], diagnose.found_baud_reg);
         TEST_ASSERT_EQUAL_UINT8(0, world.reads);
     }
+}
+
+void test_servo_at_the_known_rate_is_found_first(void)
+{
+    put(0, ID, 9);
+    put(1, 8, 1);
+    diagnose.known_baud_reg = 9;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_RATE, found());
+    TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
+    TEST_ASSERT_EQUAL_UINT8(9, diagnose.found_baud_reg);
+    setUp();
+    put(0, ID, 9);
+    put(1, 8, 1);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_ID, found());
 }
 
 void test_target_at_another_rate_counts_before_another_id(void)
@@ -1154,7 +1227,7 @@ void test_examination_sends_these_packets(void)
     } series[] = {{4, CDS_PING, 0, 0},
                   {6, CDS_READ, CDS_REG_ID, 1},
                   {6, CDS_READ, CDS_REG_PRESENT_POSITION, 8},
-                  {1, CDS_READ, CDS_REG_RETURN_DELAY, 11},
+                  {1, CDS_READ, CDS_REG_RETURN_DELAY, 20},
                   {3, CDS_PING, 0, 0}};
 
     put(0, ID, 1);

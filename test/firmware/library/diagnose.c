@@ -11,7 +11,7 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_PACKET_SIZE(2)], reply[11];
+static uint8_t packet[CDS_DIAGNOSE_PACKET_SIZE], reply[CDS_DIAGNOSE_REPLY_SIZE];
 static struct cds_request request = CDS_REQUEST(packet, reply);
 static struct cds_queue queue;
 static struct cds_diagnose diagnose;

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* diagnose: finds out why a servo does not answer. */
+#include <stddef.h> // NULL
+
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
@@ -34,18 +36,28 @@ static const CDS_FLASH struct robot_operation diagnosis = {.begin = begin_diagno
                                                            .abort = abort_diagnosis,
                                                            .changes_rate = true};
 
+/* Only a profile with command_set.advise has flash for the rate that the list of servos knows. */
 uint8_t diagnose_servo(struct console *console)
 {
+    struct robot *robot = console->robot;
+    const struct cds_servo_state *servo = command_set.advise ? console_servo(console) : NULL;
+    uint8_t error;
+
     if (command_set.account)
         account_begin(console);
-    return robot_start(console->robot, &diagnosis,
-                       &(struct cds_diagnose_config){.bus = console->bus,
-                                                     .request = console->line.request,
-                                                     .id = console->line.id});
+    error = robot_start(robot, &diagnosis,
+                        &(struct cds_diagnose_config){.bus = console->bus,
+                                                      .request = console->line.request,
+                                                      .id = console->line.id});
+    if (error == 0 && servo && servo->baud_reg != CDS_SERVOS_UNKNOWN)
+        robot->work.diagnose.known_baud_reg = servo->baud_reg;
+    return error;
 }
 
+/* Of CDS_FINDING_NONE, which is printed nowhere, without a text: it would cost 53 bytes. */
 const CDS_FLASH char *const CDS_FLASH diagnose_findings[] = {
-#define ROW(name, number, text, remedy) [number] = FLASH_TEXT(text "; " remedy),
+#define ROW(name, number, text, remedy)                                                            \
+    [number] = (number) == CDS_FINDING_NONE ? message_nothing : FLASH_TEXT(text "; " remedy),
     CDS_FINDINGS(ROW)
 #undef ROW
 };

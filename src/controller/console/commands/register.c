@@ -107,6 +107,41 @@ static bool turns(const struct console *console)
     return servo && servo->torque && cds_servo_is_endless(servo);
 }
 
+static bool is_angle_limit(uint8_t address)
+{
+    return address >= CDS_REG_CW_ANGLE_LIMIT && address <= CDS_REG_CCW_ANGLE_LIMIT;
+}
+
+/* The register that bounds the one at `address`: the other angle limit or voltage limit. 0: none.
+ */
+static uint8_t pair_of(uint8_t address)
+{
+    switch (address) {
+    case CDS_REG_CW_ANGLE_LIMIT: return CDS_REG_CCW_ANGLE_LIMIT;
+    case CDS_REG_CCW_ANGLE_LIMIT: return CDS_REG_CW_ANGLE_LIMIT;
+    case CDS_REG_MIN_VOLTAGE: return CDS_REG_MAX_VOLTAGE;
+    case CDS_REG_MAX_VOLTAGE: return CDS_REG_MIN_VOLTAGE;
+    default: return 0;
+    }
+}
+
+/* True if the value contradicts the register that bounds it, as the servo was read. Stores the
+ * address of this register in console->index and its value in console->raw, for advice.c. */
+static bool is_contradicted(struct console *console)
+{
+    uint8_t address = console->line.address, other = pair_of(address);
+    uint8_t width = is_angle_limit(address) ? 2 : 1;
+    const uint8_t *bytes = console->line.request->reply;
+    uint16_t value = register_raw_at(set_job(console)->data, width);
+    uint16_t bound = register_raw_at(bytes + (other - CDS_REG_CW_ANGLE_LIMIT), width);
+
+    if (width == 2 && (value == 0 || bound == 0))
+        return false; // the mode changes, in two steps
+    console->index = other;
+    console->raw = bound;
+    return other > address ? value > bound : value < bound;
+}
+
 static uint8_t set_begin(struct console *console)
 {
     struct cds_register at;
@@ -115,14 +150,12 @@ static uint8_t set_begin(struct console *console)
 
     if (error)
         return error;
-    if (at.address >= CDS_REG_CW_ANGLE_LIMIT && at.address <= CDS_REG_CCW_ANGLE_LIMIT) {
-        if ((data[0] | data[1]) && turns(console))
-            return ERROR_ENDLESS;
-        if (command_set.checks_writes) {
-            console->line.address = at.address;
-            console->phase = LOOKS;
-            return servo_read(console, CDS_REG_CW_ANGLE_LIMIT, LOOK_SIZE);
-        }
+    if (is_angle_limit(at.address) && (data[0] | data[1]) && turns(console))
+        return ERROR_ENDLESS;
+    if (command_set.checks_writes && pair_of(at.address)) {
+        console->line.address = at.address;
+        console->phase = LOOKS;
+        return servo_read(console, CDS_REG_CW_ANGLE_LIMIT, LOOK_SIZE);
     }
     // With level 0 the servo answers no READ: this register is written without reading it first.
     if (at.area == CDS_AREA_EEPROM && at.address != CDS_REG_STATUS_RETURN_LEVEL)
@@ -130,20 +163,28 @@ static uint8_t set_begin(struct console *console)
     return servo_write(console, at.address, at.width);
 }
 
-/* Sets the angle limit of the servo that was read. Not with torque if it begins or ends an endless
- * turn: the servo would move at once. Returns an error or 0. */
+/* Sets the voltage limit or the angle limit of the servo that was read. An angle limit not with
+ * torque if it begins or ends an endless turn: the servo would move at once. Returns an error or 0.
+ */
 static uint8_t set_limit(struct console *console)
 {
     const uint8_t *bytes = console->line.request->reply, *data = set_job(console)->data;
-    const uint8_t *own = bytes + (console->line.address - CDS_REG_CW_ANGLE_LIMIT);
-    const uint8_t *other = bytes + (CDS_REG_CCW_ANGLE_LIMIT - console->line.address);
-    bool changes_mode =
-        (other[0] | other[1]) == 0 && ((own[0] | own[1]) == 0) != ((data[0] | data[1]) == 0);
+    bool is_angle = is_angle_limit(console->line.address);
+    const uint8_t *own = bytes, *other = bytes + (CDS_REG_CCW_ANGLE_LIMIT - CDS_REG_CW_ANGLE_LIMIT);
+    bool changes_mode;
 
-    if (bytes[LOOK_SIZE - 1] && changes_mode)
+    if (console->line.address == CDS_REG_CCW_ANGLE_LIMIT) {
+        own = other;
+        other = bytes;
+    }
+    changes_mode =
+        (other[0] | other[1]) == 0 && ((own[0] | own[1]) == 0) != ((data[0] | data[1]) == 0);
+    if (is_contradicted(console))
+        return ERROR_OUT_OF_RANGE; // advice.c names the other register
+    if (is_angle && bytes[LOOK_SIZE - 1] && changes_mode)
         return ERROR_ENDLESS;
     console->phase = 0;
-    return setup_write(console, console->line.address, data, 2);
+    return setup_write(console, console->line.address, data, is_angle ? 2 : 1);
 }
 
 /* The status return level was written: compares it. At level 0 no servo answers a READ. */

@@ -20,6 +20,7 @@ static const CDS_FLASH char message_stop_failed[] =
 static const CDS_FLASH char message_presence_low[] = "line held low";
 static const CDS_FLASH char message_presence_busy[] = "line not quiet";
 static const CDS_FLASH char message_presence_rate[] = "not at the rate of the bus";
+static const CDS_FLASH char message_presence_at[] = "not at the rate of the bus but at %b";
 static const CDS_FLASH char message_presence_id_twice[] =
     "returned, replies damaged as if two servos had this ID ('diagnose ID')";
 static const CDS_FLASH char message_torque_unknown[] = "unknown";
@@ -198,6 +199,7 @@ ALWAYS_INLINE void print_presence(struct console *console, const struct cds_serv
 {
     struct printer *printer = &console->printer;
     const struct robot *robot = console->robot;
+    union printer_value *value = printer->values;
     const CDS_FLASH char *presence = presences[servo->presence];
     bool is_unknown = command_set.explain && (servo->presence != CDS_PRESENCE_ONLINE ||
                                               servo->status_return_level == 0); // no READ
@@ -206,7 +208,7 @@ ALWAYS_INLINE void print_presence(struct console *console, const struct cds_serv
         servo->counters.corrupt >= MANY_DAMAGED)
         presence = message_presence_id_twice;
     if (command_set.explain && servo_is_at_other_rate(console, servo)) {
-        presence = message_presence_rate;
+        presence = command_set.advise ? message_presence_at : message_presence_rate;
         is_unknown = true;
     }
     if (command_set.explain && cds_bus_line(robot->bus) != CDS_BUS_LINE_QUIET) {
@@ -214,11 +216,13 @@ ALWAYS_INLINE void print_presence(struct console *console, const struct cds_serv
             servos_line_is_low(&robot->servos) ? message_presence_low : message_presence_busy;
         is_unknown = true;
     }
-    printer->values[0].number = servo->id;
-    printer->values[1].text = presence;
-    printer->values[2].text = servo->torque ? message_on : message_off;
+    (value++)->number = servo->id;
+    (value++)->text = presence;
+    if (command_set.advise && presence == message_presence_at)
+        (value++)->number = servo->baud_reg;
+    value->text = servo->torque ? message_on : message_off;
     if (is_unknown)
-        printer->values[2].text = message_torque_unknown;
+        value->text = message_torque_unknown;
     printer_text(printer, message_presence);
 }
 
