@@ -605,7 +605,7 @@ CONTROLLER = {name for name, lines in commands_of("console").items() if lines[0]
 MOTION = {name for name, lines in COMMANDS.items() if lines[0][0] == "Motion"}
 CONTROLLER_ERRORS = {number for number in ERRORS if 60 <= number < 70}
 
-# Errors of motions: test_timed_pose.py, test_motion_commands.py.
+# Errors of motions: test_timed_pose.py, test_motion_commands.py, test_motion_play.py.
 MOTION_ERRORS = {number for number in ERRORS
                  if number == 14 or 56 <= number <= 58 or 70 <= number <= 86 or 91 <= number <= 94}
 
