@@ -601,7 +601,7 @@ class Scripts(unittest.TestCase):
 
 # Commands of the group "The controller" in every profile, and their errors: test_commands_controller.c, test_failsafe.py.
 CONTROLLER = {name for name, lines in commands_of("console").items() if lines[0][0] == "The controller"}
-# The group "Motion", which only the profile `full` has: test_motion_commands.py.
+# The group "Motion", which only the profile `full` has: test_motion_commands.py, test_motion_play.py.
 MOTION = {name for name, lines in COMMANDS.items() if lines[0][0] == "Motion"}
 CONTROLLER_ERRORS = {number for number in ERRORS if 60 <= number < 70}
 
