@@ -420,7 +420,7 @@ class Play(Motion):
     def test_stop_amid_noise_names_the_noise(self):
         run = self.run_on("@echo on\nmode person\n@fault noise 20000\n@wait 500\n! stop\n@fault noise 0\n@wait 300\n"
                           "mode program\n", "arduino-mega")
-        self.assertIn("error 2: noise on the line", run.output)
+        self.assertRegex(run.output, "error [23]: noise on the line")  # by what the noise has hit
 
     def test_late_servo_is_not_taken_for_noise(self):
         run = self.run_on("@echo on\nmode person\ncycle every 4ms\n@fault turnaround 2 800\n@wait 3000\ncycle off\n"

@@ -11,6 +11,7 @@
 #include "compiler.h"                // NOINLINE
 #include "console/reply.h"
 #include "console/messages.h"
+#include "console/noise.h"
 #include "console/unasked.h"
 
 static const CDS_FLASH char message_stop_done[] =
@@ -69,6 +70,8 @@ static bool stop_poll(struct console *console)
     if (robot_is_stopping(robot))
         return true;
     console->error = robot->stop.steps.result;
+    if (command_set.noise && command_set.noise->is_there && console->error == CDS_REFUSED)
+        console->error = CDS_CORRUPT; // torque is still on: the noise has damaged the packet
     while (*index < robot->servos.count) {
         const struct cds_servo_state *servo = &robot->states[(*index)++];
 
