@@ -44,8 +44,8 @@ LISTS = ["scan", "torque 1 2 3 on", "set all MAX_TEMPERATURE 70C", "set 1-3 RETU
 NEW_SERVO = ["new 5", "backup 5", "set 5 MIN_VOLTAGE 6.5V", "restore 5 MIN_VOLTAGE 6V", "restore 5 MAX_VOLTAGE 16V"]
 
 # What a program sends, and for how long it waits, in ms.
-PROGRAM = [(b"\x03mode program\r", 30), (b"ping 1\r", 20), (b"get 1-3 PRESENT_POSITION\r", 40),
-           (b"ping 9\r", 20), (b"pign 1\r", 40)]
+PROGRAM = [(b"\x03mode program\r", 30), (b"hello1\r", 40), (b"ping 1\r", 20),
+           (b"get 1-3 PRESENT_POSITION\r", 40), (b"ping 9\r", 20)]
 
 # The document above the table of the commands.
 PAGE = """# The console
@@ -91,7 +91,7 @@ condition, with a list of servos also the servo; the command has worked. `help` 
   one.
 - The servos of the robot are those that `scan` finds or `group` names. The controller checks each of them once a second.
   Before the first check `servos` says `not asked yet`. A servo whose torque went off by itself
-  has lost its state: the console says so at once, as it does an alarm, and the servo is not driven until `release`.
+  has lost its state: the console says so at once, as it does an alarm (after an absence with the line about its return), and the servo is not driven until `release`.
   In mode person on `arduino-mega` and `cm510` (profile `full`) the line also comes during `monitor`, above its table, and while a line
   of up to 80 characters is half typed, above that line; else, and during other commands, it waits.
 - On the same boards the console also tells a person, once, that a fault it has told is over for 1.5 s (a fault of the line: 2 s), and what to do next:
@@ -118,8 +118,8 @@ A program that types commands sends `mode program` first, and then reads bare re
 
 1. Send Ctrl-C (byte 0x03), which drops a line that is not ended and ends `monitor` or a search of an earlier program. Then
    send `mode program` and Enter, and wait for a line that is `ok`. A line ends with CR LF; before the prompt stands a CR.
-2. Send `hello`, which is no command. Drop all text up to a line that begins with `error 30: 'hello'`: no earlier command has
-   this reply. If it does not come within 0.5 s, send `hello` again: a line may be lost while an earlier command ends.
+2. Send `hello1`, which is no command. Drop all text up to a line that begins with `error 30: 'hello1'`: no other line has this
+   reply. If it does not come within 0.5 s, send `hello2`, and so on: a line may be lost while an earlier command ends.
 3. From then on each command is answered by the lines of its reply and `ok` or `error N: ...`, and nothing else. Exception:
    with the setting `alarm_report` 1 a line `alarm ...` may come between two replies.
 4. After a reset of the controller begin again; or let it start in this mode: `mode program`, then `save`.

@@ -15,9 +15,9 @@ MEANINGS = """
 - `LOCK`: with 1 the servo takes only 0x18 to 0x23, until its power goes off.
 - `CW_ANGLE_LIMIT` and `CCW_ANGLE_LIMIT` both 0: endless turn. Then bit 10 of `MOVING_SPEED` is the direction, 1 is clockwise, and speed 0 stops.
 - `MOVING_SPEED` with an angle limit: 0 is as fast as the supply allows.
-- `ALARM_LED` and `ALARM_SHUTDOWN`: the sum of the bits below. With its bit in `ALARM_LED` an error makes the LED blink while it lasts; with
-  its bit in `ALARM_SHUTDOWN` it switches torque off until `TORQUE_ENABLE` is written 1. Overload does not switch off, but lowers the torque. So
-  `set 1 ALARM_SHUTDOWN 5` switches off at a wrong voltage, too.
+- `ALARM_LED` and `ALARM_SHUTDOWN`: the sum of the values below. An error blinks the LED while it lasts, if its bit is set in `ALARM_LED`. It
+  switches torque off until `TORQUE_ENABLE` is written 1, if its bit is set in `ALARM_SHUTDOWN`; overload lowers the torque instead. So
+  `set 1 ALARM_SHUTDOWN 5` switches torque off at a wrong voltage, too.
 
 | value | error | when |
 |---|---|---|"""

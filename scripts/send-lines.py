@@ -28,8 +28,8 @@ import tty
 PATIENCE_MS = 10000  # longer than the console takes for most lines
 LONG_MS = {"motion wait": 3600000}
 RATE = 115200
-# The reply to an unknown command names it: no earlier command has this reply.
-HELLO, HELLO_REPLY = "hello", "error 30: 'hello'"
+# The reply to an unknown command names it. Each try has a word of its own, which no other line has.
+HELLO, HELLO_REPLY = "hello{}", "error 30: 'hello{}'"
 HELLO_TRIES, HELLO_MS = 5, 500  # a line that comes while an earlier command still runs may be lost
 
 
@@ -87,9 +87,9 @@ class Console:
         """Ends what another program has left behind: half a line, `monitor`, a search. False: no reply."""
         if not self.ask("\x03mode program", PATIENCE_MS)[0]:
             return False
-        for _ in range(HELLO_TRIES):
-            self.send(HELLO)
-            while (reply := self.reply(HELLO_MS)[0]) and not reply.startswith(HELLO_REPLY):
+        for number in range(HELLO_TRIES):
+            self.send(HELLO.format(number))
+            while (reply := self.reply(HELLO_MS)[0]) and not reply.startswith(HELLO_REPLY.format(number)):
                 pass
             if reply:
                 return True

@@ -57,8 +57,8 @@ enum cds_error {
     CDS_ERROR_VOLTAGE = 0x01,     // condition: supply outside registers 0x0C, 0x0D
     CDS_ERROR_ANGLE = 0x02,       // packet: goal outside the angle limits
     CDS_ERROR_OVERHEATING = 0x04, // condition: hotter than register 0x0B
-    CDS_ERROR_RANGE = 0x08,       // packet: a value, address or lock refuses it
-    CDS_ERROR_CHECKSUM = 0x10,    // packet: came damaged
+    CDS_ERROR_RANGE = 0x08,       // packet: the servo refuses a value or address, or is locked
+    CDS_ERROR_CHECKSUM = 0x10,    // packet: it arrived damaged
     CDS_ERROR_OVERLOAD = 0x20,    // condition: the load exceeds the torque
     CDS_ERROR_INSTRUCTION = 0x40, // packet: no such instruction, or ACTION with nothing registered
     CDS_ERROR_NONE_SUCH = 0x80,   // always 0: a packet that has it set is no servo's reply

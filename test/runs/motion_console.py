@@ -16,7 +16,7 @@ MOVING = boards.WITH_MOTION  # the firmware of all of them has the same motions:
 # A chip with 256 KB of flash, whose firmware names poses and edits steps, and a chip with 128 KB.
 TWO_BOARDS = boards.WITH_MOTION_BY_SIZE
 
-# A servo with the factory's return delay, 2 us, may answer before a controller listens to which the PC sends.
+# With the factory's return delay, 2 us, a servo may answer before the controller listens, while the PC sends.
 SLOWER = "".join(f"write {n} RETURN_DELAY 10\n" for n in (1, 2, 3))
 READY = "echo off\n" + SLOWER + "group 1 2 3\ntorque 254 on\n"
 

@@ -97,7 +97,6 @@ class Documents(unittest.TestCase):
         self.assertEqual(before, [(ROOT / path).read_text()
                                   for path in ("README.md", "docs/internals/performance.md")])
 
-
     def document(self, text):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)

@@ -309,7 +309,7 @@ class Firmware(unittest.TestCase):
         self.assertIn(f"picocom -q -e t {path} (", output)  # without -e t, Ctrl-A does not reach the console
         self.assertIn("1 packets in, 1 out", output)
 
-    def test_port_with_the_rate_of_the_client_names_the_rate_to_open_it(self):
+    def test_port_at_the_client_rate_shows_the_rate_to_open(self):
         with self.controller("--host-baud", "client") as sim:
             self.assertIn(f"picocom -q -e t -b 115200 {sim.path} (", sim.process.stdout.readline().decode())
 

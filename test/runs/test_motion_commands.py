@@ -138,7 +138,7 @@ class Stored(Motion):
             run = self.run_on(POSES + WALK + "@reset power\n@wait 300\n@echo on\npose show low\n"
                               "sequence show walk\n", board)
             self.assertEqual(shown(run), "group 1 2 3\npose set low 409raw 443raw 477raw\n"
-                             + WALK.replace("1.2s", "1.2s"))
+                             + WALK)
 
     def test_pose_is_reached_in_time(self):
         for board in FULL:

@@ -51,7 +51,7 @@ class SendLines(unittest.TestCase):
             self.assertEqual(shown[4], "5/20 restore 1 MIN_VOLTAGE 6V: MIN_VOLTAGE = 6.5V (65) differed: written; ok")
             self.assertEqual(sum(line.endswith(": unchanged; ok") for line in shown), 19)
 
-    def test_help_shows_the_example_as_it_is_typed(self):
+    def test_help_shows_the_example_as_typed(self):
         done = subprocess.run([ROOT / "scripts/send-lines.py", "--help"], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0)
         self.assertIn(r"printf 'pose show\nsequence show\n' | scripts/send-lines.py --replies", done.stdout)
@@ -100,12 +100,13 @@ class SendLines(unittest.TestCase):
         os.close(master)
         os.close(slave)
 
-    def test_what_another_program_has_left_running_is_not_the_reply(self):
+    def test_output_of_an_earlier_program_is_not_a_reply(self):
         with Process("firmware", ROOT / f"build/{boards.WITH_MOTION[0]}/controller.elf", "--board", boards.WITH_MOTION[0],
                      "--servos", "1-3", "--host", "pty") as sim:
             backup = self.send("backup 1-3\n", sim.path, "--replies").stdout
             self.assertEqual(len(backup.splitlines()), 30, backup)
-            for left in "mode person\rmonitor 1 2 3\r", "mode program\rmonitor 1 2 3\r", "scan all\r", "get 1 T":
+            for left in ("mode person\rmonitor 1 2 3\r", "mode program\rmonitor 1 2 3\r", "scan all\r", "get 1 T",
+                         "teach off 1-3\r" * 3):
                 with self.subTest(left), open(sim.path, "wb", buffering=0) as port:
                     port.write(left.encode())
                     self.assertEqual(self.send("backup 1-3\n", sim.path, "--replies").stdout, backup)

@@ -70,8 +70,10 @@ static bool stop_poll(struct console *console)
     if (robot_is_stopping(robot))
         return true;
     console->error = robot->stop.steps.result;
+    /* A servo kept its torque, as its line says. There was noise when the stop began: the error
+     * names it. */
     if (command_set.noise && command_set.noise->is_there && console->error == CDS_REFUSED)
-        console->error = CDS_CORRUPT; // torque is still on: the noise has damaged the packet
+        console->error = CDS_CORRUPT;
     while (*index < robot->servos.count) {
         const struct cds_servo_state *servo = &robot->states[(*index)++];
 
