@@ -109,6 +109,7 @@ condition, with a list of servos also the servo; the command has worked. `help` 
   the last line, and there is no Tab and no `did you mean`. It has no `diagnose` (error 55){omitted},
   and none of the commands of [Motion](#motion) (error 30). There an ID is one servo, an error has its text only, `monitor`
   prints lines, `settings` takes a rate as the register, `counters` prints no age and no part of `scan`, `scan` ends with the number of servos,
+  `torque on` of a servo that has shut down says `ok` behind the warning, not error 85,
   and `help COMMAND` leaves ranges and examples to this page.
 - How to teach, store and play poses: [motion.md](motion.md).
 

@@ -112,9 +112,8 @@ void unasked_silence(const struct console *console)
 {
     struct failsafe *failsafe = console->failsafe;
 
-    if (console_is_for_person(console) && state()->away[failsafe->next] &&
-        !(failsafe->reported[failsafe->next] & FAILSAFE_OFFLINE))
-        failsafe->alarm &= (uint8_t)~FAILSAFE_TORQUE_LOST;
+    if (console_is_for_person(console) && state()->away[failsafe->next])
+        failsafe->alarm &= (uint8_t)~FAILSAFE_OFFLINE; // or FAILSAFE_TORQUE_LOST: one bit
 }
 
 /* Counts the ticks without a fault that was told. */

@@ -50,7 +50,8 @@ void unasked_note_fault(void);
 /* `stop` has printed that the torque of all servos is off. */
 void unasked_note_stop(void);
 
-/* Drops the alarm that a servo has lost its state if the line about its return will tell it. */
+/* Drops what the line about the return of a servo that was told as offline will tell: that it has
+ * lost its state, or that it was offline more than once before. */
 void unasked_silence(const struct console *console);
 
 /* Prints a fault that is over. False: there is nothing to print. */

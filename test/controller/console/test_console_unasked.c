@@ -199,6 +199,24 @@ void test_servo_that_misses_again_is_not_told_as_back(void)
     }
 }
 
+void test_servo_that_comes_and_goes_is_told_as_offline_once(void)
+{
+    struct cds_servo_state *servo = begin_person();
+
+    come_back(servo);
+    for (uint8_t i = 0; i < 4; i++) {
+        TEST_ASSERT_EQUAL_STRING("", said_in_ticks(3));
+        servo->presence = CDS_PRESENCE_OFFLINE;
+        failsafe.reported[0] = failsafe.alarm = FAILSAFE_OFFLINE;
+        TEST_ASSERT_EQUAL_STRING("", said_in_ticks(3));
+        failsafe.reported[0] = 0;
+        servo->presence = CDS_PRESENCE_ONLINE;
+    }
+    TEST_ASSERT_NOT_NULL(strstr(said_in_ticks(8), "servo 7 answers again"));
+    failsafe.reported[0] = failsafe.alarm = FAILSAFE_OFFLINE;
+    TEST_ASSERT_NOT_NULL(strstr(said_in_ticks(1), "alarm of servo 7: offline"));
+}
+
 void test_loss_of_a_servo_that_is_back_is_told_in_one_line(void)
 {
     struct cds_servo_state *servo = begin_person();

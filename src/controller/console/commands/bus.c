@@ -10,7 +10,7 @@
 #include "compiler.h" // NOINLINE
 #include "console/messages.h"
 
-static const CDS_FLASH char message_found_damaged[] = ": reply damaged, two servos with one ID?";
+static const CDS_FLASH char message_found_damaged[] = ": reply damaged: noise, or one ID twice?";
 static const CDS_FLASH char message_found_neighbour[] = ", set to another rate";
 static const CDS_FLASH char message_found_too_many[] = ": the list is full";
 static const CDS_FLASH char message_found_model[] = " model %u";
@@ -304,8 +304,8 @@ static const CDS_FLASH struct command bus_rows[] = {
     {
         .usage = FLASH_TEXT("counters [ID]"),
         .what = FLASH_TEXT("packets sent and lost"),
-        .details = COMMAND_DETAILS("Of the bus since the reset; of a servo since it joined the "
-                                   "robot. Modulo 65536, some to 255"),
+        .details = COMMAND_DETAILS("Of the bus since the reset; of a servo since it joined. "
+                                   "Modulo 65536, some to 255"),
         .example = COMMAND_DETAILS("counters"),
         .begin = counters_begin,
         .poll = counters_poll,
