@@ -442,6 +442,18 @@ class Scripts(unittest.TestCase):
         self.run_on("arbotix", "torque 1 on\n@fault stuck low 3000\n@wait 1500\nservos\n" + text("servo 1: line held low, torque unknown")
                     + "status\n" + text("servos: 3, offline 3"))
 
+    def test_servo_that_babbles_is_not_taken_for_noise(self):
+        self.run_on("arduino-mega", "@fault babble random\n@wait 1000\n! ping 1\n"
+                    + text("error 9: servo 1: the line is never quiet; unplug servos one by one until it is quiet") + "status\n"
+                    + text("servos: 3, offline 0 before the line was disturbed"))
+
+    def test_cycle_tells_a_servo_that_was_inhibited(self):
+        for board in ("arduino-mega", "atmega128"):
+            with self.subTest(board):
+                self.run_on(board, "group 1 2 3\nstop\ncycle every 4ms\ncycle\n" + text("12V 32C inhibited") + "release\n@wait 100\ncycle\n"
+                            + text("12V 32C was inhibited: gets no goal until the next 'pose'")
+                            + "pose 150 150 150\n@wait 100\ncycle off\n")
+
     def test_scan_in_noise_says_that_an_id_may_be_no_servo(self):
         for board in ("arduino-mega", "atmega128"):
             with self.subTest(board):

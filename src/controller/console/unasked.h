@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What the console tells a person without a command: that a fault is over, and how it makes room
+/* What the console tells a person without a command: that a fault is over, or that the autostart
+ * has not begun, and how it makes room
  * for such a line while a line is half typed or the table of `monitor` stands there:
  *
  *     servo 2 answers again; it may be driven
@@ -26,6 +27,7 @@ struct unasked {
     uint8_t line_ticks;         // 0, or 1 since a fault of the line was told, and so on
     bool stop_failed;           // torque is not read back as off at all servos
     bool stop_is_late;          // it is now
+    bool autostart_told;        // that its sequence does not play
     bool is_looking;            // there may be something to tell since the last tick
 };
 

@@ -249,6 +249,8 @@ static bool counters_poll(struct console *console)
         if (command_set.account && account_searched(index)) {
             console->printer.values[2].number = account_searched(index);
             message = message_counter_searched;
+            if (command_set.advise && console->printer.values[2].number > *value)
+                console->printer.values[2].number = *value; // bytes that a total has missed
         }
     }
     console->printer.values[0].text = counter_names[name];
