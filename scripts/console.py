@@ -97,9 +97,12 @@ condition, with a list of servos also the servo; the command has worked. `help` 
 - On the same boards the console also tells a person, once, that a fault it has told is over for 1.5 s (a fault of the line: 2 s), and what to do next:
   `servo 2 answers again, torque on; it may be driven`, `bus ok again; driving is inhibited until 'release'`,
   `stop: torque read back as off at all servos; ...` if `stop` could not say so. A remedy that was printed just before, as by the error of
-  the same command, is left out of the next warning or alarm: `alarm of servo 1: range`.
+  the same command, is left out of the next warning or alarm: `alarm of servo 1: range`. A servo that comes and goes within that time
+  is told as offline once. After the first command a line says if the sequence of the autostart does not play.
 - A servo with the factory value of the return delay, 2 us, may answer before the controller listens, but only while the PC
   sends, and rarely ([bridge.md](bridge.md#tests)). `set ID RETURN_DELAY 4us` prevents that; `new` sets it.
+- `cycle` counts a period as `unsent` if its goals did not leave: all servos were left out, or the line was busy. A servo is left out
+  when its goal was refused, as by a stop, until the next `pose`.
 - An error names servo, argument, value and allowed range: `error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg`. Error 56, a
   time, has its range, too, but not on `atmega1284p`. With a list of servos a number out of range is refused for all, before anything is sent.
 - After `scan`, also `scan all`, a line tells which servo answers sooner than this board listens, with the command that mends it.
@@ -109,6 +112,7 @@ condition, with a list of servos also the servo; the command has worked. `help` 
   the last line, and there is no Tab and no `did you mean`. It has no `diagnose` (error 55){omitted},
   and none of the commands of [Motion](#motion) (error 30). There an ID is one servo, an error has its text only, `monitor`
   prints lines, `settings` takes a rate as the register, `counters` prints no age and no part of `scan`, `scan` ends with the number of servos,
+  `torque on` of a servo that has shut down says `ok` behind the warning, not error 85,
   and `help COMMAND` leaves ranges and examples to this page.
 - How to teach, store and play poses: [motion.md](motion.md).
 

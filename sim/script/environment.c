@@ -73,13 +73,30 @@ static int32_t value_of(const struct servo_node *node, enum environment_property
     }
 }
 
+/* Below this supply the electronics of a servo do not run, in 0.1 V. */
+#define DEAD_BELOW_DV 30
+
+/* A servo loses its power when the supply falls below the limit, and starts when it is back. */
+static void set_supply(struct servo_node *node, uint64_t now, uint8_t supply_dV)
+{
+    struct servo_environment *surroundings = &node->servo.environment;
+    bool was_dead = surroundings->supply_dV < DEAD_BELOW_DV, is_dead = supply_dV < DEAD_BELOW_DV;
+
+    surroundings->supply_dV = supply_dV;
+    if (is_dead != was_dead) {
+        servo_node_power(node, now, !is_dead);
+    }
+}
+
 static void set(struct servo_node *node, uint64_t now, enum environment_property property,
                 int32_t value)
 {
     struct servo_environment *surroundings = &node->servo.environment;
     switch (property) {
-    case ENVIRONMENT_POWER: servo_node_power(node, now, value != 0); break;
-    case ENVIRONMENT_SUPPLY: surroundings->supply_dV = (uint8_t)value; break;
+    case ENVIRONMENT_POWER:
+        servo_node_power(node, now, value != 0 && surroundings->supply_dV >= DEAD_BELOW_DV);
+        break;
+    case ENVIRONMENT_SUPPLY: set_supply(node, now, (uint8_t)value); break;
     case ENVIRONMENT_AMBIENT: surroundings->ambient_C = (uint8_t)value; break;
     case ENVIRONMENT_LOAD: surroundings->load = (int16_t)value; break;
     default: surroundings->blocked = value != 0; break;

@@ -170,6 +170,16 @@ static const char *parse_action(struct scenario_line *line, char *text)
                  "@reset @hang @wait @at @send @baud @expect @show @print @echo";
 }
 
+/* True if the text ends with "within" and a number. */
+static bool ends_within_digits(const char *text)
+{
+    const char *last = strrchr(text, ' ');
+    const size_t size = strlen(" within");
+
+    return last && last[1] && strspn(last + 1, "0123456789") == strlen(last + 1) &&
+           (size_t)(last - text) >= size && memcmp(last - size, " within", size) == 0;
+}
+
 static const char *parse_line(struct scenario_line *line, char *text)
 {
     if (text[0] == '@') {
@@ -180,7 +190,9 @@ static const char *parse_line(struct scenario_line *line, char *text)
     text = line->flag ? lexer_trim(text + 1) : text;
     line->text = text;
     line->ms = SCENARIO_REPLY_MS;
-    lexer_within(text, SCENARIO_MS_MAX, &line->ms);
+    if (!lexer_within(text, SCENARIO_MS_MAX, &line->ms) && ends_within_digits(text)) {
+        return "milliseconds are wanted behind within, an hour at most";
+    }
     return line->text[0] ? 0 : "a command is wanted behind the !";
 }
 

@@ -210,7 +210,7 @@ SCRIPT = {
             + text("3 found, 1524 asked") + "bus 57600\nbaud 3 1000000\n" + error(38, "scan here"),
     "servos": "servos forget\nscan\n@wait 1500\nservos\n" + text("servo 1: online, torque off")
               + text("servo 3: online, torque off") + "counters 1\n" + text("timeouts 0")
-              + "torque 1 on\n@power 1 off\n@wait 4000\nservos\n" + text("servo 1: offline, torque ")
+              + "torque 1 on\n@power 1 off\n@wait 4000\nservos\n" + text("servo 1: offline, torque unknown")
               + "@power 1 on\n@wait 3000\nservos\n"
               + text("servo 1: online, torque off, inhibited: lost its state")
               + error(12, "torque 1 on") + "release 1\ntorque 1 on\n" + servo("1 torque on")
@@ -437,6 +437,30 @@ class Scripts(unittest.TestCase):
                     + refused("set 1 CW_ANGLE_LIMIT 201", "CCW_ANGLE_LIMIT is 200deg") + "set 1 CW_ANGLE_LIMIT 100\n"
                     + refused("set 1 CCW_ANGLE_LIMIT 99", "CW_ANGLE_LIMIT is 100deg, and CCW_ANGLE_LIMIT may not be below it")
                     + "set 1 CCW_ANGLE_LIMIT 0\nset 1 CW_ANGLE_LIMIT 0\nset 1 CW_ANGLE_LIMIT 50\nset 1 CCW_ANGLE_LIMIT 300\n")
+
+    def test_profile_console_knows_no_torque_on_a_line_held_low(self):
+        self.run_on("arbotix", "torque 1 on\n@fault stuck low 3000\n@wait 1500\nservos\n" + text("servo 1: line held low, torque unknown")
+                    + "status\n" + text("servos: 3, offline 3"))
+
+    def test_servo_that_babbles_is_not_taken_for_noise(self):
+        self.run_on("arduino-mega", "@fault babble random\n@wait 1000\n! ping 1\n"
+                    + text("error 9: servo 1: the line is never quiet; unplug servos one by one until it is quiet") + "status\n"
+                    + text("servos: 3, offline 0 before the line was disturbed"))
+
+    def test_cycle_tells_a_servo_that_was_inhibited(self):
+        for board in ("arduino-mega", "atmega128"):
+            with self.subTest(board):
+                self.run_on(board, "group 1 2 3\nstop\ncycle every 4ms\ncycle\n" + text("12V 32C inhibited") + "release\n@wait 100\ncycle\n"
+                            + text("12V 32C was inhibited: gets no goal until the next 'pose'")
+                            + "pose 150 150 150\n@wait 100\ncycle off\n")
+
+    def test_scan_in_noise_says_that_an_id_may_be_no_servo(self):
+        for board in ("arduino-mega", "atmega128"):
+            with self.subTest(board):
+                run = self.run_on(board, "@fault noise 5000\n@wait 1500\nscan\n"
+                                  + text("replies were damaged, so an ID above may be no servo: noise on the line"))
+                self.assertRegex(run.output, r"id \d+: reply damaged: noise, or one ID twice\?\n")
+                self.assertNotRegex(run.output, r"servo \d+: finding 6")
 
     def test_several_servos_that_answer_at_once_are_named(self):
         self.run_on("arduino-mega", "scan\n! ping 254\n" + text("several servos answer at the same time on one wire")

@@ -80,8 +80,10 @@ class Teach(Motion):
                     "@expect servo 1 torque on\n")
 
     def test_torque_on_of_a_hot_servo_is_refused(self):
-        self.run_on("teach on\n@ambient 2 120\n@expect servo 2 error 0x04 within 60000\n! torque 2 on\n"
-                    "@expect text error 85: servo 2:\n@expect servo 2 torque off\ntorque 1 on\n", "arduino-mega")
+        for board in "arduino-mega", "atmega128", "atmega1284p":
+            with self.subTest(board):
+                self.run_on("teach on\n@ambient 2 120\n@expect servo 2 error 0x04 within 60000\n! torque 2 on\n"
+                            "@expect text error 85: servo 2:\n@expect servo 2 torque off\ntorque 1 on\n", board)
 
     def test_teach_off_of_an_endless_servo_is_refused(self):
         self.run_on("teach on 1\nwrite 1 CW_ANGLE_LIMIT 0 0\nwrite 1 CCW_ANGLE_LIMIT 0\n"

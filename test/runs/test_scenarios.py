@@ -83,6 +83,7 @@ class Language(unittest.TestCase):
                 ("\n@supply 1 99\n", both, "volts are wanted"),
                 ("\n@load 2 10\n", both, "there is no servo 2 at this line"),
                 ("\n@fault rain\n", both, ""),
+                ("\nping 1 within 99999999999\n", both[1:], "milliseconds are wanted behind within"),
                 ("\nping 1\n", both[:1], "there is no console here: use @send"),
                 ("\n@expect text ok\n", both[:1], "there is no firmware here that prints text"),
                 ("\n@send FF\n", both[1:], "only without firmware: cds55xx-sim bus")]:
@@ -91,6 +92,12 @@ class Language(unittest.TestCase):
                 self.assertEqual(status, 2, output)
                 self.assertEqual(len(output.splitlines()), 1, output)
                 self.assertIn(f"{path}:2: {what}", output)
+
+    def test_servo_without_supply_is_dead(self):
+        text = ("scan\ntorque 1 on\n@supply 1 2.9\n@expect servo 1 torque off\n! ping 1\n@expect text error 2: \n@power 1 on\n! ping 1\n"
+                "@supply 1 3\n@wait 100\nping 1\n")
+        status, output, path = self.run_text(text, ["firmware", ROOT / "build/arduino-mega/controller.elf", "--board", "arduino-mega"])
+        self.assertEqual(status, 0, output)
 
     def test_orders_need_no_console(self):
         text = "@servos 1-3\n@wait 5\n@power 2 off\n@expect servo 2 torque off\n@wait 30\n"

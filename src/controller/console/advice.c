@@ -45,6 +45,12 @@ static const CDS_FLASH char message_several[] =
     "several servos answer at the same time on one wire, so their replies mix; 'scan' asks each";
 static const CDS_FLASH char message_late[] =
     "no reply by the deadline; replies that came late: %u, see 'diagnose %u'";
+static const CDS_FLASH char message_stray[] =
+    "no reply by the deadline; check power, wiring, ID and baud rate of the servo; the line has "
+    "noise or echoes, too: bytes without a packet: %u, see 'diagnose %u'";
+static const CDS_FLASH char message_damaged_there[] =
+    "damaged bytes came from ID %u at %b, so it may be taken, or there is noise; nothing was "
+    "written: 'diagnose %u'";
 static const CDS_FLASH char message_one[] =
     "254 means all servos at once; this command takes an ID from 0 to 253%s";
 static const CDS_FLASH char message_or_each[] = ", or 'all': each in turn";
@@ -317,17 +323,42 @@ static const CDS_FLASH char *text_of_scan(const struct console *console)
                : NULL;
 }
 
-/* No reply by the deadline, but late ones came. */
+/* Bytes without a packet that the bus has received, without those of scan and diagnose. */
+static uint16_t stray_bytes(const struct console *console)
+{
+    struct cds_stats stats;
+
+    cds_bus_stats(console->bus, &stats);
+    return (uint16_t)(stats.noise_bytes - command_set.account->searched.noise_bytes);
+}
+
+/* No reply by the deadline, but late ones came, or bytes without a packet, as of an echo. */
 static const CDS_FLASH char *text_of_late(struct console *console)
 {
     const struct cds_servo_state *servo = console_servo(console);
     union printer_value *values = console->printer.values;
 
-    if (!servo || servo->counters.stale_replies == 0)
+    if (!servo)
         return text_of_scan(console);
     values[0].number = servo->counters.stale_replies;
     values[1].number = servo->id;
-    return message_late;
+    if (values[0].number)
+        return message_late;
+    values[0].number = stray_bytes(console);
+    return values[0].number ? message_stray : text_of_scan(console);
+}
+
+/* The new ID or rate is not free, but no good reply came from there. */
+static const CDS_FLASH char *text_of_place(struct console *console)
+{
+    const struct cds_identity *identity = &console->robot->work.identity;
+    union printer_value *values = console->printer.values;
+
+    if (console->line.command->instruction || identity->at_to != CDS_CORRUPT)
+        return NULL; // `reset` has looked at nothing
+    values[0].number = values[2].number = identity->to.id;
+    values[1].number = identity->to.baud_reg;
+    return message_damaged_there;
 }
 
 /* ID 254 for a command that needs a reply. */
@@ -470,6 +501,7 @@ const CDS_FLASH char *advice(struct console *console)
         return message ? message : text_of_number(console);
     case ERROR_TIME: return text_of_times(console);
     case ERROR_OUT_OF_RANGE: return text_of_value(console);
+    case ERROR_PLACE_TAKEN: return text_of_place(console);
     case ERROR_POSE_GONE: return command_set.motion_words ? message_pose_gone : NULL;
     case CDS_TIMEOUT: return text_of_late(console);
     case CDS_CORRUPT: return text_of_scan(console);

@@ -199,7 +199,7 @@ struct command_set {
     struct history *history;                                   // storage of line_editor.c, or NULL
     const CDS_FLASH struct command_motion_words *motion_words; // NULL: words without the pose
     /* `set` reads the servo before it writes an angle limit, and reads its status return level
-     * back; `reset` prints what the servo has then; `torque on` refuses a servo with an alarm. */
+     * back; `reset` prints what the servo has then. */
     bool checks_writes;
     struct noise *noise;     // noise.h; NULL: noise is not looked for
     struct unasked *unasked; // unasked.h; NULL: no room to tell more than faults and alarms

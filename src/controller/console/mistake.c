@@ -108,6 +108,11 @@ bool mistake_is_noise(uint8_t error)
            (error == CDS_TIMEOUT || error == CDS_CORRUPT || error == CDS_LINE_BUSY);
 }
 
+const CDS_FLASH char *mistake_noise_text(uint8_t error)
+{
+    return diagnose_findings[error == CDS_LINE_BUSY ? CDS_FINDING_BABBLE : CDS_FINDING_NOISE];
+}
+
 /* The mistakes whose text is not in advice.h. */
 static enum mistake seen_mistake(const struct console *console, bool is_of_word)
 {
@@ -232,7 +237,7 @@ void mistake_print(struct console *console, enum mistake mistake)
     else if (command_set.advise && mistake == MISTAKE_ADVISED)
         printer_line(&console->printer, command_set.advise(console));
     else if (command_set.noise && mistake == MISTAKE_NOISE)
-        printer_line(&console->printer, diagnose_findings[CDS_FINDING_NOISE]);
+        printer_line(&console->printer, mistake_noise_text(console->error));
     else
         printer_line(&console->printer, mistake == MISTAKE_LINE
                                             ? diagnose_findings[CDS_FINDING_LINE_LOW]

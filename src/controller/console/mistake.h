@@ -9,6 +9,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "flash.h" // CDS_FLASH
+
 struct console;
 
 enum mistake {
@@ -36,6 +38,10 @@ enum mistake mistake_of(struct console *console, bool is_of_word);
 
 /* For a profile with command_set.noise: true if noise is on the line, and explains `error`. */
 bool mistake_is_noise(uint8_t error);
+
+/* The text of such an error: the finding of `diagnose` for noise, or for a line that is never
+ * quiet, if no packet could be sent. */
+const CDS_FLASH char *mistake_noise_text(uint8_t error);
 
 /* Prints the text of the mistake, not MISTAKE_NONE, and ends the line; after MISTAKE_COMMA
  * mistake_print_with_point() ends it, after MISTAKE_GROUP `group` of command_set.motion_words. The

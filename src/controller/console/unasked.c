@@ -9,6 +9,8 @@
 #include "console/line_editor.h" // line_editor_redraw()
 #include "console/messages.h"
 #include "console/reply.h"
+#include "robot/autostart.h" // AUTOSTART_RESET
+#include "robot/moves.h"     // struct moves
 
 #define TICK_US 250000ul
 
@@ -27,6 +29,8 @@ static const CDS_FLASH char message_stop_late[] = "stop: torque read back as off
 static const CDS_FLASH char message_may_drive[] = "it may be driven";
 static const CDS_FLASH char message_has_no_torque[] =
     "'teach off %u' switches it on where the servo is";
+static const CDS_FLASH char message_no_autostart[] =
+    "the sequence of the autostart does not play: 'settings autostart' tells why";
 static const CDS_FLASH char message_torque_on[] = "on";
 static const CDS_FLASH char message_torque_off[] = "off";
 static const CDS_FLASH char message_torque_not_read[] = "unknown";
@@ -112,9 +116,8 @@ void unasked_silence(const struct console *console)
 {
     struct failsafe *failsafe = console->failsafe;
 
-    if (console_is_for_person(console) && state()->away[failsafe->next] &&
-        !(failsafe->reported[failsafe->next] & FAILSAFE_OFFLINE))
-        failsafe->alarm &= (uint8_t)~FAILSAFE_TORQUE_LOST;
+    if (console_is_for_person(console) && state()->away[failsafe->next])
+        failsafe->alarm &= (uint8_t)~FAILSAFE_OFFLINE; // or FAILSAFE_TORQUE_LOST: one bit
 }
 
 /* Counts the ticks without a fault that was told. */
@@ -212,6 +215,18 @@ static bool report_back(struct console *console)
     return false;
 }
 
+/* Prints once that the autostart has not begun. False: it has, or there is none. */
+static bool report_autostart(struct console *console)
+{
+    bool is_news = !state()->autostart_told;
+
+    state()->autostart_told = console->robot->moves->autostart.state >= AUTOSTART_RESET;
+    if (!is_news || !state()->autostart_told)
+        return false;
+    say_line(console, message_no_autostart);
+    return true;
+}
+
 bool unasked_report(struct console *console)
 {
     uint32_t now_us = cds_port_now_us();
@@ -232,7 +247,7 @@ bool unasked_report(struct console *console)
         state()->stop_is_late = false;
         say_over(console, message_stop_late);
     } else {
-        state()->is_looking = report_back(console);
+        state()->is_looking = report_back(console) || report_autostart(console);
     }
     return state()->is_looking;
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What the console tells a person without a command: that a fault is over, and how it makes room
+/* What the console tells a person without a command: that a fault is over, or that the autostart
+ * has not begun, and how it makes room
  * for such a line while a line is half typed or the table of `monitor` stands there:
  *
  *     servo 2 answers again; it may be driven
@@ -26,6 +27,7 @@ struct unasked {
     uint8_t line_ticks;         // 0, or 1 since a fault of the line was told, and so on
     bool stop_failed;           // torque is not read back as off at all servos
     bool stop_is_late;          // it is now
+    bool autostart_told;        // that its sequence does not play
     bool is_looking;            // there may be something to tell since the last tick
 };
 
@@ -50,7 +52,8 @@ void unasked_note_fault(void);
 /* `stop` has printed that the torque of all servos is off. */
 void unasked_note_stop(void);
 
-/* Drops the alarm that a servo has lost its state if the line about its return will tell it. */
+/* Drops what the line about the return of a servo that was told as offline will tell: that it has
+ * lost its state, or that it was offline more than once before. */
 void unasked_silence(const struct console *console);
 
 /* Prints a fault that is over. False: there is nothing to print. */

@@ -115,3 +115,42 @@ void test_servo_that_lost_its_state_is_inhibited_with_its_remedy(void)
     assert_reply("error 12: servo 2: not driven, as it gives no good answer; ",
                  "set 2 TORQUE_ENABLE 1");
 }
+
+/* `id 1 5`; damaged bytes come as the replies of servo 5. */
+void test_new_id_with_damaged_replies_is_not_said_to_be_taken(void)
+{
+    static const uint8_t damaged[] = {0xFF, 0xFF, 5, 2, 0, 0};
+
+    reply_to("id 1 5");
+    for (uint16_t i = 0; i < 100 && strstr(said, "error") == NULL; i++) {
+        if (i && bus.link.state == CDS_LINK_TALKING) {
+            port_fake_transmit(&bus.link, 0);
+            if (port_fake.sent[2] == 5)
+                port_fake_hear(&bus.link, damaged, sizeof damaged);
+            else
+                port_fake_answer(&bus.link, 1, 0, NULL, 0);
+        }
+        port_fake.now_us += 50000;
+        turn();
+    }
+    type("");
+    TEST_ASSERT_EQUAL_STRING(
+        "error 50: servo 1: damaged bytes came from ID 5 at 1000000bps, so it "
+        "may be taken, or there is noise; nothing was written: 'diagnose 5'\r\n",
+        said);
+}
+
+void test_no_reply_after_stray_bytes_names_diagnose(void)
+{
+    static const uint8_t end_of_echo[] = {0xF4};
+
+    know_servos(1);
+    reply_to("get 1 3");
+    port_fake_hear(&bus.link, end_of_echo, sizeof end_of_echo);
+    port_fake.now_us += 100000;
+    type("");
+    TEST_ASSERT_EQUAL_STRING("error 2: servo 1: no reply by the deadline; check power, wiring, ID "
+                             "and baud rate of the servo; the line has noise or echoes, too: bytes "
+                             "without a packet: 1, see 'diagnose 1'\r\n",
+                             said);
+}

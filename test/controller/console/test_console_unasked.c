@@ -2,6 +2,7 @@
 /* What the console prints without a command: the banner, and lost torque; and `alarms`, which lists
  * the latter. */
 #include "console_rig.h"
+#include "robot/moves.h" // struct moves
 
 void setUp(void)
 {
@@ -197,6 +198,36 @@ void test_servo_that_misses_again_is_not_told_as_back(void)
         TEST_ASSERT_EQUAL_STRING("", said_in_ticks(1));
         servo->misses = 0;
     }
+}
+
+void test_servo_that_comes_and_goes_is_told_as_offline_once(void)
+{
+    struct cds_servo_state *servo = begin_person();
+
+    come_back(servo);
+    for (uint8_t i = 0; i < 4; i++) {
+        TEST_ASSERT_EQUAL_STRING("", said_in_ticks(3));
+        servo->presence = CDS_PRESENCE_OFFLINE;
+        failsafe.reported[0] = failsafe.alarm = FAILSAFE_OFFLINE;
+        TEST_ASSERT_EQUAL_STRING("", said_in_ticks(3));
+        failsafe.reported[0] = 0;
+        servo->presence = CDS_PRESENCE_ONLINE;
+    }
+    TEST_ASSERT_NOT_NULL(strstr(said_in_ticks(8), "servo 7 answers again"));
+    failsafe.reported[0] = failsafe.alarm = FAILSAFE_OFFLINE;
+    TEST_ASSERT_NOT_NULL(strstr(said_in_ticks(1), "alarm of servo 7: offline"));
+}
+
+void test_autostart_that_has_not_begun_is_told_once(void)
+{
+    begin_person();
+    TEST_ASSERT_EQUAL_STRING("", said_in_ticks(3));
+    robot.moves->autostart.state = AUTOSTART_ALARM;
+    TEST_ASSERT_EQUAL_STRING("\rthe sequence of the autostart does not play: 'settings autostart' "
+                             "tells why\r\n\r> ",
+                             said_in_ticks(3));
+    TEST_ASSERT_EQUAL_STRING("", said_in_ticks(3));
+    robot.moves->autostart.state = AUTOSTART_OFF;
 }
 
 void test_loss_of_a_servo_that_is_back_is_told_in_one_line(void)

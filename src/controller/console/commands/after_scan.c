@@ -14,6 +14,9 @@ static const CDS_FLASH char message_early[] =
 static const CDS_FLASH char message_return_delay[] =
     "servo %u answers too early: 'write %u RETURN_DELAY %u', then 'scan'";
 
+static const CDS_FLASH char message_noisy[] =
+    "replies were damaged, so an ID above may be no servo: %s; then 'scan' again";
+
 #define TRIES 3 // of a READ: a damaged reply alone is no finding
 
 void after_scan_note(struct console *console)
@@ -113,12 +116,33 @@ static bool is_told(const struct after_scan *job, uint8_t finding)
            finding == CDS_FINDING_REPLIES_TOO_EARLY || finding == CDS_FINDING_DUPLICATE_ID;
 }
 
+/* True if damaged bytes of no servo were taken for the reply of one. */
+static bool is_noise(uint8_t finding)
+{
+    return command_set.advise && (finding == CDS_FINDING_NOISE || finding == CDS_FINDING_BABBLE);
+}
+
+/* Noise: ends the job, as a diagnosis of the next ID would only find the noise again. */
+static void tell_noise(struct console *console, struct after_scan *job, uint8_t finding)
+{
+    if (command_set.account)
+        account_end(console);
+    console->printer.values[0].text = diagnose_findings[finding];
+    printer_line(&console->printer, message_noisy);
+    job->index = job->count;
+    job->phase = AFTER_SCAN_ASK;
+}
+
 /* Prints the finding; of a servo that answers too early also the command that mends it. */
 static void tell(struct console *console, struct after_scan *job)
 {
     union printer_value *values = console->printer.values;
     uint8_t finding = console->robot->work.diagnose.finding;
 
+    if (is_noise(finding) && is_told(job, finding)) {
+        tell_noise(console, job, finding);
+        return;
+    }
     if (job->phase == AFTER_SCAN_DIAGNOSE) {
         if (is_told(job, finding))
             diagnose_print_finding(console);

@@ -10,7 +10,7 @@
 #include "compiler.h" // NOINLINE
 #include "console/messages.h"
 
-static const CDS_FLASH char message_found_damaged[] = ": reply damaged, two servos with one ID?";
+static const CDS_FLASH char message_found_damaged[] = ": reply damaged: noise, or one ID twice?";
 static const CDS_FLASH char message_found_neighbour[] = ", set to another rate";
 static const CDS_FLASH char message_found_too_many[] = ": the list is full";
 static const CDS_FLASH char message_found_model[] = " model %u";
@@ -249,6 +249,8 @@ static bool counters_poll(struct console *console)
         if (command_set.account && account_searched(index)) {
             console->printer.values[2].number = account_searched(index);
             message = message_counter_searched;
+            if (command_set.advise && console->printer.values[2].number > *value)
+                console->printer.values[2].number = *value; // bytes that a total has missed
         }
     }
     console->printer.values[0].text = counter_names[name];
@@ -304,8 +306,8 @@ static const CDS_FLASH struct command bus_rows[] = {
     {
         .usage = FLASH_TEXT("counters [ID]"),
         .what = FLASH_TEXT("packets sent and lost"),
-        .details = COMMAND_DETAILS("Of the bus since the reset; of a servo since it joined the "
-                                   "robot. Modulo 65536, some to 255"),
+        .details = COMMAND_DETAILS("Of the bus since the reset; of a servo since it joined. "
+                                   "Modulo 65536, some to 255"),
         .example = COMMAND_DETAILS("counters"),
         .begin = counters_begin,
         .poll = counters_poll,

@@ -35,6 +35,8 @@ static const CDS_FLASH char message_delays[] = "RETURN_DELAY refused: %u; lowest
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, offline %u";
+static const CDS_FLASH char message_servos_not_asked[] =
+    "servos: %u%s, offline %u before the line was disturbed";
 static const CDS_FLASH char message_host_rate[] =
     "the host link has the new rate after 'ok'; without 'save' a reset undoes it";
 static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes unused";
@@ -446,7 +448,7 @@ static void print_stops(struct printer *printer, const struct failsafe *failsafe
     printer_line(printer, message_stops);
 }
 
-/* "servos: 18, offline 1" */
+/* "servos: 18, offline 1". On a line that is not quiet no servo can be asked. */
 static void print_servos(struct printer *printer, const struct cds_servos *servos)
 {
     const struct cds_servo_state *servo = servos->states;
@@ -459,8 +461,10 @@ static void print_servos(struct printer *printer, const struct cds_servos *servo
     printer->values[1].text = servos->is_full ? message_and_more : message_nothing;
     printer->values[2].number = offline;
     if (servos_line_is_low(servos))
-        printer->values[2].number = servos->count; // no servo can be asked
-    printer_line(printer, message_servos);
+        printer->values[2].number = servos->count;
+    printer_line(printer, command_set.advise && cds_bus_line(servos->bus) == CDS_BUS_LINE_SUSPECT
+                              ? message_servos_not_asked
+                              : message_servos);
 }
 
 static void print_stack(struct printer *printer, const struct failsafe *failsafe)

@@ -12,6 +12,8 @@
 #include "robot/group_cycle.h"
 
 static const CDS_FLASH char message_inhibited[] = " inhibited";
+static const CDS_FLASH char message_was_inhibited[] =
+    " was inhibited: gets no goal until the next 'pose'";
 static const CDS_FLASH char message_offline[] = " offline";
 static const CDS_FLASH char message_unknown_yet[] = " not read yet";
 static const CDS_FLASH char message_cycle_servo[] = "servo %u:%s";
@@ -130,7 +132,9 @@ static const CDS_FLASH char *remark_of(struct robot *robot, uint8_t index)
     if (is_offline(robot, index))
         return message_offline;
     if (cds_cycle_is_dropped(&robot->work.cycle.cycle, index))
-        return message_inhibited;
+        return command_set.advise && cds_servos_may_drive(&robot->servos, robot->group[index])
+                   ? message_was_inhibited
+                   : message_inhibited;
     return command_set.explain && !robot->work.cycle.feedback[index].known ? message_unknown_yet
                                                                            : message_nothing;
 }

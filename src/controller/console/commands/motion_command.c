@@ -34,7 +34,7 @@ bool motion_concerns_all(const struct console *console, const struct motion_outc
 const CDS_FLASH char *motion_line_text(const struct console *console, uint8_t error)
 {
     if (mistake_is_noise(error))
-        return diagnose_findings[CDS_FINDING_NOISE];
+        return mistake_noise_text(error);
     return error == CDS_LINE_BUSY && servos_line_is_low(&console->robot->servos)
                ? diagnose_findings[CDS_FINDING_LINE_LOW]
                : error_text(error);

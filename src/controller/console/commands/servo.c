@@ -256,15 +256,16 @@ static bool move_poll(struct console *console)
 static bool torque_poll(struct console *console)
 {
     const uint8_t *bytes = console->line.request->reply;
+    bool is_off;
 
     if (console_waits(console))
         return true;
     if (!console_answered(console) || console->phase == SERVO_WRITE_SENT)
         return false;
-    if (command_set.checks_writes && console->phase == LOOK && !bytes[LOOK_SIZE - 1] &&
-        console->line.request->error & CDS_ERRORS_OF_CONDITION) {
+    is_off = console->phase == LOOK && !bytes[LOOK_SIZE - 1];
+    if (command_set.explain && is_off && console->servo_error & CDS_ERRORS_OF_CONDITION) {
         console->error = ERROR_ALARM; // it may have shut down: torque would not come on
-    } else if (console->phase == LOOK && looks_endless(bytes) && !bytes[LOOK_SIZE - 1]) {
+    } else if (is_off && looks_endless(bytes)) {
         console->error = servo_write(console, CDS_REG_MOVING_SPEED, 2); // the job is zeroed
         console->phase = STILL;
     } else {

@@ -24,11 +24,10 @@ static inline struct move_job *move_job(struct console *console)
     return console_job(console);
 }
 
-/* True if the line is held low, in the profile `full`, which has command_set.explain: what is known
- * of servos is old then. */
+/* True if the line is held low: what is known of servos is old then. */
 ALWAYS_INLINE bool servos_line_is_low(const struct cds_servos *servos)
 {
-    return command_set.explain && cds_bus_line(servos->bus) == CDS_BUS_LINE_FAULT;
+    return cds_bus_line(servos->bus) == CDS_BUS_LINE_FAULT;
 }
 
 /* In stop.c: true if the servo is known to be at another rate than the bus. */

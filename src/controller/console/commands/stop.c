@@ -7,7 +7,7 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
-#include "console/commands/shared.h" // servos_line_is_low()
+#include "console/commands/shared.h" // servo_is_at_other_rate()
 #include "compiler.h"                // NOINLINE
 #include "console/reply.h"
 #include "console/messages.h"
@@ -198,16 +198,16 @@ static void print_alarm(struct printer *printer, uint8_t alarms, uint8_t index)
 /* Damaged replies of a servo that has returned: noise alone seldom gives so many. */
 #define MANY_DAMAGED 8
 
-/* "servo 1: online, torque on". The profile `full`, which has command_set.explain, tells if the
- * torque is not known, and the limits: ", limits 60deg to 200deg and 30rpm". */
+/* "servo 1: online, torque on". The profile `full`, which has command_set.explain, also tells the
+ * limits: ", limits 60deg to 200deg and 30rpm". */
 ALWAYS_INLINE void print_presence(struct console *console, const struct cds_servo_state *servo)
 {
     struct printer *printer = &console->printer;
-    const struct robot *robot = console->robot;
+    enum cds_bus_line line = cds_bus_line(console->bus);
     union printer_value *value = printer->values;
     const CDS_FLASH char *presence = presences[servo->presence];
-    bool is_unknown = command_set.explain && (servo->presence != CDS_PRESENCE_ONLINE ||
-                                              servo->status_return_level == 0); // no READ
+    bool is_unknown =
+        servo->presence != CDS_PRESENCE_ONLINE || servo->status_return_level == 0; // no READ
 
     if (command_set.advise && servo->presence == CDS_PRESENCE_RETURNED &&
         servo->counters.corrupt >= MANY_DAMAGED)
@@ -216,9 +216,8 @@ ALWAYS_INLINE void print_presence(struct console *console, const struct cds_serv
         presence = command_set.advise ? message_presence_at : message_presence_rate;
         is_unknown = true;
     }
-    if (command_set.explain && cds_bus_line(robot->bus) != CDS_BUS_LINE_QUIET) {
-        presence =
-            servos_line_is_low(&robot->servos) ? message_presence_low : message_presence_busy;
+    if (line != CDS_BUS_LINE_QUIET) {
+        presence = line == CDS_BUS_LINE_FAULT ? message_presence_low : message_presence_busy;
         is_unknown = true;
     }
     (value++)->number = servo->id;
