@@ -81,6 +81,11 @@ static const CDS_FLASH char message_restarted[] =
     "any motion has ended; servos may have torque, and none is watched: 'scan' finds them\r\n";
 static const CDS_FLASH char message_still_inhibited[] =
     "driving is inhibited: 'release' allows it\r\n";
+static const CDS_FLASH char message_servos_left[] =
+    "the bus changed to this rate; servos known here: %u; at the old rate: %u, they answer again "
+    "after 'bus %b'";
+static const CDS_FLASH char message_no_servo_left[] =
+    "the bus changed to this rate; servos known here: %u; 'scan' looks for others";
 static const CDS_FLASH char message_loss[] = "the host link was lost; no byte for link_loss_ms: %s";
 static const CDS_FLASH char message_loss_shown[] =
     "driving goes on, as link_loss_action is 0; 'clear' when it is back";
@@ -550,6 +555,35 @@ const CDS_FLASH char *advice_note(struct console *console)
     values[0].number = line->id;
     values[1].number = values[2].number = line->new_id;
     return message_id_twice;
+}
+
+static bool answers(const struct cds_servo_state *servo)
+{
+    return servo->presence == CDS_PRESENCE_ONLINE || servo->presence == CDS_PRESENCE_RETURNED;
+}
+
+/* Count of the servos that are known to answer at this rate. */
+static uint8_t count_at_rate(const struct console *console, uint8_t baud_reg)
+{
+    const struct cds_servos *servos = &console->robot->servos;
+    uint8_t count = 0;
+
+    for (uint8_t i = 0; i < servos->count; i++)
+        count = (uint8_t)(count +
+                          (servos->states[i].baud_reg == baud_reg && answers(&servos->states[i])));
+    return count;
+}
+
+const CDS_FLASH char *advice_bus_changed(struct console *console, uint8_t old)
+{
+    const struct failsafe *failsafe = console->failsafe;
+    union printer_value *values = console->printer.values;
+
+    values[0].number = count_at_rate(console, failsafe->unsettled ? failsafe->settings->bus_baud
+                                                                  : console->bus->baud_reg);
+    values[1].number = count_at_rate(console, old);
+    values[2].number = old;
+    return values[1].number ? message_servos_left : message_no_servo_left;
 }
 
 void advice_after_reset(struct console *console)

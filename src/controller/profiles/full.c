@@ -128,6 +128,7 @@ const CDS_FLASH struct command_set command_set = {
     .link_lost = advice_link_lost,
     .words = advice_words,
     .after_reset = advice_after_reset,
+    .bus_changed = advice_bus_changed,
 #endif
     .after_scan = after_scan,
     .account = &account,

@@ -215,6 +215,10 @@ void scan_sum_up(struct console *console);
 /* In bus.c: prints state and rate of the bus: "bus ok at 1000000bps". */
 void bus_print_line(struct console *console);
 
+/* In bus.c: prints what a change of the bus from the rate of register value `old` means for the
+ * servos: "the bus changed to this rate; ..." */
+void bus_print_change(struct console *console, uint8_t old);
+
 /* In diagnose.c: begins the diagnosis of line.id. Returns an error or 0. Then prints its finding,
  * "servo 5: finding 8: ...". */
 uint8_t diagnose_servo(struct console *console);
