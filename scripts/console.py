@@ -266,8 +266,8 @@ def commands(profile="full", has_room=True):
     """(heading, usage, what, details, example) of each row, in the order of `help`; has_room: on a chip with 256 KB of flash."""
     heading = None
     groups = re.search(r" groups\[\] = \{\n(.*?)^\};", (PROFILES / f"{profile}.c").read_text(), re.M | re.S)[1]
-    if not has_room:
-        groups = re.sub(r"^#if HAS_ROOM\n.*?^#endif\n", "", groups, flags=re.M | re.S)
+    groups = re.sub(r"^#if HAS_ROOM\n(.*?)(?:^#else\n(.*?))?^#endif\n",
+                    lambda match: match[1] if has_room else match[2] or "", groups, flags=re.M | re.S)
     for name in re.findall(r"&(\w+)_commands", groups):
         if not (FOLDER / f"{name}.c").exists():
             continue  # of commands that the profile omits

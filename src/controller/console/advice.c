@@ -20,6 +20,10 @@ static const CDS_FLASH char message_value[] = "not a number; write a number from
 static const CDS_FLASH char message_setting[] =
     "a setting of the controller, not a servo; 'settings SETTING VALUE' sets it";
 static const CDS_FLASH char message_twice[] = "an ID is given twice; usage: %s";
+static const CDS_FLASH char message_is_not_gone[] =
+    "it stays in the list, as it is not offline; unplug it first";
+static const CDS_FLASH char message_is_inhibited[] =
+    "it stays in the list, as it is inhibited; 'release %u' first";
 static const CDS_FLASH char message_exit[] =
     "unknown command; to end the terminal: in picocom Ctrl-T, then Ctrl-Q";
 static const CDS_FLASH char message_ids[] = "IDs: 1, 1-3, 1,4 or all";
@@ -488,6 +492,19 @@ static const CDS_FLASH char *text_of_twice(struct console *console)
     return message_twice;
 }
 
+/* `servos forget ID` of a servo that is not gone (servos_forget.c). */
+static const CDS_FLASH char *text_of_forget(struct console *console)
+{
+    static const CDS_FLASH char servos[] = "servos";
+    const struct cds_servo_state *servo = console_servo(console);
+
+    if (!servo || !is_command(&console->line, servos))
+        return NULL;
+    console->printer.values[0].number = servo->id;
+    return servo->presence == CDS_PRESENCE_OFFLINE && servo->inhibits ? message_is_inhibited
+                                                                      : message_is_not_gone;
+}
+
 /* A word that ends a shell or a terminal. */
 static const CDS_FLASH char *text_of_exit(const struct console *console)
 {
@@ -519,6 +536,7 @@ const CDS_FLASH char *advice(struct console *console)
     switch (console->error) {
     case ERROR_UNKNOWN_COMMAND: return text_of_exit(console);
     case ERROR_TWICE: return text_of_twice(console);
+    case ERROR_NOT_NEW: return text_of_forget(console);
     case ERROR_UNIT: return text_of_units(console);
     case ERROR_COUNT:
         return is_command(&console->line, mode) ? text_of_mode(console)

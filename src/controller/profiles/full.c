@@ -92,6 +92,11 @@ static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &motion_speed_commands,
 #endif
     &stop_commands,
+#if HAS_ROOM
+    &servos_forget_commands,
+#else
+    &servos_commands,
+#endif
     &setup_commands,
     &new_commands,
     &backup_commands,

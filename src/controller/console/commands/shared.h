@@ -212,6 +212,10 @@ bool after_scan(struct console *console);
  * robot->unlisted: the servos found that are not in the list of the robot. */
 void scan_sum_up(struct console *console);
 
+/* In servos.c: `servos`, and `servos forget` of all servos. */
+uint8_t servos_begin(struct console *console);
+bool servos_poll(struct console *console);
+
 /* In bus.c: prints state and rate of the bus: "bus ok at 1000000bps". */
 void bus_print_line(struct console *console);
 
