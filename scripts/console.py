@@ -44,7 +44,7 @@ LISTS = ["scan", "torque 1 2 3 on", "set all MAX_TEMPERATURE 70C", "set 1-3 RETU
 NEW_SERVO = ["new 5", "backup 5", "set 5 MIN_VOLTAGE 6.5V", "restore 5 MIN_VOLTAGE 6V", "restore 5 MAX_VOLTAGE 16V"]
 
 # What a program sends, and for how long it waits, in ms.
-PROGRAM = [(b"\x03mode program\r", 30), (b"hello1\r", 40), (b"ping 1\r", 20),
+PROGRAM = [(b"\x03mode program\r", 30), (b"hello1\r", 80), (b"ping 1\r", 20),
            (b"get 1-3 PRESENT_POSITION\r", 40), (b"ping 9\r", 20)]
 
 # The document above the table of the commands.
@@ -270,8 +270,8 @@ def commands(profile="full", has_room=True):
     """(heading, usage, what, details, example) of each row, in the order of `help`; has_room: on a chip with 256 KB of flash."""
     heading = None
     groups = re.search(r" groups\[\] = \{\n(.*?)^\};", (PROFILES / f"{profile}.c").read_text(), re.M | re.S)[1]
-    if not has_room:
-        groups = re.sub(r"^#if HAS_ROOM\n.*?^#endif\n", "", groups, flags=re.M | re.S)
+    groups = re.sub(r"^#if HAS_ROOM\n(.*?)(?:^#else\n(.*?))?^#endif\n",
+                    lambda match: match[1] if has_room else match[2] or "", groups, flags=re.M | re.S)
     for name in re.findall(r"&(\w+)_commands", groups):
         if not (FOLDER / f"{name}.c").exists():
             continue  # of commands that the profile omits

@@ -185,6 +185,11 @@ void cds_servos_forget(struct cds_servos *servos);
 /* Forgets the servos from index `count` on: those that joined last. As cds_servos_forget(). */
 void cds_servos_forget_from(struct cds_servos *servos, uint8_t count);
 
+/* Forgets `servo`, an entry; the last entry moves to its place. An unknown servo may be driven:
+ * only for a servo that is gone. CDS_OK; CDS_BUSY: the bus or its queue has a request;
+ * CDS_BAD_ARGUMENT: the ID of the servo is in doubt. Otherwise nothing was done. */
+enum cds_result cds_servos_forget_one(struct cds_servos *servos, struct cds_servo_state *servo);
+
 /* Adds servo `id`, 0 to 253; nothing is known of it yet. CDS_OK; CDS_BAD_ARGUMENT: the ID is above
  * 253, or in the list already; CDS_NO_ROOM: the list is full, and is_full says so from now on. */
 enum cds_result cds_servos_add(struct cds_servos *servos, uint8_t id);

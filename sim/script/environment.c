@@ -19,7 +19,7 @@ static const struct property_row {
         {"power", 0, 0, 1, "on or off is wanted",
          "wanted: power [IDS] on|off, IDS as in 1-3 or 1,5; without IDS: all servos"},
     [ENVIRONMENT_SUPPLY] =
-        {"supply", 10, 0, 255, "volts are wanted, 0 to 25.5",
+        {"supply", 10, 0, 255, "volts are wanted, 0 to 25.5, without V",
          "wanted: supply [IDS] VOLTS [over MS], IDS as in 1-3 or 1,5; without IDS: all servos"},
     [ENVIRONMENT_AMBIENT] =
         {"ambient", 1, 0, 255, "degrees Celsius are wanted, 0 to 255",

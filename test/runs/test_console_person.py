@@ -94,12 +94,14 @@ class Person(unittest.TestCase):
                              (board, profile))
 
     def test_baud_tells_a_person_that_other_servos_are_cut_off(self):
-        told = "the bus changed to this rate: servos at the old rate answer again after 'bus 1000000bps'\r\n"
+        """On boards with room, how many servos are known at each rate."""
+        told = "the bus changed: any servo at the old rate answers after 'bus 1000000bps'\r\n"
+        counted = "the bus changed to this rate; servos known here: 1; 'scan' looks for others\r\n"
         lines = (START + text("baud 2 500000").replace("60000", "1000000") + text("mode program")
                  + text("baud 2 250000").replace("60000", "1000000"))
         for board, profile, heard in self.each(lines):
             self.assertEqual(heard[1:2] + heard[3:],
-                             ["baud 2 500000\r\nID 2 at 500000bps\r\n" + (told if profile == "full" else "") + "ok\r\n"
+                             ["baud 2 500000\r\nID 2 at 500000bps\r\n" + ("" if profile == "console" else told if board == "atmega1284p" else counted) + "ok\r\n"
                               + PROMPT, "ID 2 at 250000bps\r\nok\r\n"])
 
     def test_packet_right_after_reset_is_answered_whole(self):

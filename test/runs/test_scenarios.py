@@ -80,7 +80,7 @@ class Language(unittest.TestCase):
         both = [["bus"], firmware("atmega128")]
         for text, ways, what in [
                 ("\n@fly 1\n", both, "unknown @ command"),
-                ("\n@supply 1 99\n", both, "volts are wanted"),
+                ("\n@supply 1 99\n", both, "volts are wanted"), ("\n@supply 1 5V\n", both, "volts are wanted, 0 to 25.5, without V"),
                 ("\n@load 2 10\n", both, "there is no servo 2 at this line"),
                 ("\n@fault rain\n", both, ""),
                 ("\nping 1 within 99999999999\n", both[1:], "milliseconds are wanted behind within"),

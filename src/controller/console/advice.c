@@ -16,6 +16,16 @@
 static const CDS_FLASH char message_units[] = "wrong unit; units: %s%s";
 static const CDS_FLASH char message_takes_no_unit[] = "wrong unit; this number has no unit";
 static const CDS_FLASH char message_number[] = "not a number; write %s";
+static const CDS_FLASH char message_value[] = "not a number; write a number from %u to %u";
+static const CDS_FLASH char message_setting[] =
+    "a setting of the controller, not a servo; 'settings SETTING VALUE' sets it";
+static const CDS_FLASH char message_twice[] = "an ID is given twice; usage: %s";
+static const CDS_FLASH char message_is_not_gone[] =
+    "it stays in the list, as it is not offline; unplug it first";
+static const CDS_FLASH char message_is_inhibited[] =
+    "it stays in the list, as it is inhibited; 'release %u' first";
+static const CDS_FLASH char message_exit[] =
+    "unknown command; to end the terminal: in picocom Ctrl-T, then Ctrl-Q";
 static const CDS_FLASH char message_ids[] = "IDs: 1, 1-3, 1,4 or all";
 static const CDS_FLASH char message_one_id[] = "an ID: 0 to 253";
 static const CDS_FLASH char message_space[] = "no space before a unit: 90deg, 500ms";
@@ -81,6 +91,11 @@ static const CDS_FLASH char message_restarted[] =
     "any motion has ended; servos may have torque, and none is watched: 'scan' finds them\r\n";
 static const CDS_FLASH char message_still_inhibited[] =
     "driving is inhibited: 'release' allows it\r\n";
+static const CDS_FLASH char message_servos_left[] =
+    "the bus changed to this rate; servos known here: %u; at the old rate: %u, they answer again "
+    "after 'bus %b'";
+static const CDS_FLASH char message_no_servo_left[] =
+    "the bus changed to this rate; servos known here: %u; 'scan' looks for others";
 static const CDS_FLASH char message_loss[] = "the host link was lost; no byte for link_loss_ms: %s";
 static const CDS_FLASH char message_loss_shown[] =
     "driving goes on, as link_loss_action is 0; 'clear' when it is back";
@@ -160,6 +175,31 @@ static const CDS_FLASH char *const CDS_FLASH examples_of_kind[] = {
     [NUMBER_RATE] = FLASH_TEXT("a rate: 57600 or 1Mbps"),
 };
 
+/* What to write in place of a word that is no number of a setting. */
+static const CDS_FLASH char *text_of_setting(struct console *console)
+{
+    const CDS_FLASH struct setting *row = &settings_table[console->line.setting];
+    union printer_value *values = console->printer.values;
+    uint8_t kind = kind_of_setting(*row->unit);
+
+    if (kind == NUMBER_BARE) {
+        values[0].number = row->lowest;
+        values[1].number = row->highest;
+        return message_value;
+    }
+    values[0].text = examples_of_kind[kind];
+    return message_number;
+}
+
+/* True if the word that is no ID is the name of a setting. */
+static bool is_name_of_setting(const struct console *console)
+{
+    const struct token *word = &console->token;
+
+    return console->line.argument == ARGUMENT_ID &&
+           settings_named(word->text, word->length) < SETTINGS_COUNT;
+}
+
 /* What to write in place of a word that is no number. */
 static const CDS_FLASH char *text_of_number(struct console *console)
 {
@@ -169,6 +209,8 @@ static const CDS_FLASH char *text_of_number(struct console *console)
 
     if (line->error != ERROR_NOT_A_NUMBER)
         return NULL; // the number has too many decimals
+    if (is_name_of_setting(console))
+        return message_setting;
     if (line->argument == ARGUMENT_IDS || (line->list_is_open && line->is_repeated)) {
         *text = message_ids;
     } else if (line->argument == ARGUMENT_ID || line->argument == ARGUMENT_ID_OR_ALL ||
@@ -177,7 +219,7 @@ static const CDS_FLASH char *text_of_number(struct console *console)
     } else if (!explain_unit(console, &unit)) {
         return NULL;
     } else if (line->command && explain_is_settings(line)) {
-        *text = examples_of_kind[kind_of_setting(*settings_table[line->setting].unit)];
+        return text_of_setting(console);
     } else {
         *text = examples_of_kind[kind_of_unit(unit)];
     }
@@ -470,6 +512,38 @@ static const CDS_FLASH char *text_of_speed_0(struct console *console)
     return message_speed_0;
 }
 
+/* `torque 1 1`: an ID stands where one of the words behind the list is due. */
+static const CDS_FLASH char *text_of_twice(struct console *console)
+{
+    char due = *console->line.usage;
+
+    if (!console->line.is_repeated || due == '[' || ends_word(due) || is_capital(due))
+        return NULL;
+    console->printer.values[0].text = console->line.command->usage;
+    return message_twice;
+}
+
+/* `servos forget ID` of a servo that is not gone (servos_forget.c). */
+static const CDS_FLASH char *text_of_forget(struct console *console)
+{
+    static const CDS_FLASH char servos[] = "servos";
+    const struct cds_servo_state *servo = console_servo(console);
+
+    if (!servo || !is_command(&console->line, servos))
+        return NULL;
+    console->printer.values[0].number = servo->id;
+    return servo->presence == CDS_PRESENCE_OFFLINE && servo->inhibits ? message_is_inhibited
+                                                                      : message_is_not_gone;
+}
+
+/* A word that ends a shell or a terminal. */
+static const CDS_FLASH char *text_of_exit(const struct console *console)
+{
+    static const CDS_FLASH char words[] = "exit|quit";
+
+    return parse_choice(words, &console->token) ? message_exit : NULL;
+}
+
 /* `mode` without a word: the present mode. */
 static const CDS_FLASH char *text_of_mode(struct console *console)
 {
@@ -491,6 +565,9 @@ const CDS_FLASH char *advice(struct console *console)
             return message;
     }
     switch (console->error) {
+    case ERROR_UNKNOWN_COMMAND: return text_of_exit(console);
+    case ERROR_TWICE: return text_of_twice(console);
+    case ERROR_NOT_NEW: return text_of_forget(console);
     case ERROR_UNIT: return text_of_units(console);
     case ERROR_COUNT:
         return is_command(&console->line, mode) ? text_of_mode(console)
@@ -528,6 +605,35 @@ const CDS_FLASH char *advice_note(struct console *console)
     values[0].number = line->id;
     values[1].number = values[2].number = line->new_id;
     return message_id_twice;
+}
+
+static bool answers(const struct cds_servo_state *servo)
+{
+    return servo->presence == CDS_PRESENCE_ONLINE || servo->presence == CDS_PRESENCE_RETURNED;
+}
+
+/* Count of the servos that are known to answer at this rate. */
+static uint8_t count_at_rate(const struct console *console, uint8_t baud_reg)
+{
+    const struct cds_servos *servos = &console->robot->servos;
+    uint8_t count = 0;
+
+    for (uint8_t i = 0; i < servos->count; i++)
+        count = (uint8_t)(count +
+                          (servos->states[i].baud_reg == baud_reg && answers(&servos->states[i])));
+    return count;
+}
+
+const CDS_FLASH char *advice_bus_changed(struct console *console, uint8_t old)
+{
+    const struct failsafe *failsafe = console->failsafe;
+    union printer_value *values = console->printer.values;
+
+    values[0].number = count_at_rate(console, failsafe->unsettled ? failsafe->settings->bus_baud
+                                                                  : console->bus->baud_reg);
+    values[1].number = count_at_rate(console, old);
+    values[2].number = old;
+    return values[1].number ? message_servos_left : message_no_servo_left;
 }
 
 void advice_after_reset(struct console *console)

@@ -9,6 +9,8 @@
 #ifndef CONTROLLER_ADVICE_H
 #define CONTROLLER_ADVICE_H
 
+#include <stdint.h>
+
 #include "flash.h" // CDS_FLASH
 
 struct console;
@@ -28,6 +30,11 @@ const CDS_FLASH char *advice_note(struct console *console);
 /* Returns the text of ERROR_LINK_LOST with what the controller did then; its value is in the
  * printer, which must be ready. `link_lost` of struct command_set. */
 const CDS_FLASH char *advice_link_lost(struct console *console);
+
+/* Returns what a change of the bus from the rate of register value `old` means for the servos that
+ * are known; its values are in the printer, which must be ready. `bus_changed` of struct
+ * command_set. */
+const CDS_FLASH char *advice_bus_changed(struct console *console, uint8_t old);
 
 /* Puts two lines of the banner into values 2 and 3 of the printer, each empty or with its end of
  * line: what a reset that was not power-on means for the robot, and that driving is inhibited.

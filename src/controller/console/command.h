@@ -194,8 +194,10 @@ struct command_set {
     const CDS_FLASH char *(*link_lost)(struct console *console); // advice_link_lost()
     void (*words)(struct console *console);                      // advice_words()
     void (*after_reset)(struct console *console);                // advice_after_reset()
-    void (*monitor)(struct console *console, uint8_t value);     // monitor.h; NULL: lines only
-    const CDS_FLASH struct command_typing *typing;               // completion and hints, or NULL
+    const CDS_FLASH char *(*bus_changed)(struct console *console,
+                                         uint8_t old);         // advice_bus_changed()
+    void (*monitor)(struct console *console, uint8_t value);   // monitor.h; NULL: lines only
+    const CDS_FLASH struct command_typing *typing;             // completion and hints, or NULL
     struct history *history;                                   // storage of line_editor.c, or NULL
     const CDS_FLASH struct command_motion_words *motion_words; // NULL: words without the pose
     /* `set` reads the servo before it writes an angle limit, and reads its status return level

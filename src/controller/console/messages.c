@@ -29,5 +29,5 @@ const CDS_FLASH char message_factory[] = "factory values: ID 1, 1 Mbps";
 const CDS_FLASH char message_unlisted[] = "; IDs not checked: %u";
 const CDS_FLASH char message_at_rate[] = "not at the rate of the bus: 'bus %b' first";
 const CDS_FLASH char message_bus_changed[] =
-    "the bus changed to this rate: servos at the old rate answer again after 'bus %b'";
+    "the bus changed: any servo at the old rate answers after 'bus %b'";
 const CDS_FLASH char message_too_fast[] = "servo %u needs %l ms";

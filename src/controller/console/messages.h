@@ -25,7 +25,7 @@ extern const CDS_FLASH char message_one_word[];    // "; a list of servos is one
 extern const CDS_FLASH char message_factory[];     // what reset and factory do
 extern const CDS_FLASH char message_unlisted[];    // "; IDs not checked: %u"
 extern const CDS_FLASH char message_at_rate[];     // "not at the rate of the bus: 'bus %b' ..."
-extern const CDS_FLASH char message_bus_changed[]; // "the bus changed to this rate: ..."
+extern const CDS_FLASH char message_bus_changed[]; // "the bus changed: ..."
 extern const CDS_FLASH char message_too_fast[];    // "servo %u needs %l ms"
 
 #endif

@@ -388,9 +388,38 @@ static uint8_t take_choice(struct command_line *line, const struct token *token)
     return choice ? 0 : ERROR_UNKNOWN_WORD;
 }
 
+/* True if the heading is this word and a ':', in any case. */
+static bool is_heading(const CDS_FLASH char *heading, const struct token *token)
+{
+    uint8_t same = 0;
+
+    if (!heading || token->length > TOKEN_MAX)
+        return false;
+    while (same < token->length && ((heading[same] ^ token->text[same]) & ~SMALL) == 0)
+        same++;
+    return same && same == token->length && heading[same] == ':';
+}
+
+/* `help safety` lists the rows below this heading: the topic is the first row, and `choice` is 1.
+ */
+static void take_heading(struct command_line *line, const struct token *token)
+{
+    const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;
+
+    for (; *group; group++) {
+        if (!is_heading((*group)->heading, token))
+            continue;
+        line->topic = (*group)->rows;
+        line->choice = 1;
+        return;
+    }
+}
+
 static uint8_t take_topic(struct command_line *line, const struct token *token)
 {
     line->topic = parse_command(token);
+    if (command_set.advise && !line->topic)
+        take_heading(line, token);
     return line->topic ? 0 : ERROR_UNKNOWN_COMMAND;
 }
 

@@ -145,6 +145,12 @@ static void look_at_stop(const struct robot *robot)
     }
 }
 
+void unasked_move_servo(uint8_t from, uint8_t to)
+{
+    state()->away[to] = state()->away[from];
+    state()->away[from] = 0;
+}
+
 static bool is_online(const struct cds_servo_state *servo)
 {
     return servo->presence == CDS_PRESENCE_ONLINE && servo->misses == 0;

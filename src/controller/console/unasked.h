@@ -46,6 +46,9 @@ const CDS_FLASH char *unasked_alarm_remedy(const struct console *console, uint8_
 /* The reply of a command prints error `number` with its remedy. */
 void unasked_note_error(uint8_t number);
 
+/* Entry `from` of the robot's list, the last one, has moved to entry `to`. */
+void unasked_move_servo(uint8_t from, uint8_t to);
+
 /* A fault of the line is printed: its end will be. */
 void unasked_note_fault(void);
 

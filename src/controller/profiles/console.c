@@ -35,6 +35,7 @@ static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &group_commands,
     &cycle_commands,
     &stop_commands,
+    &servos_commands,
     &setup_commands,
     &bus_commands,
     &omitted_commands,

@@ -92,6 +92,11 @@ static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
     &motion_speed_commands,
 #endif
     &stop_commands,
+#if HAS_ROOM
+    &servos_forget_commands,
+#else
+    &servos_commands,
+#endif
     &setup_commands,
     &new_commands,
     &backup_commands,
@@ -128,6 +133,7 @@ const CDS_FLASH struct command_set command_set = {
     .link_lost = advice_link_lost,
     .words = advice_words,
     .after_reset = advice_after_reset,
+    .bus_changed = advice_bus_changed,
 #endif
     .after_scan = after_scan,
     .account = &account,

@@ -127,6 +127,14 @@ static void watch_alarms(struct failsafe *failsafe)
     failsafe->alarm = FAILSAFE_TORQUE_LOST;
 }
 
+void failsafe_move_servo(struct failsafe *failsafe, uint8_t from, uint8_t to, uint8_t id)
+{
+    failsafe->reported[to] = failsafe->reported[from];
+    failsafe->reported[from] = 0;
+    if (failsafe->alarm_id == id)
+        failsafe->alarm = 0;
+}
+
 void failsafe_poll(struct failsafe *failsafe)
 {
     OPTIMIZER_BARRIER(failsafe);

@@ -79,6 +79,10 @@ void failsafe_poll(struct failsafe *failsafe);
  * False: the bus is busy, and failsafe_poll() tries again. */
 bool failsafe_apply_settings(struct failsafe *failsafe);
 
+/* Servo `id` has left the list of the robot, and entry `from`, the last one, has moved to entry
+ * `to`: so does what was reported of it. An alarm of `id` is not printed. */
+void failsafe_move_servo(struct failsafe *failsafe, uint8_t from, uint8_t to, uint8_t id);
+
 /* Acknowledges alarms and the loss of the link, and allows driving. Servos that lost their state
  * stay inhibited. Sends nothing. The link is watched again. False: torque off is under way, and
  * nothing was done. */

@@ -297,6 +297,22 @@ void robot_forget(struct robot *robot)
     robot->chosen = false;
 }
 
+bool robot_forget_servo(struct robot *robot, struct cds_servo_state *servo)
+{
+    uint8_t id = servo->id;
+    uint8_t *place = memchr(robot->group, id, robot->group_count);
+
+    if (cds_servos_forget_one(&robot->servos, servo) != CDS_OK)
+        return false;
+    robot->unlisted = ROBOT_NOT_SCANNED;
+    robot->health_servos = 0; // the state check begins again
+    if (place) {
+        robot->group_count--;
+        memmove(place, place + 1, (size_t)(robot->group + robot->group_count - place));
+    }
+    return true;
+}
+
 void robot_forget_group(struct robot *robot, uint8_t count)
 {
     robot->group_count = 0;

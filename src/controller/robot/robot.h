@@ -232,6 +232,11 @@ void robot_delay_health(struct robot *robot);
 /* Forgets all servos; the drive inhibit stays. Not while an operation or a stop is under way. */
 void robot_forget(struct robot *robot);
 
+/* Forgets `servo`, an entry, and takes it out of the group; the last entry moves to its place. Not
+ * while an operation or a stop is under way. False: not now, and nothing was done; a request is on
+ * the bus, or the ID of the servo is in doubt. */
+bool robot_forget_servo(struct robot *robot, struct cds_servo_state *servo);
+
 /* Ends the choice of the group, and forgets the servos from index `count` on, unless one of them
  * has an alarm or is inhibited. Not while an operation is under way. */
 void robot_forget_group(struct robot *robot, uint8_t count);

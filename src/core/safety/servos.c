@@ -106,6 +106,24 @@ void cds_servos_forget(struct cds_servos *servos)
     cds_servos_note_change(servos, CDS_BROADCAST_ID);
 }
 
+enum cds_result cds_servos_forget_one(struct cds_servos *servos, struct cds_servo_state *servo)
+{
+    const struct cds_servo_state *last = &servos->states[servos->count - 1];
+    struct cds_servo_state *other = cds_servos_second(servos, last);
+    uint8_t index;
+
+    if (servo->second != CDS_NO_ID)
+        return CDS_BAD_ARGUMENT;
+    if (servos->bus->request || (servos->queue && servos->queue->first))
+        return CDS_BUSY;
+    cds_servos_search(servos, servo->id, &index);
+    if (other)
+        other->second = index;
+    *servo = *last;
+    cds_servos_forget_from(servos, (uint8_t)(servos->count - 1u));
+    return CDS_OK;
+}
+
 /* ---- the servos of a packet ---- */
 
 #define WALK_BUDGET 3

@@ -52,6 +52,51 @@ void test_id_254_where_one_servo_must_reply_says_why(void)
     ASSERT_REPLIES(lines);
 }
 
+void test_id_twice_where_a_word_is_due_shows_the_usage(void)
+{
+    static const char *const lines[][2] = {
+        {"torque 1 1", "error 41: ID '1': an ID is given twice; usage: torque ID|254 on|off\r\n"},
+        {"led 1 2 1", "error 41: ID '1': an ID is given twice; usage: led ID|254 on|off\r\n"},
+        {"info 1 1", "error 41: ID '1': an ID is given twice; give each servo once\r\n"},
+    };
+
+    ASSERT_REPLIES(lines);
+}
+
+void test_word_for_a_number_of_a_setting_names_its_range(void)
+{
+    static const char *const lines[][2] = {
+        {"settings alarm_report on",
+         "error 32: VALUE 'on': not a number; write a number from 0 to 1\r\n"},
+        {"settings link_loss_ms off", "error 32: VALUE 'off': not a number; write a time: "},
+    };
+
+    ASSERT_REPLIES(lines);
+}
+
+void test_setting_in_place_of_an_id_points_to_settings(void)
+{
+    static const char *const lines[][2] = {
+        {"set repeats 1", "error 32: ID 'repeats': a setting of the controller, not a servo; "
+                          "'settings SETTING VALUE' sets it\r\n"},
+        {"set repeat 1", "error 32: ID 'repeat': not a number; "},
+    };
+
+    ASSERT_REPLIES(lines);
+}
+
+void test_exit_and_quit_say_what_ends_the_terminal(void)
+{
+    static const char *const lines[][2] = {
+        {"exit", "error 30: 'exit': unknown command; to end the terminal: in picocom Ctrl-T, then "
+                 "Ctrl-Q\r\n"},
+        {"quit", "error 30: 'quit': unknown command; to end the terminal: "},
+        {"quite", "error 30: 'quite': unknown command; 'help' lists the commands; did "},
+    };
+
+    ASSERT_REPLIES(lines);
+}
+
 /* Servos 1 to `count` are known, and answer. */
 static void know_servos(uint8_t count)
 {

@@ -56,14 +56,22 @@ void test_change_of_host_rate_warns_a_person_only(void)
 
 void test_change_of_bus_rate_tells_a_person_of_servos(void)
 {
-    static const char lines[] = "the bus changed to this rate: servos at the old rate answer again "
-                                "after 'bus 1000000bps'\r\nok\r\n";
+    static const char lines[] = "the bus changed to this rate; servos known here: 0; at the old "
+                                "rate: 2, they answer again after 'bus 1000000bps'\r\nok\r\n";
+    static const char none_left[] = "the bus changed to this rate; servos known here: 0; 'scan' "
+                                    "looks for others\r\nok\r\n";
 
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("settings bus_baud 500000"));
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("settings bus_baud 1"));
+    robot.health_pauses = true;
+    for (uint8_t id = 1; id <= 3; id++)
+        robot_add(&robot, id);
+    robot.states[0].presence = robot.states[1].presence = CDS_PRESENCE_ONLINE;
+    robot.states[2].presence = CDS_PRESENCE_OFFLINE; // answers at no rate
     settings.echo = SETTINGS_ECHO_PERSON;
     TEST_ASSERT_NOT_NULL(strstr(reply_to("settings bus_baud 500000"), lines));
-    TEST_ASSERT_NULL(strstr(reply_to("settings bus_baud 500000"), "old rate"));
+    TEST_ASSERT_NULL(strstr(reply_to("settings bus_baud 500000"), "rate;"));
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("bus 250000"), none_left));
 }
 
 void test_register_value_out_of_range_names_register_values(void)

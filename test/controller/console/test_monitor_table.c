@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The table of `monitor` in place on a terminal: how a key and Ctrl-X end it. */
+/* The table of `monitor` in place on a terminal, and lines for a plot: how a key and Ctrl-X end
+ * them. */
 #include "console_rig.h"
 
 #define ROW_1  "servo 1: 0deg 0rpm 0% 0V 0C\x1B[K\r\n"
@@ -128,4 +129,12 @@ void test_alarm_during_lines_for_a_plot_waits_for_the_end(void)
     for (uint8_t i = 0; i < 20; i++)
         go_on();
     TEST_ASSERT_NOT_NULL(strstr(said, "missing\r\nok\r\n\ralarm of servo 1: checksum"));
+}
+
+void test_key_within_a_line_for_a_plot_ends_behind_its_last_value(void)
+{
+    type_part("monitor 1 8 9 as plot\r");
+    go_on_until("9:absent\r\n1deg:0,1rpm:0,1%:0,1V:0,1C:0,8:absent");
+    type_part("p");
+    go_on_until("8:absent,9:absent\r\n2 lines, 4 answers missing\r\nok\r\np");
 }

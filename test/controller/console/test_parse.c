@@ -176,6 +176,7 @@ void test_lists_of_servos(void)
     TEST_ASSERT_EQUAL_UINT8(ERROR_UNKNOWN_WORD, read_line("monitor 1 every 50 60"));
     TEST_ASSERT_EQUAL_UINT8(0, read_line("monitor 1 every 50 as plot"));
     TEST_ASSERT_EQUAL_UINT8(0, read_line("monitor 1 2 as plot"));
+    TEST_ASSERT_EQUAL_UINT8(0, read_line("monitor 1 2 as plot every 50ms"));
     TEST_ASSERT_EQUAL_UINT8(ERROR_COUNT, read_line("monitor 1 as"));
     TEST_ASSERT_EQUAL_UINT8(ERROR_OUT_OF_RANGE, read_line("group 254"));
     TEST_ASSERT_EQUAL_UINT8(ERROR_TWICE, read_line("group 1 2 1"));

@@ -274,6 +274,8 @@ static uint8_t bus_begin(struct console *console)
     if (line->numbers == 0)
         return 0;
     error = robot_busy(console->robot);
+    if (command_set.bus_changed)
+        console->part = console->bus->baud_reg;
     return error ? error : console_number(console, 0, CDS_UNIT_BPS);
 }
 
@@ -283,13 +285,32 @@ void bus_print_line(struct console *console)
     printer_line(&console->printer, bus_lines[cds_bus_line(console->bus)]);
 }
 
+void bus_print_change(struct console *console, uint8_t old)
+{
+    console->printer.values[0].number = old;
+    printer_line(&console->printer, command_set.bus_changed ? command_set.bus_changed(console, old)
+                                                            : message_bus_changed);
+}
+
+/* True if a person must hear which servos are known at the new rate and at the old one. */
+static bool must_tell_change(const struct console *console)
+{
+    return command_set.bus_changed && console->line.numbers &&
+           console->bus->baud_reg != console->part && console_is_for_person(console);
+}
+
 /* While a request of the state check is under way, the rate cannot change yet. */
 static bool bus_poll(struct console *console)
 {
+    if (command_set.bus_changed && console->index) {
+        bus_print_change(console, console->part);
+        return false;
+    }
     if (console->line.numbers && cds_bus_set_baud(console->bus, (uint8_t)console->raw) == CDS_BUSY)
         return true;
     bus_print_line(console);
-    return false;
+    console->index = must_tell_change(console);
+    return console->index;
 }
 
 static const CDS_FLASH struct command bus_rows[] = {

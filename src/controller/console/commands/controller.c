@@ -5,7 +5,7 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
-#include "console/commands/shared.h" // servos_line_is_low()
+#include "console/commands/shared.h" // servos_line_is_low(), bus_print_change()
 #include "compiler.h"                // ALWAYS_INLINE, NOINLINE
 #include "console/reply.h"           // reply_condition()
 #include "console/messages.h"
@@ -142,11 +142,10 @@ static bool print_note_of_rate(struct console *console)
 {
     uint8_t setting = console->line.setting, old = console->part;
 
-    console->printer.values[0].number = old;
     if (setting == SETTINGS_AT_host_baud)
         printer_line(&console->printer, message_host_rate);
     else if (setting == SETTINGS_AT_bus_baud && console->failsafe->settings->bus_baud != old)
-        printer_line(&console->printer, message_bus_changed);
+        bus_print_change(console, old);
     else
         return false;
     return true;

@@ -12,7 +12,8 @@ static const CDS_FLASH char message_list[] = "ID: one servo, or a list: 1 2 5-8,
 static const CDS_FLASH char message_list_word[] =
     "ID: one servo, or a list in one word: 1,2,5-8, or all";
 static const CDS_FLASH char message_no_list[] = "ID: one servo, no list";
-static const CDS_FLASH char message_omitted[] = "not in this firmware";
+static const CDS_FLASH char message_more[] =
+    "not in this firmware: %u lines of this list; other boards have them (docs/console.md)";
 static const CDS_FLASH char message_example_is[] = "Example: %s";
 
 /* True if this firmware only names the commands of the group. ALWAYS_INLINE: saves 40 bytes in a
@@ -38,7 +39,7 @@ static bool list_line(struct console *console, const CDS_FLASH struct command_gr
         return true;
     }
     printer->values[0].text = row->usage;
-    printer->values[1].text = is_only_named(group) ? message_omitted : row->what;
+    printer->values[1].text = row->what;
     printer_line(printer, message_listed);
     return false;
 }
@@ -106,14 +107,60 @@ static bool topic_line(struct console *console, const CDS_FLASH struct command *
     return false;
 }
 
+/* The list has ended. Prints how many lines are left out. */
+ALWAYS_INLINE void print_more(struct console *console)
+{
+    const CDS_FLASH struct command_group *const CDS_FLASH *named = command_set.named_only;
+    uint8_t count = 0;
+
+    if (named == NULL)
+        return;
+    for (; *named; named++)
+        count = (uint8_t)(count + (*named)->count);
+    console->printer.values[0].number = count;
+    printer_line(&console->printer, message_more);
+}
+
+/* True if `help` lists only the rows below one heading. */
+static bool is_of_heading(const struct console *console)
+{
+    return command_set.advise && console->line.choice;
+}
+
+/* Goes to the group with the heading. Returns true behind the last group below it. */
+static bool is_behind_heading(struct console *console)
+{
+    const CDS_FLASH struct command *topic = console->line.topic;
+    const CDS_FLASH struct command_group *group;
+
+    if (console->step == 0)
+        while (command_set.groups[console->part]->rows != topic)
+            console->part++;
+    group = command_set.groups[console->part];
+    return group == NULL || (group->heading && group->rows != topic);
+}
+
 /* Goes through all rows of all groups, at most one line in each call. */
 static bool help_poll(struct console *console)
 {
     const CDS_FLASH struct command *topic = console->line.topic, *row;
-    const CDS_FLASH struct command_group *group = command_set.groups[console->part];
+    const CDS_FLASH struct command_group *group;
 
-    if (group == NULL)
+    if (is_of_heading(console)) {
+        if (is_behind_heading(console))
+            return false;
+        topic = NULL;
+    }
+    group = command_set.groups[console->part];
+    if (group == NULL) {
+        if (topic == NULL)
+            print_more(console);
         return false;
+    }
+    if (topic == NULL && is_only_named(group)) {
+        console->part++;
+        return true;
+    }
     row = &group->rows[console->index];
     if (topic == NULL ? list_line(console, group, row)
                       : are_alike(topic->usage, row->usage) && topic_line(console, row))

@@ -180,21 +180,13 @@ static void ask(struct console *console)
     console->phase = result == CDS_OK ? TAKE : SUM_UP;
 }
 
-/* A key ends the table below its last row, where the cursor is between two tables. Only the profile
- * `full`, which has command_set.monitor, prints tables. */
-static bool may_end(struct console *console)
-{
-    return !command_set.monitor || !monitor_job(console)->is_table || console->phase == PAUSE;
-}
-
 bool monitor_poll(struct console *console)
 {
     struct monitor *monitor = monitor_job(console);
-    bool asked = console->phase == TAKE;
 
-    if (asked && console->line.request->result == CDS_PENDING)
+    if (console->phase == TAKE && console->line.request->result == CDS_PENDING)
         return true;
-    if (console->phase != SUM_UP && may_end(console) && console_key(console))
+    if (console->phase == PAUSE && console_key(console)) // a begun line is printed to its end
         console->phase = SUM_UP;
     switch (console->phase) {
     case PAUSE:

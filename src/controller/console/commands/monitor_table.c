@@ -136,11 +136,11 @@ static const CDS_FLASH struct command monitor_table_rows[] = {
         .poll = monitor_poll,
     },
     {
-        .usage = FLASH_TEXT("monitor ID... as plot"),
-        .what = FLASH_TEXT("print one line of feedback each 100ms until a key"),
+        .usage = FLASH_TEXT("monitor ID... as plot [every MS]"),
+        .what = FLASH_TEXT("a line of feedback each period until a key"),
         .details = COMMAND_DETAILS("For serial plotters: 1deg:150.147,1rpm:0,... Absent: 3:absent"),
         .example = COMMAND_DETAILS("monitor 1 2 as plot"),
-        .begin = begin,
+        .begin = monitor_begin, // the job is zero: no table
         .poll = monitor_poll,
     },
 };

@@ -157,8 +157,7 @@ static bool identity_poll(struct console *console)
     if (is_baud_list(console))
         return command_set.baud_list->poll(console);
     if (command_set.explain && console->index) {
-        console->printer.values[0].number = console->raw;
-        printer_line(&console->printer, message_bus_changed);
+        bus_print_change(console, (uint8_t)console->raw);
         return false;
     }
     if (console->robot->operation || (command_set.set_up_tries && begins_again(console)))

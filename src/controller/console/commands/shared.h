@@ -211,8 +211,16 @@ bool after_scan(struct console *console);
  * robot->unlisted: the servos found that are not in the list of the robot. */
 void scan_sum_up(struct console *console);
 
+/* In servos.c: `servos`, and `servos forget` of all servos. */
+uint8_t servos_begin(struct console *console);
+bool servos_poll(struct console *console);
+
 /* In bus.c: prints state and rate of the bus: "bus ok at 1000000bps". */
 void bus_print_line(struct console *console);
+
+/* In bus.c: prints what a change of the bus from the rate of register value `old` means for the
+ * servos: "the bus changed to this rate; ..." */
+void bus_print_change(struct console *console, uint8_t old);
 
 /* In diagnose.c: begins the diagnosis of line.id. Returns an error or 0. Then prints its finding,
  * "servo 5: finding 8: ...". */
