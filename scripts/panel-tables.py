@@ -114,12 +114,12 @@ FINDINGS = {
 
 # Settings in the words of an owner of a robot; the page shows rates and choices as a list.
 SETTINGS = {
-    "device_id": "ID at which the page reads the controller itself; 254 switches this off",
+    "device_id": "ID of the controller itself for this page; 254: none",
     "host_baud": "rate of the link to this page; after a change, disconnect and connect at the new rate",
     "bus_baud": "rate of the bus; only servos that have this rate answer",
-    "echo": "what a terminal gets after the next reset; this page itself always works with 0",
-    "link_loss_ms": "if this page is silent for so long, the controller does what link_loss_action says; 0: never. "
-                    "Recommended: 2000 and link_loss_action 2, unless sequences play without the page",
+    "echo": "what a terminal gets after the next reset; this page always uses 0",
+    "link_loss_ms": "if this page is silent so long, link_loss_action follows; 0: never. "
+                    "Best: 2000 and link_loss_action 2, unless sequences play without the page",
     "link_loss_action": "with 0 and 1 a movement that has begun goes on, also an endless turn",
     "alarm_report": "when a terminal is told that a servo has an alarm or is offline",
 }

@@ -26,8 +26,7 @@
     X(bus_baud, 1, 1, 0, 254, "register", "bus, 2 000 000 / (n + 1) bit/s: 1 is 1 Mbps")           \
     X(return_delay, 1, 254, 0, 254, "x 2us", "the longest return delay of any servo on the bus")   \
     X(repeats, 1, 0, 0, 2, "-",                                                                    \
-      "how often a packet is sent again when no good reply came; with 1 a search of servos "       \
-      "(scan, new) takes twice as long")                                                           \
+      "how often a packet is sent again, also of a search, when no good reply came")               \
     X(echo, 1, 2, 0, 2, "-",                                                                       \
       "0: the console gives bare replies (mode program); 1: it echoes what is typed; 2: for "      \
       "people, also a banner after a reset and a prompt (mode person)")                            \
