@@ -29,6 +29,7 @@ static const CDS_FLASH char message_back[] = "servo %u answers again, torque %s;
 static const CDS_FLASH char message_line_ok[] = "bus ok again; %s";
 static const CDS_FLASH char message_stop_late[] =
     "stop: torque read back as off at all servos; %s%s";
+static const CDS_FLASH char message_ids_left[] = "; other IDs are not checked";
 static const CDS_FLASH char message_stop_sent[] =
     "stop: sent; no servo is known, so none was read back: 'scan' finds servos; %s";
 static const CDS_FLASH char message_may_drive[] = "it may be driven";
@@ -218,10 +219,8 @@ static void say_stop(struct console *console)
 {
     union printer_value *values = console->printer.values;
     const struct robot *robot = console->robot;
-    uint8_t unlisted = robot_unlisted(robot);
 
-    values[1].text = unlisted ? message_unlisted : message_nothing;
-    values[2].number = unlisted;
+    values[1].text = robot->unlisted || robot->servos.is_full ? message_ids_left : message_nothing;
     say_over(console, robot->servos.count ? message_stop_late : message_stop_sent);
 }
 

@@ -233,7 +233,7 @@ void test_stop_that_succeeds_late_is_told_once(void)
     TEST_ASSERT_EQUAL_STRING("", said_in_ticks(2));
     robot.stop.steps.result = CDS_OK;
     TEST_ASSERT_EQUAL_STRING("\rstop: torque read back as off at all servos; driving is inhibited "
-                             "until 'release'; IDs not checked: 253\r\n\r> ",
+                             "until 'release'; other IDs are not checked\r\n\r> ",
                              said_in_ticks(2));
     TEST_ASSERT_EQUAL_STRING("", said_in_ticks(20));
 }

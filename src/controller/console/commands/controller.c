@@ -219,11 +219,10 @@ NOINLINE static uint8_t alarm_line(struct console *console, uint8_t id, uint8_t 
         (value++)->text = message_of_servo;
         (value++)->number = id;
     }
-    if (condition == REPLY_TORQUE_LOST && kind & ALARM_OFFLINE) {
+    if (condition == REPLY_TORQUE_LOST && kind & ALARM_OFFLINE)
         condition = REPLY_OFFLINE;
-        if (command_set.unasked && kind & ALARM_NEW)
-            unasked_note_offline(command_set.unasked, console->failsafe->next);
-    }
+    if (command_set.unasked && condition == REPLY_OFFLINE && kind & ALARM_NEW)
+        unasked_note_offline(command_set.unasked, console->failsafe->next);
     value->text = reply_conditions[condition];
     value[1].text = !(kind & ALARM_NEW) ? message_nothing
                     : command_set.unasked
