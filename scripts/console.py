@@ -96,7 +96,7 @@ condition, with a list of servos also the servo; the command has worked. `help` 
   of up to 80 characters is half typed, above that line; else, and during other commands, it waits.
 - On the same boards the console also tells a person, once, that a fault it has told is over for 1.5 s (a fault of the line: 2 s), and what to do next:
   `servo 2 answers again, torque on; it may be driven`, `bus ok again; driving is inhibited until 'release'`,
-  `stop: torque read back as off at all servos; ...` if `stop` could not say so. A remedy that was printed just before, as by the error of
+  `stop: torque read back as off at all servos; ...` if `stop` could not say so (without a known servo: `stop: sent; ...`). A remedy that was printed just before, as by the error of
   the same command, is left out of the next warning or alarm: `alarm of servo 1: range`. A servo that comes and goes within that time
   is told as offline once. After the first command a line says if the sequence of the autostart does not play.
 - A servo with the factory value of the return delay, 2 us, may answer before the controller listens, but only while the PC

@@ -13,6 +13,7 @@
 #include "console/messages.h"
 #include "console/mistake.h"
 #include "console/number_format.h"
+#include "console/unasked.h" // unasked_note_error()
 #include "robot/autostart.h" // AUTOSTART_DELAY_MAX
 #include "robot/settings.h"  // settings_table
 
@@ -429,6 +430,14 @@ static const CDS_FLASH char *text_of(const struct console *console)
     return is_of_servo(console) ? error_text_of_servo(console->error) : error_text(console->error);
 }
 
+/* Prints the text of the error with its remedy. */
+static void print_error_text(struct console *console)
+{
+    if (command_set.unasked)
+        unasked_note_error(command_set.unasked, console->error);
+    printer_line(&console->printer, text_of(console));
+}
+
 enum part { PART_NUMBER, PART_SERVO, PART_SUBJECT, PART_TEXT, PART_RANGE } __attribute__((packed));
 
 bool explain_error(struct console *console)
@@ -466,7 +475,7 @@ bool explain_error(struct console *console)
         else if (has_subject && subject.number && console->error == ERROR_NOT_A_NUMBER)
             printer_line(printer, message_too_fine);
         else
-            printer_line(printer, text_of(console));
+            print_error_text(console);
         return has_range || mistake == MISTAKE_COMMA || has_group;
     default:
         if (has_group)

@@ -69,8 +69,8 @@ bool reply_warn(struct console *console)
     if (names_servo)
         (value++)->number = console->line.id;
     value[0].text = reply_conditions[condition];
-    value[1].text =
-        command_set.unasked ? unasked_remedy(console, condition) : reply_remedy(condition);
+    value[1].text = command_set.unasked ? unasked_remedy(command_set.unasked, console, condition)
+                                        : reply_remedy(condition);
     printer_line(&console->printer, names_servo ? warning_of_servo : warning);
     return true;
 }
@@ -82,8 +82,6 @@ static bool print_result(struct console *console)
     uint8_t number = error_of_servo(&console->servo_error);
     bool more = number && console->servo_error;
 
-    if (command_set.unasked && number)
-        unasked_note_error(number);
     if (number == 0)
         number = console->error;
     if (command_set.explain && number && !more) {
@@ -91,6 +89,8 @@ static bool print_result(struct console *console)
         if (command_set.explain(console))
             return true;
     } else {
+        if (command_set.unasked && number)
+            unasked_note_error(command_set.unasked, number);
         console->printer.values[0].number = number;
         console->printer.values[1].text = error_text(number);
         printer_line(&console->printer, more ? failed_too : number ? failed : ok);

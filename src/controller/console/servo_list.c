@@ -317,6 +317,8 @@ static void end_servo_line(struct console *console, uint8_t error)
 
     console->error = error;
     mistake = mistake_of(console, false);
+    if (command_set.unasked && error && !mistake)
+        unasked_note_error(command_set.unasked, error);
     if (mistake)
         mistake_print(console, mistake);
     else
@@ -340,6 +342,14 @@ static void repeat_error(struct console *console, uint8_t error)
     printer_end_of_line(printer);
 }
 
+/* Prints the error of the servo with its remedy on a line of its own. */
+static void print_failed_servo(struct console *console, uint8_t error)
+{
+    if (command_set.unasked)
+        unasked_note_error(command_set.unasked, error);
+    servo_failed(console, error);
+}
+
 /* Ends the line of the servo, or prints its error on a line of its own. */
 static void end_servo(struct console *console)
 {
@@ -348,15 +358,13 @@ static void end_servo(struct console *console)
     uint8_t error = servo_outcome(console);
 
     console->servo_error = conditions;
-    if (command_set.unasked && error)
-        unasked_note_error(error);
     list->phase = WARN;
     if (command_set.checks_writes && error && error == list->error)
         repeat_error(console, error);
     else if (console->printer.within)
         end_servo_line(console, error);
     else if (error)
-        servo_failed(console, error);
+        print_failed_servo(console, error);
     if (error)
         list->error = error;
 }

@@ -2,6 +2,8 @@
 /* What a person is told without a command; see unasked.h. */
 #include "console/unasked.h"
 
+#include <string.h> // memset()
+
 #include "cds55xx/packet.h"           // CDS_ERROR_CHECKSUM
 #include "cds55xx/port.h"             // cds_port_now_us()
 #include "console/commands/monitor.h" // monitor_clear_table()
@@ -19,13 +21,17 @@
 #define SERVO_TICKS 6
 #define LINE_TICKS  8
 
-#define REMEDY_TICKS 8 // a person has read the remedy so lately
+#define REMEDY_TICKS 8 // 2 s: until then the remedy is not repeated
 
 #define FAULTS_OF_LINE (FAULT_LINE_LOW | FAULT_NOISE)
 
 static const CDS_FLASH char message_back[] = "servo %u answers again, torque %s; %s";
 static const CDS_FLASH char message_line_ok[] = "bus ok again; %s";
-static const CDS_FLASH char message_stop_late[] = "stop: torque read back as off at all servos; %s";
+static const CDS_FLASH char message_stop_late[] =
+    "stop: torque read back as off at all servos; %s%s";
+static const CDS_FLASH char message_ids_left[] = "; other IDs are not checked";
+static const CDS_FLASH char message_stop_sent[] =
+    "stop: sent; no servo is known, so none was read back: 'scan' finds servos; %s";
 static const CDS_FLASH char message_may_drive[] = "it may be driven";
 static const CDS_FLASH char message_has_no_torque[] =
     "'teach off %u' switches it on where the servo is";
@@ -37,47 +43,48 @@ static const CDS_FLASH char message_torque_not_read[] = "unknown";
 static const CDS_FLASH char message_back_lost[] =
     "it lost its state: 'release %u', then 'teach off %u' holds it where it is, 'torque %u on' "
     "moves it to its goal";
+static const CDS_FLASH char message_level_due[] =
+    "it answers no READ: 'set %u STATUS_RETURN_LEVEL 1' first";
 static const CDS_FLASH char message_release_due[] = "driving is inhibited until 'release'";
 static const CDS_FLASH char message_clear_due[] = "driving is inhibited until 'clear'";
 static const CDS_FLASH char message_see_servos[] = "'servos' shows their state";
 static const CDS_FLASH char clear_line[] = "\r\x1B[K";
 
-static struct unasked *state(void)
-{
-    return command_set.unasked;
-}
-
 /* ---- remedies ---- */
 
-void unasked_begin(void)
+void unasked_begin(struct unasked *unasked)
 {
-    state()->remedied = 0;
+    unasked->remedied = 0;
 }
 
-/* Notes that the remedy of error `number` is printed. False: it was printed just before. */
-static bool is_new_remedy(uint8_t number)
+/* The bits in `remedied` of the conditions against which the remedy of error `number` helps. */
+static uint16_t conditions_of(uint8_t number)
 {
-    uint16_t bit = 1;
+    uint16_t conditions = 0;
 
-    for (uint8_t i = 0; i < REPLY_CONDITIONS && reply_remedy_error(i) != number; i++)
-        bit = (uint16_t)(bit << 1);
-    if (state()->remedied & bit)
-        return false;
-    state()->remedied |= bit;
-    state()->remedied_ticks = 0;
-    return true;
+    for (uint8_t i = 0; i < REPLY_CONDITIONS; i++)
+        if (reply_remedy_error(i) == number)
+            conditions |= (uint16_t)(1u << i);
+    return conditions;
 }
 
-void unasked_note_error(uint8_t number)
+void unasked_note_error(struct unasked *unasked, uint8_t number)
 {
-    is_new_remedy(number);
+    uint16_t conditions = conditions_of(number);
+
+    if (conditions == 0)
+        return;
+    unasked->remedied |= conditions;
+    unasked->remedied_ticks = 0;
 }
 
-const CDS_FLASH char *unasked_remedy(const struct console *console, uint8_t condition)
+const CDS_FLASH char *unasked_remedy(struct unasked *unasked, const struct console *console,
+                                     uint8_t condition)
 {
-    return !console_is_for_person(console) || is_new_remedy(reply_remedy_error(condition))
-               ? reply_remedy(condition)
-               : message_nothing;
+    if (console_is_for_person(console) && unasked->remedied & (uint16_t)(1u << condition))
+        return message_nothing;
+    unasked_note_error(unasked, reply_remedy_error(condition));
+    return reply_remedy(condition);
 }
 
 /* True if noise has made an instruction that the servo does not know: a motion sends none, and a
@@ -90,37 +97,45 @@ static bool is_damaged(const struct console *console)
            failsafe->reported[failsafe->next] & CDS_ERROR_CHECKSUM;
 }
 
-const CDS_FLASH char *unasked_alarm_remedy(const struct console *console, uint8_t condition,
-                                           bool is_offline)
+const CDS_FLASH char *unasked_alarm_remedy(struct unasked *unasked, const struct console *console,
+                                           uint8_t condition)
 {
-    if (is_offline && condition == REPLY_OFFLINE)
-        state()->away[console->failsafe->next] = 1;
     if (1 << condition == CDS_ERROR_INSTRUCTION && is_damaged(console))
         condition = reply_condition(CDS_ERROR_CHECKSUM);
-    return unasked_remedy(console, condition);
+    return unasked_remedy(unasked, console, condition);
 }
 
 /* ---- faults that are over ---- */
 
-void unasked_note_fault(void)
+void unasked_note_offline(struct unasked *unasked, uint8_t index)
 {
-    state()->line_ticks = 1;
+    unasked->away[index] = 1;
 }
 
-void unasked_note_stop(void)
+void unasked_note_fault(struct unasked *unasked)
 {
-    state()->stop_failed = state()->stop_is_late = false;
+    unasked->line_ticks = 1;
 }
 
-void unasked_silence(const struct console *console)
+void unasked_note_stop(struct unasked *unasked)
+{
+    unasked->stop_failed = unasked->stop_is_late = false;
+}
+
+void unasked_silence(const struct unasked *unasked, const struct console *console)
 {
     struct failsafe *failsafe = console->failsafe;
+    uint8_t index = failsafe->next;
 
-    if (console_is_for_person(console) && state()->away[failsafe->next])
-        failsafe->alarm &= (uint8_t)~FAILSAFE_OFFLINE; // or FAILSAFE_TORQUE_LOST: one bit
+    if (!(failsafe->alarm & FAILSAFE_OFFLINE) || // or FAILSAFE_TORQUE_LOST: one bit
+        !failsafe->host_types || !console_is_for_person(console) || unasked->away[index] == 0)
+        return;
+    failsafe->alarm &= (uint8_t)~FAILSAFE_OFFLINE;
+    if (!(failsafe->reported[index] & FAILSAFE_OFFLINE)) // the bit was FAILSAFE_TORQUE_LOST
+        console->robot->states[index].held &= (uint8_t)~CDS_HELD_LOSS_TOLD;
 }
 
-/* Counts the ticks without a fault that was told. */
+/* Counts one tick without the fault; 1 again if the fault is back. */
 static void count_tick(uint8_t *ticks, bool is_over)
 {
     if (*ticks == 0)
@@ -131,24 +146,29 @@ static void count_tick(uint8_t *ticks, bool is_over)
         ++*ticks;
 }
 
-static void look_at_stop(const struct robot *robot)
+static void look_at_stop(struct unasked *unasked, const struct robot *robot)
 {
     if (robot_is_stopping(robot))
         return;
     if (!robot->stop_begun) {
-        unasked_note_stop();
+        unasked_note_stop(unasked);
     } else if (robot->stop.steps.result != CDS_OK) {
-        state()->stop_failed = true;
-    } else if (state()->stop_failed) {
-        state()->stop_failed = false;
-        state()->stop_is_late = true;
+        unasked->stop_failed = true;
+    } else if (unasked->stop_failed) {
+        unasked->stop_failed = false;
+        unasked->stop_is_late = true;
     }
 }
 
-void unasked_move_servo(uint8_t from, uint8_t to)
+void unasked_move_servo(struct unasked *unasked, uint8_t from, uint8_t to)
 {
-    state()->away[to] = state()->away[from];
-    state()->away[from] = 0;
+    unasked->away[to] = unasked->away[from];
+    unasked->away[from] = 0;
+}
+
+void unasked_forget(struct unasked *unasked)
+{
+    memset(unasked->away, 0, sizeof unasked->away);
 }
 
 static bool is_online(const struct cds_servo_state *servo)
@@ -156,21 +176,21 @@ static bool is_online(const struct cds_servo_state *servo)
     return servo->presence == CDS_PRESENCE_ONLINE && servo->misses == 0;
 }
 
-static void tick(const struct console *console)
+static void tick(struct unasked *unasked, const struct console *console)
 {
     const struct cds_servos *servos = &console->robot->servos;
 
     for (uint8_t i = 0; i < ROBOT_SERVOS; i++) {
         if (i < servos->count)
-            count_tick(&state()->away[i], is_online(&servos->states[i]));
+            count_tick(&unasked->away[i], is_online(&servos->states[i]));
         else
-            state()->away[i] = 0;
+            unasked->away[i] = 0;
     }
-    count_tick(&state()->line_ticks, !(console_faults(console) & FAULTS_OF_LINE));
-    look_at_stop(console->robot);
-    if (state()->remedied_ticks++ >= REMEDY_TICKS)
-        state()->remedied = 0;
-    state()->is_looking = true;
+    count_tick(&unasked->line_ticks, !(console_faults(console) & FAULTS_OF_LINE));
+    look_at_stop(unasked, console->robot);
+    if (unasked->remedied_ticks++ >= REMEDY_TICKS)
+        unasked->remedied = 0;
+    unasked->is_looking = true;
 }
 
 /* What ends the inhibit of all servos; otherwise `text`. */
@@ -194,27 +214,48 @@ static void say_over(struct console *console, const CDS_FLASH char *message)
     say_line(console, message);
 }
 
-/* "servo 2 answers again, torque on; it may be driven" */
-static void say_back(struct console *console, const struct cds_servo_state *servo)
+/* Prints that a stop that had failed has succeeded. */
+static void say_stop(struct console *console)
 {
     union printer_value *values = console->printer.values;
-    const CDS_FLASH char *text = servo->torque ? message_may_drive : message_has_no_torque;
+    const struct robot *robot = console->robot;
+
+    values[1].text = robot->unlisted || robot->servos.is_full ? message_ids_left : message_nothing;
+    say_over(console, robot->servos.count ? message_stop_late : message_stop_sent);
+}
+
+/* What to do with a servo that answers again. */
+static const CDS_FLASH char *step_of_servo(const struct cds_servo_state *servo)
+{
+    if (servo->status_return_level == 0) // no READ
+        return message_level_due;
+    if (servo->inhibits)
+        return message_back_lost;
+    return servo->torque ? message_may_drive : message_has_no_torque;
+}
+
+/* "servo 2 answers again, torque on; it may be driven" */
+static void say_back(struct console *console, struct cds_servo_state *servo)
+{
+    union printer_value *values = console->printer.values;
 
     values[0].number = values[3].number = values[4].number = values[5].number = servo->id;
     values[1].text = servo->torque ? message_torque_on : message_torque_off;
-    if (servo->status_return_level == 0) // no READ
+    if (servo->status_return_level == 0)
         values[1].text = message_torque_not_read;
-    values[2].text = next_step(console, servo->inhibits ? message_back_lost : text);
+    values[2].text = next_step(console, step_of_servo(servo));
     say_line(console, message_back);
+    if (servo->inhibits & CDS_INHIBIT_STATE_LOST)
+        servo->held |= CDS_HELD_LOSS_TOLD;
 }
 
 /* Prints the return of a servo. False: none has returned. */
-static bool report_back(struct console *console)
+static bool report_back(struct unasked *unasked, struct console *console)
 {
-    for (uint8_t i = 0; i < ROBOT_SERVOS; i++) {
-        if (state()->away[i] <= SERVO_TICKS)
+    for (uint8_t i = 0; i < console->robot->servos.count; i++) {
+        if (unasked->away[i] <= SERVO_TICKS)
             continue;
-        state()->away[i] = 0;
+        unasked->away[i] = 0;
         say_back(console, &console->robot->states[i]);
         return true;
     }
@@ -222,40 +263,40 @@ static bool report_back(struct console *console)
 }
 
 /* Prints once that the autostart has not begun. False: it has, or there is none. */
-static bool report_autostart(struct console *console)
+static bool report_autostart(struct unasked *unasked, struct console *console)
 {
-    bool is_news = !state()->autostart_told;
+    bool is_news = !unasked->autostart_told;
 
-    state()->autostart_told = console->robot->moves->autostart.state >= AUTOSTART_RESET;
-    if (!is_news || !state()->autostart_told)
+    unasked->autostart_told = console->robot->moves->autostart.state >= AUTOSTART_RESET;
+    if (!is_news || !unasked->autostart_told)
         return false;
     say_line(console, message_no_autostart);
     return true;
 }
 
-bool unasked_report(struct console *console)
+bool unasked_report(struct unasked *unasked, struct console *console)
 {
     uint32_t now_us = cds_port_now_us();
 
     if (!console_is_for_person(console))
         return false;
-    if (now_us - state()->tick_us >= TICK_US) {
-        state()->tick_us = now_us;
-        tick(console);
+    if (now_us - unasked->tick_us >= TICK_US) {
+        unasked->tick_us = now_us;
+        tick(unasked, console);
     }
-    if (!state()->is_looking || !printer_ready(&console->printer))
+    if (!unasked->is_looking || !printer_ready(&console->printer))
         return false;
-    if (state()->line_ticks > LINE_TICKS) {
-        state()->line_ticks = 0;
+    if (unasked->line_ticks > LINE_TICKS) {
+        unasked->line_ticks = 0;
         console->faults_told &= (uint8_t)~FAULTS_OF_LINE;
         say_over(console, message_line_ok);
-    } else if (state()->stop_is_late) {
-        state()->stop_is_late = false;
-        say_over(console, message_stop_late);
+    } else if (unasked->stop_is_late) {
+        unasked->stop_is_late = false;
+        say_stop(console);
     } else {
-        state()->is_looking = report_back(console) || report_autostart(console);
+        unasked->is_looking = report_back(unasked, console) || report_autostart(unasked, console);
     }
-    return state()->is_looking;
+    return unasked->is_looking;
 }
 
 /* ---- room for a line ---- */

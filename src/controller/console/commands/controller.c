@@ -221,10 +221,12 @@ NOINLINE static uint8_t alarm_line(struct console *console, uint8_t id, uint8_t 
     }
     if (condition == REPLY_TORQUE_LOST && kind & ALARM_OFFLINE)
         condition = REPLY_OFFLINE;
+    if (command_set.unasked && condition == REPLY_OFFLINE && kind & ALARM_NEW)
+        unasked_note_offline(command_set.unasked, console->failsafe->next);
     value->text = reply_conditions[condition];
     value[1].text = !(kind & ALARM_NEW) ? message_nothing
                     : command_set.unasked
-                        ? unasked_alarm_remedy(console, condition, kind & ALARM_OFFLINE)
+                        ? unasked_alarm_remedy(command_set.unasked, console, condition)
                         : reply_remedy(condition);
     printer_line(printer, message_alarm);
     return (uint8_t)(bits & (bits - 1u));
@@ -308,7 +310,7 @@ static bool report_fault(struct console *console)
     console_say(console, fault_text(console, fault));
     console->faults_told |= fault;
     if (command_set.unasked && fault != FAULT_LINK_LOST)
-        unasked_note_fault();
+        unasked_note_fault(command_set.unasked);
     return true;
 }
 
@@ -335,7 +337,7 @@ bool controller_report(struct console *console)
         silence_alarms_of_line(console);
     }
     if (command_set.unasked)
-        unasked_silence(console);
+        unasked_silence(command_set.unasked, console);
     if (!console->printer.text) { // else a report is being printed
         if (console->editor.length && !(command_set.unasked && unasked_may_redraw(console)))
             return false;
@@ -343,7 +345,8 @@ bool controller_report(struct console *console)
             return true;
         if (command_set.explain && failsafe->host_types && report_fault(console))
             return true;
-        if (command_set.unasked && failsafe->host_types && unasked_report(console))
+        if (command_set.unasked && failsafe->host_types &&
+            unasked_report(command_set.unasked, console))
             return true;
         if (!failsafe->alarm)
             return false;

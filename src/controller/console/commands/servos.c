@@ -10,6 +10,7 @@
 #include "compiler.h"                // ALWAYS_INLINE, NOINLINE
 #include "console/reply.h"
 #include "console/messages.h"
+#include "console/unasked.h" // unasked_forget()
 
 static const CDS_FLASH char message_presence_low[] = "line held low";
 static const CDS_FLASH char message_presence_busy[] = "line not quiet";
@@ -56,6 +57,8 @@ uint8_t servos_begin(struct console *console)
         console->failsafe->alarm = 0; // one of a forgotten servo, not yet printed
     memset(console->failsafe->reported, 0,
            sizeof console->failsafe->reported); // other servos will take these places
+    if (command_set.unasked)
+        unasked_forget(command_set.unasked);
     return 0;
 }
 

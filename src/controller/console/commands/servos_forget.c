@@ -54,7 +54,7 @@ static bool remove_servo(struct console *console)
     if (!robot_forget_servo(console->robot, servo))
         return true;
     failsafe_move_servo(failsafe, last, index, console->line.id);
-    unasked_move_servo(last, index);
+    unasked_move_servo(command_set.unasked, last, index);
     return false;
 }
 

@@ -69,7 +69,7 @@ static bool stop_poll(struct console *console)
         return true;
     }
     if (command_set.unasked && !console->error)
-        unasked_note_stop();
+        unasked_note_stop(command_set.unasked);
     if (command_set.explain && console->part++) {
         printer_line(&console->printer, console->error ? message_stop_failed : message_stop_done);
         return false;
