@@ -53,11 +53,12 @@ static const CDS_FLASH char message_below_min[] =
     "nothing was written: MIN_VOLTAGE is %v, and MAX_VOLTAGE may not be below it";
 static const CDS_FLASH char message_several[] =
     "several servos answer at the same time on one wire, so their replies mix; 'scan' asks each";
-static const CDS_FLASH char message_late[] =
-    "no reply by the deadline; replies that came late: %u, see 'diagnose %u'";
+static const CDS_FLASH char message_late[] = "no reply by the deadline; check power, wiring, ID "
+                                             "and baud rate of the servo; replies that came "
+                                             "late so far: %u, see 'diagnose %u'";
 static const CDS_FLASH char message_stray[] =
-    "no reply by the deadline; check power, wiring, ID and baud rate of the servo; the line has "
-    "noise or echoes, too: bytes without a packet: %u, see 'diagnose %u'";
+    "no reply by the deadline; check power, wiring, ID and baud rate of the servo; bytes "
+    "without a packet so far, of noise or echoes: %u, see 'diagnose %u'";
 static const CDS_FLASH char message_damaged_there[] =
     "damaged bytes came from ID %u at %b, so it may be taken, or there is noise; nothing was "
     "written: 'diagnose %u'";
@@ -374,7 +375,8 @@ static uint16_t stray_bytes(const struct console *console)
     return (uint16_t)(stats.noise_bytes - command_set.account->searched.noise_bytes);
 }
 
-/* No reply by the deadline, but late ones came, or bytes without a packet, as of an echo. */
+/* No reply by the deadline. Appends how many late replies came since the servo is known, or bytes
+ * without a packet, as of an echo: both may be old, and the servo be unplugged now. */
 static const CDS_FLASH char *text_of_late(struct console *console)
 {
     const struct cds_servo_state *servo = console_servo(console);
