@@ -498,7 +498,7 @@ class Scripts(unittest.TestCase):
 
     def test_torque_on_within_limits_needs_goal_and_speed_read(self):
         self.run_on("atmega128", "scan\nlimits 2 60 240\n" + error(11, "torque 2 on")
-                    + text("'turn': set no limits; 'torque on': its goal is beyond them, or not read: 'info ID'") + "info 2\ntorque 2 on\n" + servo("2 torque on"))
+                    + text("servo 2: its goal was not read yet, or is beyond its limits, 60.117deg to 239.883deg: 'info 2' reads it; ") + "info 2\ntorque 2 on\n" + servo("2 torque on"))
 
     def test_torque_on_at_speed_0_under_a_limit_names_the_way(self):
         self.run_on("atmega128", "scan\nlimits 2 0 300 20rpm\ninfo 2\n" + error(11, "torque 2 on")

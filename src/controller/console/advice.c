@@ -53,11 +53,12 @@ static const CDS_FLASH char message_below_min[] =
     "nothing was written: MIN_VOLTAGE is %v, and MAX_VOLTAGE may not be below it";
 static const CDS_FLASH char message_several[] =
     "several servos answer at the same time on one wire, so their replies mix; 'scan' asks each";
-static const CDS_FLASH char message_late[] =
-    "no reply by the deadline; replies that came late: %u, see 'diagnose %u'";
+static const CDS_FLASH char message_late[] = "no reply by the deadline; check power, wiring, ID "
+                                             "and baud rate of the servo; replies that came "
+                                             "late so far: %u, see 'diagnose %u'";
 static const CDS_FLASH char message_stray[] =
-    "no reply by the deadline; check power, wiring, ID and baud rate of the servo; the line has "
-    "noise or echoes, too: bytes without a packet: %u, see 'diagnose %u'";
+    "no reply by the deadline; check power, wiring, ID and baud rate of the servo; bytes "
+    "without a packet so far, of noise or echoes: %u, see 'diagnose %u'";
 static const CDS_FLASH char message_damaged_there[] =
     "damaged bytes came from ID %u at %b, so it may be taken, or there is noise; nothing was "
     "written: 'diagnose %u'";
@@ -79,6 +80,9 @@ static const CDS_FLASH char message_would_turn[] =
     "sets limits and speed";
 static const CDS_FLASH char message_speed_0[] =
     "its speed is 0, as fast as it can, and its limit is %r: 'set %u MOVING_SPEED %r' first";
+static const CDS_FLASH char message_goal_unread[] =
+    "its goal was not read yet, or is beyond its limits, %a to %a: 'info %u' reads it; "
+    "'teach off %u' makes it the position of the servo";
 static const CDS_FLASH char message_mode[] = "the mode is %s; usage: %s";
 static const CDS_FLASH char *const CDS_FLASH modes[] = {
     [SETTINGS_ECHO_OFF] = FLASH_TEXT("program"),
@@ -374,7 +378,8 @@ static uint16_t stray_bytes(const struct console *console)
     return (uint16_t)(stats.noise_bytes - command_set.account->searched.noise_bytes);
 }
 
-/* No reply by the deadline, but late ones came, or bytes without a packet, as of an echo. */
+/* No reply by the deadline. Appends how many late replies came since the servo is known, or bytes
+ * without a packet, as of an echo: both may be old, and the servo be unplugged now. */
 static const CDS_FLASH char *text_of_late(struct console *console)
 {
     const struct cds_servo_state *servo = console_servo(console);
@@ -497,19 +502,25 @@ static const CDS_FLASH char *text_of_turn(struct console *console)
     return message_would_turn;
 }
 
-/* `torque on` of a servo with a limit of the speed that holds speed 0. */
-static const CDS_FLASH char *text_of_speed_0(struct console *console)
+/* `torque on` of a servo with limits is refused: it has a limit of the speed and its MOVING_SPEED
+ * is 0, which means no limit; or goal or speed are not known to be within the limits. */
+static const CDS_FLASH char *text_of_torque_on(struct console *console)
 {
     const uint8_t speed_is_0 = CDS_HELD_SPEED | CDS_HELD_SPEED_0;
     const struct cds_servo_state *servo = console_servo(console);
     union printer_value *values = console->printer.values;
 
-    if (!servo || servo->fastest > 1022 || (servo->held & speed_is_0) != speed_is_0 ||
-        console->line.request->packet.bytes[CDS_AT_PARAMETERS] != CDS_REG_TORQUE_ENABLE)
+    if (!servo || console->line.request->packet.bytes[CDS_AT_PARAMETERS] != CDS_REG_TORQUE_ENABLE)
         return NULL;
-    values[0].number = values[2].number = servo->fastest;
-    values[1].number = servo->id;
-    return message_speed_0;
+    if (servo->fastest < CDS_VALUE_MAX && (servo->held & speed_is_0) == speed_is_0) {
+        values[0].number = values[2].number = servo->fastest;
+        values[1].number = servo->id;
+        return message_speed_0;
+    }
+    values[0].number = servo->lowest;
+    values[1].number = servo->highest;
+    values[2].number = values[3].number = servo->id;
+    return message_goal_unread;
 }
 
 /* `torque 1 1`: an ID stands where one of the words behind the list is due. */
@@ -582,7 +593,7 @@ const CDS_FLASH char *advice(struct console *console)
     case ERROR_POSE_GONE: return command_set.motion_words ? message_pose_gone : NULL;
     case CDS_TIMEOUT: return text_of_late(console);
     case CDS_CORRUPT: return text_of_scan(console);
-    case CDS_LIMIT: return text_of_speed_0(console);
+    case CDS_LIMIT: return text_of_torque_on(console);
     case CDS_INHIBITED: return text_of_release(console);
     case ERROR_ENDLESS: return text_of_turn(console);
     case ERROR_LINK_LOST: return advice_link_lost(console);

@@ -38,7 +38,9 @@ enum console_state {
 struct servo_list {
     uint8_t next;  // index of the servo that is next
     uint8_t phase; // of the servo that is served now: enum list_phase
-    uint8_t error; // of the last servo that has failed; 0: none has
+    /* Of the last servo that has failed; ERROR_SOME: its text is of this servo alone, so that of
+     * the next servo is not shortened; 0: none has failed. */
+    uint8_t error;
 };
 
 /* The buffer of the console's request. A command with an instruction in its row builds its packet

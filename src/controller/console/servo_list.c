@@ -325,7 +325,7 @@ static void end_servo_line(struct console *console, uint8_t error)
         printer_line(&console->printer, error ? error_text_of_servo(error) : message_ok);
 }
 
-/* Prints an error that the servo before had, too: "servo 3: no reply by the deadline". What to do
+/* Prints an error that a servo before had, too: "servo 3: no reply by the deadline". What to do
  * stands behind a ';' in the line of that servo. */
 static void repeat_error(struct console *console, uint8_t error)
 {
@@ -350,23 +350,31 @@ static void print_failed_servo(struct console *console, uint8_t error)
     servo_failed(console, error);
 }
 
+/* True if the text of the error is of this servo alone, as its limits or its rate. */
+static bool has_own_text(struct console *console, uint8_t error)
+{
+    console->error = error;
+    return mistake_of(console, false) != MISTAKE_NONE;
+}
+
 /* Ends the line of the servo, or prints its error on a line of its own. */
 static void end_servo(struct console *console)
 {
     struct servo_list *list = list_of(console);
     uint8_t conditions = console->servo_error & CDS_ERRORS_OF_CONDITION;
     uint8_t error = servo_outcome(console);
+    bool is_own = command_set.checks_writes && error && has_own_text(console, error);
 
     console->servo_error = conditions;
     list->phase = WARN;
-    if (command_set.checks_writes && error && error == list->error)
+    if (command_set.checks_writes && error && !is_own && error == list->error)
         repeat_error(console, error);
     else if (console->printer.within)
         end_servo_line(console, error);
     else if (error)
         print_failed_servo(console, error);
     if (error)
-        list->error = error;
+        list->error = is_own ? (uint8_t)ERROR_SOME : error;
 }
 
 /* True if the user may have meant a list: in `move 1 2 30` all numbers are bare, the optional one

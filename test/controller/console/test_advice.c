@@ -129,16 +129,17 @@ void test_ping_254_with_one_servo_has_the_usual_remedy(void)
     TEST_ASSERT_EQUAL_STRING_LEN("error 2: no reply by the deadline; ", ping_all(), 35);
 }
 
-void test_no_reply_in_time_tells_of_late_replies(void)
+void test_no_reply_keeps_its_remedy_after_late_replies(void)
 {
     know_servos(1);
     robot.states[0].counters.stale_replies = 3;
     reply_to("ping 1");
     port_fake.now_us += 100000;
     type("");
-    TEST_ASSERT_EQUAL_STRING("error 2: servo 1: no reply by the deadline; replies that came late: "
-                             "3, see 'diagnose 1'\r\n",
-                             said);
+    TEST_ASSERT_EQUAL_STRING(
+        "error 2: servo 1: no reply by the deadline; check power, wiring, ID "
+        "and baud rate of the servo; replies that came late so far: 3, see 'diagnose 1'\r\n",
+        said);
 }
 
 void test_ping_254_counts_no_servo_at_another_rate(void)
@@ -195,7 +196,7 @@ void test_no_reply_after_stray_bytes_names_diagnose(void)
     port_fake.now_us += 100000;
     type("");
     TEST_ASSERT_EQUAL_STRING("error 2: servo 1: no reply by the deadline; check power, wiring, ID "
-                             "and baud rate of the servo; the line has noise or echoes, too: bytes "
-                             "without a packet: 1, see 'diagnose 1'\r\n",
+                             "and baud rate of the servo; bytes without a packet so far, of noise "
+                             "or echoes: 1, see 'diagnose 1'\r\n",
                              said);
 }

@@ -104,7 +104,9 @@ void test_refusal_of_limits_in_a_list_names_them(void)
     reply_to("limits 4 60 200 30rpm");
     reply_to("torque 4 5 on");
     answer(4, 0, registers, sizeof registers);
-    TEST_ASSERT_NOT_NULL(strstr(said, "servo 4: its limits are 60.117deg to 200deg and 3"));
+    TEST_ASSERT_NOT_NULL(strstr(said,
+                                "servo 4: its goal was not read yet, or is beyond its limits, "
+                                "60.117deg to 200deg: 'info 4' reads it; "));
 }
 
 void test_refusal_of_limits_names_them(void)

@@ -97,6 +97,48 @@ void test_same_error_in_a_list_tells_its_remedy_once(void)
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\nservo 2: no reply by the deadline\r\nservo 3: ok\r\n"));
 }
 
+/* `led 1-3 on`, and no servo answers; servo `id` is known to be at another rate than the bus. */
+static void no_reply_with_other_rate_of(uint8_t id)
+{
+    begin_console();
+    robot.health_pauses = true;
+    for (uint8_t i = 1; i <= 3; i++)
+        robot_add(&robot, i);
+    robot.states[id - 1].baud_reg = 16;
+    reply_to("led 1-3 on");
+    for (uint8_t i = 1; i <= 3; i++)
+        stay_silent();
+}
+
+void test_same_error_of_two_causes_tells_both(void)
+{
+    no_reply_with_other_rate_of(1);
+    TEST_ASSERT_NOT_NULL(strstr(said, "servo 1: not at the rate of the bus"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "\r\nservo 2: no reply by the deadline; check power"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "\r\nservo 3: no reply by the deadline\r\n"));
+    no_reply_with_other_rate_of(2);
+    TEST_ASSERT_NOT_NULL(strstr(said, "servo 1: no reply by the deadline; check power"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "\r\nservo 2: not at the rate of the bus"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "\r\nservo 3: no reply by the deadline; check power"));
+}
+
+void test_limits_of_each_servo_of_a_list_are_told(void)
+{
+    uint8_t registers[19] = {[2] = 0xFF, [3] = 3}; // limits and torque: position mode, off
+
+    robot.health_pauses = true;
+    for (uint8_t i = 1; i <= 2; i++)
+        robot_add(&robot, i);
+    reply_to("limits 1,2 60 200");
+    reply_to("move 1,2 250");
+    answer(1, 0, registers, sizeof registers);
+    if (bus.link.state == CDS_LINK_TALKING)
+        port_fake_transmit(&bus.link, 0);
+    answer(2, 0, registers, sizeof registers);
+    TEST_ASSERT_NOT_NULL(strstr(said, "servo 1: the angle is not within its limits, "));
+    TEST_ASSERT_NOT_NULL(strstr(said, "\r\nservo 2: the angle is not within its limits, "));
+}
+
 void test_address_in_decimal_follows_a_range(void)
 {
     reply_to("get 1-2 25");
