@@ -92,7 +92,8 @@ static const CDS_FLASH char *const CDS_FLASH modes[] = {
 static const CDS_FLASH char message_max_torque[] =
     "MAX_TORQUE acts from the servo's next power-up on: switch its power off and on";
 static const CDS_FLASH char message_restarted[] =
-    "any motion has ended; servos may have torque, and none is watched: 'scan' finds them\r\n";
+    "servos may be moving or turning, and none is watched: Ctrl-X stops them, 'scan' finds "
+    "them\r\n";
 static const CDS_FLASH char message_still_inhibited[] =
     "driving is inhibited: 'release' allows it\r\n";
 static const CDS_FLASH char message_servos_left[] =

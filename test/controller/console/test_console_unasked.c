@@ -90,12 +90,13 @@ void test_banner_tells_what_an_unwanted_reset_means(void)
 {
     TEST_ASSERT_NOT_NULL(
         strstr(whole_banner_after(FAILSAFE_RESET_WATCHDOG),
-               "watchdog\r\nany motion has ended; servos may have torque, and none is watched: "
-               "'scan' finds them\r\nhelp"));
-    TEST_ASSERT_NOT_NULL(strstr(whole_banner_after(FAILSAFE_RESET_BROWN_OUT), "out\r\nany motion"));
-    TEST_ASSERT_NOT_NULL(strstr(whole_banner_after(FAILSAFE_RESET_EXTERNAL), "any motion"));
-    TEST_ASSERT_NULL(
-        strstr(whole_banner_after(FAILSAFE_RESET_POWER | FAILSAFE_RESET_BROWN_OUT), "any motion"));
+               "watchdog\r\nservos may be moving or turning, and none is watched: Ctrl-X stops "
+               "them, 'scan' finds them\r\nhelp"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(whole_banner_after(FAILSAFE_RESET_BROWN_OUT), "out\r\nservos may be"));
+    TEST_ASSERT_NOT_NULL(strstr(whole_banner_after(FAILSAFE_RESET_EXTERNAL), "servos may be"));
+    TEST_ASSERT_NULL(strstr(whole_banner_after(FAILSAFE_RESET_POWER | FAILSAFE_RESET_BROWN_OUT),
+                            "servos may be"));
 }
 
 void test_banner_tells_that_driving_is_inhibited(void)

@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: MIT */
+/* Errors whose remedy depends on what is known of the servos. */
+#include "console_rig.h"
+
+void setUp(void)
+{
+    begin_console();
+    robot.health_pauses = true;
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+/* Servos 1 to `count` are known, and answer. */
+static void know_servos(uint8_t count)
+{
+    for (uint8_t id = 1; id <= count; id++) {
+        robot_add(&robot, id);
+        robot.states[id - 1].presence = CDS_PRESENCE_ONLINE;
+    }
+}
+
+/* A PING to ID 254 that ends without a good reply. */
+static const char *ping_all(void)
+{
+    reply_to("ping 254");
+    port_fake.now_us += 100000;
+    type("");
+    return said;
+}
+
+void test_ping_254_with_several_servos_says_they_answer_at_once(void)
+{
+    know_servos(2);
+    TEST_ASSERT_EQUAL_STRING("error 2: several servos answer at the same time on one wire, so "
+                             "their replies mix; 'scan' asks each\r\n",
+                             ping_all());
+}
+
+void test_ping_254_with_one_servo_has_the_usual_remedy(void)
+{
+    know_servos(1);
+    TEST_ASSERT_EQUAL_STRING_LEN("error 2: no reply by the deadline; ", ping_all(), 35);
+}
+
+void test_no_reply_keeps_its_remedy_after_late_replies(void)
+{
+    know_servos(1);
+    robot.states[0].counters.stale_replies = 3;
+    reply_to("ping 1");
+    port_fake.now_us += 100000;
+    type("");
+    TEST_ASSERT_EQUAL_STRING(
+        "error 2: servo 1: no reply by the deadline; check power, wiring, ID "
+        "and baud rate of the servo; replies that came late so far: 3, see 'diagnose 1'\r\n",
+        said);
+}
+
+void test_ping_254_counts_no_servo_at_another_rate(void)
+{
+    know_servos(2);
+    robot.states[1].baud_reg = 16;
+    TEST_ASSERT_EQUAL_STRING_LEN("error 2: no reply by the deadline; ", ping_all(), 35);
+}
+
+void test_servo_that_lost_its_state_is_inhibited_with_its_remedy(void)
+{
+    know_servos(2);
+    robot.states[1].inhibits = CDS_INHIBIT_STATE_LOST;
+    assert_reply("error 12: servo 2: the servo may not be driven; it lost its state by power, plug "
+                 "or an alarm: mend that, 'release 2', then 'torque 2 on' moves it to its goal, "
+                 "'teach off 2' keeps it where it is\r\n",
+                 "set 2 TORQUE_ENABLE 1");
+    robot.states[1].presence = CDS_PRESENCE_OFFLINE;
+    assert_reply("error 12: servo 2: not driven, as it gives no good answer; ",
+                 "set 2 TORQUE_ENABLE 1");
+}
+
+/* `id 1 5`; damaged bytes come as the replies of servo 5. */
+void test_new_id_with_damaged_replies_is_not_said_to_be_taken(void)
+{
+    static const uint8_t damaged[] = {0xFF, 0xFF, 5, 2, 0, 0};
+
+    reply_to("id 1 5");
+    for (uint16_t i = 0; i < 100 && strstr(said, "error") == NULL; i++) {
+        if (i && bus.link.state == CDS_LINK_TALKING) {
+            port_fake_transmit(&bus.link, 0);
+            if (port_fake.sent[2] == 5)
+                port_fake_hear(&bus.link, damaged, sizeof damaged);
+            else
+                port_fake_answer(&bus.link, 1, 0, NULL, 0);
+        }
+        port_fake.now_us += 50000;
+        turn();
+    }
+    type("");
+    TEST_ASSERT_EQUAL_STRING(
+        "error 50: servo 1: damaged bytes came from ID 5 at 1000000bps, so it "
+        "may be taken, or there is noise; nothing was written: 'diagnose 5'\r\n",
+        said);
+}
+
+void test_no_reply_after_stray_bytes_names_diagnose(void)
+{
+    static const uint8_t end_of_echo[] = {0xF4};
+
+    know_servos(1);
+    reply_to("get 1 3");
+    port_fake_hear(&bus.link, end_of_echo, sizeof end_of_echo);
+    port_fake.now_us += 100000;
+    type("");
+    TEST_ASSERT_EQUAL_STRING("error 2: servo 1: no reply by the deadline; check power, wiring, ID "
+                             "and baud rate of the servo; bytes without a packet so far, of noise "
+                             "or echoes: 1, see 'diagnose 1'\r\n",
+                             said);
+}
