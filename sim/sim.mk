@@ -44,6 +44,9 @@ demo: $(addprefix build/,atmega128/controller.elf arduino-mega/controller.elf at
 	@scripts/demo.sh
 
 SERVOS ?= 1-18
+ifeq ($(origin SERVO),command line)
+$(error SERVO= is not known; did you mean SERVOS=$(SERVO)?)
+endif
 ifeq ($(strip $(SERVOS)),)
 $(error SERVOS= names no servo: give IDs, as in SERVOS=1-6)
 endif
@@ -75,6 +78,9 @@ run-example: build/$(BOARD)/$(if $(OWN_PROGRAM),own,examples)/$(EXAMPLE_NAME).el
 	@echo "picture: build/$(EXAMPLE_NAME).svg"
 
 HOST_BAUD ?= board
+ifeq ($(filter board client,$(HOST_BAUD)),)
+$(error HOST_BAUD=$(HOST_BAUD) is not known: board is the rate of the board, client that of the terminal)
+endif
 
 # The command of make poke for a simulator that make run has started.
 POKE = make poke$(if $(BOARD_DIR), BOARD_DIR=$(BOARD_DIR),$(if $(filter-out atmega128,$(BOARD)), BOARD=$(BOARD)))

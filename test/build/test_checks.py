@@ -286,8 +286,8 @@ class Scripts(unittest.TestCase):
         self.assertEqual(files, sum(flash[name] for name in folders if "/" in name))
         self.assertTrue(0 < tables["printer.c"] < flash["printer.c"], output)
         self.assertGreater(flash["strings in tables"], 5000, output)
-        self.assertNotIn("servos.c", tables)
-        self.assertTrue({"bus.c", "servos.c", "console.c", "serial.c", "ring.h"} < set(flash), output)
+        self.assertNotIn("torque_off.c", tables)
+        self.assertTrue({"bus.c", "torque_off.c", "console.c", "serial.c", "ring.h"} < set(flash), output)
         # Functions of libgcc and vectors: if a hundredth of the flash has no source, the map has lost a file.
         self.assertLess(flash["compiler and C library"] + flash["vectors and start-up"], (text + data) / 100, output)
 

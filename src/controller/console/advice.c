@@ -291,8 +291,7 @@ static void print_words(struct printer *printer, const CDS_FLASH char *word)
     }
 }
 
-/* Rows with the same word stand side by side. Compares a letter of a row before its text, as
- * find_row() of parse.c. */
+/* Prints each word once: rows with the same word are neighbours in the table. */
 void advice_words(struct console *console)
 {
     const CDS_FLASH char *begin = console->line.command->usage, *end = console->line.usage;
@@ -443,7 +442,7 @@ static const CDS_FLASH char *text_of_pair(struct console *console)
 {
     static const CDS_FLASH char set[] = "set";
 
-    if (!command_set.checks_writes || console->line.error || !is_command(&console->line, set))
+    if (!command_set.has_room || console->line.error || !is_command(&console->line, set))
         return NULL;
     console->printer.values[0].number = console->raw;
     switch (console->index) {

@@ -142,15 +142,16 @@ struct command_motion_words {
     /* The text of an error whose remedy depends on the motion, as advice(); NULL: the text of the
      * error itself is the best. */
     const CDS_FLASH char *(*advise)(struct console *console);
-    /* Prints a line: how the last motion has ended, unless it has failed. */
+    /* Prints a line if a user, a stop or a lost link has ended the last motion. */
     void (*end)(struct console *console);
     /* The end of the line of a sequence that plays: its speed, in printer->values[4]. */
     const CDS_FLASH char *(*limit)(struct console *console);
-    /* Before `play` starts: lets steps that were too fast in a start before take longer. */
+    /* Call before each start of `play`. Marks the steps found too fast so far; the check then goes
+     * past them. */
     void (*begin)(struct console *console);
-    /* After this start of `play`: prints the step that is too fast, and returns true: start again,
-     * to find the next one, or false with console->error. False without it: nothing is too fast.
-     */
+    /* Call after each start of `play`. Returns true if `play` must start again to find the next
+     * step that is too fast; it has printed this one. Returns false at the end; console->error is
+     * ERROR_TOO_FAST if a step was too fast. */
     bool (*tries_again)(struct console *console);
     /* Prints a warning after a motion has begun: a servo reports its input voltage. */
     void (*warn)(struct console *console);
@@ -200,9 +201,8 @@ struct command_set {
     const CDS_FLASH struct command_typing *typing;             // completion and hints, or NULL
     struct history *history;                                   // storage of line_editor.c, or NULL
     const CDS_FLASH struct command_motion_words *motion_words; // NULL: words without the pose
-    /* `set` reads the servo before it writes an angle limit, and reads its status return level
-     * back; `reset` prints what the servo has then. */
-    bool checks_writes;
+    /* Chips with 256 KB of flash: longer texts, and READs before and after writes. */
+    bool has_room;
     struct noise *noise;     // noise.h; NULL: noise is not looked for
     struct unasked *unasked; // unasked.h; NULL: no room to tell more than faults and alarms
     uint8_t set_up_tries;    // how often id, baud, factory, lock, set and restore try; 0 is as 1

@@ -363,11 +363,11 @@ static void end_servo(struct console *console)
     struct servo_list *list = list_of(console);
     uint8_t conditions = console->servo_error & CDS_ERRORS_OF_CONDITION;
     uint8_t error = servo_outcome(console);
-    bool is_own = command_set.checks_writes && error && has_own_text(console, error);
+    bool is_own = command_set.has_room && error && has_own_text(console, error);
 
     console->servo_error = conditions;
     list->phase = WARN;
-    if (command_set.checks_writes && error && !is_own && error == list->error)
+    if (command_set.has_room && error && !is_own && error == list->error)
         repeat_error(console, error);
     else if (console->printer.within)
         end_servo_line(console, error);

@@ -35,7 +35,7 @@ static const CDS_FLASH char message_stop_sent[] =
 static const CDS_FLASH char message_may_drive[] = "it may be driven";
 static const CDS_FLASH char message_has_no_torque[] =
     "'teach off %u' switches it on where the servo is";
-static const CDS_FLASH char message_no_autostart[] =
+static const CDS_FLASH char message_autostart_failed[] =
     "the sequence of the autostart does not play: 'settings autostart' tells why";
 static const CDS_FLASH char message_torque_on[] = "on";
 static const CDS_FLASH char message_torque_off[] = "off";
@@ -270,7 +270,7 @@ static bool report_autostart(struct unasked *unasked, struct console *console)
     unasked->autostart_told = console->robot->moves->autostart.state >= AUTOSTART_RESET;
     if (!is_news || !unasked->autostart_told)
         return false;
-    say_line(console, message_no_autostart);
+    say_line(console, message_autostart_failed);
     return true;
 }
 

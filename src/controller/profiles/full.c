@@ -148,7 +148,7 @@ const CDS_FLASH struct command_set command_set = {
 #if HAS_ROOM
     .motion_words = &motion_words,
 #endif
-    .checks_writes = HAS_ROOM,
+    .has_room = HAS_ROOM,
 #if HAS_MOTION
     .cycle = &motion_cycle,
     .pose_in = &pose_moves,

@@ -122,9 +122,8 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
     return outcome;
 }
 
-/* A servo did not follow its goals, or take one. In place of this symptom stores the cause, if it
- * is known: a line held low or never quiet, no reply, torque off. No ID: all servos are concerned.
- */
+/* A servo did not follow its goals, or take one. In place of this symptom stores the first cause
+ * that holds: inhibited, OFFLINE, line not quiet, torque off. No ID: all servos are concerned. */
 static void find_cause(struct robot *robot, struct motion_outcome *outcome)
 {
     const struct cds_servo_state *servo = cds_servos_find(&robot->servos, outcome->id);
@@ -138,7 +137,8 @@ static void find_cause(struct robot *robot, struct motion_outcome *outcome)
         result = CDS_INHIBITED;
     } else if (servo->presence < CDS_PRESENCE_OFFLINE) {
         if (cds_bus_line(robot->bus) != CDS_BUS_LINE_QUIET &&
-            robot->work.cycle.cycle.read.result != CDS_TIMEOUT) { // else it rests for a moment
+            robot->work.cycle.cycle.read.result !=
+                CDS_TIMEOUT) { // after a timeout the line itself rests
             result = CDS_LINE_BUSY;
             outcome->id = CDS_NO_ID;
         } else if (outcome->result != CDS_INHIBITED) {

@@ -494,8 +494,8 @@ static void judge_values(struct cds_diagnose *diagnose)
     }
 }
 
-/* Two servos that measure the same may differ in a register that is written. Where a permit knows
- * the return delay of the servo, requests wait no longer than that. */
+/* Two servos of one ID that measure the same still differ in limits or torque: then all READs are
+ * damaged. A bus with a permit waits only for the servo's own return delay. */
 static void read_limits_ended(struct cds_diagnose *diagnose)
 {
     const struct cds_diagnose_tally *series = &diagnose->series;

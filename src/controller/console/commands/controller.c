@@ -58,7 +58,7 @@ static void print_origin(struct console *console)
     const struct settings_store *store = console->failsafe->store;
 
     console->printer.values[0].text = origins[store->origin];
-    if (command_set.checks_writes && store->result == SETTINGS_SAVED) // which has set `origin`
+    if (command_set.has_room && store->result == SETTINGS_SAVED) // which has set `origin`
         console->printer.values[0].text = message_saved_since;
     printer_line(&console->printer, message_origin);
 }
@@ -82,7 +82,7 @@ static void setting_line(struct console *console, uint8_t index)
         printer_char(printer, ',');
         printer_char(printer, ' ');
         number_print(printer, CDS_UNIT_BPS, value);
-    } else if (command_set.checks_writes && *row->unit == 'r') {
+    } else if (command_set.has_room && *row->unit == 'r') {
         printer_flash(printer, message_own_rate);
     }
     printer_end_of_line(printer);

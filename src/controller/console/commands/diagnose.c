@@ -54,7 +54,7 @@ uint8_t diagnose_servo(struct console *console)
     return error;
 }
 
-/* Of CDS_FINDING_NONE, which is printed nowhere, without a text: it would cost 53 bytes. */
+/* CDS_FINDING_NONE is never printed: an empty text saves 53 bytes. */
 const CDS_FLASH char *const CDS_FLASH diagnose_findings[] = {
 #define ROW(name, number, text, remedy)                                                            \
     [number] = (number) == CDS_FINDING_NONE ? message_nothing : FLASH_TEXT(text "; " remedy),

@@ -36,16 +36,16 @@ static const CDS_FLASH char message_is_paused[] =
 static const CDS_FLASH char message_was_ended[] =
     "the last motion did not reach its end: 'motion off' or 'cycle off' ended it";
 static const CDS_FLASH char message_of_poses[] = "' chooses the servos of the stored poses";
-static const CDS_FLASH char message_last[] = "last motion: %s";
+static const CDS_FLASH char message_last_motion[] = "last motion: %s";
 static const CDS_FLASH char message_begun[] = "has begun; no motion is under way, the last one: %s";
 static const CDS_FLASH char message_went_well[] = "ended as it should";
 static const CDS_FLASH char message_ended[] = "ended on its way by 'motion off' or 'cycle off'";
-static const CDS_FLASH char message_stopped[] =
+static const CDS_FLASH char message_end_by_stop[] =
     "ended on its way by a stop or a lost host link; 'status' shows both";
-static const CDS_FLASH char message_link_lost[] =
+static const CDS_FLASH char message_end_by_link[] =
     "ended on its way, as the host link was lost; 'clear' when it is back";
-static const CDS_FLASH char message_failed[] = "%serror %u: %s";
-static const CDS_FLASH char message_speed[] = ", at %u%";
+static const CDS_FLASH char message_end_failed[] = "%serror %u: %s";
+static const CDS_FLASH char message_plain_speed[] = ", at %u%";
 static const CDS_FLASH char message_limited[] = ", at %u%: a servo can go no faster, so not at %u%";
 static const CDS_FLASH char message_voltage[] =
     "warning: since 'clear' servo %u has reported a supply outside of MIN_VOLTAGE to MAX_VOLTAGE: "
@@ -221,8 +221,8 @@ static const CDS_FLASH char *text_of_end(struct console *console)
     case CDS_OK: return message_went_well;
     case MOTION_NONE: return message_ended;
     case ROBOT_STOPPED:
-        return failsafe->link_lost && failsafe->settings->link_loss_action ? message_link_lost
-                                                                           : message_stopped;
+        return failsafe->link_lost && failsafe->settings->link_loss_action ? message_end_by_link
+                                                                           : message_end_by_stop;
     default: break;
     }
     (values++)->text = outcome->id == CDS_NO_ID ? message_nothing : message_of_servo;
@@ -230,7 +230,7 @@ static const CDS_FLASH char *text_of_end(struct console *console)
         (values++)->number = outcome->id;
     values[0].number = outcome->result;
     values[1].text = error_text(outcome->result);
-    return message_failed;
+    return message_end_failed;
 }
 
 static bool print_autostart(struct console *console)
@@ -323,7 +323,7 @@ static void print_end(struct console *console)
     if (result != MOTION_NONE && result != ROBOT_STOPPED)
         return;
     console->printer.values[0].text = text_of_end(console);
-    printer_line(&console->printer, message_last);
+    printer_line(&console->printer, message_last_motion);
 }
 
 static const CDS_FLASH char *limit(struct console *console)
@@ -332,7 +332,7 @@ static const CDS_FLASH char *limit(struct console *console)
     const struct cds_motion *motion = &moves->motion;
 
     if (motion->is_ending || motion->override <= motion->plan.rate_most)
-        return message_speed;
+        return message_plain_speed;
     console->printer.values[5].number = moves->percent;
     return message_limited;
 }

@@ -31,7 +31,7 @@ static bool reset_poll(struct console *console)
 {
     if (console_waits(console))
         return true;
-    if (command_set.checks_writes && console_answered(console))
+    if (command_set.has_room && console_answered(console))
         printer_line(&console->printer, message_factory);
     return false;
 }

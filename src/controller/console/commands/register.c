@@ -152,7 +152,7 @@ static uint8_t set_begin(struct console *console)
         return error;
     if (is_angle_limit(at.address) && (data[0] | data[1]) && turns(console))
         return ERROR_ENDLESS;
-    if (command_set.checks_writes && pair_of(at.address)) {
+    if (command_set.has_room && pair_of(at.address)) {
         console->line.address = at.address;
         console->phase = LOOKS;
         return servo_read(console, CDS_REG_CW_ANGLE_LIMIT, LOOK_SIZE);
@@ -222,7 +222,7 @@ static bool set_poll(struct console *console)
         return setup_poll(console);
     if (console_waits(console))
         return true;
-    return command_set.checks_writes && console_answered(console) && set_goes_on(console);
+    return command_set.has_room && console_answered(console) && set_goes_on(console);
 }
 
 /* ---- info ---- */

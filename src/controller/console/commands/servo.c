@@ -127,7 +127,7 @@ static void print_limits_are_off(struct console *console)
 {
     union printer_value *values = console->printer.values;
     const uint8_t *limits = set_job(console)->limits;
-    bool has_old = command_set.checks_writes && (limits[0] | limits[1] | limits[2] | limits[3]);
+    bool has_old = command_set.has_room && (limits[0] | limits[1] | limits[2] | limits[3]);
 
     if (has_old) {
         values[0].number = values[1].number = values[3].number = console->line.id;
@@ -144,7 +144,7 @@ ALWAYS_INLINE void keep_limits(struct console *console)
     struct set_job *job = set_job(console);
     const uint8_t *read = console->line.request->reply;
 
-    if (command_set.checks_writes && console->phase == LIMITS && !job->setup.is_written &&
+    if (command_set.has_room && console->phase == LIMITS && !job->setup.is_written &&
         (read[0] | read[1] | read[2] | read[3]))
         memcpy(job->limits, read, sizeof job->limits);
 }
