@@ -313,7 +313,7 @@ class Resets(unittest.TestCase):
             with tempfile.TemporaryDirectory() as folder: # an EEPROM of a new controller: mode person
                 run = controller(script, board, "1", "--host", "stdout", "--eeprom", pathlib.Path(folder, "eeprom"))
             self.assertEqual(run.status, 0, f"{board}: {run.output}")
-            self.assertEqual(re.findall(r"cds55xx [0-9.]+ [a-z0-9-]+([^\r\n]*)\r?\n(?:any motion [^\r\n]*\r?\n)?help lists .*Ctrl-X stops all servos\r?\n", run.output),
+            self.assertEqual(re.findall(r"cds55xx [0-9.]+ [a-z0-9-]+([^\r\n]*)\r?\n(?:servos may be [^\r\n]*\r?\n)?help lists .*Ctrl-X stops all servos\r?\n", run.output),
                              ["", "; reset by watchdog", "", "; reset by brown-out", ""], run.output)
 
     def test_limit_of_turning_servo_is_refused_after_a_reset(self):

@@ -27,7 +27,7 @@ class Program(unittest.TestCase):
     def test_what_it_says_and_hears_and_when(self):
         status, output = run("# a ping\n\nsay FF FF 01 02 01 FB\nhear 6\nwait 100\ntext ping 1\n"
                              "hear 2\nhear 2\n")
-        lines = [line.split() for line in output.splitlines()]
+        lines = [line.split() for line in output.splitlines() if not line.startswith("text:")]
         self.assertEqual(status, 0, output)
         self.assertEqual(lines[1][3:], "6 FF FF 01 02 00 FC".split())
         said, heard = [[int(word) for word in lines[row][1:3]] for row in (0, 1)]

@@ -7,18 +7,13 @@
 #ifndef BOARD_NAME
 #define BOARD_NAME "host"
 #endif
-#ifndef BOARD_HOST_BAUD
-#define BOARD_HOST_BAUD 115200
-#endif
-#define STRING_(number) #number
-#define STRING(number)  STRING_(number)
 
 const CDS_FLASH char message_nothing[] = "";
 const CDS_FLASH char message_until_power_off[] = ", until power-off";
 const CDS_FLASH char message_unchanged[] = "unchanged";
 const CDS_FLASH char message_servo_label[] = "servo ";
 const CDS_FLASH char message_version[] = "cds55xx " CDS_VERSION " " BOARD_NAME;
-const CDS_FLASH char message_own_rate[] = ", the board's own: " STRING(BOARD_HOST_BAUD) "bps";
+const CDS_FLASH char message_own_rate[] = ", the board's own";
 const CDS_FLASH char message_servo[] = "servo %u: %s";
 const CDS_FLASH char message_of_servo[] = "servo %u: ";
 const CDS_FLASH char message_torque_is_off[] = "moves once torque is on";

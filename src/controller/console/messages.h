@@ -15,7 +15,7 @@ extern const CDS_FLASH char message_until_power_off[]; // ", until power-off"
 extern const CDS_FLASH char message_unchanged[];       // "unchanged"
 extern const CDS_FLASH char message_servo_label[];     // "servo "
 extern const CDS_FLASH char message_version[];         // "cds55xx 0.1.0 atmega128"
-extern const CDS_FLASH char message_own_rate[];        // ", the board's own: 115200bps"
+extern const CDS_FLASH char message_own_rate[];        // ", the board's own"
 extern const CDS_FLASH char message_servo[];           // "servo %u: %s"
 extern const CDS_FLASH char message_of_servo[];        // "servo %u: "
 extern const CDS_FLASH char message_torque_is_off[];

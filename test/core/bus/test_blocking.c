@@ -9,7 +9,7 @@
 
 #define ID 7
 
-static uint8_t packet[CDS_PACKET_SIZE(8)], reply[CDS_REGISTERED_MOVE_VERIFY_REPLY];
+static uint8_t packet[CDS_PACKET_SIZE(8)], reply[CDS_DIAGNOSE_REPLY_SIZE];
 static struct cds_request request;
 
 void setUp(void)

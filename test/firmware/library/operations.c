@@ -19,7 +19,7 @@ CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
 static uint8_t packet[CDS_SYNC_WRITE_SIZE(SERVOS, GOAL)];
-static uint8_t reply[CDS_REGISTERED_MOVE_VERIFY_REPLY];
+static uint8_t reply[CDS_DIAGNOSE_REPLY_SIZE];
 static struct cds_request request = CDS_REQUEST(packet, reply);
 static const uint8_t ids[SERVOS] = {1, 2, 3, 4, 5, 6};
 static struct cds_servos servos;

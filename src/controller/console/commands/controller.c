@@ -64,7 +64,7 @@ static void print_origin(struct console *console)
 }
 
 /* "link_loss_ms = 500 ms", "bus_baud = 1 register, 1000000bps", "host_baud = 255 register,
- * the board's own: 115200bps" */
+ * the board's own" */
 static void setting_line(struct console *console, uint8_t index)
 {
     const CDS_FLASH struct setting *row = &settings_table[index];
