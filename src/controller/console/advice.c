@@ -39,8 +39,7 @@ static const CDS_FLASH char message_add_appends[] =
     "; 'sequence NAME add' appends a step behind the last one";
 static const CDS_FLASH char message_pose_gone[] =
     "a step names a deleted pose; 'sequence NAME show' numbers the steps, 'sequence NAME set N "
-    "POSE "
-    "TIME' mends step N";
+    "POSE TIME' mends step N";
 static const CDS_FLASH char message_swapped[] =
     "above HIGH, %a; write the smaller angle first: limits ID LOW HIGH";
 static const CDS_FLASH char message_above_ccw[] =

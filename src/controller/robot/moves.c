@@ -138,7 +138,7 @@ static void find_cause(struct robot *robot, struct motion_outcome *outcome)
     } else if (servo->presence < CDS_PRESENCE_OFFLINE) {
         if (cds_bus_line(robot->bus) != CDS_BUS_LINE_QUIET &&
             robot->work.cycle.cycle.read.result !=
-                CDS_TIMEOUT) { // after a timeout the line itself rests
+                CDS_TIMEOUT) { // after a timeout the bus rests for a moment
             result = CDS_LINE_BUSY;
             outcome->id = CDS_NO_ID;
         } else if (outcome->result != CDS_INHIBITED) {

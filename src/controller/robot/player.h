@@ -9,14 +9,14 @@
 #include "cds55xx/sequence.h" // struct cds_sequence
 #include "robot/stored_pose.h"
 
-/* A player: robot->moves->player. The fields are to be read only. */
+/* A player: robot->moves->player. Others only read the fields, but for `read` and `too_fast`. */
 struct player {
     const struct motion_store *store;
     uint8_t place;                // of the sequence
     struct cds_sequence sequence; // its result is CDS_PENDING while the player plays
     struct stored_joints joints;
-    /* In place of player_read_step(), or NULL. Only motion_words.c sets it, and reads `too_fast`:
-     * bit i: step i was too fast. */
+    /* What reads a step in place of player_read_step(), or NULL; bit i of `too_fast`: step i was
+     * too fast. motion_words.c sets both for one start; sequences.c clears `read` after a stop. */
     bool (*read)(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose);
     uint16_t too_fast;
     uint16_t poses[2 * ROBOT_SERVOS]; // of the sequence; or of a move, while no sequence plays

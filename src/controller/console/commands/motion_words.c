@@ -315,7 +315,7 @@ static const CDS_FLASH char *advise(struct console *console)
 
 /* ---- motion, play, group ---- */
 
-/* A failure has a line of its own. */
+/* Of a failure play.c prints a line. */
 static void print_end(struct console *console)
 {
     uint8_t result = motion_outcome(console->robot)->result;
