@@ -70,6 +70,19 @@ static void release_servos(struct robot *robot)
     cds_servos_reserve(&robot->servos, NULL, NULL, 0);
 }
 
+/* Periods without a packet on the line, after which the line counts as never quiet. With noise some
+ * packets leave. */
+#define UNSENT_PERIODS 3
+
+static void count_unsent_periods(struct moves *moves, uint8_t sent)
+{
+    if (moves->sent != sent)
+        moves->unsent_periods = 0;
+    else if (moves->unsent_periods < UNSENT_PERIODS)
+        moves->unsent_periods++;
+    moves->sent = sent;
+}
+
 /* Compares one joint in each period: the poll, which comes several times in a turn, stays short. */
 static void compare_joint(struct robot *robot)
 {
@@ -79,6 +92,7 @@ static void compare_joint(struct robot *robot)
     if (moves->compared == period)
         return;
     moves->compared = period;
+    count_unsent_periods(moves, (uint8_t)robot->bus->stats.sent);
     if (moves->follow.result == CDS_PENDING && cds_follow_poll(&moves->follow) == CDS_TIMEOUT)
         moves_end(robot);
 }
@@ -123,7 +137,7 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
 }
 
 /* A servo did not follow its goals, or take one. In place of this symptom stores the first cause
- * that holds: inhibited, OFFLINE, line not quiet, torque off. No ID: all servos are concerned. */
+ * that holds: inhibited, OFFLINE, line never quiet, torque off. No ID: all servos are concerned. */
 static void find_cause(struct robot *robot, struct motion_outcome *outcome)
 {
     const struct cds_servo_state *servo = cds_servos_find(&robot->servos, outcome->id);
@@ -136,9 +150,7 @@ static void find_cause(struct robot *robot, struct motion_outcome *outcome)
     if (servo->inhibits) {
         result = CDS_INHIBITED;
     } else if (servo->presence < CDS_PRESENCE_OFFLINE) {
-        if (cds_bus_line(robot->bus) != CDS_BUS_LINE_QUIET &&
-            robot->work.cycle.cycle.read.result !=
-                CDS_TIMEOUT) { // after a timeout the bus rests for a moment
+        if (robot->moves->unsent_periods >= UNSENT_PERIODS) {
             result = CDS_LINE_BUSY;
             outcome->id = CDS_NO_ID;
         } else if (outcome->result != CDS_INHIBITED) {
