@@ -52,12 +52,10 @@ static const CDS_FLASH char message_below_min[] =
     "nothing was written: MIN_VOLTAGE is %v, and MAX_VOLTAGE may not be below it";
 static const CDS_FLASH char message_several[] =
     "several servos answer at the same time on one wire, so their replies mix; 'scan' asks each";
-static const CDS_FLASH char message_late[] = "no reply by the deadline; check power, wiring, ID "
-                                             "and baud rate of the servo; replies that came "
-                                             "late so far: %u, see 'diagnose %u'";
+static const CDS_FLASH char message_late[] =
+    "%s; replies that came late so far: %u, see 'diagnose %u'";
 static const CDS_FLASH char message_stray[] =
-    "no reply by the deadline; check power, wiring, ID and baud rate of the servo; bytes "
-    "without a packet so far, of noise or echoes: %u, see 'diagnose %u'";
+    "%s; bytes without a packet so far, of noise or echoes: %u, see 'diagnose %u'";
 static const CDS_FLASH char message_damaged_there[] =
     "damaged bytes came from ID %u at %b, so it may be taken, or there is noise; nothing was "
     "written: 'diagnose %u'";
@@ -386,12 +384,13 @@ static const CDS_FLASH char *text_of_late(struct console *console)
 
     if (!servo)
         return text_of_scan(console);
-    values[0].number = servo->counters.stale_replies;
-    values[1].number = servo->id;
-    if (values[0].number)
+    values[0].text = error_text(CDS_TIMEOUT);
+    values[1].number = servo->counters.stale_replies;
+    values[2].number = servo->id;
+    if (values[1].number)
         return message_late;
-    values[0].number = stray_bytes(console);
-    return values[0].number ? message_stray : text_of_scan(console);
+    values[1].number = stray_bytes(console);
+    return values[1].number ? message_stray : text_of_scan(console);
 }
 
 /* The new ID or rate is not free, but no good reply came from there. */
@@ -443,8 +442,8 @@ static const CDS_FLASH char *text_of_pair(struct console *console)
 
     if (!command_set.has_room || console->line.error || !is_command(&console->line, set))
         return NULL;
-    console->printer.values[0].number = console->raw;
-    switch (console->index) {
+    console->printer.values[0].number = set_job(console)->bound;
+    switch (set_job(console)->bound_at) {
     case CDS_REG_CCW_ANGLE_LIMIT: return message_above_ccw;
     case CDS_REG_CW_ANGLE_LIMIT: return message_below_cw;
     case CDS_REG_MAX_VOLTAGE: return message_above_max;

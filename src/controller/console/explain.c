@@ -20,7 +20,6 @@
 static const CDS_FLASH char message_error[] = "error %u: ";
 static const CDS_FLASH char message_range[] = " is out of range: ";
 static const CDS_FLASH char message_to[] = " to ";
-static const CDS_FLASH char message_subject_end[] = ": ";
 static const CDS_FLASH char message_ms[] = "ms";
 static const CDS_FLASH char message_us[] = "us";
 static const CDS_FLASH char name_of_id[] = "ID";
@@ -374,7 +373,7 @@ static void print_unknown_name(struct console *console)
     for (uint8_t i = 0; i < PARSE_NAME_SIZE && name[i]; i++) // a long name has no zero at its end
         printer_char(printer, name[i]);
     printer_char(printer, '\'');
-    printer_flash(printer, message_subject_end);
+    printer_flash(printer, message_colon);
 }
 
 static void print_bound(struct printer *printer, uint8_t unit, uint16_t value, bool with_unit)
@@ -467,7 +466,7 @@ bool explain_error(struct console *console)
         return true;
     case PART_TEXT:
         if (has_subject && !has_range)
-            printer_flash(printer, message_subject_end);
+            printer_flash(printer, message_colon);
         if (has_range)
             printer_text(printer, message_range);
         else if (mistake)

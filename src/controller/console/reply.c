@@ -25,6 +25,12 @@ const CDS_FLASH char *const CDS_FLASH reply_conditions[] = {
     message_is_offline,
 };
 
+void reply_print_servo(struct printer *printer, uint8_t id)
+{
+    printer_flash(printer, message_servo_label);
+    printer_decimal(printer, id);
+}
+
 /* For each condition, the error whose remedy helps against it. */
 static const CDS_FLASH uint8_t reply_remedies[] = {
     ERROR_VOLTAGE, ERROR_SERVO_ANGLE,       ERROR_ALARM,   ERROR_SERVO_RANGE, ERROR_SERVO_CHECKSUM,

@@ -9,6 +9,10 @@
 #include "flash.h" // CDS_FLASH
 
 struct console;
+struct printer;
+
+/* Prints "servo 3". */
+void reply_print_servo(struct printer *printer, uint8_t id);
 
 /* Prints the next piece of the end; the printer must be ready. False when the reply is complete. */
 bool reply_piece(struct console *console);

@@ -206,8 +206,6 @@ static void end(struct command_line *line)
 
 /* ---- running the command ---- */
 
-static const CDS_FLASH char message_behind_servo[] = ": ";
-
 /* The list stands behind the packets of the command. */
 static uint8_t *kept_ids(const struct command_line *line)
 {
@@ -333,9 +331,8 @@ static void repeat_error(struct console *console, uint8_t error)
     struct printer *printer = &console->printer;
 
     if (!printer->within) {
-        printer_flash(printer, message_servo_label);
-        printer_decimal(printer, console->line.id);
-        printer_flash(printer, message_behind_servo);
+        reply_print_servo(printer, console->line.id);
+        printer_flash(printer, message_colon);
     }
     while (*text && *text != ';')
         printer_char(printer, *text++);

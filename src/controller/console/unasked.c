@@ -37,9 +37,6 @@ static const CDS_FLASH char message_has_no_torque[] =
     "'teach off %u' switches it on where the servo is";
 static const CDS_FLASH char message_autostart_failed[] =
     "the sequence of the autostart does not play: 'settings autostart' tells why";
-static const CDS_FLASH char message_torque_on[] = "on";
-static const CDS_FLASH char message_torque_off[] = "off";
-static const CDS_FLASH char message_torque_not_read[] = "unknown";
 static const CDS_FLASH char message_back_lost[] =
     "it lost its state: 'release %u', then 'teach off %u' holds it where it is, 'torque %u on' "
     "moves it to its goal";
@@ -240,9 +237,9 @@ static void say_back(struct console *console, struct cds_servo_state *servo)
     union printer_value *values = console->printer.values;
 
     values[0].number = values[3].number = values[4].number = values[5].number = servo->id;
-    values[1].text = servo->torque ? message_torque_on : message_torque_off;
+    values[1].text = servo->torque ? message_on : message_off;
     if (servo->status_return_level == 0)
-        values[1].text = message_torque_not_read;
+        values[1].text = message_torque_unknown;
     values[2].text = next_step(console, step_of_servo(servo));
     say_line(console, message_back);
     if (servo->inhibits & CDS_INHIBIT_STATE_LOST)

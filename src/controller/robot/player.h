@@ -16,7 +16,7 @@ struct player {
     struct cds_sequence sequence; // its result is CDS_PENDING while the player plays
     struct stored_joints joints;
     /* What reads a step in place of player_read_step(), or NULL; bit i of `too_fast`: step i was
-     * too fast. motion_words.c sets both for one start; sequences.c clears `read` after a stop. */
+     * too fast. fast_steps.c sets both for one start. */
     bool (*read)(void *context, uint8_t index, struct cds_sequence_step *step, uint16_t *pose);
     uint16_t too_fast;
     uint16_t poses[2 * ROBOT_SERVOS]; // of the sequence; or of a move, while no sequence plays

@@ -5,6 +5,7 @@
 #include "console/commands/monitor.h"
 #include "console/messages.h"
 #include "console/number_format.h"
+#include "console/reply.h"
 
 /* Sequences of ANSI X3.64 that every terminal obeys. */
 static const CDS_FLASH char csi[] = "\x1B[";
@@ -42,8 +43,7 @@ static void begin_row(struct printer *printer, struct monitor *monitor)
     }
     if (command_set.unasked)
         monitor->is_cleared = false;
-    printer_flash(printer, message_servo_label);
-    printer_decimal(printer, monitor->ids[monitor->index]);
+    reply_print_servo(printer, monitor->ids[monitor->index]);
     printer_char(printer, ':');
 }
 

@@ -3,13 +3,14 @@
  * 3, pose far: 263.930deg is out of range: 100deg to 200deg"; how it has ended; and what the errors
  * of a motion name. Only for chips with room for it. */
 #include <stddef.h>
-#include <string.h>
+#include <string.h> // memchr()
 
 #include "console/commands/shared.h"
 #include "console/commands/stored.h"
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
+#include "console/reply.h"
 #include "robot/angle_limits.h" // ANGLE_LIMITS_NO_JOINT
 #include "robot/moves.h"
 #include "robot/stored_group.h"
@@ -21,7 +22,6 @@ static const CDS_FLASH char message_in[] = " in ";
 static const CDS_FLASH char message_begins_in[] = "in ";
 static const CDS_FLASH char message_step[] = "step ";
 static const CDS_FLASH char message_pose[] = ", pose ";
-static const CDS_FLASH char message_colon[] = ": ";
 static const CDS_FLASH char message_goal_range[] = ": %a is out of range: %a to %a";
 static const CDS_FLASH char message_own_range[] =
     ": %a is out of range: %a to %a, CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT of the servo";
@@ -44,8 +44,6 @@ static const CDS_FLASH char message_end_by_stop[] =
     "ended on its way by a stop or a lost host link; 'status' shows both";
 static const CDS_FLASH char message_end_by_link[] =
     "ended on its way, as the host link was lost; 'clear' when it is back";
-static const CDS_FLASH char message_end_failed[] = "%serror %u: %s";
-static const CDS_FLASH char message_plain_speed[] = ", at %u%";
 static const CDS_FLASH char message_limited[] = ", at %u%: a servo can go no faster, so not at %u%";
 static const CDS_FLASH char message_voltage[] =
     "warning: since 'clear' servo %u has reported a supply outside of MIN_VOLTAGE to MAX_VOLTAGE: "
@@ -159,12 +157,6 @@ static void print_limits(struct console *console, const struct step_at *at, uint
     printer_line(printer, values == printer->values ? message_rests : message_goal_range);
 }
 
-static void print_servo(struct printer *printer, uint8_t id)
-{
-    printer_flash(printer, message_servo_label);
-    printer_decimal(printer, id);
-}
-
 static void print_cause_at(struct console *console, const struct motion_outcome *outcome,
                            const struct step_at *at)
 {
@@ -174,7 +166,7 @@ static void print_cause_at(struct console *console, const struct motion_outcome 
     if (id == CDS_NO_ID)
         print_step_at(printer, at); // the step itself
     else
-        print_servo(printer, id);
+        reply_print_servo(printer, id);
     if (outcome->result == MOTION_TOO_FAST) {
         printer_flash(printer, message_needs);
         printer_fixed(printer, (int32_t)outcome->shortest_ms, 0);
@@ -243,7 +235,7 @@ static bool print_autostart(struct console *console)
 
     switch (autostart->state) {
     case AUTOSTART_LIMITS:
-        print_servo(printer, outcome->id);
+        reply_print_servo(printer, outcome->id);
         printer_flash(printer, message_in);
         print_step_at(printer, &at);
         printer->values[0].number = goal_of(console, &at, outcome->id);
@@ -318,9 +310,7 @@ static const CDS_FLASH char *advise(struct console *console)
 /* Of a failure play.c prints a line. */
 static void print_end(struct console *console)
 {
-    uint8_t result = motion_outcome(console->robot)->result;
-
-    if (result != MOTION_NONE && result != ROBOT_STOPPED)
+    if (motion_outcome(console->robot)->result == CDS_OK)
         return;
     console->printer.values[0].text = text_of_end(console);
     printer_line(&console->printer, message_last_motion);
@@ -332,60 +322,9 @@ static const CDS_FLASH char *limit(struct console *console)
     const struct cds_motion *motion = &moves->motion;
 
     if (motion->is_ending || motion->override <= motion->plan.rate_most)
-        return message_plain_speed;
+        return message_at_percent;
     console->printer.values[5].number = moves->percent;
     return message_limited;
-}
-
-/* ---- all steps that are too fast ---- */
-
-/* `read` of the player after a start that has found a step too fast: the steps are tried again, and
- * those that are known to be too fast may take longer, so the motion finds the next one. Steps that
- * all were tried have no pose: the sequence ends as CDS_BAD_ARGUMENT and does not begin. */
-static bool read_tried_step(void *context, uint8_t index, struct cds_sequence_step *step,
-                            uint16_t *pose)
-{
-    struct player *player = context;
-
-    player->read = NULL; // it is for one start
-    if (!player_read_step(context, index, step, pose))
-        return false;
-    step->may_take_longer = player->too_fast >> index & 1;
-    if (!player->sequence.is_checking)
-        memset(pose, UINT8_MAX, player->sequence.config.motion->count * sizeof *pose);
-    return true;
-}
-
-static void begin(struct console *console)
-{
-    struct player *player = &console->robot->moves->player;
-
-    player->too_fast = ((struct play_job *)console_job(console))->too_fast;
-    player->read = player->too_fast ? read_tried_step : NULL;
-}
-
-static bool tries_again(struct console *console)
-{
-    struct moves *moves = console->robot->moves;
-    struct motion_outcome outcome = moves->start.outcome;
-    struct play_job *job = console_job(console);
-    uint16_t bit = (uint16_t)(1u << (outcome.step & 0x0F));
-
-    moves->player.read = NULL; // the start may have ended before it read a step
-    if (!moves->start.is_sequence || (job->too_fast == 0 && outcome.result != MOTION_TOO_FAST))
-        return false;
-    if (outcome.result == MOTION_TOO_FAST && !(job->too_fast & bit)) {
-        print_cause(console, &outcome);
-        if (job->too_fast == 0)
-            job->first = outcome;
-        job->too_fast |= bit;
-        return true;
-    }
-    if (moves->outcome.result != CDS_PENDING) // else the PC has started another motion
-        moves_note_outcome(console->robot, &job->first);
-    console->robot->servos.refused_id = job->first.id;
-    console->error = ERROR_TOO_FAST;
-    return false;
 }
 
 static void warn(struct console *console)
@@ -421,8 +360,8 @@ const CDS_FLASH struct command_motion_words motion_words = {
     .advise = advise,
     .end = print_end,
     .limit = limit,
-    .begin = begin,
-    .tries_again = tries_again,
+    .begin = fast_steps_begin,
+    .tries_again = fast_steps_try_again,
     .warn = warn,
     .has_poses = has_poses,
     .group = print_group,

@@ -19,9 +19,7 @@ static const CDS_FLASH char message_move[] = "a move%s";
 static const CDS_FLASH char message_plays[] = ": step %u of %u, run %u%s";
 static const CDS_FLASH char message_motion[] = "motion: ";
 static const CDS_FLASH char message_last[] = "last ";
-static const CDS_FLASH char message_failed[] = "%serror %u: %s";
 static const CDS_FLASH char message_paused[] = ", paused";
-static const CDS_FLASH char message_speed[] = ", at %u%";
 
 /* Known when the firmware is linked: on a chip without room for motions their code is dropped. */
 #define HAS_MOTIONS (command_set.moves != NULL)
@@ -116,7 +114,7 @@ static void print_failure(struct console *console)
     }
     (++values)->number = error;
     (++values)->text = command_set.noise ? motion_line_text(console, error) : error_text(error);
-    printer_line(&console->printer, message_failed);
+    printer_line(&console->printer, message_end_failed);
 }
 
 /* ---- pause, resume, motion ---- */
@@ -205,7 +203,7 @@ static void print_motion(struct console *console)
         printer->values[1].number =
             motion_store_number(console_store(), MOTION_STORE_SEQUENCE, player->place);
         printer->values[2].number = (uint16_t)(player->sequence.run + 1);
-        printer->values[3].text = moves->is_paused ? message_paused : message_speed;
+        printer->values[3].text = moves->is_paused ? message_paused : message_at_percent;
         printer->values[4].number = percent_of_step(&moves->motion);
         if (command_set.motion_words && !moves->is_paused)
             printer->values[3].text = command_set.motion_words->limit(console);

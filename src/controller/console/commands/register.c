@@ -8,6 +8,7 @@
 #include "console/commands/shared.h"
 #include "console/messages.h"
 #include "console/number_format.h"
+#include "console/reply.h"
 
 static const CDS_FLASH char message_in_eeprom[] = " EEPROM";
 static const CDS_FLASH char message_in_ram[] = " RAM";
@@ -125,21 +126,24 @@ static uint8_t pair_of(uint8_t address)
     }
 }
 
-/* True if the value contradicts the register that bounds it, as the servo was read. Stores the
- * address of this register in console->index and its value in console->raw, for advice.c. */
-static bool is_contradicted(struct console *console)
+/* True if the value contradicts the register that bounds it, as the servo was read. Stores this
+ * register in the job, for advice.c. */
+static bool note_contradiction(struct console *console)
 {
+    struct set_job *job = set_job(console);
     uint8_t address = console->line.address, other = pair_of(address);
     uint8_t width = is_angle_limit(address) ? 2 : 1;
     const uint8_t *bytes = console->line.request->reply;
-    uint16_t value = register_raw_at(set_job(console)->data, width);
+    uint16_t value = register_raw_at(job->data, width);
     uint16_t bound = register_raw_at(bytes + (other - CDS_REG_CW_ANGLE_LIMIT), width);
 
     if (width == 2 && (value == 0 || bound == 0))
         return false; // the mode changes, in two steps
-    console->index = other;
-    console->raw = bound;
-    return other > address ? value > bound : value < bound;
+    if (other > address ? value <= bound : value >= bound)
+        return false;
+    job->bound_at = other;
+    job->bound = bound;
+    return true;
 }
 
 static uint8_t set_begin(struct console *console)
@@ -179,7 +183,7 @@ static uint8_t set_limit(struct console *console)
     }
     changes_mode =
         (other[0] | other[1]) == 0 && ((own[0] | own[1]) == 0) != ((data[0] | data[1]) == 0);
-    if (is_contradicted(console))
+    if (note_contradiction(console))
         return ERROR_OUT_OF_RANGE; // advice.c names the other register
     if (is_angle && bytes[LOOK_SIZE - 1] && changes_mode)
         return ERROR_ENDLESS;
@@ -238,10 +242,8 @@ ALWAYS_INLINE void print_servo_of_list(struct console *console)
 {
     if (!command_set.lists || !console->line.is_repeated || console->index == 0)
         return;
-    printer_flash(&console->printer, message_servo_label);
-    printer_decimal(&console->printer, console->line.id);
-    printer_char(&console->printer, ':');
-    printer_char(&console->printer, ' ');
+    reply_print_servo(&console->printer, console->line.id);
+    printer_flash(&console->printer, message_colon);
 }
 
 /* "0x1E GOAL_POSITION = 150.147deg (512) RAM" */

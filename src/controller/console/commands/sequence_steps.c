@@ -13,7 +13,6 @@ static const CDS_FLASH char message_only_step[] =
     "the only step: 'sequence delete NAME' deletes it";
 
 static const CDS_FLASH char message_step_gone[] = "its pose is deleted";
-static const CDS_FLASH char message_behind_number[] = ": ";
 
 enum edit { EDIT_SET = 1, EDIT_INSERT };
 
@@ -143,7 +142,7 @@ static bool show_steps_poll(struct console *console)
         !motion_store_read_step(console_store(), console->index, console->part, &step))
         return false;
     printer_decimal(printer, ++console->part);
-    printer_flash(printer, message_behind_number);
+    printer_flash(printer, message_colon);
     if (motion_store_read_name(console_store(), MOTION_STORE_POSE,
                                motion_store_pose_of(console_store(), step.pose), pose))
         sequence_print_way(printer, pose, &step);

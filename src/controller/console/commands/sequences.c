@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* sequence: sequences of stored poses. */
 #include "console/commands/command_groups.h"
+#include "console/commands/shared.h"
 #include "console/commands/stored.h"
 #include "console/console.h"
 #include "console/errors.h"
@@ -247,7 +248,7 @@ void sequence_end(struct console *console)
     const CDS_FLASH struct command *command = console->line.command;
 
     if (command_set.motion_words) // after a Ctrl-X amid `play`
-        console->robot->moves->player.read = NULL;
+        fast_steps_end(console->robot);
     if (console->error == ERROR_INPUT_LOST) // of a `new`, perhaps
         console->new_is_refused = true;
     else if (command && is_of_group(command) &&

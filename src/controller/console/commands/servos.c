@@ -18,14 +18,11 @@ static const CDS_FLASH char message_presence_rate[] = "not at the rate of the bu
 static const CDS_FLASH char message_presence_at[] = "not at the rate of the bus but at %b";
 static const CDS_FLASH char message_presence_id_twice[] =
     "returned, replies damaged as if two servos had this ID ('diagnose ID')";
-static const CDS_FLASH char message_torque_unknown[] = "unknown";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", latched alarms: %s";
 static const CDS_FLASH char message_presence[] = "servo %u: %s, torque %s";
 static const CDS_FLASH char message_angle_limits[] = ", limits %a to %a";
 static const CDS_FLASH char message_all_limits[] = ", limits %a to %a and %r";
-static const CDS_FLASH char message_on[] = "on";
-static const CDS_FLASH char message_off[] = "off";
 static const CDS_FLASH char message_lost[] = ", inhibited: lost its state";
 static const CDS_FLASH char message_stopped[] = ", inhibited: stopped";
 static const CDS_FLASH char message_stopped_by_link[] = ", inhibited: host link lost";

@@ -11,7 +11,7 @@
 #include "console/console.h"    // struct console, console_job()
 #include "robot/motion_start.h" // struct motion_outcome
 
-_Static_assert(sizeof(struct cds_setup) + 12 <= CONSOLE_JOB_SIZE, "the job must fit");
+_Static_assert(sizeof(struct cds_setup) + 16 <= CONSOLE_JOB_SIZE, "the job must fit");
 
 /* The job of a command that may start the cycle. */
 struct move_job {
@@ -103,6 +103,12 @@ struct play_job {
 
 _Static_assert(sizeof(struct play_job) <= CONSOLE_JOB_SIZE, "the job must fit");
 
+/* In fast_steps.c: before and after each start of `play`, as `begin` and `tries_again` of struct
+ * command_motion_words; and the end of such a start, by a stop also before it has read a step. */
+void fast_steps_begin(struct console *console);
+bool fast_steps_try_again(struct console *console);
+void fast_steps_end(struct robot *robot);
+
 /* In motion_words.c: motion_words of struct command_set. */
 extern const CDS_FLASH struct command_motion_words motion_words;
 
@@ -114,6 +120,8 @@ struct set_job {
     struct cds_setup setup;
     uint8_t data[4];   // what servo_write() writes
     uint8_t limits[4]; // of `turn`: the angle limits that the servo had
+    uint8_t bound_at;  // of `set`: address of the register that the value contradicts, or 0
+    uint16_t bound;    // its value
 };
 
 static inline struct set_job *set_job(struct console *console)
