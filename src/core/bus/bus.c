@@ -171,32 +171,6 @@ NOINLINE enum cds_result cds_bus_submit_prechecked(struct cds_bus *bus, struct c
     return result;
 }
 
-struct cds_request *cds_bus_take_back(struct cds_bus *bus)
-{
-    struct cds_request *request = bus->request;
-
-    if (bus->state != CDS_BUS_WAITING_FOR_LINE)
-        return NULL;
-    bus->request = NULL;
-    bus->state = CDS_BUS_IDLE;
-    return request;
-}
-
-enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
-{
-    const struct cds_bus_hooks *hooks = bus->hooks;
-
-    if (bus->request != request || !request)
-        return request && hooks && hooks->cancel(hooks->context, request) ? CDS_OK
-                                                                          : CDS_BAD_ARGUMENT;
-    if (!cds_bus_take_back(bus))
-        return CDS_BUSY;
-    request->result = CDS_CANCELLED;
-    if (hooks)
-        hooks->request_ended(hooks->context, request, CDS_CANCELLED);
-    return CDS_OK;
-}
-
 /* Forgets the part of the reply that was received. */
 static NOCLONE void forget_reply(struct cds_request *request)
 {
