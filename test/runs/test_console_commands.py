@@ -447,12 +447,13 @@ class Scripts(unittest.TestCase):
         def refused(line, why):
             return f"! {line}\n" + text(f"error 33: servo 1: nothing was written: {why}")
 
-        self.run_on("arduino-mega", refused("set 1 MIN_VOLTAGE 16.1V", "MAX_VOLTAGE is 16V, and MIN_VOLTAGE may not be above it")
-                    + refused("set 1 MAX_VOLTAGE 5.9V", "MIN_VOLTAGE is 6V") + servo("1 MIN_VOLTAGE 60") + servo("1 MAX_VOLTAGE 160")
-                    + "set 1 MAX_VOLTAGE 12V\nset 1 MIN_VOLTAGE 12V\nset 1 CCW_ANGLE_LIMIT 200\n"
-                    + refused("set 1 CW_ANGLE_LIMIT 201", "CCW_ANGLE_LIMIT is 200deg") + "set 1 CW_ANGLE_LIMIT 100\n"
-                    + refused("set 1 CCW_ANGLE_LIMIT 99", "CW_ANGLE_LIMIT is 100deg, and CCW_ANGLE_LIMIT may not be below it")
-                    + "set 1 CCW_ANGLE_LIMIT 0\nset 1 CW_ANGLE_LIMIT 0\nset 1 CW_ANGLE_LIMIT 50\nset 1 CCW_ANGLE_LIMIT 300\n")
+        for board in ("atmega128", "arduino-mega"):
+            self.run_on(board, refused("set 1 MIN_VOLTAGE 16.1V", "MAX_VOLTAGE is 16V, and MIN_VOLTAGE may not be above it")
+                        + refused("set 1 MAX_VOLTAGE 5.9V", "MIN_VOLTAGE is 6V") + servo("1 MIN_VOLTAGE 60") + servo("1 MAX_VOLTAGE 160")
+                        + "set 1 MAX_VOLTAGE 12V\nset 1 MIN_VOLTAGE 12V\nset 1 CCW_ANGLE_LIMIT 200\n"
+                        + refused("set 1 CW_ANGLE_LIMIT 201", "CCW_ANGLE_LIMIT is 200deg") + "set 1 CW_ANGLE_LIMIT 100\n"
+                        + refused("set 1 CCW_ANGLE_LIMIT 99", "CW_ANGLE_LIMIT is 100deg, and CCW_ANGLE_LIMIT may not be below it")
+                        + "set 1 CCW_ANGLE_LIMIT 0\nset 1 CW_ANGLE_LIMIT 0\nset 1 CW_ANGLE_LIMIT 50\nset 1 CCW_ANGLE_LIMIT 300\n")
 
     def test_profile_console_knows_no_torque_on_a_line_held_low(self):
         self.run_on("arbotix", "torque 1 on\n@fault stuck low 3000\n@wait 1500\nservos\n" + text("servo 1: line held low, torque unknown")
@@ -547,9 +548,21 @@ class Scripts(unittest.TestCase):
 
     def test_limit_0_that_begins_an_endless_turn_is_refused(self):
         told = text("error 47: servo 1: with both limits 0 it would turn at once")
-        self.run_on("arduino-mega", "scan\ntorque 1 on\nmove 1 150 10rpm\n@wait 500\n! set 1 CCW_ANGLE_LIMIT 0\n" + told + "@wait 300\n" + servo("1 CCW_ANGLE_LIMIT 1023")
-                    + servo("1 PRESENT_SPEED 0") + "set 1 CW_ANGLE_LIMIT 10\nset 1 CCW_ANGLE_LIMIT 0\n! set 1 CW_ANGLE_LIMIT 0\n" + told
-                    + servo("1 CW_ANGLE_LIMIT 34") + "torque 1 off\nset 1 CW_ANGLE_LIMIT 0\n" + servo("1 CW_ANGLE_LIMIT 0"))
+        for board in ("atmega128", "arduino-mega"):
+            self.run_on(board, "scan\ntorque 1 on\nmove 1 150 10rpm\n@wait 500\n! set 1 CCW_ANGLE_LIMIT 0\n" + told + "@wait 300\n" + servo("1 CCW_ANGLE_LIMIT 1023")
+                        + servo("1 PRESENT_SPEED 0") + "set 1 CW_ANGLE_LIMIT 10\nset 1 CCW_ANGLE_LIMIT 0\n! set 1 CW_ANGLE_LIMIT 0\n" + told
+                        + servo("1 CW_ANGLE_LIMIT 34") + "torque 1 off\nset 1 CW_ANGLE_LIMIT 0\n" + servo("1 CW_ANGLE_LIMIT 0"))
+
+    def test_servos_tells_no_torque_that_was_not_read(self):
+        for board in ("atmega128", "arduino-mega"):
+            run = controller("torque 1 on\nset 1 RETURN_DELAY 20us\nservos\n" + text("servo 1: online, torque unknown")
+                             + "scan\n@wait 1500\nservos\n" + text("servo 1: online, torque on"), board, "1-3")
+            self.assertEqual(run.status, 0, run.output[-2000:])
+
+    def test_absent_servo_does_not_make_the_line_unquiet(self):
+        looks = "".join(f"servos\n@wait {ms}\n" for ms in range(37, 157, 3))
+        run = self.run_on("atmega128", "scan\ngroup 1 9\n" + looks)
+        self.assertEqual(run.output.count("servo 1: online, torque off\n"), 40, run.output[-2000:])
 
     def test_limits_without_a_speed_are_shown_without_one(self):
         run = self.run_on("atmega128", "scan\n@wait 1500\nlimits 2 60 240\nservos\n")

@@ -440,7 +440,7 @@ static const CDS_FLASH char *text_of_pair(struct console *console)
 {
     static const CDS_FLASH char set[] = "set";
 
-    if (!command_set.has_room || console->line.error || !is_command(&console->line, set))
+    if (console->line.error || !is_command(&console->line, set))
         return NULL;
     console->printer.values[0].number = set_job(console)->bound;
     switch (set_job(console)->bound_at) {

@@ -257,8 +257,8 @@ static const CDS_FLASH struct command group_rows[] = {
         .usage = FLASH_TEXT("group [ID... [sync|action]]"),
         .what = FLASH_TEXT("servos of pose and cycle"),
         .details = COMMAND_DETAILS(
-            "sync (default): one SYNC WRITE, no replies. action: each servo confirms a REG WRITE, "
-            "then one ACTION starts all; if a servo fails, none starts"),
+            "sync (default): one SYNC WRITE, no replies. action: REG WRITE to each, one "
+            "ACTION; if a servo fails, none starts"),
         .example = COMMAND_DETAILS("group 1 2 3 action"),
         .begin = group_begin,
         .poll = group_poll,

@@ -117,13 +117,11 @@ static bool is_angle_limit(uint8_t address)
  */
 static uint8_t pair_of(uint8_t address)
 {
-    switch (address) {
-    case CDS_REG_CW_ANGLE_LIMIT: return CDS_REG_CCW_ANGLE_LIMIT;
-    case CDS_REG_CCW_ANGLE_LIMIT: return CDS_REG_CW_ANGLE_LIMIT;
-    case CDS_REG_MIN_VOLTAGE: return CDS_REG_MAX_VOLTAGE;
-    case CDS_REG_MAX_VOLTAGE: return CDS_REG_MIN_VOLTAGE;
-    default: return 0;
-    }
+    if (is_angle_limit(address))
+        return (uint8_t)(CDS_REG_CW_ANGLE_LIMIT + CDS_REG_CCW_ANGLE_LIMIT - address);
+    if (address == CDS_REG_MIN_VOLTAGE || address == CDS_REG_MAX_VOLTAGE)
+        return (uint8_t)(CDS_REG_MIN_VOLTAGE + CDS_REG_MAX_VOLTAGE - address);
+    return 0;
 }
 
 /* True if the value contradicts the register that bounds it, as the servo was read. Stores this
@@ -156,7 +154,7 @@ static uint8_t set_begin(struct console *console)
         return error;
     if (is_angle_limit(at.address) && (data[0] | data[1]) && turns(console))
         return ERROR_ENDLESS;
-    if (command_set.has_room && pair_of(at.address)) {
+    if (command_set.advise && pair_of(at.address)) {
         console->line.address = at.address;
         console->phase = LOOKS;
         return servo_read(console, CDS_REG_CW_ANGLE_LIMIT, LOOK_SIZE);
@@ -226,7 +224,7 @@ static bool set_poll(struct console *console)
         return setup_poll(console);
     if (console_waits(console))
         return true;
-    return command_set.has_room && console_answered(console) && set_goes_on(console);
+    return command_set.advise && console_answered(console) && set_goes_on(console);
 }
 
 /* ---- info ---- */
@@ -281,9 +279,9 @@ static const CDS_FLASH struct command register_rows[] = {
         .usage = FLASH_TEXT("set ID REG VALUE"),
         .what = FLASH_TEXT("set a register"),
         .details =
-            COMMAND_DETAILS("VALUE in the unit that get shows, another of its kind (mdeg, mV, ms), "
+            COMMAND_DETAILS("VALUE in the unit that get shows, another of its kind (mdeg, mV), "
                             "or raw. ID and BAUD_RATE: use id and baud. EEPROM is written if "
-                            "it differs; STATUS_RETURN_LEVEL always"),
+                            "it differs"),
         .example = COMMAND_DETAILS("set 1 MIN_VOLTAGE 6.5V"),
         .begin = set_begin,
         .poll = set_poll,

@@ -89,7 +89,8 @@ ALWAYS_INLINE void print_presence(struct console *console, const struct cds_serv
     union printer_value *value = printer->values;
     const CDS_FLASH char *presence = presences[servo->presence];
     bool is_unknown =
-        servo->presence != CDS_PRESENCE_ONLINE || servo->status_return_level == 0; // no READ
+        servo->presence != CDS_PRESENCE_ONLINE || servo->status_return_level == 0 || // no READ
+        !(servo->torque || console->robot->chosen); // the state check reads no servo yet
 
     if (command_set.advise && servo->presence == CDS_PRESENCE_RETURNED &&
         servo->counters.corrupt >= MANY_DAMAGED)
@@ -175,6 +176,13 @@ static bool part_by_id(struct console *console)
     return servo_from(console->robot, console->index);
 }
 
+/* True for up to 255 polls while the line is not quiet: for a moment it is not after each reply
+ * that fails, as of a servo that is absent. */
+static bool awaits_quiet(struct console *console)
+{
+    return cds_bus_line(console->bus) == CDS_BUS_LINE_SUSPECT && ++console->phase;
+}
+
 bool servos_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
@@ -186,6 +194,8 @@ bool servos_poll(struct console *console)
                      command_set.explain ? message_scan_finds : message_no_servo);
         return false;
     }
+    if (*part == PART_STATE && awaits_quiet(console))
+        return true;
     if (command_set.advise)
         return part_by_id(console);
     servo_part(console, &robot->states[*index], (*part)++);
