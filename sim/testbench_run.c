@@ -60,6 +60,9 @@ bool testbench_run(struct testbench *bench)
     bool crashed = false;
     testbench_print_client(bench); // from here on a signal ends the run cleanly
     bench->ran = true;
+    if (ferror(stdout)) { // full: nobody would see where to connect
+        return true;      // files_flush_stdout() tells it
+    }
     if (options->bus) {
         run_adapter(bench);
     } else {
@@ -162,7 +165,8 @@ void testbench_report(struct testbench *bench, FILE *out)
         fprintf(out, "script:  %u lines done\n", bench->script.next);
     }
     rules_report(&bench->rules, out);
-    if (bench->rules.breaches[RULE_EXPECTATION] && !bench->options->bus) {
+    bool wrong_line = bench->options->script && !bench->script.unmet;
+    if (bench->rules.breaches[RULE_EXPECTATION] && !bench->options->bus && !wrong_line) {
         report_hints(bench, out);
     }
 }

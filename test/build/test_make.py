@@ -266,7 +266,7 @@ class Make(unittest.TestCase):
             self.assertEqual(self.make("poke", "DO=print a 'b' \\ *"), (0, "a 'b' \\ *\nok\n"))
             status, output = self.make("poke", "DO=load 7 300")
             self.assertNotEqual(status, 0)
-            self.assertIn("error: there is no servo 7\n", output)
+            self.assertIn("error: there is no servo 7; there: 1\n", output)
 
 
 class BoardCheck(unittest.TestCase):

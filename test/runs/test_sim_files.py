@@ -103,6 +103,13 @@ class Input(Folder):
 class FullDisk(Folder):
     OUTPUTS = ["--transcript", "--vcd", "--csv", "--times"]
 
+    def test_live_run_ends_at_once_if_nobody_can_read_where_to_connect(self):
+        for options in [*FIRMWARE, "--host", "pty"], [*BUS, "--pty"]:
+            with open("/dev/full", "w", encoding="ascii") as full:
+                done = subprocess.run([SIM, *options], stdout=full, stderr=subprocess.PIPE, text=True, timeout=20, check=False)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn("stdout: not everything could be written", done.stderr)
+
     def test_stdout_on_full_disk_fails(self):
         for command in [[*FIRMWARE, "--script", self.script], [*BUS, "--seconds", "0.01"],
                         ["--help"], [*FIRMWARE, "--host", "stdout", "--seconds", "0.01"]]:
