@@ -77,11 +77,20 @@ static void note_pause(struct testbench_bus *bus, uint64_t start)
     bus->latest_packet = start;
 }
 
+static void note_absent(struct testbench_bus *bus, const struct transcript *transcript)
+{
+    uint8_t id = transcript->bytes[2]; // behind the two bytes of the header
+    if (transcript->good && id < IDS_MAX && !servos_have(&bus->servos, id)) {
+        bus->unheard[id]++;
+    }
+}
+
 static void line_recorded(void *context, const struct transcript *transcript)
 {
     struct testbench_bus *bus = context;
     if (transcript->packet_from_controller) {
         note_pause(bus, transcript->start);
+        note_absent(bus, transcript);
     }
     if (!transcript->good) {
         plot_mark(&bus->bench->plot, bus->index, PLOT_DAMAGED, transcript->start);

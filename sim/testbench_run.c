@@ -7,7 +7,8 @@
 
 #include "output/files.h"
 
-#define PAUSE_MS 8 // two periods of the cycle of a robot object
+#define PAUSE_MS    8  // two periods of the cycle of a robot object
+#define UNHEARD_MIN 20 // packets
 
 /* --- run --- */
 
@@ -136,6 +137,22 @@ static void report_hints(const struct testbench *bench, FILE *out)
     }
 }
 
+/* A program that works for itself asks for a servo again and again; a scan asks a few times. */
+static void report_absent_servos(const struct testbench_bus *bus, FILE *out)
+{
+    char list[64];
+    bool absent[IDS_MAX] = {false};
+    for (unsigned id = 0; id < IDS_MAX; id++) {
+        absent[id] = bus->unheard[id] >= UNHEARD_MIN;
+    }
+    if (memchr(absent, true, sizeof(absent))) {
+        fprintf(out,
+                "hint:    %sthe firmware asks for servos that are not there: %s; add them to "
+                "SERVOS= of make, or to --servos\n",
+                bus->where, ids_print(absent, list, sizeof(list)));
+    }
+}
+
 void testbench_report(struct testbench *bench, FILE *out)
 {
     fprintf(out, "time:    %.6f s simulated%s\n", (double)bench->end / bench->clock_Hz,
@@ -165,6 +182,11 @@ void testbench_report(struct testbench *bench, FILE *out)
         fprintf(out, "script:  %u lines done\n", bench->script.next);
     }
     rules_report(&bench->rules, out);
+    bool works_for_itself = bench->options->host == TESTBENCH_HOST_NONE ||
+                            bench->options->host == TESTBENCH_HOST_STDOUT;
+    for (unsigned i = 0; i < bench->bus_count && works_for_itself; i++) {
+        report_absent_servos(&bench->bus[i], out);
+    }
     bool wrong_line = bench->options->script && !bench->script.unmet;
     if (bench->rules.breaches[RULE_EXPECTATION] && !bench->options->bus && !wrong_line) {
         report_hints(bench, out);
