@@ -220,7 +220,8 @@ static bool open_instruments(struct testbench *bench)
         return false;
     }
     if (options->follow) {
-        live_view_init(&bench->live_view, stderr, &bench->schedule, clock_Hz);
+        live_view_init(&bench->live_view, stderr, &bench->schedule, clock_Hz,
+                       &bench->rules.line_is_open);
     }
     if (!options->bus) {
         bench->handler_signal = vcd_signal(&bench->vcd, "cpu_handler_vector", 8);

@@ -152,6 +152,10 @@ static enum poke_result print_answer(FILE *answer)
     char line[POKE_LINE_SIZE];
     bool good = false;
     bool failed = false;
+    if (isatty(STDOUT_FILENO)) {
+        fputs("\033[J", stdout); // the live table of a run may stand below the cursor
+        fflush(stdout);
+    }
     while (fgets(line, sizeof(line), answer)) {
         good = strcmp(line, "ok\n") == 0;
         failed = strncmp(line, error, strlen(error)) == 0;
