@@ -70,7 +70,8 @@ bool poke_socket_open(struct poke_socket *poke, const char *path)
                 in_use
                     ? "another simulator listens there, or it is a file: end that simulator with "
                       "Ctrl-C in its terminal, run another board, or name another socket"
-                    : strerror(errno));
+                : errno == ENOENT ? "its folder does not exist: make it, or name another socket"
+                                  : strerror(errno));
         if (file >= 0) {
             close(file);
         }

@@ -244,7 +244,7 @@ class Socket(Poke):
     def test_path_that_cannot_be_a_socket_is_refused(self):
         self.path = self.path / "x" / "y"
         done = self.run_simulator(*FIRMWARE)
-        self.assertEqual(done.stderr, f"--poke {self.path}: No such file or directory\n")
+        self.assertEqual(done.stderr, f"--poke {self.path}: its folder does not exist: make it, or name another socket\n")
         self.path = "x" * 200
         self.assertIn("File name too long", self.run_simulator(*FIRMWARE).stderr)
 

@@ -128,6 +128,12 @@ class FullDisk(Folder):
             self.assertEqual(done.returncode, 2, option)
             self.assertIn("/dev/full: ", done.stderr)
 
+    def test_output_in_a_missing_folder_names_the_remedy(self):
+        for option in [*self.OUTPUTS, "--plot", "--state"]:
+            done = self.firmware(option, "/no/such/x")
+            self.assertEqual(done.returncode, 2, option)
+            self.assertEqual(done.stderr, "/no/such/x: No such file or directory; make its folder first, or name another folder\n")
+
     def bus_script(self):
         script = self.folder / "bus"
         script.write_text("@send FF FF 01 02 01 FB\n@wait 20\n")
@@ -458,7 +464,7 @@ class Eeprom(Folder):
     def test_eeprom_in_a_missing_folder_is_refused_at_start(self):
         done = self.firmware("--eeprom", self.folder / "missing/eeprom")
         self.assertEqual((done.returncode, done.stdout), (2, ""))
-        self.assertRegex(done.stderr, r"\A\S*/missing/eeprom: No such file or directory\n\Z")
+        self.assertRegex(done.stderr, r"\A\S*/missing/eeprom: No such file or directory; make its folder first, or name another folder\n\Z")
 
 
 class State(Folder):
