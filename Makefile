@@ -129,4 +129,8 @@ include $(PARTS)
 clean:
 	$(Q)find build -mindepth 1 -maxdepth 1 ! -name unity -exec rm -rf {} + 2>/dev/null || true
 
+# What no rule makes: a target that does not exist, or a file that another rule needs.
+.DEFAULT:
+	@echo "there is no $(if $(filter $@,$(MAKECMDGOALS)),target '$@'; 'make help' lists the targets,file '$@', and no rule makes it)" >&2; exit 1
+
 -include $(shell find build -name '*.d' 2>/dev/null)

@@ -82,6 +82,10 @@ ifeq ($(filter board client,$(HOST_BAUD)),)
 $(error HOST_BAUD=$(HOST_BAUD) is not known: board is the rate of the board, client that of the terminal)
 endif
 
+ifneq ($(filter-out 0 1,$(FOLLOW)),)
+$(error FOLLOW=$(FOLLOW) is not known: FOLLOW=1 shows the live table)
+endif
+
 # The command of make poke for a simulator that make run has started.
 POKE = make poke$(if $(BOARD_DIR), BOARD_DIR=$(BOARD_DIR),$(if $(filter-out atmega128,$(BOARD)), BOARD=$(BOARD)))
 

@@ -77,11 +77,20 @@ static void note_pause(struct testbench_bus *bus, uint64_t start)
     bus->latest_packet = start;
 }
 
+static void note_absent(struct testbench_bus *bus, const struct transcript *transcript)
+{
+    uint8_t id = transcript->bytes[2]; // behind the two bytes of the header
+    if (transcript->good && id < IDS_MAX && !servos_have(&bus->servos, id)) {
+        bus->unheard[id]++;
+    }
+}
+
 static void line_recorded(void *context, const struct transcript *transcript)
 {
     struct testbench_bus *bus = context;
     if (transcript->packet_from_controller) {
         note_pause(bus, transcript->start);
+        note_absent(bus, transcript);
     }
     if (!transcript->good) {
         plot_mark(&bus->bench->plot, bus->index, PLOT_DAMAGED, transcript->start);
@@ -211,7 +220,8 @@ static bool open_instruments(struct testbench *bench)
         return false;
     }
     if (options->follow) {
-        live_view_init(&bench->live_view, stderr, &bench->schedule, clock_Hz);
+        live_view_init(&bench->live_view, stderr, &bench->schedule, clock_Hz,
+                       &bench->rules.line_is_open);
     }
     if (!options->bus) {
         bench->handler_signal = vcd_signal(&bench->vcd, "cpu_handler_vector", 8);

@@ -114,8 +114,9 @@ struct testbench_bus {
     struct servo_eeprom eeprom;
     struct faults faults;
     struct transcript transcript;
-    uint64_t latest_packet; // of the controller: its begin; 0: none
-    uint64_t longest_pause; // from one of these begins to the next
+    uint64_t latest_packet;    // of the controller: its begin; 0: none
+    uint64_t longest_pause;    // from one of these begins to the next
+    uint32_t unheard[IDS_MAX]; // packets of the controller for an ID that no servo has
     struct bus_trace trace;
 };
 

@@ -38,8 +38,11 @@ static void print_notes(struct testbench *bench)
         for (unsigned i = 0; i < servos->count; i++) {
             const struct servo_node *node = &servos->node[i];
             place++;
-            if (!node->servo.powered && line->property != ENVIRONMENT_POWER &&
-                (place == line->place || line->all || line->ids[node->id])) {
+            bool named = place == line->place || line->all || line->ids[node->id];
+            if (!node->servo.powered && named && environment_is_dead(node)) {
+                fprintf(out, "servo %u is off below 3 V: 'supply %u 12' starts it\n", node->id,
+                        node->id);
+            } else if (!node->servo.powered && line->property != ENVIRONMENT_POWER && named) {
                 fprintf(out, "servo %u is off: switch it on with 'power %u on'\n", node->id,
                         node->id);
             }

@@ -7,7 +7,8 @@
 
 #include "output/files.h"
 
-#define PAUSE_MS 8 // two periods of the cycle of a robot object
+#define PAUSE_MS    8  // two periods of the cycle of a robot object
+#define UNHEARD_MIN 20 // packets
 
 /* --- run --- */
 
@@ -60,6 +61,9 @@ bool testbench_run(struct testbench *bench)
     bool crashed = false;
     testbench_print_client(bench); // from here on a signal ends the run cleanly
     bench->ran = true;
+    if (ferror(stdout)) { // full: nobody would see where to connect
+        return true;      // files_flush_stdout() tells it
+    }
     if (options->bus) {
         run_adapter(bench);
     } else {
@@ -133,6 +137,22 @@ static void report_hints(const struct testbench *bench, FILE *out)
     }
 }
 
+/* A program that works for itself asks for a servo again and again; a scan asks a few times. */
+static void report_absent_servos(const struct testbench_bus *bus, FILE *out)
+{
+    char list[64];
+    bool absent[IDS_MAX] = {false};
+    for (unsigned id = 0; id < IDS_MAX; id++) {
+        absent[id] = bus->unheard[id] >= UNHEARD_MIN;
+    }
+    if (memchr(absent, true, sizeof(absent))) {
+        fprintf(out,
+                "hint:    %sthe firmware asks for servos that are not there: %s; add them to "
+                "SERVOS= of make, or to --servos\n",
+                bus->where, ids_print(absent, list, sizeof(list)));
+    }
+}
+
 void testbench_report(struct testbench *bench, FILE *out)
 {
     fprintf(out, "time:    %.6f s simulated%s\n", (double)bench->end / bench->clock_Hz,
@@ -162,7 +182,13 @@ void testbench_report(struct testbench *bench, FILE *out)
         fprintf(out, "script:  %u lines done\n", bench->script.next);
     }
     rules_report(&bench->rules, out);
-    if (bench->rules.breaches[RULE_EXPECTATION] && !bench->options->bus) {
+    bool works_for_itself = bench->options->host == TESTBENCH_HOST_NONE ||
+                            bench->options->host == TESTBENCH_HOST_STDOUT;
+    for (unsigned i = 0; i < bench->bus_count && works_for_itself; i++) {
+        report_absent_servos(&bench->bus[i], out);
+    }
+    bool wrong_line = bench->options->script && !bench->script.unmet;
+    if (bench->rules.breaches[RULE_EXPECTATION] && !bench->options->bus && !wrong_line) {
         report_hints(bench, out);
     }
 }

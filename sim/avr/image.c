@@ -75,7 +75,8 @@ bool image_open(struct image *image, const char *path)
     *image = (struct image){.path = path};
     FILE *file = fopen(path, "rb");
     if (!file) {
-        return refuse(image, strerror(errno));
+        return refuse(image, errno == ENOENT ? "No such file or directory; build it with make first"
+                                             : strerror(errno));
     }
     bool good = read_file(image, file) && check_header(image);
     fclose(file);
@@ -143,7 +144,10 @@ static bool check_device(const struct image *image, const avr_t *avr, const char
     device_name(image, name, sizeof(name));
     unsigned arch = header(image).e_flags & ARCH_MASK;
     if (name[0] && strcmp(name, mcu) != 0) {
-        fprintf(stderr, "%s: built for %s, the board has an %s\n", image->path, name, mcu);
+        fprintf(stderr,
+                "%s: built for %s, the board has an %s; --board is to name the board "
+                "of the program\n",
+                image->path, name, mcu);
         return false;
     }
     if (!name[0] && arch != architecture(avr)) {

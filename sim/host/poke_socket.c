@@ -70,7 +70,8 @@ bool poke_socket_open(struct poke_socket *poke, const char *path)
                 in_use
                     ? "another simulator listens there, or it is a file: end that simulator with "
                       "Ctrl-C in its terminal, run another board, or name another socket"
-                    : strerror(errno));
+                : errno == ENOENT ? "its folder does not exist: make it, or name another socket"
+                                  : strerror(errno));
         if (file >= 0) {
             close(file);
         }
@@ -152,6 +153,10 @@ static enum poke_result print_answer(FILE *answer)
     char line[POKE_LINE_SIZE];
     bool good = false;
     bool failed = false;
+    if (isatty(STDOUT_FILENO)) {
+        fputs("\033[J", stdout); // the live table of a run may stand below the cursor
+        fflush(stdout);
+    }
     while (fgets(line, sizeof(line), answer)) {
         good = strcmp(line, "ok\n") == 0;
         failed = strncmp(line, error, strlen(error)) == 0;

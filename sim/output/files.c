@@ -68,11 +68,21 @@ char *files_read_text(const char *path)
 
 /* --- output streams --- */
 
+bool files_complain_of_output(const char *path)
+{
+    char what[160];
+    snprintf(what, sizeof(what), "%s%s", strerror(errno),
+             errno == ENOENT   ? "; make its folder first, or name another folder"
+             : errno == EACCES ? "; name a file in a folder that you may write to"
+                               : "");
+    return files_complain(path, what);
+}
+
 FILE *files_create(const char *path)
 {
     FILE *file = fopen(path, "w");
     if (!file) {
-        files_complain(path, strerror(errno));
+        files_complain_of_output(path);
     }
     return file;
 }
@@ -187,5 +197,5 @@ bool files_check_replaceable(const char *path)
                                   : "is no regular file");
     }
     return (find_folder(path, folder) && access(folder, W_OK | X_OK) == 0) ||
-           files_complain(path, strerror(errno));
+           files_complain_of_output(path);
 }

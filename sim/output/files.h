@@ -13,6 +13,10 @@
 /* Prints `path: what` on stderr. Returns false. */
 bool files_complain(const char *path, const char *what);
 
+/* Does the same for an output that cannot be made, for the reason in errno, and names the remedy.
+ */
+bool files_complain_of_output(const char *path);
+
 /* Reads a text file and adds a NUL. The caller frees the text. Reads a pipe to its end. Returns 0,
  * with one line on stderr, for a folder, for a longer file, or if the file contains a NUL. */
 char *files_read_text(const char *path);

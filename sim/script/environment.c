@@ -8,6 +8,9 @@
 #include "memory.h"
 #include "script/lexer.h"
 
+/* Below this supply the electronics of a servo do not run, in 0.1 V. */
+#define DEAD_BELOW_DV 30
+
 static const struct property_row {
     const char *word;
     int32_t scale; // 0: on or off
@@ -16,7 +19,7 @@ static const struct property_row {
     const char *form;   // of the line
 } rows[ENVIRONMENT_COUNT] = {
     [ENVIRONMENT_POWER] =
-        {"power", 0, 0, 1, "on or off is wanted",
+        {"power", 0, 0, 1, "on or off is wanted behind power [IDS]",
          "wanted: power [IDS] on|off, IDS as in 1-3 or 1,5; without IDS: all servos"},
     [ENVIRONMENT_SUPPLY] =
         {"supply", 10, 0, 255, "volts are wanted, 0 to 25.5, without V",
@@ -28,7 +31,7 @@ static const struct property_row {
         {"load", 1, -2046, 2046, "a load is wanted, -2046 to 2046 (1023: stall)",
          "wanted: load [IDS] UNITS [over MS], IDS as in 1-3 or 1,5; without IDS: all servos"},
     [ENVIRONMENT_BLOCK] =
-        {"block", 0, 0, 1, "on or off is wanted",
+        {"block", 0, 0, 1, "on or off is wanted behind block [IDS]",
          "wanted: block [IDS] on|off, IDS as in 1-3 or 1,5; without IDS: all servos"},
 };
 
@@ -39,6 +42,24 @@ enum environment_property environment_find(const char *word)
         property++;
     }
     return property;
+}
+
+bool environment_equals_id(enum environment_property property, int32_t value, unsigned id)
+{
+    return id && rows[property].scale && value == (int32_t)id * rows[property].scale;
+}
+
+const char *environment_check_for_all(enum environment_property property, int32_t value)
+{
+    return property != ENVIRONMENT_SUPPLY || value == 0 || value >= DEAD_BELOW_DV
+               ? 0
+               : "without IDS it is for all servos, and below 3 V they are off: name the servo, as "
+                 "in @supply 1 7.4; to switch all off: @power off";
+}
+
+bool environment_is_dead(const struct servo_node *node)
+{
+    return node->servo.environment.supply_dV < DEAD_BELOW_DV;
 }
 
 bool environment_is_quantity(enum environment_property property)
@@ -72,9 +93,6 @@ static int32_t value_of(const struct servo_node *node, enum environment_property
     default: return surroundings->load; // the other properties are on or off and have no ramp
     }
 }
-
-/* Below this supply the electronics of a servo do not run, in 0.1 V. */
-#define DEAD_BELOW_DV 30
 
 /* A servo loses its power when the supply falls below the limit, and starts when it is back. */
 static void set_supply(struct servo_node *node, uint64_t now, uint8_t supply_dV)

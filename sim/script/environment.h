@@ -44,6 +44,12 @@ enum environment_property environment_find(const char *word);
 const char *environment_parse(enum environment_property property, const char *text, int32_t *value);
 const char *environment_form(enum environment_property property); // "wanted: power [IDS] on|off"
 bool environment_is_quantity(enum environment_property property);
+/* True if a person may have meant the value as the ID of a servo: `load 1`. */
+bool environment_equals_id(enum environment_property property, int32_t value, unsigned id);
+/* Returns why a line without IDS may not set the value, or 0. */
+const char *environment_check_for_all(enum environment_property property, int32_t value);
+/* True if the supply of the servo is below that at which it runs. */
+bool environment_is_dead(const struct servo_node *node);
 
 void environment_init(struct environment *environment, struct schedule *schedule,
                       uint32_t clock_Hz);

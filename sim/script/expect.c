@@ -9,6 +9,7 @@
 
 #define MS_MAX            3600000
 #define EXPECT_VALUE_SIZE 32
+#define POSITION_MAX      1023
 
 /* --- reading --- */
 
@@ -29,7 +30,7 @@ static const char *parse_silence(struct expectation *e, char *words)
 {
     int32_t ms = 0;
     if (!lexer_number(words, 1, MS_MAX, &ms)) {
-        return "wanted: silence and milliseconds, an hour at most";
+        return "wanted: silence and milliseconds, 1 to 3600000 (an hour), without unit";
     }
     e->ms = (uint32_t)ms;
     return 0;
@@ -48,7 +49,7 @@ static const char *parse_rule(struct expectation *e, char *words)
             return 0;
         }
     }
-    return "wanted: the name of a rule of the wire";
+    return "wanted: the name of a rule of the wire, as in collision (docs/simulator.md)";
 }
 
 /* off, on and blinking are 0, 1 and 2, as in enum servo_lamp. */
@@ -93,6 +94,23 @@ static bool parse_subject(struct expectation *e, const char *word)
     return good;
 }
 
+/* Returns what is wrong if the servo can never have a value of the range, or 0. */
+static const char *check_range(const struct expectation *e)
+{
+    bool is_position = e->subject == EXPECT_REGISTER &&
+                       (e->address == TABLE_GOAL_POSITION || e->address == TABLE_PRESENT_POSITION);
+    if (e->subject == EXPECT_TORQUE) {
+        return e->highest <= 1 ? 0 : "torque is on or off";
+    }
+    if (e->subject == EXPECT_LED) {
+        return e->highest <= 2 ? 0 : "led is on, off or blinking";
+    }
+    if (is_position && e->width == 2) {
+        return e->lowest <= POSITION_MAX ? 0 : "a position is 0 to 1023 (300 degrees)";
+    }
+    return e->width == 2 || e->lowest <= UINT8_MAX ? 0 : "the value of one byte is 0 to 255";
+}
+
 /* Parses IDS WHAT. */
 static const char *parse_look(struct expectation *e, const char *list, const char *what)
 {
@@ -110,13 +128,14 @@ static const char *parse_servo(struct expectation *e, char *words)
 {
     char *word[3];
     if (lexer_split(words, word, 3) != 3) {
-        return "wanted: servo, IDs, what to look at, VALUE or LOW..HIGH";
+        return "wanted: expect servo IDS WHAT VALUE, as in expect servo 1 PRESENT_POSITION "
+               "500..524";
     }
     const char *wrong = parse_look(e, word[0], word[1]);
     if (wrong) {
         return wrong;
     }
-    return parse_range(e, word[2]) ? 0
+    return parse_range(e, word[2]) ? check_range(e)
                                    : "a value from 0 on, LOW..HIGH, on, off or blinking is wanted";
 }
 
@@ -125,7 +144,7 @@ const char *expect_parse_show(struct expectation *e, char *words)
     char *word[3];
     e->kind = EXPECT_SERVO;
     if (lexer_split(words, word, 3) != 3 || strcmp(word[0], "servo") != 0) {
-        return "wanted: servo, IDs, what to look at";
+        return "wanted: show servo IDS WHAT, as in show servo 1 PRESENT_POSITION";
     }
     return parse_look(e, word[1], word[2]);
 }

@@ -48,6 +48,7 @@ static void unplug(struct faults *faults, const struct fault_order *order, uint6
 {
     (void)tx;
     uint64_t time = cycles(faults, order->number[1] * 1000ull);
+    fault_find_absent(faults, order, faults->absent);
     for (unsigned i = 0; i < faults->servos->count; i++) {
         struct servo_node *node = &faults->servos->node[i];
         if (order->ids[node->servo.registers[TABLE_ID]]) {

@@ -33,4 +33,8 @@ void fault_override(struct faults *faults, uint64_t now, struct fault_pulse puls
 /* Counts an action and reports it to faults->on_act. */
 void fault_notify(struct faults *faults, uint64_t now, uint64_t until, enum fault_verb verb);
 
+/* Adds the IDs of the order that no servo has now. */
+void fault_find_absent(const struct faults *faults, const struct fault_order *order,
+                       bool absent[IDS_MAX]);
+
 #endif

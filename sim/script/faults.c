@@ -39,6 +39,18 @@ void fault_notify(struct faults *faults, uint64_t now, uint64_t until, enum faul
     }
 }
 
+void fault_find_absent(const struct faults *faults, const struct fault_order *order,
+                       bool absent[IDS_MAX])
+{
+    bool there[IDS_MAX + 2] = {false}; // an ID register may have any value
+    for (unsigned i = 0; i < faults->servos->count; i++) {
+        there[faults->servos->node[i].servo.registers[TABLE_ID]] = true;
+    }
+    for (unsigned id = 0; id < IDS_MAX; id++) {
+        absent[id] |= order->ids[id] && !there[id];
+    }
+}
+
 /* --- overrides of the wire --- */
 
 static enum net_override get_override(void *context, uint64_t time)
@@ -113,7 +125,9 @@ static const char *change_servos(struct faults *faults, const struct fault_order
                          order->verb);
         }
     }
-    return memcmp(found, order->ids, sizeof(found)) == 0 ? 0 : "no servo has that ID";
+    return memcmp(found, order->ids, sizeof(found)) == 0
+               ? 0
+               : "no servo has that ID; a fault takes the IDs of this moment";
 }
 
 const char *faults_order(struct faults *faults, uint64_t now, const char *text)
@@ -284,6 +298,23 @@ void faults_init(struct faults *faults, struct schedule *schedule, struct servos
     fault_verbs_init(faults);
 }
 
+/* An unplug that waits for its packet may name a servo that is not there when the packet comes. */
+static void report_absent(const struct faults *faults, const char *where, FILE *out)
+{
+    char list[64];
+    bool absent[IDS_MAX];
+    memcpy(absent, faults->absent, sizeof(absent));
+    for (unsigned i = 0; i < faults->pending_count; i++) {
+        if (!faults->pending[i].acted) {
+            fault_find_absent(faults, &faults->pending[i].order, absent);
+        }
+    }
+    if (memchr(absent, true, sizeof(absent))) {
+        fprintf(out, "faults:  %sunplug named servos that were not there: %s\n", where,
+                ids_print(absent, list, sizeof(list)));
+    }
+}
+
 void faults_report(const struct faults *faults, const char *where, FILE *out)
 {
     if (!faults->orders) {
@@ -297,4 +328,5 @@ void faults_report(const struct faults *faults, const char *where, FILE *out)
             "faults:  %sacted %" PRIu32 " times; %" PRIu32 " of %" PRIu32
             " orders came to nothing\n",
             where, faults->acts, idle, faults->orders);
+    report_absent(faults, where, out);
 }

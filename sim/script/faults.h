@@ -70,7 +70,8 @@ struct faults {
     bool exempts_replies;   // a fault has acted since the start of the controller's latest packet
     uint64_t exempts_until; // end of the latest fault
     uint32_t orders, acts, unused;
-    uint32_t resets; // of the controller; a reset exempts servos as a fault does
+    bool absent[IDS_MAX]; // no servo had such an ID when an unplug acted
+    uint32_t resets;      // of the controller; a reset exempts servos as a fault does
     void *context;
     /* A fault acts; for plots. until == from: the fault has no end of its own. May be 0. */
     void (*on_act)(void *context, uint64_t from, uint64_t until, const char *what);

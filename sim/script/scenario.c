@@ -25,7 +25,7 @@ static const char *parse_servos(struct scenario_line *line, char *rest)
 
 static const char *parse_switch(struct scenario_line *line, char *rest)
 {
-    return lexer_switch(rest, &line->flag) ? 0 : "on or off is wanted";
+    return lexer_switch(rest, &line->flag) ? 0 : "wanted: echo on|off";
 }
 
 static const char *parse_ms(struct scenario_line *line, char *rest)
@@ -33,7 +33,7 @@ static const char *parse_ms(struct scenario_line *line, char *rest)
     int32_t ms = 0;
     bool good = lexer_number(rest, 0, SCENARIO_MS_MAX, &ms);
     line->ms = (uint32_t)ms;
-    return good ? 0 : "milliseconds are wanted, an hour at most";
+    return good ? 0 : "milliseconds are wanted, 0 to 3600000 (an hour), without unit";
 }
 
 static const char *parse_print(struct scenario_line *line, char *rest)
@@ -127,7 +127,8 @@ static const char *parse_environment(struct scenario_line *line, char *rest)
         return environment_form(line->property); // "power all off"
     }
     const char *wrong = line->all || line->place ? 0 : ids_parse_set(word[0], line->ids);
-    return wrong ? wrong : environment_parse(line->property, word[count - 1], &line->value);
+    wrong = wrong ? wrong : environment_parse(line->property, word[count - 1], &line->value);
+    return wrong || !line->all ? wrong : environment_check_for_all(line->property, line->value);
 }
 
 /* Parses a line after its `@`. Returns 0, or what is wrong. */
@@ -191,7 +192,7 @@ static const char *parse_line(struct scenario_line *line, char *text)
     line->text = text;
     line->ms = SCENARIO_REPLY_MS;
     if (!lexer_within(text, SCENARIO_MS_MAX, &line->ms) && ends_within_digits(text)) {
-        return "milliseconds are wanted behind within, an hour at most";
+        return "milliseconds are wanted behind within, 0 to 3600000 (an hour), without unit";
     }
     return line->text[0] ? 0 : "a command is wanted behind the !";
 }

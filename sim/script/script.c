@@ -40,10 +40,25 @@ static void finish(struct script *script, uint64_t now)
     script->ops->finished(script->ops->context, now);
 }
 
+/* Ends the scenario: a line asks for what is not there, or an expectation was not met. */
 static void fail_expectation(struct script *script, uint64_t now, const char *what)
 {
     script->ops->outcome(script->ops->context, now, SCRIPT_UNMET, what);
     finish(script, now);
+}
+
+/* Returns how many servos there are, on all buses. */
+static unsigned find_servos(const struct script_ops *ops, bool there[IDS_MAX])
+{
+    const struct servos *servos;
+    unsigned count = 0;
+    for (unsigned bus = 0; (servos = ops->bus(ops->context, bus)) != 0; bus++) {
+        for (unsigned i = 0; i < servos->count; i++) {
+            there[servos->node[i].id] = true;
+        }
+        count += servos->count;
+    }
+    return count;
 }
 
 /* --- the lines --- */
@@ -145,6 +160,20 @@ static bool do_reset(struct script *script, uint64_t now, const struct scenario_
     return false;
 }
 
+/* `@load 1` is for all servos; a person may have meant servo 1. */
+static void warn_of_no_ids(const struct script *script, const struct scenario_line *line)
+{
+    bool there[IDS_MAX] = {false};
+    find_servos(script->ops, there);
+    for (unsigned id = 0; id < IDS_MAX && line->all && script->scenario.path; id++) {
+        if (there[id] && environment_equals_id(line->property, line->value, id)) {
+            fprintf(script->out,
+                    "%s:%u: warning: '%s' is for all servos; for servo %u a value is missing\n",
+                    script->scenario.path, line->number, line->source, id);
+        }
+    }
+}
+
 static bool do_environment(struct script *script, uint64_t now, const struct scenario_line *line)
 {
     const struct script_ops *ops = script->ops;
@@ -159,12 +188,8 @@ static bool do_environment(struct script *script, uint64_t now, const struct sce
             }
         }
     }
-    if (line->place > place) {
-        char what[200];
-        snprintf(what, sizeof(what), "%.80s: there are %u servos", line->source, place);
-        fail_expectation(script, now, what);
-    }
-    return line->place <= place;
+    warn_of_no_ids(script, line);
+    return true;
 }
 
 /* A fresh servo stands at 512: an expectation of this value is met without any firmware. */
@@ -194,6 +219,7 @@ static bool do_expect(struct script *script, uint64_t now, const struct scenario
         uint64_t poll = now + cycles(script, POLL_US);
         step_at(script, poll < sources->end ? poll : sources->end);
     } else if (result != EXPECT_MET) {
+        script->unmet = true;
         char what[800];
         snprintf(what, sizeof(what), "%.300s: not met; seen: %s", line->source, seen);
         fail_expectation(script, now, what);
@@ -425,6 +451,12 @@ static const char *missing_part(const struct script_ops *ops, const struct scena
     }
 }
 
+/* The servos that are there when a line runs. */
+struct present {
+    bool ids[IDS_MAX];
+    unsigned count; // several may share an ID
+};
+
 /* Returns what is wrong if two servos have one ID on a bus that does not allow it. */
 static const char *reset_conflict(const struct script_ops *ops, const struct scenario_line *line)
 {
@@ -437,23 +469,25 @@ static const char *reset_conflict(const struct script_ops *ops, const struct sce
                : "an ID occurs twice, and there is no --allow-duplicates";
 }
 
-static void find_servos(const struct script_ops *ops, bool there[IDS_MAX])
-{
-    const struct servos *servos;
-    for (unsigned bus = 0; (servos = ops->bus(ops->context, bus)) != 0; bus++) {
-        for (unsigned i = 0; i < servos->count; i++) {
-            there[servos->node[i].id] = true;
-        }
-    }
-}
-
-/* Returns 0, or why the line cannot run. Updates `there` for @servos. */
+/* Returns 0, or why the line cannot run. Updates `present` for @servos. */
 static const char *check_line(const struct script_ops *ops, const struct scenario_line *line,
-                              bool there[IDS_MAX], const char *where, char what[SCRIPT_WHAT_SIZE])
+                              struct present *present, const char *where,
+                              char what[SCRIPT_WHAT_SIZE])
 {
-    int absent = scenario_absent(line, there);
+    char list[32];
+    int absent = scenario_absent(line, present->ids);
     if (absent >= 0) {
-        snprintf(what, SCRIPT_WHAT_SIZE, "there is no servo %d%s", absent, where);
+        snprintf(what, SCRIPT_WHAT_SIZE, "there is no servo %d%s; there: %s", absent, where,
+                 ids_print(present->ids, list, sizeof(list)));
+        return what;
+    }
+    if (line->verb == SCENARIO_SERVOS) {
+        uint8_t ids[IDS_MAX];
+        ids_parse(line->text, true, ids, &present->count);
+    }
+    if (line->verb == SCENARIO_ENVIRONMENT && line->place > present->count) {
+        snprintf(what, SCRIPT_WHAT_SIZE, "%.40s: there are %u servos%s", line->source,
+                 present->count, where);
         return what;
     }
     const char *wrong = missing_part(ops, line);
@@ -462,12 +496,12 @@ static const char *check_line(const struct script_ops *ops, const struct scenari
 
 static bool check(const struct script *script)
 {
-    bool there[IDS_MAX] = {false};
+    struct present present = {{false}, 0};
     char what[SCRIPT_WHAT_SIZE];
-    find_servos(script->ops, there);
+    present.count = find_servos(script->ops, present.ids);
     for (unsigned i = 0; i < script->scenario.count; i++) {
         const struct scenario_line *line = &script->scenario.line[i];
-        const char *wrong = check_line(script->ops, line, there, " at this line", what);
+        const char *wrong = check_line(script->ops, line, &present, " at this line", what);
         if (wrong) {
             return scenario_complain(&script->scenario, line->number, wrong);
         }
@@ -519,7 +553,7 @@ const char *script_order(struct script *script, uint64_t now, const char *text,
                          char what[SCRIPT_WHAT_SIZE])
 {
     char line[SCRIPT_ORDER_SIZE];
-    bool there[IDS_MAX] = {false};
+    struct present present = {{false}, 0};
     while (isspace((unsigned char)*text)) {
         text++;
     }
@@ -527,8 +561,8 @@ const char *script_order(struct script *script, uint64_t now, const char *text,
         return "the line is too long";
     }
     const char *wrong = scenario_read_line(&script->scenario, line);
-    find_servos(script->ops, there);
-    wrong = wrong ? wrong : check_line(script->ops, script->scenario.line, there, "", what);
+    present.count = find_servos(script->ops, present.ids);
+    wrong = wrong ? wrong : check_line(script->ops, script->scenario.line, &present, "", what);
     if (!wrong) {
         script->next = 0;
         script->done = script->expecting = false;

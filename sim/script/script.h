@@ -17,7 +17,7 @@
 #include "wire/schedule.h"
 
 #define SCRIPT_REPLY_SIZE 200 // longer lines of a reply are cut
-#define SCRIPT_WHAT_SIZE  80  // a message with a number in it
+#define SCRIPT_WHAT_SIZE  120 // a message with a number in it
 
 enum script_outcome {
     SCRIPT_GOOD,
@@ -73,6 +73,7 @@ struct script {
     bool echo;          // prints commands, replies and packets: @echo
     bool done;          // the scenario, or the latest order, has ended
     bool is_program;    // the console gives bare replies
+    bool unmet;         // an @expect was not met
     bool enters;        // the reply to `mode program` is due
     char reply[SCRIPT_REPLY_SIZE];
     unsigned reply_size;

@@ -2,6 +2,7 @@
 #include "servo/ids.h"
 
 #include <ctype.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #define HIGHEST_ID 253
@@ -58,4 +59,29 @@ const char *ids_parse_set(const char *text, bool set[IDS_MAX])
         set[ids[i]] = true;
     }
     return wrong;
+}
+
+const char *ids_print(const bool set[IDS_MAX], char *text, size_t capacity)
+{
+    size_t size = (size_t)snprintf(text, capacity, "none");
+    const char *comma = "";
+    for (unsigned id = 0; id < IDS_MAX; id++) {
+        unsigned last = id;
+        while (set[id] && last + 1 < IDS_MAX && set[last + 1]) {
+            last++;
+        }
+        if (!set[id]) {
+            continue;
+        }
+        size = *comma ? size : 0;
+        if (size + sizeof(",253-253..") > capacity) {
+            snprintf(text + size, capacity - size, "..");
+            break;
+        }
+        size += (size_t)snprintf(text + size, capacity - size, last > id ? "%s%u-%u" : "%s%u",
+                                 comma, id, last);
+        comma = ",";
+        id = last;
+    }
+    return text;
 }

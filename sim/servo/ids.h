@@ -17,4 +17,7 @@ const char *ids_parse(const char *text, bool allow_duplicates, uint8_t ids[IDS_M
  * no other. Returns 0, or what is wrong with the text: then it changes none. */
 const char *ids_parse_set(const char *text, bool set[IDS_MAX]);
 
+/* Writes the set as a list, 1-3,7, or "none". A list that is too long ends in "..". */
+const char *ids_print(const bool set[IDS_MAX], char *text, size_t capacity);
+
 #endif

@@ -139,7 +139,7 @@ bool servo_eeprom_init(struct servo_eeprom *eeprom, const char *folder, unsigned
     }
     struct stat found;
     if (mkdir(folder, 0777) != 0 && errno != EEXIST) {
-        return files_complain(folder, strerror(errno));
+        return files_complain_of_output(folder);
     }
     if (stat(folder, &found) != 0 || !S_ISDIR(found.st_mode)) {
         return files_complain(folder, "no folder");

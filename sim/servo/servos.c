@@ -304,3 +304,13 @@ bool servos_set_eeprom(struct servos *servos, unsigned index,
     follow_baud(node);
     return good;
 }
+
+bool servos_have(const struct servos *servos, uint8_t id)
+{
+    for (unsigned i = 0; i < servos->count; i++) {
+        if (servos->node[i].servo.registers[TABLE_ID] == id) {
+            return true;
+        }
+    }
+    return false;
+}

@@ -86,4 +86,7 @@ void servo_node_baud(struct servo_node *node, uint8_t baud);
 bool servos_set_eeprom(struct servos *servos, unsigned index,
                        const uint8_t bytes[SERVO_EEPROM_SIZE]);
 
+/* True if a servo has this ID now. */
+bool servos_have(const struct servos *servos, uint8_t id);
+
 #endif

@@ -257,6 +257,16 @@ class Make(unittest.TestCase):
             self.assertNotEqual(status, 0)
             self.assertIn(message, output)
 
+    def test_unknown_target_names_make_help(self):
+        status, output = self.make("nosuch")
+        self.assertEqual(status, 2)
+        self.assertIn("there is no target 'nosuch'; 'make help' lists the targets\n", output)
+
+    def test_follow_that_is_no_switch_is_refused(self):
+        status, output = self.make("help", "FOLLOW=yes")
+        self.assertNotEqual(status, 0)
+        self.assertIn("FOLLOW=yes is not known: FOLLOW=1 shows the live table", output)
+
     def test_poke_passes_the_order_and_returns_its_result(self):
         """The socket is where make run puts it."""
         for name in ["build/host", "build/atmega128"]:
@@ -266,7 +276,7 @@ class Make(unittest.TestCase):
             self.assertEqual(self.make("poke", "DO=print a 'b' \\ *"), (0, "a 'b' \\ *\nok\n"))
             status, output = self.make("poke", "DO=load 7 300")
             self.assertNotEqual(status, 0)
-            self.assertIn("error: there is no servo 7\n", output)
+            self.assertIn("error: there is no servo 7; there: 1\n", output)
 
 
 class BoardCheck(unittest.TestCase):

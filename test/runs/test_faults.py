@@ -147,7 +147,7 @@ class Orders(unittest.TestCase):
     def test_an_order_for_a_servo_that_is_not_there_is_refused(self):
         run = controller("ping 1\n", "atmega128", "1", "--fault", "baud 9 3")
         self.assertEqual(run.status, 2, run.output)
-        self.assertEqual(run.output, '--fault "baud 9 3": no servo has that ID\n')
+        self.assertEqual(run.output, '--fault "baud 9 3": no servo has that ID; a fault takes the IDs of this moment\n')
 
     def test_a_bad_order_in_a_script_is_refused_before_anything_runs(self):
         run = controller("ping 1\n@fault flip in 1\n")

@@ -194,7 +194,7 @@ class Plot(unittest.TestCase):
 
     def test_a_picture_that_cannot_be_written_is_refused(self):
         self.assertEqual(self.refused("/no/such/folder/x.svg"),
-                         "/no/such/folder/x.svg: No such file or directory\n")
+                         "/no/such/folder/x.svg: No such file or directory; make its folder first, or name another folder\n")
 
 
     def test_plot_without_a_locale_prints_no_warning(self):

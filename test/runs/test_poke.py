@@ -107,6 +107,13 @@ class Orders(Poke):
         self.assertEqual(self.poke("load 3rd 300"), (0, off, ""))
         self.assert_ok("load 2 300")
 
+    def test_a_servo_below_3_volts_is_started_by_its_supply(self):
+        self.start()
+        off = "servo 3 is off below 3 V: 'supply 3 12' starts it\nok\n"
+        self.assertEqual(self.poke("supply 3 2"), (0, off, ""))
+        self.assertEqual(self.poke("power 3 on"), (0, off, ""))
+        self.assert_ok("supply 3 12")
+
     def test_wrong_order_is_named_and_changes_nothing(self):
         with Console(self.start()) as console:
             for order, message in [("servo 3 unplug", "unknown command; there are servos power"),
@@ -117,7 +124,9 @@ class Orders(Poke):
                                    ("power all off", r"wanted: power \[IDS\] on\|off, .*; without IDS: all servos"),
                                    ("supply all 5", r"wanted: supply \[IDS\] VOLTS \[over MS\]"),
                                    ("power 3 maybe", "on or off is wanted"),
-                                   ("load 9 100", "there is no servo 9$"),
+                                   ("load 9 100", "there is no servo 9; there: 1-3$"),
+                                   ("supply 1", "below 3 V they are off: name the servo, as in supply 1 7.4"),
+                                   ("power 4th off", "power 4th off: there are 3 servos$"),
                                    ("servos 1,1", "an ID occurs twice"),
                                    ("fault explode", "a fault is wanted: flip "),
                                    ("send FF", "only without firmware")]:
@@ -235,7 +244,7 @@ class Socket(Poke):
     def test_path_that_cannot_be_a_socket_is_refused(self):
         self.path = self.path / "x" / "y"
         done = self.run_simulator(*FIRMWARE)
-        self.assertEqual(done.stderr, f"--poke {self.path}: No such file or directory\n")
+        self.assertEqual(done.stderr, f"--poke {self.path}: its folder does not exist: make it, or name another socket\n")
         self.path = "x" * 200
         self.assertIn("File name too long", self.run_simulator(*FIRMWARE).stderr)
 

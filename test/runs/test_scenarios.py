@@ -93,6 +93,27 @@ class Language(unittest.TestCase):
                 self.assertEqual(len(output.splitlines()), 1, output)
                 self.assertIn(f"{path}:2: {what}", output)
 
+    def test_bad_line_names_the_servos_and_the_right_form(self):
+        for text, what in [("@power 9 off\n", "there is no servo 9 at this line; there: 1"),
+                           ("@power 2nd off\n", "@power 2nd off: there are 1 servos at this line"),
+                           ("@power 1 of\n", r"on or off is wanted behind power [IDS]"),
+                           ("@echo 1\n", "wanted: echo on|off"),
+                           ("@wait 1s\n", "milliseconds are wanted, 0 to 3600000 (an hour), without unit"),
+                           ("@show 1 LED\n", "wanted: show servo IDS WHAT, as in show servo 1 PRESENT_POSITION"),
+                           ("@expect servo 1 LED\n", "wanted: expect servo IDS WHAT VALUE, as in "),
+                           ("@expect servo 1 GOAL_POSITION 2000\n", "a position is 0 to 1023 (300 degrees)"),
+                           ("@expect servo 1 torque 5\n", "torque is on or off")]:
+            status, output, path = self.run_text(text, firmware("atmega128"))
+            self.assertEqual((status, output.startswith(f"{path}:1: {what}")), (2, True), output)
+            self.assertNotIn("hint", output)
+
+    def test_fault_for_an_absent_servo_is_told_without_a_hint(self):
+        status, output, _ = self.run_text("@fault brownout 9 100\n", firmware("atmega128"))
+        self.assertEqual((status, "no servo has that ID; a fault takes" in output, "hint" in output), (1, True, False), output)
+        for text in "@fault unplug in 1 0 1,9 5\n@wait 5\n", "@fault unplug in 1 0 1,9 5\n@wait 1\nping 1\n":
+            status, output, _ = self.run_text(text, firmware("atmega128"))
+            self.assertIn("\nfaults:  unplug named servos that were not there: 9\n", output)
+
     def test_servo_without_supply_is_dead(self):
         text = ("scan\ntorque 1 on\n@supply 1 2.9\n@expect servo 1 torque off\n! ping 1\n@expect text error 2: \n@power 1 on\n! ping 1\n"
                 "@supply 1 3\n@wait 100\nping 1\n")

@@ -103,6 +103,13 @@ class Input(Folder):
 class FullDisk(Folder):
     OUTPUTS = ["--transcript", "--vcd", "--csv", "--times"]
 
+    def test_live_run_ends_at_once_if_nobody_can_read_where_to_connect(self):
+        for options in [*FIRMWARE, "--host", "pty"], [*BUS, "--pty"]:
+            with open("/dev/full", "w", encoding="ascii") as full:
+                done = subprocess.run([SIM, *options], stdout=full, stderr=subprocess.PIPE, text=True, timeout=20, check=False)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn("stdout: not everything could be written", done.stderr)
+
     def test_stdout_on_full_disk_fails(self):
         for command in [[*FIRMWARE, "--script", self.script], [*BUS, "--seconds", "0.01"],
                         ["--help"], [*FIRMWARE, "--host", "stdout", "--seconds", "0.01"]]:
@@ -120,6 +127,12 @@ class FullDisk(Folder):
             done = self.simulate(*BUS, "--script", self.bus_script(), option, "/dev/full")
             self.assertEqual(done.returncode, 2, option)
             self.assertIn("/dev/full: ", done.stderr)
+
+    def test_output_in_a_missing_folder_names_the_remedy(self):
+        for option in [*self.OUTPUTS, "--plot", "--state"]:
+            done = self.firmware(option, "/no/such/x")
+            self.assertEqual(done.returncode, 2, option)
+            self.assertEqual(done.stderr, "/no/such/x: No such file or directory; make its folder first, or name another folder\n")
 
     def bus_script(self):
         script = self.folder / "bus"
@@ -451,7 +464,7 @@ class Eeprom(Folder):
     def test_eeprom_in_a_missing_folder_is_refused_at_start(self):
         done = self.firmware("--eeprom", self.folder / "missing/eeprom")
         self.assertEqual((done.returncode, done.stdout), (2, ""))
-        self.assertRegex(done.stderr, r"\A\S*/missing/eeprom: No such file or directory\n\Z")
+        self.assertRegex(done.stderr, r"\A\S*/missing/eeprom: No such file or directory; make its folder first, or name another folder\n\Z")
 
 
 class State(Folder):

@@ -132,15 +132,15 @@ class Summary(unittest.TestCase):
     SENDS = "static const uint8_t ping[] = {0xFF, 0xFF, 2, 2, 1, 0xFA}; for (;;) { bus_send(ping, 6); %s }"
 
     def run_main(self, body, script=SCRIPT, option="--script"):
-        """The output of a firmware with this main(), which has servo 1, and fails."""
+        """The output of a firmware with this main(), which has servo 1, and fails. Without a script it runs for 0.1 s."""
         with tempfile.TemporaryDirectory() as folder:
             source, elf, lines = (pathlib.Path(folder) / name for name in ["main.c", "main.elf", "lines.txt"])
             source.write_text('#include "chip.h"\n#include <util/delay.h>\nint main(void) { %s for (;;); }' % body)
             lines.write_text(script)
             subprocess.run(["avr-gcc", "-std=gnu99", "-Os", "-mmcu=atmega128", "-DF_CPU=16000000UL",
                             f"-I{ROOT}/test/firmware/registers", source, "-o", elf], check=True)
-            done = simulate("firmware", elf, "--board", "atmega128", "--servos", "1", option, lines)
-        self.assertEqual(done.returncode, 1, done)
+            done = simulate("firmware", elf, "--board", "atmega128", "--servos", "1", option, lines if script else "0.1")
+        self.assertEqual(done.returncode, 1 if script else 0, done)
         return done.stdout
 
     def hints(self, *arguments):
@@ -155,6 +155,12 @@ class Summary(unittest.TestCase):
     def test_firmware_with_a_slow_main_loop(self):
         self.assertEqual(self.hints("sei();" + self.SENDS % "_delay_ms(3);"), [])
         self.assertRegex(self.hints("sei();" + self.SENDS % "_delay_ms(20);")[0], r"^bus 0: up to 20\.\d ms between two packets")
+
+    def test_program_that_asks_for_a_servo_that_is_not_there(self):
+        for times, hints in [(19, 0), (20, 1)]:
+            body = self.SENDS.replace("for (;;) {", f"for (int i = 0; i < {times}; i++) {{") % "_delay_ms(1);"
+            summary = self.run_main("sei();" + body, "", "--seconds")
+            self.assertEqual(summary.count("hint:    the firmware asks for servos that are not there: 2; add them to SERVOS="), hints, summary)
 
     def test_expected_text_that_never_comes(self):
         self.assertIn("not met; seen: no line of text\n", self.run_main("", "@expect text ready within 10\n"))

@@ -1229,7 +1229,8 @@ void test_an_order_may_name_a_bus(void)
 
 void test_orders_for_missing_servos_are_refused(void)
 {
-    TEST_ASSERT_EQUAL_STRING("no servo has that ID", faults_order(&faults, 0, "baud 1,2 3"));
+    TEST_ASSERT_EQUAL_STRING("no servo has that ID; a fault takes the IDs of this moment",
+                             faults_order(&faults, 0, "baud 1,2 3"));
     faults.echo.net = 0;
     TEST_ASSERT_NOT_NULL(faults_order(&faults, 0, "echo on"));
     for (unsigned i = 0; i < 64; i++) {

@@ -174,7 +174,7 @@ void test_an_unknown_board_is_refused_with_a_list(void)
 void test_a_missing_elf_is_refused(void)
 {
     assert_refused("firmware no-such.elf --board atmega128 --seconds 1",
-                   "no-such.elf: No such file");
+                   "no-such.elf: No such file or directory; build it with make first");
 }
 
 void test_a_file_that_is_no_elf_is_refused(void)
@@ -188,7 +188,9 @@ void test_an_elf_for_another_chip_is_refused(void)
     snprintf(arguments, sizeof(arguments),
              "firmware %s/byte_time.elf --board arduino-mega --seconds 1",
              environment("FIRMWARE", "build/firmware"));
-    assert_refused(arguments, "built for atmega128, the board has an atmega2560");
+    assert_refused(arguments,
+                   "built for atmega128, the board has an atmega2560; --board is to name the board "
+                   "of the program");
 }
 
 /* A board with an ATmega2561, simulated as an ATmega2560, accepts only ELF files for the

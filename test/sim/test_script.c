@@ -404,11 +404,18 @@ void test_servo_is_named_by_its_place(void)
     }
 }
 
-void test_place_without_a_servo_fails_the_run(void)
+void test_line_without_ids_that_names_an_id_warns(void)
 {
-    run("@power 4th off\n@power 1 off\n");
-    TEST_ASSERT_NOT_NULL(strstr(log_text, "@power 4th off: there are 3 servos"));
-    TEST_ASSERT_TRUE(servos.node[0].servo.powered);
+    char text[400] = "";
+    run("@load 1\n@ambient 3\n@supply 12\n@load 4\n@load 1 1\n");
+    rewind(out);
+    text[fread(text, 1, sizeof(text) - 1, out)] = 0;
+    TEST_ASSERT_NOT_NULL(
+        strstr(text, ":1: warning: '@load 1' is for all servos; for servo 1 a value is missing\n"));
+    TEST_ASSERT_NOT_NULL(strstr(text, ":2: warning: '@ambient 3' is for all servos; for servo 3"));
+    TEST_ASSERT_NULL(strstr(text, ":3: "));
+    TEST_ASSERT_NULL(strstr(text, ":4: "));
+    TEST_ASSERT_NULL(strstr(text, ":5: "));
 }
 
 void test_power_and_block_return(void)
@@ -671,6 +678,8 @@ void test_bad_lines_are_refused_before_the_run(void)
         "@supply 12 over 5s\n",
         "@supply 1 12 over 5 6\n",
         "@supply 12V\n",
+        "@supply 1\n",
+        "@supply 2.9 over 10\n",
         "@ambient 256\n",
         "@ambient 20.5\n",
         "@load 2047\n",
@@ -705,6 +714,11 @@ void test_bad_lines_are_refused_before_the_run(void)
         "@expect servo 1 LED 5..4\n",
         "@expect servo 1 LED 1.\n",
         "@expect servo 1 led bright\n",
+        "@expect servo 1 led 3\n",
+        "@expect servo 1 torque blinking\n",
+        "@expect servo 1 error 256\n",
+        "@expect servo 1 PRESENT_POSITION 1024\n",
+        "@expect servo 1 PRESENT_VOLTAGE 256..300\n",
         "@expect servo 1 LED 1 within -1\n",
         "@expect servo 1 LED 1 within 3600001\n",
         "@expect text\n",
@@ -754,6 +768,9 @@ void test_missing_servos_are_reported_before_the_run(void)
 {
     TEST_ASSERT_TRUE(starts("@power 1-3 off\n@servos 7\n@power 7 off\n@expect servo 7 ID 7\n"));
     TEST_ASSERT_FALSE(starts("@load 4 0\n"));
+    TEST_ASSERT_TRUE(starts("@power 3rd off\n@servos 7-10\n@power 4th off\n"));
+    TEST_ASSERT_FALSE(starts("@power 4th off\n"));
+    TEST_ASSERT_FALSE(starts("@servos 7\n@power 2nd off\n"));
     TEST_ASSERT_FALSE(starts("@expect servo 0-1 LED 0\n"));
     TEST_ASSERT_FALSE(starts("@servos 7\n@power 1 off\n"));
 }
@@ -879,7 +896,8 @@ void test_orders_run_one_after_the_other(void)
 void test_wrong_orders_are_named_and_do_not_run(void)
 {
     static const char *const orders[][2] = {
-        {"load 4 100", "there is no servo 4"},
+        {"load 4 100", "there is no servo 4; there: 1-3"},
+        {"power 4th off", "@power 4th off: there are 3 servos"},
         {"load 1 many", "a load is wanted, -2046 to 2046 (1023: stall)"},
         {"servos 1,1", "an ID occurs twice, and there is no --allow-duplicates"},
         {"@@load 1 100",
