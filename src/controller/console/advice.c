@@ -398,7 +398,8 @@ static const CDS_FLASH char *text_of_late(struct console *console)
 
     values[0].text = error_text(CDS_TIMEOUT);
     if (!servo)
-        return console->line.id <= CDS_ID_MAX ? message_search_rates : text_of_scan(console);
+        return console->line.id <= CDS_ID_MAX && !console->line.is_repeated ? message_search_rates
+                                                                            : text_of_scan(console);
     values[1].number = servo->counters.stale_replies;
     values[2].number = servo->id;
     if (values[1].number)
