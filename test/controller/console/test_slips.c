@@ -73,7 +73,7 @@ void test_word_value_for_a_byte_names_the_line_of_both(void)
 {
     static const char *const lines[][2] = {
         {"write 1 0x1E 512",
-         "error 33: servo 1: VALUE... '512': a byte has 0 to 255; both: 'set 1 30 512raw'\r\n"},
+         "error 33: servo 1: VALUE... '512': a byte: 0 to 255; both: 'set 1 30 512raw'\r\n"},
         {"write 1 0x1F 512", "error 33: servo 1: VALUE... 512 is out of range: 0 to 255\r\n"},
         {"write 1 0x1E 5000", "error 33: servo 1: VALUE... 5000 is out of range: 0 to 255\r\n"},
         {"write 1 0x1E 0 512", "error 33: servo 1: VALUE... 512 is out of range: 0 to 255\r\n"},
