@@ -3,6 +3,7 @@
 #include "console/advice.h"
 
 #include <stddef.h> // NULL
+#include <string.h> // memchr()
 
 #include "cds55xx/packet.h"          // CDS_PING
 #include "console/commands/shared.h" // servo_is_at_other_rate()
@@ -10,6 +11,7 @@
 #include "console/errors.h"
 #include "console/explain.h"
 #include "console/messages.h"
+#include "console/slips.h"
 #include "console/unit_names.h" // unit_shown
 #include "robot/settings.h"     // settings_table
 
@@ -59,12 +61,24 @@ static const CDS_FLASH char message_stray[] =
 static const CDS_FLASH char message_damaged_there[] =
     "damaged bytes came from ID %u at %b, so it may be taken, or there is noise; nothing was "
     "written: 'diagnose %u'";
+static const CDS_FLASH char message_factory_id[] =
+    "another servo has ID 1, nothing was written; 'id 1 NEW' first, or connect this one alone";
+static const CDS_FLASH char message_search_rates[] = "%s; 'scan all' looks at other rates";
+static const CDS_FLASH char message_none_found[] =
+    "check power, plugs, wiring; then %s'new 1' with one servo, or 'diagnose'";
+static const CDS_FLASH char message_scan_all[] = "'scan all', ";
+static const CDS_FLASH char message_missing[] =
+    "of the list %u did not answer, as servo %u: 'diagnose %u'";
 static const CDS_FLASH char message_one[] =
     "254 means all servos at once; this command takes an ID from 0 to 253%s";
 static const CDS_FLASH char message_or_each[] = ", or 'all': each in turn";
 static const CDS_FLASH char message_state_lost[] =
-    "the servo may not be driven; it lost its state by power, plug or an alarm: mend that, "
-    "'release %u', then 'torque %u on' moves it to its goal, 'teach off %u' keeps it where it is";
+    "the servo may not be driven; %s, 'release %u', then 'torque %u on' moves it to its goal, "
+    "'teach off %u' keeps it where it is";
+static const CDS_FLASH char message_state_cause[] =
+    "it lost its state by power, plug or an alarm: mend that";
+static const CDS_FLASH char message_supply_cause[] =
+    "its input voltage is an alarm: mend the supply, 'clear'";
 
 static const CDS_FLASH char message_id_twice[] =
     "a second servo of ID %u would have ID %u now, too: 'diagnose %u' finds it, unless both agree "
@@ -382,9 +396,10 @@ static const CDS_FLASH char *text_of_late(struct console *console)
     const struct cds_servo_state *servo = console_servo(console);
     union printer_value *values = console->printer.values;
 
-    if (!servo)
-        return text_of_scan(console);
     values[0].text = error_text(CDS_TIMEOUT);
+    if (!servo)
+        return console->line.id <= CDS_ID_MAX && !console->line.is_repeated ? message_search_rates
+                                                                            : text_of_scan(console);
     values[1].number = servo->counters.stale_replies;
     values[2].number = servo->id;
     if (values[1].number)
@@ -396,11 +411,14 @@ static const CDS_FLASH char *text_of_late(struct console *console)
 /* The new ID or rate is not free, but no good reply came from there. */
 static const CDS_FLASH char *text_of_place(struct console *console)
 {
+    static const CDS_FLASH char factory[] = "factory";
     const struct cds_identity *identity = &console->robot->work.identity;
     union printer_value *values = console->printer.values;
 
-    if (console->line.command->instruction || identity->at_to != CDS_CORRUPT)
+    if (console->line.command->instruction)
         return NULL; // `reset` has looked at nothing
+    if (identity->at_to != CDS_CORRUPT)
+        return is_command(&console->line, factory) ? message_factory_id : NULL;
     values[0].number = values[2].number = identity->to.id;
     values[1].number = identity->to.baud_reg;
     return message_damaged_there;
@@ -472,7 +490,9 @@ static const CDS_FLASH char *text_of_release(struct console *console)
     if (!servo || servo->presence == CDS_PRESENCE_OFFLINE ||
         !(servo->inhibits & CDS_INHIBIT_STATE_LOST))
         return NULL;
-    for (uint8_t i = 0; i < 3; i++)
+    console->printer.values[0].text =
+        servo->alarms & CDS_ERROR_VOLTAGE ? message_supply_cause : message_state_cause;
+    for (uint8_t i = 1; i < 4; i++)
         console->printer.values[i].number = id;
     return message_state_lost;
 }
@@ -563,6 +583,14 @@ static const CDS_FLASH char *text_of_mode(struct console *console)
     return message_mode;
 }
 
+/* The servo reports only its input voltage: load and heat are no cause. */
+static const CDS_FLASH char *text_of_supply(const struct console *console)
+{
+    const struct cds_servo_state *servo = console_servo(console);
+
+    return servo && servo->alarms == CDS_ERROR_VOLTAGE ? error_text(ERROR_VOLTAGE) : NULL;
+}
+
 const CDS_FLASH char *advice(struct console *console)
 {
     static const CDS_FLASH char mode[] = "mode";
@@ -573,6 +601,9 @@ const CDS_FLASH char *advice(struct console *console)
         if (message)
             return message;
     }
+    message = slip_text(console);
+    if (message)
+        return message;
     switch (console->error) {
     case ERROR_UNKNOWN_COMMAND: return text_of_exit(console);
     case ERROR_TWICE: return text_of_twice(console);
@@ -594,17 +625,56 @@ const CDS_FLASH char *advice(struct console *console)
     case CDS_LIMIT: return text_of_torque_on(console);
     case CDS_INHIBITED: return text_of_release(console);
     case ERROR_ENDLESS: return text_of_turn(console);
+    case ERROR_ALARM: return text_of_supply(console);
     case ERROR_LINK_LOST: return advice_link_lost(console);
     default: return NULL;
     }
 }
 
+/* `scan` has found no servo at all. */
+static const CDS_FLASH char *note_none(struct console *console)
+{
+    console->printer.values[0].text = console->line.choice ? message_nothing : message_scan_all;
+    return message_none_found;
+}
+
+/* Servos of the robot that did not answer the scan at the rate of the bus. */
+static const CDS_FLASH char *note_missing(struct console *console)
+{
+    const struct cds_servos *servos = &console->robot->servos;
+    const struct after_scan *job = after_scan_job(console);
+    union printer_value *values = console->printer.values;
+
+    values[0].number = 0;
+    for (uint8_t i = 0; i < servos->count; i++) {
+        const struct cds_servo_state *servo = &servos->states[i];
+
+        if (memchr(job->ids, servo->id, job->count) || servo_is_at_other_rate(console, servo))
+            continue;
+        values[1].number = values[2].number = servo->id;
+        values[0].number++;
+    }
+    return values[0].number ? message_missing : NULL;
+}
+
+/* What a scan means if it found no servo, or not all of the robot. */
+static const CDS_FLASH char *note_scan(struct console *console)
+{
+    if (!console_is_for_person(console))
+        return NULL;
+    if (after_scan_job(console)->count == 0 && console->index == 0)
+        return note_none(console);
+    return console->line.choice ? NULL : note_missing(console);
+}
+
 const CDS_FLASH char *advice_note(struct console *console)
 {
-    static const CDS_FLASH char id[] = "id", factory[] = "factory", set[] = "set";
+    static const CDS_FLASH char id[] = "id", factory[] = "factory", set[] = "set", scan[] = "scan";
     const struct command_line *line = &console->line;
     union printer_value *values = console->printer.values;
 
+    if (is_command(line, scan))
+        return note_scan(console);
     if (is_command(line, factory))
         return line->id == CDS_BROADCAST_ID ? message_all_told : NULL;
     if (is_command(line, set))

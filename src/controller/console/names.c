@@ -29,12 +29,14 @@ static const CDS_FLASH char *place_in(const CDS_FLASH struct command *row,
 {
     const CDS_FLASH char *usage = row->usage;
 
-    for (const CDS_FLASH char *at = line->command->usage; at < line->usage; at++)
+    for (const CDS_FLASH char *at = line->command->usage;; at++) {
+        while (*usage == '[')
+            usage++;
+        if (at == line->usage)
+            return usage;
         if (*at != '[' && *usage++ != *at) // "settings [SETTING" and "settings autostart"
             return NULL;
-    while (*usage == '[')
-        usage++;
-    return usage;
+    }
 }
 
 /* Word number `index` of those at `usage`, as in a|b, or NULL. */

@@ -15,11 +15,15 @@ struct unit_name {
 
 /* Compared without regard to case: M means milli, but in Mbps mega. */
 static const CDS_FLASH struct unit_name unit_names[] = {
-    {"raw", NUMBER_RAW, 0},    {"deg", NUMBER_ANGLE, 3},  {"mdeg", NUMBER_ANGLE, 0},
-    {"rpm", NUMBER_SPEED, 3},  {"mrpm", NUMBER_SPEED, 0}, {"v", NUMBER_VOLTAGE, 3},
-    {"mv", NUMBER_VOLTAGE, 0}, {"%", NUMBER_SHARE, 2},    {"c", NUMBER_TEMPERATURE, 0},
-    {"us", NUMBER_TIME, 0},    {"ms", NUMBER_TIME, 3},    {"s", NUMBER_TIME, 6},
-    {"bps", NUMBER_RATE, 0},   {"kbps", NUMBER_RATE, 3},  {"mbps", NUMBER_RATE, 6},
+    {"raw", NUMBER_RAW, 0},       {"deg", NUMBER_ANGLE, 3},
+    {"mdeg", NUMBER_ANGLE, 0},    {"rpm", NUMBER_SPEED, 3},
+    {"mrpm", NUMBER_SPEED, 0},    {"v", NUMBER_VOLTAGE, 3},
+    {"mv", NUMBER_VOLTAGE, 0},    {"%", NUMBER_SHARE, 2},
+    {"c", NUMBER_TEMPERATURE, 0}, {"us", NUMBER_TIME, 0},
+    {"ms", NUMBER_TIME, 3},       {"s", NUMBER_TIME, 6},
+    {"bps", NUMBER_RATE, 0},      {"kbps", NUMBER_RATE, 3},
+    {"mbps", NUMBER_RATE, 6},     {"k", NUMBER_RATE, 3},
+    {"m", NUMBER_RATE, 6},        {"\xC2\xB0", NUMBER_ANGLE, 3}, // degree sign
 };
 
 #define UNITS (sizeof unit_names / sizeof unit_names[0])

@@ -18,7 +18,7 @@ void test_word_in_place_of_a_number_is_answered_with_one(void)
     static const char *const lines[][2] = {
         {"move 1 x", "error 32: servo 1: ANGLE 'x': not a number; write an angle: 90, "},
         {"move 1 9 x", "error 32: servo 1: SPEED 'x': not a number; write a speed: 30, "},
-        {"set 1 LED on", "error 32: servo 1: VALUE 'on': not a number; write a whole number: 12 "},
+        {"set 1 LOCK on", "error 32: servo 1: VALUE 'on': not a number; write a whole number: 12 "},
         {"monitor 1 every x", "error 32: MS 'x': not a number; write a time: 500ms or 1.5s\r\n"},
         {"settings link_loss_ms x", "error 32: VALUE 'x': not a number; write a time: 500ms "},
         {"bus x", "error 32: RATE 'x': not a number; write a rate: 57600 or 1Mbps\r\n"},

@@ -63,8 +63,7 @@ void test_wrong_word_is_quoted(void)
     assert_reply("error 41: ID '1': an ID is given twice; ", "torque 1 1 on");
     assert_reply("error 33: ID 300 is out of range: 0 to 253", "torque 1 300 on");
     assert_reply("error 31: wrong number of arguments; ", "cycle off 3");
-    assert_reply("error 32: ID|254 'off': not a number; write IDs: 1, 1-3, 1,4 or all\r\n",
-                 "torque off");
+    assert_reply("error 32: ID|254 'off': the ID comes first: 'torque 1 on'\r\n", "torque off");
     assert_reply("error 30: 'a?b': unknown command; ", "a\x07"
                                                        "b c");
 }

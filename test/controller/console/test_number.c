@@ -82,6 +82,7 @@ void test_angles(void)
     assert_raw(307, "90", CDS_UNIT_MDEG);
     assert_raw(309, "90.5deg", CDS_UNIT_MDEG);
     assert_raw(309, "90500mdeg", CDS_UNIT_MDEG);
+    assert_raw(309, "90.5\xC2\xB0", CDS_UNIT_MDEG); // the degree sign in UTF-8
     assert_raw(1023, "300.000DEG", CDS_UNIT_MDEG);
     assert_raw(0, "0", CDS_UNIT_MDEG);
     assert_raw(512, "512raw", CDS_UNIT_MDEG);
@@ -108,6 +109,8 @@ void test_the_other_units(void)
     assert_raw(5, "10us", CDS_UNIT_US);
     assert_raw(254, "0.508ms", CDS_UNIT_US);
     assert_raw(34, "57.6kbps", CDS_UNIT_BPS);
+    assert_raw(3, "500k", CDS_UNIT_BPS);
+    assert_raw(1, "1M", CDS_UNIT_BPS);
     assert_raw(1, "1Mbps", CDS_UNIT_BPS);
     assert_raw(1, "1000000", CDS_UNIT_BPS);
     assert_raw(0x25, "0x25", CDS_UNIT_NUMBER);
