@@ -255,7 +255,7 @@ SCRIPT = {
             + text("servo 3: no answer") + "@power 3 on\n@wait 1500\n",
     "release": error(54, "release 1") + error(54, "torque 2 on") + "release\ntorque 1 on\ntorque 2 on\n"
                + servo("1,2 torque on") + error(48, "release 77"),
-    "factory": error(53, "factory 254") + error(50, "factory 3") + error(50, "reset 3") + "set 1 MIN_VOLTAGE 7V\n"
+    "factory": error(53, "factory 254") + "! factory 3\n" + text("error 50: servo 3: another servo has ID 1, nothing was written; 'id 1 NEW' first") + error(50, "reset 3") + "set 1 MIN_VOLTAGE 7V\n"
                + "factory 1\n" + text("ID 1 at 1000000bps") + servo("1 MIN_VOLTAGE 60")
                + "servos forget\nservos\n" + text("the list is empty") + "@servos 7\nfactory 254 force\n"
                + servo("7 ID 1"),
