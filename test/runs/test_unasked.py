@@ -84,29 +84,6 @@ class AlarmOver(unittest.TestCase):
         self.assertEqual(told, ["alarm of servo 2: input voltage", "alarm of servo 2: offline"])
 
 
-class NameOfNoise(unittest.TestCase):
-    """A servo that sends without end is told by one name, and noise by another."""
-    BABBLE, NOISE = "the line is never quiet", "noise on the line"
-
-    def names(self, fault, first="scan\ntorque all on\n"):
-        run = controller(f"{first}mode person\n@fault {fault}\n@wait 2000\n! ping {1 if 'babble' in fault else 99}\n@fault babble off\n"
-                         "@fault noise 0\n@wait 3000\nmode program\n", "arduino-mega", "1-3", "--echo")
-        self.assertEqual(run.status, 0, run.output)
-        return re.findall(f"{self.BABBLE}|{self.NOISE}", run.output)
-
-    def test_servo_that_babbles_has_one_name(self):
-        for what in ("random", "headers", "0x55"):
-            with self.subTest(what):
-                self.assertEqual(self.names(f"babble {what}"), 2 * [self.BABBLE])
-                self.assertEqual(self.names(f"babble {what}", ""), 2 * [self.BABBLE])
-
-    def test_noise_is_not_named_babble(self):
-        for rate in (2000, 20000):
-            with self.subTest(rate):
-                self.assertEqual(self.names(f"noise {rate}"), 2 * [self.NOISE])
-                self.assertEqual(self.names(f"noise {rate}", "")[:1], [self.NOISE])
-
-
 class Repeated(unittest.TestCase):
     """A remedy that was printed just before is not printed again."""
     def run_on(self, script):

@@ -190,12 +190,10 @@ uint8_t console_faults(const struct console *console)
 {
     uint8_t faults = console->failsafe->link_lost ? FAULT_LINK_LOST : 0;
 
-    if (command_set.noise && command_set.noise->is_there) { // the line is low at times
-        if (command_set.noise->name != NOISE_UNNAMED)
-            faults |= FAULT_NOISE;
-    } else if (cds_bus_line(console->bus) == CDS_BUS_LINE_FAULT) {
+    if (command_set.noise && command_set.noise->is_there)
+        faults |= FAULT_NOISE; // the line is low at times
+    else if (cds_bus_line(console->bus) == CDS_BUS_LINE_FAULT)
         faults |= FAULT_LINE_LOW;
-    }
     return faults;
 }
 

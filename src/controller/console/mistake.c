@@ -110,11 +110,7 @@ bool mistake_is_noise(uint8_t error)
 
 const CDS_FLASH char *mistake_noise_text(uint8_t error)
 {
-    uint8_t name = command_set.noise->name;
-
-    if (name == NOISE_UNNAMED && error == CDS_LINE_BUSY)
-        name = NOISE_BABBLE;
-    return diagnose_findings[name == NOISE_BABBLE ? CDS_FINDING_BABBLE : CDS_FINDING_NOISE];
+    return diagnose_findings[error == CDS_LINE_BUSY ? CDS_FINDING_BABBLE : CDS_FINDING_NOISE];
 }
 
 /* The mistakes whose text is not in advice.h. */

@@ -40,7 +40,7 @@ enum mistake mistake_of(struct console *console, bool is_of_word);
 bool mistake_is_noise(uint8_t error);
 
 /* The text of such an error: the finding of `diagnose` for noise, or for a line that is never
- * quiet. The error decides until the noise has a name. */
+ * quiet, if no packet could be sent. */
 const CDS_FLASH char *mistake_noise_text(uint8_t error);
 
 /* Prints the text of the mistake, not MISTAKE_NONE, and ends the line; after MISTAKE_COMMA

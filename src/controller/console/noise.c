@@ -28,42 +28,6 @@ static bool is_noise(const struct noise *noise, const struct cds_bus *bus)
     return noise->polls >= POLLS_LEAST + POLLS_PER_PACKET * packets;
 }
 
-/* True if the bytes take more than a third of the time: a servo that babbles, of whose bytes the
- * receiver loses up to 60 %. 20000 flips a second take a fifth. */
-static bool fills_line(const struct noise *noise, const struct cds_bus *bus)
-{
-    return (uint32_t)noise->bytes * bus->byte_time_us > noise->counted_us / 3;
-}
-
-/* Counts the bytes since the last poll. If polls are farther apart, the ring may have wrapped. */
-static void count_bytes(struct noise *noise, const struct cds_bus *bus, uint8_t count)
-{
-    uint32_t now_us = cds_port_now_us(), elapsed_us = now_us - noise->polled_us;
-
-    noise->polled_us = now_us;
-    if (elapsed_us > (uint32_t)(CDS_RING_SIZE / 2) * bus->byte_time_us)
-        return;
-    noise->bytes = (uint16_t)(noise->bytes + count);
-    noise->counted_us += elapsed_us;
-}
-
-static void begin_window(struct noise *noise, const struct cds_bus *bus)
-{
-    noise->polls = 0;
-    noise->bytes = 0;
-    noise->counted_us = 0;
-    noise->packets = good_packets(bus);
-    noise->begun_us = cds_port_now_us();
-}
-
-/* Noise begins: the window in which it gets its name begins, too. */
-static void begin_noise(struct noise *noise, const struct cds_bus *bus)
-{
-    noise->is_there = true;
-    noise->name = NOISE_UNNAMED;
-    begin_window(noise, bus);
-}
-
 /* Bytes count only between two polls without a packet of the controller between them. */
 static void look(struct noise *noise, const struct cds_bus *bus)
 {
@@ -71,24 +35,23 @@ static void look(struct noise *noise, const struct cds_bus *bus)
 
     if (noise->sent == bus->stats.sent && noise->end != end) {
         noise->polls++;
-        if (!noise->is_there && is_noise(noise, bus))
-            begin_noise(noise, bus);
+        if (is_noise(noise, bus))
+            noise->is_there = true;
     }
-    if (noise->sent != bus->stats.sent && noise->name == NOISE_UNNAMED)
-        noise->name = NOISE_RANDOM; // the line was quiet for the packet
-    count_bytes(noise, bus, cds_ring_distance(noise->end, end));
     noise->sent = bus->stats.sent;
     noise->end = end;
 }
 
 void noise_poll(struct noise *noise, const struct cds_bus *bus)
 {
+    uint32_t now_us = cds_port_now_us();
+
     if (bus->state < CDS_BUS_SENDING)
         look(noise, bus);
-    if (cds_port_now_us() - noise->begun_us < WINDOW_US)
+    if (now_us - noise->begun_us < WINDOW_US)
         return;
     noise->is_there = is_noise(noise, bus);
-    if (noise->name == NOISE_UNNAMED)
-        noise->name = fills_line(noise, bus) ? NOISE_BABBLE : NOISE_RANDOM;
-    begin_window(noise, bus);
+    noise->polls = 0;
+    noise->packets = good_packets(bus);
+    noise->begun_us = now_us;
 }

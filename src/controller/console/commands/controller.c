@@ -9,7 +9,6 @@
 #include "compiler.h"                // ALWAYS_INLINE, NOINLINE
 #include "console/reply.h"           // reply_condition()
 #include "console/messages.h"
-#include "console/mistake.h" // mistake_noise_text()
 #include "console/noise.h"
 #include "console/number_format.h" // number_print()
 #include "console/unasked.h"
@@ -291,7 +290,7 @@ static uint8_t clear_begin(struct console *console)
 static const CDS_FLASH char *fault_text(struct console *console, uint8_t fault)
 {
     if (command_set.noise && fault == FAULT_NOISE)
-        return mistake_noise_text(CDS_OK);
+        return diagnose_findings[CDS_FINDING_NOISE];
     if (fault == FAULT_LINE_LOW)
         return diagnose_findings[CDS_FINDING_LINE_LOW];
     return command_set.link_lost ? command_set.link_lost(console) : error_text(ERROR_LINK_LOST);
