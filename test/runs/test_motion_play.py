@@ -416,6 +416,19 @@ class Play(Motion):
                 behind = told[[line.startswith(noise) for line in told].index(True):]
                 self.assertFalse([line for line in behind if "offline" in line or "the line is held" in line], told)
 
+    def last_end(self, script):
+        """What `motion` tells of the last motion after its cause is over."""
+        run = self.run_on(SWEEP + f"@echo on\nmode person\nplay sweep loop\n@wait 500\n{script}motion\nmode program\n", "arduino-mega")
+        return re.findall("last motion.*", run.output)
+
+    def test_cause_of_an_end_by_noise_outlives_the_noise(self):
+        self.assertRegex(self.last_end("@fault noise 20000\n@wait 2500\n@fault noise 0\n@wait 5000\n")[0],
+                         "^last motion: (in step .*: )?error 2: noise on the line, or a loose plug")
+
+    def test_cause_of_an_end_by_a_lost_link_outlives_clear(self):
+        self.assertRegex(self.last_end("settings link_loss_action 1\nsettings link_loss_ms 500\n@wait 2000\nclear\n")[0],
+                         "^last motion: (in step .*: )?error 65: the host link was lost")
+
     def test_stop_amid_noise_names_the_noise(self):
         run = self.run_on("@echo on\nmode person\n@fault noise 20000\n@wait 500\n! stop\n@fault noise 0\n@wait 300\n"
                           "mode program\n", "arduino-mega")

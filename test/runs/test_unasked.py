@@ -52,6 +52,38 @@ class Recovery(unittest.TestCase):
         self.assertEqual(self.told("mode program\n@power 2 off\n@wait 2000\n@power 2 on\n@fault stuck low 1500\n@wait 6000\n"), [])
 
 
+class AlarmOver(unittest.TestCase):
+    """The end of an alarm is told to a person, with what remains to be done; `servos` tells which alarms last."""
+    def run_on(self, script):
+        run = controller(f"scan\ntorque all on\nmode person\n@wait 1500\n{script}mode program\n", "arduino-mega", "1-3", "--echo")
+        self.assertEqual(run.status, 0, run.output)
+        return re.findall("alarm of [^;\n]*|servo . answers again.*|servo .: .* over.*|servo 2: online.*", run.output)
+
+    def test_supply_that_is_back_is_told_and_told_again(self):
+        self.assertEqual(self.run_on(2 * "@supply 2 5.5\n@wait 2500\nservos\n@supply 2 12\n@wait 4000\n" + "servos\n"),
+                         2 * ["alarm of servo 2: input voltage",
+                              "servo 2: online, torque on, latched alarms: input voltage (now)",
+                              "servo 2: input voltage is over, torque on; 'clear' acknowledges it"]
+                         + ["servo 2: online, torque on, latched alarms: input voltage (over)"])
+
+    def test_heat_that_is_over_names_release_and_torque(self):
+        told = self.run_on("@ambient 2 90\n@wait 40000\nservos\n@ambient 2 20\n@wait 60000\n")
+        self.assertIn("servo 2: online, torque off, inhibited: lost its state, latched alarms: overheating (now)", told)
+        self.assertEqual(told[-1], "servo 2: overheating is over, torque off; 'release 2', then 'teach off 2' holds it where it "
+                                   "is, 'torque 2 on' moves it to its goal")
+
+    def test_alarm_that_is_cleared_has_no_end(self):
+        told = self.run_on("@supply 2 5.5\n@wait 2500\n@supply 2 12\n@wait 200\nclear\n@wait 4000\nservos\n")
+        self.assertEqual(told, ["alarm of servo 2: input voltage", "servo 2: online, torque on"])
+
+    def test_alarm_that_lasts_is_told_once(self):
+        self.assertEqual(self.run_on("@supply 2 5.5\n@wait 9000\n"), ["alarm of servo 2: input voltage"])
+
+    def test_alarm_of_a_servo_that_is_away_is_not_over(self):
+        told = self.run_on("@supply 2 5.5\n@wait 2500\n@power 2 off\n@wait 6000\nservos\n")
+        self.assertEqual(told, ["alarm of servo 2: input voltage", "alarm of servo 2: offline"])
+
+
 class Repeated(unittest.TestCase):
     """A remedy that was printed just before is not printed again."""
     def run_on(self, script):

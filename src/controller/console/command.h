@@ -46,6 +46,7 @@ struct robot_operation;
 struct settings_store;
 struct token;
 struct unasked;
+struct ended_motion;
 
 /* What a command does: the functions of struct command. */
 struct command_action {
@@ -203,7 +204,8 @@ struct command_set {
     const CDS_FLASH struct command_motion_words *motion_words; // NULL: words without the pose
     /* Chips with 256 KB of flash: longer texts, and READs before and after writes. */
     bool has_room;
-    struct noise *noise;     // noise.h; NULL: noise is not looked for
+    struct noise *noise;               // noise.h; NULL: noise is not looked for
+    struct ended_motion *ended_motion; // shared.h; for a profile with motion_words, else NULL
     struct unasked *unasked; // unasked.h; NULL: no room to tell more than faults and alarms
     uint8_t set_up_tries;    // how often id, baud, factory, lock, set and restore try; 0 is as 1
 };

@@ -21,11 +21,20 @@
 #define SERVO_TICKS 6
 #define LINE_TICKS  8
 
+/* In a window each servo answers the state check, which has a period of 1 s. */
+#define WINDOW_US   1500000ul
+#define HAS_REPLIED 0x80 // in `seen` and `lasts`, beside the conditions
+
 #define REMEDY_TICKS 8 // 2 s: until then the remedy is not repeated
 
 #define FAULTS_OF_LINE (FAULT_LINE_LOW | FAULT_NOISE)
 
 static const CDS_FLASH char message_back[] = "servo %u answers again, torque %s; %s";
+static const CDS_FLASH char message_alarm_over[] = "servo %u: %s is over, torque %s; %s";
+static const CDS_FLASH char message_alarm_over_lost[] = "servo %u: %s is over, torque off; %s";
+static const CDS_FLASH char message_acknowledge[] = "'clear' acknowledges it";
+static const CDS_FLASH char message_lasts[] = " (now)";
+static const CDS_FLASH char message_is_over[] = " (over)";
 static const CDS_FLASH char message_line_ok[] = "bus ok again; %s";
 static const CDS_FLASH char message_stop_late[] =
     "stop: torque read back as off at all servos; %s%s";
@@ -37,9 +46,10 @@ static const CDS_FLASH char message_has_no_torque[] =
     "'teach off %u' switches it on where the servo is";
 static const CDS_FLASH char message_autostart_failed[] =
     "the sequence of the autostart does not play: 'settings autostart' tells why";
+#define LOST_ITS_STATE "it lost its state: "
 static const CDS_FLASH char message_back_lost[] =
-    "it lost its state: 'release %u', then 'teach off %u' holds it where it is, 'torque %u on' "
-    "moves it to its goal";
+    LOST_ITS_STATE "'release %u', then 'teach off %u' holds it where it is, 'torque %u on' "
+                   "moves it to its goal";
 static const CDS_FLASH char message_level_due[] =
     "it answers no READ: 'set %u STATUS_RETURN_LEVEL 1' first";
 static const CDS_FLASH char message_release_due[] = "driving is inhibited until 'release'";
@@ -161,12 +171,88 @@ void unasked_move_servo(struct unasked *unasked, uint8_t from, uint8_t to)
 {
     unasked->away[to] = unasked->away[from];
     unasked->away[from] = 0;
+    unasked->alarms[to] = unasked->alarms[from];
+    unasked->alarms[from] = (struct unasked_alarms){0};
 }
 
 void unasked_forget(struct unasked *unasked)
 {
     memset(unasked->away, 0, sizeof unasked->away);
+    memset(unasked->alarms, 0, sizeof unasked->alarms);
 }
+
+/* ---- alarms that are over ---- */
+
+void unasked_note_alarm(struct unasked *unasked, uint8_t index, uint8_t condition)
+{
+    struct unasked_alarms *alarms = &unasked->alarms[index];
+    uint8_t bit = (uint8_t)(1u << condition) & CDS_ERRORS_OF_CONDITION;
+
+    alarms->told |= bit;
+    alarms->seen |= bit;
+    alarms->ended &= (uint8_t)~bit;
+}
+
+const CDS_FLASH char *unasked_alarm_age(const struct unasked *unasked, uint8_t index, uint8_t bit)
+{
+    const struct unasked_alarms *alarms = &unasked->alarms[index];
+
+    if (!(bit & CDS_ERRORS_OF_CONDITION) || !(alarms->lasts & HAS_REPLIED))
+        return message_nothing;
+    return (alarms->lasts | alarms->seen) & bit ? message_lasts : message_is_over;
+}
+
+/* The state check has just ended: stores what its reply tells. */
+static void take_reply(struct unasked *unasked, const struct console *console)
+{
+    const struct robot *robot = console->robot;
+    const struct cds_request *request = &robot->health.request;
+    struct failsafe *failsafe = console->failsafe;
+    uint8_t index = request->servo_index, error = request->error & CDS_ERRORS_OF_CONDITION;
+    struct unasked_alarms *alarms = &unasked->alarms[index];
+
+    if (request->result != CDS_OK || index >= robot->servos.count ||
+        robot->states[index].id != request->packet.bytes[CDS_AT_ID])
+        return;
+    alarms->seen |= error | HAS_REPLIED;
+    if (!failsafe->alarm) // else one that is not told yet
+        failsafe->reported[index] &= (uint8_t) ~(error & (uint8_t)~alarms->told);
+}
+
+/* The window of one servo ends. `is_late`: nothing was looked at for a while. */
+static void end_window(struct unasked_alarms *alarms, uint8_t latched, bool is_late)
+{
+    bool has_replied = alarms->seen & HAS_REPLIED && !is_late;
+
+    alarms->lasts = has_replied ? alarms->seen : 0;
+    alarms->told &= latched;
+    alarms->ended &= latched;
+    if (has_replied) {
+        uint8_t ended = alarms->told & (uint8_t)~alarms->seen;
+
+        alarms->told ^= ended;
+        alarms->ended |= ended;
+    }
+    alarms->seen = 0;
+}
+
+void unasked_check_alarms(struct unasked *unasked, const struct console *console)
+{
+    const struct robot *robot = console->robot;
+    uint32_t elapsed_us = cds_port_now_us() - unasked->window_us;
+    bool is_checking = robot->health.request.result == CDS_PENDING;
+
+    if (unasked->is_checking && !is_checking)
+        take_reply(unasked, console);
+    unasked->is_checking = is_checking;
+    if (elapsed_us < WINDOW_US)
+        return;
+    unasked->window_us += elapsed_us;
+    for (uint8_t i = 0; i < robot->servos.count; i++)
+        end_window(&unasked->alarms[i], robot->states[i].alarms, elapsed_us >= 2 * WINDOW_US);
+}
+
+/* ---- ticks ---- */
 
 static bool is_online(const struct cds_servo_state *servo)
 {
@@ -231,15 +317,20 @@ static const CDS_FLASH char *step_of_servo(const struct cds_servo_state *servo)
     return servo->torque ? message_may_drive : message_has_no_torque;
 }
 
+static const CDS_FLASH char *text_of_torque(const struct cds_servo_state *servo)
+{
+    if (servo->status_return_level == 0) // no READ
+        return message_torque_unknown;
+    return servo->torque ? message_on : message_off;
+}
+
 /* "servo 2 answers again, torque on; it may be driven" */
 static void say_back(struct console *console, struct cds_servo_state *servo)
 {
     union printer_value *values = console->printer.values;
 
     values[0].number = values[3].number = values[4].number = values[5].number = servo->id;
-    values[1].text = servo->torque ? message_on : message_off;
-    if (servo->status_return_level == 0)
-        values[1].text = message_torque_unknown;
+    values[1].text = text_of_torque(servo);
     values[2].text = next_step(console, step_of_servo(servo));
     say_line(console, message_back);
     if (servo->inhibits & CDS_INHIBIT_STATE_LOST)
@@ -254,6 +345,41 @@ static bool report_back(struct unasked *unasked, struct console *console)
             continue;
         unasked->away[i] = 0;
         say_back(console, &console->robot->states[i]);
+        return true;
+    }
+    return false;
+}
+
+/* "servo 2: overload is over, torque on; 'clear' acknowledges it" */
+static void say_alarm_over(struct console *console, struct cds_servo_state *servo, uint8_t bit)
+{
+    union printer_value *values = console->printer.values;
+
+    values[0].number = servo->id;
+    values[1].text = reply_conditions[reply_condition(bit)];
+    if (servo->inhibits & CDS_INHIBIT_STATE_LOST) {
+        values[2].text = next_step(console, message_back_lost + sizeof LOST_ITS_STATE - 1);
+        values[3].number = values[4].number = values[5].number = servo->id;
+        say_line(console, message_alarm_over_lost);
+        servo->held |= CDS_HELD_LOSS_TOLD;
+    } else {
+        values[2].text = text_of_torque(servo);
+        values[3].text = next_step(console, message_acknowledge);
+        say_line(console, message_alarm_over);
+    }
+}
+
+/* Prints the end of one alarm. False: none has ended. */
+static bool report_alarm_over(struct unasked *unasked, struct console *console)
+{
+    for (uint8_t i = 0; i < console->robot->servos.count; i++) {
+        struct unasked_alarms *alarms = &unasked->alarms[i];
+        uint8_t bit = alarms->ended & (uint8_t)-alarms->ended;
+
+        if (bit == 0)
+            continue;
+        alarms->ended ^= bit;
+        say_alarm_over(console, &console->robot->states[i], bit);
         return true;
     }
     return false;
@@ -291,7 +417,9 @@ bool unasked_report(struct unasked *unasked, struct console *console)
         unasked->stop_is_late = false;
         say_stop(console);
     } else {
-        unasked->is_looking = report_back(unasked, console) || report_autostart(unasked, console);
+        unasked->is_looking = report_back(unasked, console) ||
+                              report_alarm_over(unasked, console) ||
+                              report_autostart(unasked, console);
     }
     return unasked->is_looking;
 }

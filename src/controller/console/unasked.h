@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* What the console tells a person without a command: that a fault is over, or that the autostart
- * has not begun. It makes room for such a line while a line is half typed or the table of `monitor`
- * stands there:
+ * has not begun. It also knows which latched alarms last. It makes room for such a line while a
+ * line is half typed or the table of `monitor` stands there:
  *
  *     servo 2 answers again, torque on; it may be driven
  *
@@ -17,6 +17,14 @@
 
 struct console;
 
+/* Conditions of one servo, CDS_ERRORS_OF_CONDITION. */
+struct unasked_alarms {
+    uint8_t told;  // as alarms, their end not yet
+    uint8_t ended; // and it is to be told
+    uint8_t seen;  // by the state check since the window began; a bit more: a reply has come
+    uint8_t lasts; // what was seen in the window before
+};
+
 /* Zero it (static storage is). The fields are internal. */
 struct unasked {
     uint32_t tick_us;           // time of the last tick
@@ -24,12 +32,15 @@ struct unasked {
     uint8_t remedied_ticks;     // ticks since then
     uint8_t away[ROBOT_SERVOS]; // of each servo: 0, or 1 since it was told as offline, and 1 more
                                 // for each tick at which it is online again
-    uint8_t line_ticks;         // 0: nothing to tell; 1: a fault of the line was told; 2 and more:
-                                // ticks without it, plus 1
-    bool stop_failed;           // torque is not read back as off at all servos
-    bool stop_is_late;          // a failed stop has succeeded since; not told yet
-    bool autostart_told;        // that its sequence does not play
-    bool is_looking;            // there may be something to tell since the last tick
+    struct unasked_alarms alarms[ROBOT_SERVOS];
+    uint32_t window_us;  // time of the begin of the window of `alarms`
+    bool is_checking;    // the state check waits for a reply
+    uint8_t line_ticks;  // 0: nothing to tell; 1: a fault of the line was told; 2 and more:
+                         // ticks without it, plus 1
+    bool stop_failed;    // torque is not read back as off at all servos
+    bool stop_is_late;   // a failed stop has succeeded since; not told yet
+    bool autostart_told; // that its sequence does not play
+    bool is_looking;     // there may be something to tell since the last tick
 };
 
 /* A command begins: remedies may be printed again. */
@@ -50,6 +61,17 @@ void unasked_note_error(struct unasked *unasked, uint8_t number);
 
 /* Entry `index` of the robot's list is told as offline: its return will be told. */
 void unasked_note_offline(struct unasked *unasked, uint8_t index);
+
+/* `condition` of entry `index` of the robot's list is told as an alarm: its end will be. */
+void unasked_note_alarm(struct unasked *unasked, uint8_t index, uint8_t condition);
+
+/* Call it in each turn while the console waits for input, and in the pauses of `monitor`: takes the
+ * replies to the state check. An alarm whose end was told is told again when it comes again. */
+void unasked_check_alarms(struct unasked *unasked, const struct console *console);
+
+/* Returns " (now)" if the latched alarm `bit` of entry `index` lasts, " (over)" if it does not, ""
+ * if the servo has not answered the state check for a while. */
+const CDS_FLASH char *unasked_alarm_age(const struct unasked *unasked, uint8_t index, uint8_t bit);
 
 /* Entry `from` of the robot's list, the last one, has moved to entry `to`. */
 void unasked_move_servo(struct unasked *unasked, uint8_t from, uint8_t to);

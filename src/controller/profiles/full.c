@@ -52,6 +52,7 @@ static void begin(const struct failsafe *failsafe, struct motion_store *store)
 #if HAS_ROOM
 static struct noise noise;
 static struct unasked unasked;
+static struct ended_motion ended_motion;
 #endif
 static struct account account;
 static struct history history;
@@ -147,6 +148,7 @@ const CDS_FLASH struct command_set command_set = {
     .set_up_tries = 3,
 #if HAS_ROOM
     .motion_words = &motion_words,
+    .ended_motion = &ended_motion,
 #endif
     .has_room = HAS_ROOM,
 #if HAS_MOTION

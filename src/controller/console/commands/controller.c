@@ -223,6 +223,8 @@ NOINLINE static uint8_t alarm_line(struct console *console, uint8_t id, uint8_t 
         condition = REPLY_OFFLINE;
     if (command_set.unasked && condition == REPLY_OFFLINE && kind & ALARM_NEW)
         unasked_note_offline(command_set.unasked, console->failsafe->next);
+    if (command_set.unasked && kind & ALARM_NEW)
+        unasked_note_alarm(command_set.unasked, console->failsafe->next, condition);
     value->text = reply_conditions[condition];
     value[1].text = !(kind & ALARM_NEW) ? message_nothing
                     : command_set.unasked
@@ -336,8 +338,10 @@ bool controller_report(struct console *console)
         noise_poll(command_set.noise, console->bus);
         silence_alarms_of_line(console);
     }
-    if (command_set.unasked)
+    if (command_set.unasked) {
+        unasked_check_alarms(command_set.unasked, console);
         unasked_silence(command_set.unasked, console);
+    }
     if (!console->printer.text) { // else a report is being printed
         if (console->editor.length && !(command_set.unasked && unasked_may_redraw(console)))
             return false;

@@ -31,13 +31,48 @@ bool motion_concerns_all(const struct console *console, const struct motion_outc
            (outcome->result == CDS_TIMEOUT && !a_servo_answers(&console->robot->servos));
 }
 
-const CDS_FLASH char *motion_line_text(const struct console *console, uint8_t error)
+/* The text of the error with which a motion has ended, or of the fault of the line that is the
+ * cause. */
+static const CDS_FLASH char *text_of_error(const struct console *console, uint8_t error)
 {
     if (mistake_is_noise(error))
         return mistake_noise_text(error);
     return error == CDS_LINE_BUSY && servos_line_is_low(&console->robot->servos)
                ? diagnose_findings[CDS_FINDING_LINE_LOW]
                : error_text(error);
+}
+
+void motion_keep_end(struct console *console)
+{
+    const struct motion_outcome *outcome = motion_outcome(console->robot);
+    const struct failsafe *failsafe = console->failsafe;
+    struct ended_motion *end = command_set.ended_motion;
+
+    if (outcome->result == CDS_PENDING)
+        end->is_kept = false;
+    if (outcome->result == CDS_PENDING || end->is_kept)
+        return;
+    end->is_kept = true;
+    end->concerns_all = motion_concerns_all(console, outcome);
+    end->is_by_link = failsafe->link_lost && failsafe->settings->link_loss_action;
+    end->error = console_remedied(console, outcome->result);
+    end->text = text_of_error(console, end->error);
+}
+
+const CDS_FLASH char *motion_failure(const struct console *console, union printer_value *values)
+{
+    const struct motion_outcome *outcome = motion_outcome(console->robot);
+    const struct ended_motion *end = command_set.ended_motion;
+    uint8_t error = end ? end->error : console_remedied(console, outcome->result);
+
+    values->text = message_nothing;
+    if (outcome->id != CDS_NO_ID && !(end && end->concerns_all)) {
+        (values++)->text = message_of_servo;
+        values->number = outcome->id;
+    }
+    (++values)->number = error;
+    (++values)->text = end ? end->text : error_text(error);
+    return message_end_failed;
 }
 
 void motion_print_cause(struct console *console, const struct motion_outcome *outcome)
@@ -103,6 +138,8 @@ bool motion_command_poll(struct console *console, uint8_t (*start)(struct consol
         if (motion_cycle_is_ending(robot))
             return true;
         console->phase = START;
+        if (command_set.ended_motion)
+            command_set.ended_motion->is_kept = false;
         console->error = start(console);
         return console->error == 0;
     case START: return poll_start(console);

@@ -205,24 +205,14 @@ static void print_step(struct console *console, const struct motion_outcome *out
 /* How the last motion has ended, with its values in the printer from values[1] on. */
 static const CDS_FLASH char *text_of_end(struct console *console)
 {
-    const struct motion_outcome *outcome = motion_outcome(console->robot);
-    const struct failsafe *failsafe = console->failsafe;
-    union printer_value *values = console->printer.values + 1;
-
-    switch (outcome->result) {
+    motion_keep_end(console);
+    switch (motion_outcome(console->robot)->result) {
     case CDS_OK: return message_went_well;
     case MOTION_NONE: return message_ended;
     case ROBOT_STOPPED:
-        return failsafe->link_lost && failsafe->settings->link_loss_action ? message_end_by_link
-                                                                           : message_end_by_stop;
-    default: break;
+        return command_set.ended_motion->is_by_link ? message_end_by_link : message_end_by_stop;
+    default: return motion_failure(console, console->printer.values + 1);
     }
-    (values++)->text = outcome->id == CDS_NO_ID ? message_nothing : message_of_servo;
-    if (outcome->id != CDS_NO_ID)
-        (values++)->number = outcome->id;
-    values[0].number = outcome->result;
-    values[1].text = error_text(outcome->result);
-    return message_end_failed;
 }
 
 static bool print_autostart(struct console *console)

@@ -100,21 +100,10 @@ static bool is_failure(uint8_t result)
 /* Prints "motion: servo 2: error 83: a servo does not follow its goals; ..." */
 static void print_failure(struct console *console)
 {
-    const struct motion_outcome *outcome = motion_outcome(console->robot);
-    union printer_value *values = console->printer.values;
-    uint8_t error = console_remedied(console, outcome->result);
-
     printer_flash(&console->printer, message_motion);
     if (command_set.motion_words)
-        command_set.motion_words->step(console, outcome);
-    values->text = message_nothing;
-    if (outcome->id != CDS_NO_ID && !(command_set.noise && motion_concerns_all(console, outcome))) {
-        (values++)->text = message_of_servo;
-        values->number = outcome->id;
-    }
-    (++values)->number = error;
-    (++values)->text = command_set.noise ? motion_line_text(console, error) : error_text(error);
-    printer_line(&console->printer, message_end_failed);
+        command_set.motion_words->step(console, motion_outcome(console->robot));
+    printer_line(&console->printer, motion_failure(console, console->printer.values));
 }
 
 /* ---- pause, resume, motion ---- */
@@ -170,6 +159,7 @@ static void print_no_motion(struct console *console)
         printer_line(printer, message_none_but);
         return;
     }
+    motion_keep_end(console);
     printer_flash(printer, message_none);
     printer_end_of_line(printer);
     if (is_failure(motion_outcome(console->robot)->result)) {
@@ -238,6 +228,8 @@ static bool motion_poll(struct console *console)
 
 bool play_report(struct console *console)
 {
+    if (command_set.ended_motion)
+        motion_keep_end(console);
     if (!printer_ready(&console->printer) || !moves_take_end(console->robot) ||
         !is_failure(motion_outcome(console->robot)->result) || !console_is_for_person(console))
         return false;

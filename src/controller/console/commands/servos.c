@@ -20,6 +20,8 @@ static const CDS_FLASH char message_presence_id_twice[] =
     "returned, replies damaged as if two servos had this ID ('diagnose ID')";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", latched alarms: %s";
+static const CDS_FLASH char message_alarms_more_age[] = " + %s%s";
+static const CDS_FLASH char message_alarms_age[] = ", latched alarms: %s%s";
 static const CDS_FLASH char message_presence[] = "servo %u: %s, torque %s";
 static const CDS_FLASH char message_angle_limits[] = ", limits %a to %a";
 static const CDS_FLASH char message_all_limits[] = ", limits %a to %a and %r";
@@ -66,15 +68,25 @@ static const CDS_FLASH char *const CDS_FLASH presences[] = {
     [CDS_PRESENCE_RETURNED] = FLASH_TEXT("returned, being checked"),
 };
 
-/* Prints the condition `index`, if its bit in `alarms` is set. */
-static void print_alarm(struct printer *printer, uint8_t alarms, uint8_t index)
+/* Prints the condition `condition` of a servo, if its bit is set: ", latched alarms: overload". A
+ * firmware with command_set.unasked adds whether it lasts. */
+static void print_alarm(struct console *console, const struct cds_servo_state *servo,
+                        uint8_t condition)
 {
-    uint8_t bit = (uint8_t)(1u << index);
+    struct printer *printer = &console->printer;
+    uint8_t alarms = servo->alarms & CDS_ERRORS_OF_CONDITION, bit = (uint8_t)(1u << condition);
+    bool is_first = !(alarms & (bit - 1));
 
     if (!(alarms & bit))
         return;
-    printer->values[0].text = reply_conditions[index];
-    printer_text(printer, alarms & (bit - 1) ? message_alarms_more : message_alarms);
+    printer->values[0].text = reply_conditions[condition];
+    if (!command_set.unasked) {
+        printer_text(printer, is_first ? message_alarms : message_alarms_more);
+        return;
+    }
+    printer->values[1].text =
+        unasked_alarm_age(command_set.unasked, (uint8_t)(servo - console->robot->states), bit);
+    printer_text(printer, is_first ? message_alarms_age : message_alarms_more_age);
 }
 
 /* Damaged replies of a servo that has returned: noise alone seldom gives so many. */
@@ -143,10 +155,7 @@ NOINLINE static void servo_part(struct console *console, const struct cds_servo_
                                       : message_stopped);
         break;
     case PART_END: printer_end_of_line(printer); break;
-    default:
-        print_alarm(printer, servo->alarms & CDS_ERRORS_OF_CONDITION,
-                    (uint8_t)(part - PART_ALARMS));
-        break;
+    default: print_alarm(console, servo, (uint8_t)(part - PART_ALARMS)); break;
     }
 }
 

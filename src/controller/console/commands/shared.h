@@ -85,9 +85,23 @@ void motion_print_cause(struct console *console, const struct motion_outcome *ou
  * not one servo: noise, or no servo answers. */
 bool motion_concerns_all(const struct console *console, const struct motion_outcome *outcome);
 
-/* In motion_command.c, for a profile with command_set.noise: the text of the error with which a
- * motion has ended, or of the fault of the line that is the cause. */
-const CDS_FLASH char *motion_line_text(const struct console *console, uint8_t error);
+/* How the last motion has ended, as it was seen at its end: noise or a lost link may be over when
+ * `motion` prints it. Storage: command_set.ended_motion. */
+struct ended_motion {
+    bool is_kept;               // false: a motion is under way, or has not begun
+    bool concerns_all;          // motion_concerns_all()
+    bool is_by_link;            // after ROBOT_STOPPED: the lost host link has stopped it
+    uint8_t error;              // console_remedied()
+    const CDS_FLASH char *text; // of the error, or of the fault of the line that is the cause
+};
+
+/* In motion_command.c: keeps how the last motion has ended, once. Call it in each turn while the
+ * console waits for input, and before the end is printed. */
+void motion_keep_end(struct console *console);
+
+/* In motion_command.c: returns the message that tells why the last motion has failed,
+ * "servo 2: error 83: a servo does not follow its goals; ...", with its values from `values` on. */
+const CDS_FLASH char *motion_failure(const struct console *console, union printer_value *values);
 
 /* In motion_command.c: stores outcome->result in console->error, and prints the servo that is the
  * reason, if there is one. */
