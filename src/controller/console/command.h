@@ -133,6 +133,9 @@ struct command_lists {
 
 /* More words about a motion that has failed, with the pose: motion_words.c. */
 struct command_motion_words {
+    /* Keeps how the last motion has ended, once, in command_set.ended_motion. Called in each turn
+     * while the console waits for input, and before the end is printed. */
+    void (*keep_end)(struct console *console);
     /* As motion_print_cause() (shared.h): prints a line. */
     void (*cause)(struct console *console, const struct motion_outcome *outcome);
     /* Prints "in step 3, pose far: ", at most 27 characters; nothing if there is no step. */

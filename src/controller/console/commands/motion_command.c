@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* What play and "pose ... in TIME" share: the start of a motion. */
-#include "cds55xx/diagnose.h" // CDS_FINDING_NOISE
 #include "console/commands/shared.h"
 #include "console/errors.h"
 #include "console/messages.h"
@@ -29,34 +28,6 @@ bool motion_concerns_all(const struct console *console, const struct motion_outc
 {
     return mistake_is_noise(outcome->result) ||
            (outcome->result == CDS_TIMEOUT && !a_servo_answers(&console->robot->servos));
-}
-
-/* The text of the error with which a motion has ended, or of the fault of the line that is the
- * cause. */
-static const CDS_FLASH char *text_of_error(const struct console *console, uint8_t error)
-{
-    if (mistake_is_noise(error))
-        return mistake_noise_text(error);
-    return error == CDS_LINE_BUSY && servos_line_is_low(&console->robot->servos)
-               ? diagnose_findings[CDS_FINDING_LINE_LOW]
-               : error_text(error);
-}
-
-void motion_keep_end(struct console *console)
-{
-    const struct motion_outcome *outcome = motion_outcome(console->robot);
-    const struct failsafe *failsafe = console->failsafe;
-    struct ended_motion *end = command_set.ended_motion;
-
-    if (outcome->result == CDS_PENDING)
-        end->is_kept = false;
-    if (outcome->result == CDS_PENDING || end->is_kept)
-        return;
-    end->is_kept = true;
-    end->concerns_all = motion_concerns_all(console, outcome);
-    end->is_by_link = failsafe->link_lost && failsafe->settings->link_loss_action;
-    end->error = console_remedied(console, outcome->result);
-    end->text = text_of_error(console, end->error);
 }
 
 const CDS_FLASH char *motion_failure(const struct console *console, union printer_value *values)

@@ -5,11 +5,13 @@
 #include <stddef.h>
 #include <string.h> // memchr()
 
+#include "cds55xx/diagnose.h" // CDS_FINDING_LINE_LOW
 #include "console/commands/shared.h"
 #include "console/commands/stored.h"
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
+#include "console/mistake.h" // mistake_is_noise()
 #include "console/reply.h"
 #include "robot/angle_limits.h" // ANGLE_LIMITS_NO_JOINT
 #include "robot/moves.h"
@@ -202,10 +204,38 @@ static void print_step(struct console *console, const struct motion_outcome *out
     printer_flash(&console->printer, message_colon);
 }
 
+/* The text of the error with which a motion has ended, or of the fault of the line that is the
+ * cause. */
+static const CDS_FLASH char *text_of_error(const struct console *console, uint8_t error)
+{
+    if (mistake_is_noise(error))
+        return mistake_noise_text(error);
+    return error == CDS_LINE_BUSY && servos_line_is_low(&console->robot->servos)
+               ? diagnose_findings[CDS_FINDING_LINE_LOW]
+               : error_text(error);
+}
+
+static void keep_end(struct console *console)
+{
+    const struct motion_outcome *outcome = motion_outcome(console->robot);
+    const struct failsafe *failsafe = console->failsafe;
+    struct ended_motion *end = command_set.ended_motion;
+
+    if (outcome->result == CDS_PENDING)
+        end->is_kept = false;
+    if (outcome->result == CDS_PENDING || end->is_kept)
+        return;
+    end->is_kept = true;
+    end->concerns_all = motion_concerns_all(console, outcome);
+    end->is_by_link = failsafe->link_lost && failsafe->settings->link_loss_action;
+    end->error = console_remedied(console, outcome->result);
+    end->text = text_of_error(console, end->error);
+}
+
 /* How the last motion has ended, with its values in the printer from values[1] on. */
 static const CDS_FLASH char *text_of_end(struct console *console)
 {
-    motion_keep_end(console);
+    keep_end(console);
     switch (motion_outcome(console->robot)->result) {
     case CDS_OK: return message_went_well;
     case MOTION_NONE: return message_ended;
@@ -349,6 +379,7 @@ const CDS_FLASH struct command_motion_words motion_words = {
     .autostart = print_autostart,
     .advise = advise,
     .end = print_end,
+    .keep_end = keep_end,
     .limit = limit,
     .begin = fast_steps_begin,
     .tries_again = fast_steps_try_again,

@@ -159,7 +159,7 @@ static void print_no_motion(struct console *console)
         printer_line(printer, message_none_but);
         return;
     }
-    motion_keep_end(console);
+    command_set.motion_words->keep_end(console);
     printer_flash(printer, message_none);
     printer_end_of_line(printer);
     if (is_failure(motion_outcome(console->robot)->result)) {
@@ -228,8 +228,8 @@ static bool motion_poll(struct console *console)
 
 bool play_report(struct console *console)
 {
-    if (command_set.ended_motion)
-        motion_keep_end(console);
+    if (command_set.motion_words)
+        command_set.motion_words->keep_end(console);
     if (!printer_ready(&console->printer) || !moves_take_end(console->robot) ||
         !is_failure(motion_outcome(console->robot)->result) || !console_is_for_person(console))
         return false;

@@ -95,10 +95,6 @@ struct ended_motion {
     const CDS_FLASH char *text; // of the error, or of the fault of the line that is the cause
 };
 
-/* In motion_command.c: keeps how the last motion has ended, once. Call it in each turn while the
- * console waits for input, and before the end is printed. */
-void motion_keep_end(struct console *console);
-
 /* In motion_command.c: returns the message that tells why the last motion has failed,
  * "servo 2: error 83: a servo does not follow its goals; ...", with its values from `values` on. */
 const CDS_FLASH char *motion_failure(const struct console *console, union printer_value *values);
