@@ -56,6 +56,8 @@ the rows of `src/controller/console/commands/` and from a real run in the simula
 One command a line, ended by Enter. The reply has zero or more lines, then `ok`, or `error N: text; remedy`
 ([errors.md](errors.md)); the profile `console` leaves the remedy out. Lines that begin with `warning:` report a
 condition, with a list of servos also the servo; the command has worked. `help` or `?` lists the commands, `help COMMAND` explains one.
+Press Ctrl-C when you open the terminal: another terminal may have left a line half typed, and Enter would run it. `stop` stops, whatever
+stands behind it.
 
 | key | what it does |
 |---|---|

@@ -553,6 +553,11 @@ class Scripts(unittest.TestCase):
                         + servo("1 PRESENT_SPEED 0") + "set 1 CW_ANGLE_LIMIT 10\nset 1 CCW_ANGLE_LIMIT 0\n! set 1 CW_ANGLE_LIMIT 0\n" + told
                         + servo("1 CW_ANGLE_LIMIT 34") + "torque 1 off\nset 1 CW_ANGLE_LIMIT 0\n" + servo("1 CW_ANGLE_LIMIT 0"))
 
+    def test_stop_with_more_words_stops(self):
+        for board in ("arbotix", "atmega128"):
+            self.run_on(board, "scan\ntorque 1 on\nstop 1\n@expect servo 1 torque off\n" + error(54, "torque 1 on")
+                        + "release\ntorque 1 on\nstop now please\n@expect servo 1 torque off\n")
+
     def test_servos_tells_no_torque_that_was_not_read(self):
         for board in ("atmega128", "arduino-mega"):
             run = controller("torque 1 on\nset 1 RETURN_DELAY 20us\nservos\n" + text("servo 1: online, torque unknown")

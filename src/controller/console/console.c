@@ -217,6 +217,11 @@ static void run(struct console *console)
         conclude(console, error);
 }
 
+static bool is_stop(const CDS_FLASH struct command *command)
+{
+    return command && command->begin == stop_begin;
+}
+
 static void end_line(struct console *console)
 {
     uint8_t error;
@@ -230,7 +235,7 @@ static void end_line(struct console *console)
         return;
     }
     error = parse_end(&console->line);
-    if (error)
+    if (error && !is_stop(console->line.command)) // "stop now" stops, too
         conclude(console, error);
     else
         run(console);

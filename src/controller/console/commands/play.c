@@ -280,7 +280,7 @@ static const CDS_FLASH struct command play_rows[] = {
     {
         .usage = FLASH_TEXT("motion [wait|off]"),
         .what = FLASH_TEXT("show the motion, wait for its end, or end it"),
-        .details = COMMAND_DETAILS("wait: answers at its end, with ok or its error; a key ends the "
+        .details = COMMAND_DETAILS("wait: answers at its end; a key ends the "
                                    "wait. off: all servos come to rest together, with torque"),
         .example = COMMAND_DETAILS("motion wait"),
         .begin = motion_begin,

@@ -229,6 +229,9 @@ bool after_scan(struct console *console);
  * robot->unlisted: the servos found that are not in the list of the robot. */
 void scan_sum_up(struct console *console);
 
+/* In stop.c: the begin of `stop`. */
+uint8_t stop_begin(struct console *console);
+
 /* In servos.c: `servos`, and `servos forget` of all servos. */
 uint8_t servos_begin(struct console *console);
 bool servos_poll(struct console *console);

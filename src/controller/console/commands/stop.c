@@ -26,7 +26,7 @@ static const CDS_FLASH char *const CDS_FLASH stop_outcomes[] = {
     [CDS_TORQUE_OFF_MUTE] = FLASH_TEXT("told, set not to answer"),
 };
 
-static uint8_t stop_begin(struct console *console)
+uint8_t stop_begin(struct console *console)
 {
     robot_stop(console->robot);
     return 0;
