@@ -229,7 +229,7 @@ static const CDS_FLASH struct command cycle_rows[] = {
         .what = FLASH_TEXT("goals at a fixed rate"),
         .details =
             COMMAND_DETAILS("For the group; MS: 2 to 65ms, only with every; default: the setting "
-                            "cycle_us. Goals are the present positions until pose sets others"),
+                            "cycle_us. Goals: the present positions until pose sets others"),
         .example = COMMAND_DETAILS("cycle every 4ms"),
         .begin = cycle_begin,
         .poll = cycle_poll,

@@ -100,9 +100,10 @@ ALWAYS_INLINE void print_presence(struct console *console, const struct cds_serv
     enum cds_bus_line line = cds_bus_line(console->bus);
     union printer_value *value = printer->values;
     const CDS_FLASH char *presence = presences[servo->presence];
-    bool is_unknown =
-        servo->presence != CDS_PRESENCE_ONLINE || servo->status_return_level == 0 || // no READ
-        !(servo->torque || console->robot->chosen); // the state check reads no servo yet
+    bool is_unknown = servo->presence != CDS_PRESENCE_ONLINE ||
+                      servo->status_return_level == 0 || // no READ
+                      !(servo->torque || servo->torque_off == CDS_TORQUE_OFF_OFF ||
+                        console->robot->chosen); // the state check reads no servo yet
 
     if (command_set.advise && servo->presence == CDS_PRESENCE_RETURNED &&
         servo->counters.corrupt >= MANY_DAMAGED)
