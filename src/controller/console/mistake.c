@@ -14,6 +14,7 @@
 #include "console/messages.h"
 #include "console/noise.h"      // struct noise
 #include "console/servo_list.h" // servo_list_is_all()
+#include "console/unasked.h"    // unasked_note_error()
 
 static const CDS_FLASH char message_one_servo[] = "one servo here, no list; send a line for each";
 static const CDS_FLASH char message_blank[] = "no space after a comma: 1,2,3";
@@ -215,6 +216,14 @@ static const CDS_FLASH char *const CDS_FLASH mistake_texts[] = {
     [MISTAKE_RATE] = message_at_rate,      [MISTAKE_OFFLINE] = message_not_driven,
 };
 
+/* The texts about one servo that does not answer begin with the remedy of the error. */
+static void print_advice(struct console *console)
+{
+    if (command_set.unasked && console->error == CDS_TIMEOUT)
+        unasked_note_error(command_set.unasked, CDS_TIMEOUT);
+    printer_line(&console->printer, command_set.advise(console));
+}
+
 void mistake_print(struct console *console, enum mistake mistake)
 {
     union printer_value *values = console->printer.values;
@@ -235,7 +244,7 @@ void mistake_print(struct console *console, enum mistake mistake)
     else if (mistake == MISTAKE_LIMITS)
         print_limits(console);
     else if (command_set.advise && mistake == MISTAKE_ADVISED)
-        printer_line(&console->printer, command_set.advise(console));
+        print_advice(console);
     else if (command_set.noise && mistake == MISTAKE_NOISE)
         printer_line(&console->printer, mistake_noise_text(console->error));
     else
