@@ -45,9 +45,9 @@ one of these:
 | settings at start | the newest record has | this firmware uses |
 |---|---|---|
 | `as saved` | these settings | all of them |
-| `of an older firmware; new ones: defaults` | only the first of these settings | the saved ones, and the defaults of the others |
+| `older firmware; new ones: defaults` | only the first of these settings | the saved ones, and the defaults of the others |
 | `saved by a newer firmware` | these settings and some that this firmware does not know | those that it knows |
-| `as saved; one was out of range: default` | a value that this firmware does not allow | its default, and all others as saved |
+| `as saved; one out of range: default` | a value that this firmware does not allow | its default, and all others as saved |
 | `defaults: ...` | nothing that can be read | the defaults |
 
 After a step back to an older firmware, `save` keeps the settings that only the newer firmware knows; the newer firmware

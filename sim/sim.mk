@@ -78,8 +78,8 @@ run-example: build/$(BOARD)/$(if $(OWN_PROGRAM),own,examples)/$(EXAMPLE_NAME).el
 	@echo "picture: build/$(EXAMPLE_NAME).svg"
 
 HOST_BAUD ?= board
-ifeq ($(filter board client,$(HOST_BAUD)),)
-$(error HOST_BAUD=$(HOST_BAUD) is not known: board is the rate of the board, client that of the terminal)
+ifneq ($(filter-out board client,$(HOST_BAUD)),)
+$(error HOST_BAUD=$(HOST_BAUD) is not known: give board, its own rate, or client, the rate of the terminal)
 endif
 
 ifneq ($(filter-out 0 1,$(FOLLOW)),)

@@ -595,7 +595,7 @@ class Build(unittest.TestCase):
         self.assert_one_line("SERVOS=1;id has a ;, which has a meaning in make or the shell; leave it out", "SERVOS=1;id")
         self.assert_one_line("SERVOS= names no servo: give IDs, as in SERVOS=1-6", "SERVOS=")
         self.assert_one_line("SERVO= is not known; did you mean SERVOS=1-3?", "SERVO=1-3")
-        self.assert_one_line("HOST_BAUD=9600 is not known: board is the rate of the board, client that of the terminal",
+        self.assert_one_line("HOST_BAUD=9600 is not known: give board, its own rate, or client, the rate of the terminal",
                              "HOST_BAUD=9600")
 
     def test_flash_writes_another_elf(self):

@@ -10,7 +10,7 @@
 #define RETURN_DELAY 5    // register 0x05, 10 us: the handlers of the host link delay the release
 #define STOP         0x18 // Ctrl-X: it would switch torque off, and this row expects only PINGs
 
-#define QUIET (120000 * RIG_US) // longer than the console looks for names near a wrong word
+#define QUIET (120000 * RIG_US) // the console looks for names near a wrong word for up to 70 ms
 
 static char text[TEXT_ROOM]; // output of the console
 static unsigned text_size;
@@ -31,7 +31,8 @@ static void host_sends(struct check *check, const char *bytes, unsigned size)
     host_link_send(&bench->host_link, rig_now(check->rig), bytes, size);
 }
 
-/* Runs until the controller has received `bytes`, 87 us each, and has printed all its replies. */
+/* Runs until the controller has received `bytes`, which take less than 90 us each, and has printed
+ * all its replies. */
 static void wait(struct check *check, unsigned bytes)
 {
     unsigned printed;
@@ -74,7 +75,8 @@ static void fill(char *bytes, enum flood flood, uint32_t random)
 static bool needs_reply(const char *bytes)
 {
     bool whole = true;
-    for (unsigned i = 0, begin = 0; i < FLOOD; i++) {
+    unsigned begin = 0; // of the line
+    for (unsigned i = 0; i < FLOOD; i++) {
         if (bytes[i] == '\n' || bytes[i] == '\r') {
             if (whole && i > begin) {
                 return true;
@@ -85,7 +87,7 @@ static bool needs_reply(const char *bytes)
             whole = false;
         }
     }
-    return whole;
+    return whole && begin < FLOOD;
 }
 
 /* Checks that each line of the output is `ok` or a numbered error. Returns the number of errors. */

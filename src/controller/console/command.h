@@ -153,7 +153,7 @@ struct command_motion_words {
     /* Call before each start of `play`. Marks the steps found too fast so far; the check then goes
      * past them. */
     void (*begin)(struct console *console);
-    /* Call after each start of `play`. Returns true if `play` must start again to find the next
+    /* Call after each start of a motion. Returns true if `play` must start again to find the next
      * step that is too fast; it has printed this one. Returns false at the end; console->error is
      * ERROR_TOO_FAST if a step was too fast. */
     bool (*tries_again)(struct console *console);

@@ -38,8 +38,8 @@ enum console_state {
 struct servo_list {
     uint8_t next;  // index of the servo that is next
     uint8_t phase; // of the servo that is served now: enum list_phase
-    /* Of the last servo that has failed; ERROR_SOME: its text is of this servo alone, so that of
-     * the next servo is not shortened; 0: none has failed. */
+    /* Error of the last servo that failed. ERROR_SOME: it had a text of its own, so that of the
+     * next servo is not shortened. 0: none has failed. */
     uint8_t error;
 };
 

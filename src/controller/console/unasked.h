@@ -29,7 +29,7 @@ struct unasked_alarms {
 struct unasked {
     uint32_t tick_us;           // time of the last tick
     uint16_t remedied;          // conditions (reply.h) whose remedy a person has just read: bits
-    uint8_t remedied_ticks;     // ticks since then
+    uint8_t remedied_ticks;     // ticks since the latest of them
     uint8_t away[ROBOT_SERVOS]; // of each servo: 0, or 1 since it was told as offline, and 1 more
                                 // for each tick at which it is online again
     struct unasked_alarms alarms[ROBOT_SERVOS];

@@ -70,8 +70,8 @@ static void release_servos(struct robot *robot)
     cds_servos_reserve(&robot->servos, NULL, NULL, 0);
 }
 
-/* Periods without a packet on the line, after which the line counts as never quiet. With noise some
- * packets leave. */
+/* Periods without a packet on the line, after which the line counts as low or never quiet. With
+ * noise some packets leave. */
 #define UNSENT_PERIODS 3
 
 static void count_unsent_periods(struct moves *moves, uint8_t sent)
@@ -137,7 +137,8 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
 }
 
 /* A servo did not follow its goals, or take one. In place of this symptom stores the first cause
- * that holds: inhibited, OFFLINE, line never quiet, torque off. No ID: all servos are concerned. */
+ * that holds: inhibited, OFFLINE, line low or never quiet, torque off. No ID: all servos are
+ * concerned. */
 static void find_cause(struct robot *robot, struct motion_outcome *outcome)
 {
     const struct cds_servo_state *servo = cds_servos_find(&robot->servos, outcome->id);

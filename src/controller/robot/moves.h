@@ -23,7 +23,7 @@
 #include "robot/player.h"       // struct player
 #include "robot/robot.h"        // struct robot
 
-/* The storage: robot->moves. The fields are to be read only. */
+/* The storage: robot->moves. Other modules only read the fields; for `player` see player.h. */
 struct moves {
     // Fields in most use stand first: `ldd` reaches offsets 0 to 63. Saves 232 bytes.
     const struct motion_store *store;
@@ -38,7 +38,7 @@ struct moves {
     bool is_paused;           // the move or the sequence: by moves_pause()
     uint8_t noted_saves;      // store->saves, modulo 256, when `outcome` was noted
     uint8_t compared;         // period in which a joint was compared last, modulo 256
-    uint8_t sent;             // packets that the bus had sent then, modulo 256
+    uint8_t sent;             // packets that the bus had sent in that period, modulo 256
     uint8_t unsent_periods;   // since the last packet left, up to UNSENT_PERIODS
     struct motion_start start;
     struct autostart autostart;

@@ -9,7 +9,8 @@
 #include "cds55xx/sequence.h" // struct cds_sequence
 #include "robot/stored_pose.h"
 
-/* A player: robot->moves->player. Others only read the fields, but for `read` and `too_fast`. */
+/* A player: robot->moves->player. Others only read the fields, with two exceptions: moves.c writes
+ * `sequence.result` and `poses`, and fast_steps.c `read` and `too_fast`. */
 struct player {
     const struct motion_store *store;
     uint8_t place;                // of the sequence

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Taking a request back before its packet is sent; see bus.h. */
+/* Taking a request back before its packet is sent: the one step of the transaction outside bus.c,
+ * from WAITING_FOR_LINE to IDLE. See bus.h. */
 #include <stddef.h>
 
 #include "bus/bus_internal.h"

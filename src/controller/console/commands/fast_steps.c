@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* All steps of a sequence that are too fast are told at once: `play` starts again behind each one
- * that was found, until none is left, and then fails. Nothing moves meanwhile. Only for chips with
+/* Finds all steps of a sequence that are too fast: `play` starts again with the steps found so far
+ * made slower, until none is left, and then fails. Nothing moves meanwhile. Only for chips with
  * room for it. */
 #include <stddef.h>
 #include <string.h> // memset()
@@ -10,9 +10,9 @@
 #include "console/errors.h"
 #include "robot/moves.h"
 
-/* `read` of the player after a start that has found a step too fast: the steps are tried again, and
- * those that are known to be too fast may take longer, so the motion finds the next one. Steps that
- * all were tried have no pose: the sequence ends as CDS_BAD_ARGUMENT and does not begin. */
+/* Reads the steps for the player after a start that has found one too fast: all are tried again,
+ * and those that are known to be too fast may take longer, so the motion finds the next one. Steps
+ * that all were tried have no pose: the sequence ends as CDS_BAD_ARGUMENT and does not begin. */
 static bool read_tried_step(void *context, uint8_t index, struct cds_sequence_step *step,
                             uint16_t *pose)
 {

@@ -11,8 +11,6 @@
 #include "console/console.h"    // struct console, console_job()
 #include "robot/motion_start.h" // struct motion_outcome
 
-_Static_assert(sizeof(struct cds_setup) + 16 <= CONSOLE_JOB_SIZE, "the job must fit");
-
 /* The job of a command that may start the cycle. */
 struct move_job {
     uint32_t begun_us; // when the cycle was started
@@ -133,6 +131,8 @@ struct set_job {
     uint8_t bound_at;  // of `set`: address of the register that the value contradicts, or 0
     uint16_t bound;    // its value
 };
+
+_Static_assert(sizeof(struct set_job) <= CONSOLE_JOB_SIZE, "the job must fit");
 
 static inline struct set_job *set_job(struct console *console)
 {
