@@ -286,11 +286,14 @@ static uint8_t clear_begin(struct console *console)
     return failsafe_clear(console->failsafe) ? 0 : ERROR_STOPPING;
 }
 
+static const CDS_FLASH char message_bytes_unasked[] =
+    "noise on the line, a loose plug, or a servo that sends without end; 'diagnose ID' tells which";
+
 /* The text of a fault of console_faults(). */
 static const CDS_FLASH char *fault_text(struct console *console, uint8_t fault)
 {
     if (command_set.noise && fault == FAULT_NOISE)
-        return diagnose_findings[CDS_FINDING_NOISE];
+        return message_bytes_unasked;
     if (fault == FAULT_LINE_LOW)
         return diagnose_findings[CDS_FINDING_LINE_LOW];
     return command_set.link_lost ? command_set.link_lost(console) : error_text(ERROR_LINK_LOST);
