@@ -158,6 +158,15 @@ void test_lost_state_of_a_servo_that_is_back_is_told_once(void)
     TEST_ASSERT_EQUAL_STRING("", said_after_watch());
 }
 
+void test_lost_state_behind_an_inhibit_is_told_by_its_alarm(void)
+{
+    lose_state();
+    robot_inhibit(&robot);
+    TEST_ASSERT_NOT_NULL(strstr(said_in_ticks(8), "driving is inhibited until 'release'"));
+    TEST_ASSERT_NOT_NULL(strstr(said_after_watch(), lost_alarm));
+    TEST_ASSERT_EQUAL_STRING("", said_after_watch());
+}
+
 void test_lost_state_is_told_to_a_host_of_packets(void)
 {
     lose_state();
