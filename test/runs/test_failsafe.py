@@ -380,9 +380,13 @@ class Alarms(unittest.TestCase):
                 self.assertEqual(run.status, 0, run.output)
                 remedy = "; 'servos' tells why: mend power, load, plug or heat, then 'release'"
                 lines = [f"alarm of servo 2: {told}", "alarm of servo 3: offline", f"alarm of servo 3: {told}"]
+                remedies = [remedy, remedy]
+                if boards.BOARDS[board].mcu in boards.LARGE: # it names the cause
+                    remedies = [f"; without an alarm, so it lost its power or was reset: check its plug and supply, then "
+                                f"'release {servo}'; 'teach off {servo}' holds it where it is" for servo in (2, 3)]
                 if boards.BOARDS[board].profile == "full":
-                    lines = [lines[0] + remedy, lines[1] + "; check power, wiring, ID and baud rate of the servo",
-                             lines[2] + remedy]
+                    lines = [lines[0] + remedies[0], lines[1] + "; check power, wiring, ID and baud rate of the servo",
+                             lines[2] + remedies[1]]
                 if boards.BOARDS[board].mcu in boards.LARGE and mode == "mode person": # one line tells return and loss
                     lines.pop()
                     self.assertIn("> servo 3 answers again, torque off; it lost its state: 'release 3'", run.output)

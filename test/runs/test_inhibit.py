@@ -83,6 +83,15 @@ class Inhibit(unittest.TestCase):
         run = run_script(self, "scan\nstop\nstatus\n@expect text last stop: 3 of 3 servos read back as off\n")
         self.assertNotIn("not checked", run.output)
 
+    def test_status_keeps_the_result_of_the_last_stop(self):
+        run_script(self, "scan\nstop\nrelease\nservos forget\nscan\nstatus\n@expect text last stop: none\n"
+                   "stop\nstatus\n@expect text last stop: 3 of 3 servos read back as off\n")
+        run_script(self, "stop\nscan\nstatus\n@expect text last stop: 0 of 0 servos read back as off\n")
+        run_script(self, "scan\n@fault stuck low 2000\n! stop\nstatus\n"
+                   "@expect text last stop: 0 of 3 servos read back as off\n")
+        run_script(self, "scan\nstop\nrelease\n@power 3 off\n@wait 2000\nrelease 3\nservos forget 3\n@power 3 on\n@wait 500\nscan\n"
+                   "status\n@expect text last stop: 2 of 2 servos read back as off\n", board="arduino-mega")
+
 
 class Resets(unittest.TestCase):
     def test_inhibit_survives_every_reset_but_power_on(self):

@@ -84,6 +84,22 @@ class AlarmOver(unittest.TestCase):
         self.assertEqual(told, ["alarm of servo 2: input voltage", "alarm of servo 2: offline"])
 
 
+class LostPower(unittest.TestCase):
+    """A servo whose torque went off by itself: the alarm tells what is known of the cause."""
+    def lost(self, script):
+        run = controller(f"scan\ntorque all on\nmode person\n@wait 1500\n{script}mode program\n", "arduino-mega", "1-3", "--echo")
+        self.assertEqual(run.status, 0, run.output)
+        return re.findall("torque went off by itself.*", run.output)
+
+    def test_short_loss_of_power_is_named(self):
+        self.assertEqual(self.lost("@power 2 off\n@wait 200\n@power 2 on\n@wait 4000\n"),
+                         ["torque went off by itself; without an alarm, so it lost its power or was reset: check its plug and "
+                          "supply, then 'release 2'; 'teach off 2' holds it where it is"])
+
+    def test_shutdown_by_heat_is_not_taken_for_lost_power(self):
+        self.assertRegex(self.lost("@ambient 2 90\n@wait 40000\n")[0], "^torque went off by itself; 'servos' tells why")
+
+
 class Repeated(unittest.TestCase):
     """A remedy that was printed just before is not printed again."""
     def run_on(self, script):

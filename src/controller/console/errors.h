@@ -94,7 +94,7 @@
     X(ERROR_TORQUE_OFF, 84, "torque of a servo is off",                                            \
       "switch it on where the servos are, as by 'teach off 1 2 3'")                                \
     X(ERROR_ALARM, 85, "the servo reports an alarm",                                               \
-      "take any load off and let it cool, then 'clear'")                                           \
+      "'torque ID off', unload it; when cool, 'clear'")                                            \
     X(ERROR_VOLTAGE, 86, "voltage outside of the servo's limits",                                  \
       "compare PRESENT_VOLTAGE, MIN_VOLTAGE, MAX_VOLTAGE; mend supply or limits, then 'clear'")    \
     X(ERROR_OVERRIDE, 82, "percentage of the speed out of range", "give 10 to 200%")               \

@@ -50,6 +50,9 @@ static const CDS_FLASH char message_autostart_failed[] =
 static const CDS_FLASH char message_back_lost[] =
     LOST_ITS_STATE "'release %u', then 'teach off %u' holds it where it is, 'torque %u on' "
                    "moves it to its goal";
+static const CDS_FLASH char message_lost_power[] =
+    "; without an alarm, so it lost its power or was reset: check its plug and supply, then "
+    "'release %u'; 'teach off %u' holds it where it is";
 static const CDS_FLASH char message_level_due[] =
     "it answers no READ: 'set %u STATUS_RETURN_LEVEL 1' first";
 static const CDS_FLASH char message_release_due[] = "driving is inhibited until 'release'";
@@ -104,12 +107,29 @@ static bool is_damaged(const struct console *console)
            failsafe->reported[failsafe->next] & CDS_ERROR_CHECKSUM;
 }
 
-const CDS_FLASH char *unasked_alarm_remedy(struct unasked *unasked, const struct console *console,
+/* True if a servo has switched its torque off, and not by an alarm, which its replies would tell.
+ */
+static bool has_lost_power(const struct console *console, uint8_t condition)
+{
+    const struct failsafe *failsafe = console->failsafe;
+
+    return condition == REPLY_TORQUE_LOST &&
+           !(failsafe->reported[failsafe->next] & CDS_ERRORS_OF_CONDITION);
+}
+
+const CDS_FLASH char *unasked_alarm_remedy(struct unasked *unasked, struct console *console,
                                            uint8_t condition)
 {
+    const CDS_FLASH char *remedy;
+
     if (1 << condition == CDS_ERROR_INSTRUCTION && is_damaged(console))
         condition = reply_condition(CDS_ERROR_CHECKSUM);
-    return unasked_remedy(unasked, console, condition);
+    remedy = unasked_remedy(unasked, console, condition);
+    if (remedy == message_nothing || !has_lost_power(console, condition))
+        return remedy;
+    console->printer.values[4].number = console->printer.values[5].number =
+        console->failsafe->alarm_id;
+    return message_lost_power;
 }
 
 /* ---- faults that are over ---- */
@@ -324,6 +344,15 @@ static const CDS_FLASH char *text_of_torque(const struct cds_servo_state *servo)
     return servo->torque ? message_on : message_off;
 }
 
+/* The lost state of the servo is told if `step` names it, and not the inhibit of all servos: then
+ * its alarm tells it. */
+static void note_loss(struct cds_servo_state *servo, const CDS_FLASH char *step)
+{
+    if (servo->inhibits & CDS_INHIBIT_STATE_LOST && step != message_clear_due &&
+        step != message_release_due)
+        servo->held |= CDS_HELD_LOSS_TOLD;
+}
+
 /* "servo 2 answers again, torque on; it may be driven" */
 static void say_back(struct console *console, struct cds_servo_state *servo)
 {
@@ -333,8 +362,7 @@ static void say_back(struct console *console, struct cds_servo_state *servo)
     values[1].text = text_of_torque(servo);
     values[2].text = next_step(console, step_of_servo(servo));
     say_line(console, message_back);
-    if (servo->inhibits & CDS_INHIBIT_STATE_LOST)
-        servo->held |= CDS_HELD_LOSS_TOLD;
+    note_loss(servo, values[2].text);
 }
 
 /* Prints the return of a servo. False: none has returned. */
@@ -361,7 +389,7 @@ static void say_alarm_over(struct console *console, struct cds_servo_state *serv
         values[2].text = next_step(console, message_back_lost + sizeof LOST_ITS_STATE - 1);
         values[3].number = values[4].number = values[5].number = servo->id;
         say_line(console, message_alarm_over_lost);
-        servo->held |= CDS_HELD_LOSS_TOLD;
+        note_loss(servo, values[2].text);
     } else {
         values[2].text = text_of_torque(servo);
         values[3].text = next_step(console, message_acknowledge);

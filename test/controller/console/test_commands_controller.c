@@ -213,8 +213,8 @@ void test_alarm_report_prints_lines_between_replies(void)
     says(7, 0x24);
     turns(44);
     TEST_ASSERT_EQUAL_STRING(
-        "alarm of servo 7: overheating; take any load off and let it cool, then 'clear'\r\n"
-        "alarm of servo 7: overload; take any load off and let it cool, then 'clear'\r\n",
+        "alarm of servo 7: overheating; 'torque ID off', unload it; when cool, 'clear'\r\n"
+        "alarm of servo 7: overload; 'torque ID off', unload it; when cool, 'clear'\r\n",
         said);
     eeprom_fake.slow = 3;
     reply_to("save");

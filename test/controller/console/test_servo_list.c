@@ -278,8 +278,8 @@ void test_warning_of_list_names_its_servo(void)
     answer(1, CDS_ERROR_OVERHEATING, NULL, 0);
     acknowledge(2);
     TEST_ASSERT_EQUAL_STRING(
-        "servo 1: ok\r\nwarning: servo 1: overheating; take any load off and let "
-        "it cool, then 'clear'\r\nservo 2: ok\r\nok\r\n",
+        "servo 1: ok\r\nwarning: servo 1: overheating; 'torque ID off', unload "
+        "it; when cool, 'clear'\r\nservo 2: ok\r\nok\r\n",
         said);
 }
 

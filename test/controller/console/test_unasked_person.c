@@ -158,6 +158,15 @@ void test_lost_state_of_a_servo_that_is_back_is_told_once(void)
     TEST_ASSERT_EQUAL_STRING("", said_after_watch());
 }
 
+void test_lost_state_behind_an_inhibit_is_told_by_its_alarm(void)
+{
+    lose_state();
+    robot_inhibit(&robot);
+    TEST_ASSERT_NOT_NULL(strstr(said_in_ticks(8), "driving is inhibited until 'release'"));
+    TEST_ASSERT_NOT_NULL(strstr(said_after_watch(), lost_alarm));
+    TEST_ASSERT_EQUAL_STRING("", said_after_watch());
+}
+
 void test_lost_state_is_told_to_a_host_of_packets(void)
 {
     lose_state();
@@ -305,15 +314,15 @@ void test_remedy_of_next_alarm_is_told_again_later(void)
 {
     begin_person();
     report(CDS_ERROR_OVERHEATING);
-    TEST_ASSERT_NOT_NULL(strstr(said, "overheating; take any load off"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "overheating; 'torque ID off', unload it"));
     report(CDS_ERROR_OVERLOAD);
     TEST_ASSERT_NOT_NULL(strstr(said, "overload\r\n"));
     said_in_ticks(10);
     report(CDS_ERROR_OVERLOAD);
-    TEST_ASSERT_NOT_NULL(strstr(said, "overload; take any load off"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "overload; 'torque ID off', unload it"));
     reply_to("help ping");
     report(CDS_ERROR_OVERLOAD);
-    TEST_ASSERT_NOT_NULL(strstr(said, "overload; take any load off"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "overload; 'torque ID off', unload it"));
 }
 
 void test_remedy_of_a_reply_is_not_told_again_by_an_alarm(void)
@@ -334,7 +343,7 @@ void test_remedy_is_not_left_out_for_a_program(void)
 {
     report(CDS_ERROR_OVERLOAD);
     report(CDS_ERROR_OVERLOAD);
-    TEST_ASSERT_NOT_NULL(strstr(said, "overload; take any load off"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "overload; 'torque ID off', unload it"));
 }
 
 void test_instruction_error_by_noise_names_noise(void)

@@ -400,18 +400,29 @@ static const CDS_FLASH char *stop_text(const struct robot *robot)
     return message_torque_read;
 }
 
-/* "last stop: 2 of 3 servos read back as off; IDs not checked: 251". A servo that
- * joined the robot after the stop was not read back. */
+/* True if the servo joined the robot after the last stop. A stop that gave up on a line in use has
+ * not read all servos. */
+static bool joined_since_stop(const struct robot *robot, const struct cds_servo_state *servo)
+{
+    return command_set.advise && servo->torque_off == CDS_TORQUE_OFF_UNKNOWN &&
+           robot->stop.steps.result != CDS_LINE_BUSY;
+}
+
+/* "last stop: 2 of 3 servos read back as off; IDs not checked: 251". Where the flash has room, a
+ * servo that joined the robot after the stop does not count; elsewhere it was not read back. */
 static void print_torque(struct printer *printer, const struct robot *robot)
 {
     const struct cds_servo_state *servo = robot->states;
-    uint8_t unlisted = robot_unlisted(robot), off = 0;
+    uint8_t unlisted = robot_unlisted(robot), off = 0, count = robot->servos.count;
 
-    for (uint8_t left = robot->servos.count; left; left--, servo++)
+    for (uint8_t left = count; left; left--, servo++) {
         if (servo->torque_off == CDS_TORQUE_OFF_OFF)
             off++;
+        if (joined_since_stop(robot, servo))
+            count--;
+    }
     printer->values[0].number = off;
-    printer->values[1].number = robot->servos.count;
+    printer->values[1].number = count;
     printer->values[2].text =
         robot->stop.steps.result == CDS_REFUSED ? message_some_on : message_nothing;
     printer->values[3].text = unlisted ? message_unlisted : message_nothing;

@@ -52,6 +52,8 @@ uint8_t servos_begin(struct console *console)
     if (error)
         return error;
     robot_forget(robot);
+    if (command_set.advise)
+        robot->stop.servos = NULL; // `status`: no servo of the last stop is left; it is over
     if (command_set.explain)
         console->failsafe->alarm = 0; // one of a forgotten servo, not yet printed
     memset(console->failsafe->reported, 0,
