@@ -100,6 +100,16 @@ class LostPower(unittest.TestCase):
         self.assertRegex(self.lost("@ambient 2 90\n@wait 40000\n")[0], "^torque went off by itself; 'servos' tells why")
 
 
+class SharedId(unittest.TestCase):
+    """A servo that goes offline with damaged replies may share its ID."""
+    def test_offline_servo_with_damaged_replies_may_share_its_id(self):
+        run = controller("mode person\nscan\n@power 3 off\n@wait 2500\nservos forget 3\nid 2 3\ntorque 3 on\n@power 3 on\n"
+                         "@wait 6000\nmode program\n", "arduino-mega", "1-3", "--echo", "--rules", "warn")
+        self.assertEqual(re.findall("alarm of servo 3: offline; (.*)", run.output),
+                         ["check power, wiring, ID and baud rate of the servo",
+                          "check power, wiring; replies came damaged, so two servos may have its ID: 'diagnose 3'"])
+
+
 class Repeated(unittest.TestCase):
     """A remedy that was printed just before is not printed again."""
     def run_on(self, script):

@@ -112,6 +112,8 @@ static const CDS_FLASH char message_servos_left[] =
     "after 'bus %b'";
 static const CDS_FLASH char message_no_servo_left[] =
     "the bus changed to this rate; servos known here: %u; 'scan' looks for others";
+static const CDS_FLASH char message_save_goes_on[] =
+    "stopped: driving is inhibited until 'release'; the settings are saved all the same";
 static const CDS_FLASH char message_loss[] = "the host link was lost; no byte for link_loss_ms: %s";
 static const CDS_FLASH char message_loss_shown[] =
     "driving goes on, as link_loss_action is 0; 'clear' when it is back";
@@ -591,6 +593,16 @@ static const CDS_FLASH char *text_of_supply(const struct console *console)
     return servo && servo->alarms == CDS_ERROR_VOLTAGE ? error_text(ERROR_VOLTAGE) : NULL;
 }
 
+/* A stop ends the wait for a save, not the save. */
+static const CDS_FLASH char *text_of_stopped(const struct console *console)
+{
+    static const CDS_FLASH char save[] = "save";
+
+    return is_command(&console->line, save) && console->failsafe->store->result != SETTINGS_FAILED
+               ? message_save_goes_on
+               : NULL;
+}
+
 const CDS_FLASH char *advice(struct console *console)
 {
     static const CDS_FLASH char mode[] = "mode";
@@ -624,6 +636,7 @@ const CDS_FLASH char *advice(struct console *console)
     case CDS_CORRUPT: return text_of_scan(console);
     case CDS_LIMIT: return text_of_torque_on(console);
     case CDS_INHIBITED: return text_of_release(console);
+    case ERROR_STOPPED: return text_of_stopped(console);
     case ERROR_ENDLESS: return text_of_turn(console);
     case ERROR_ALARM: return text_of_supply(console);
     case ERROR_LINK_LOST: return advice_link_lost(console);

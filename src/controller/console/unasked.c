@@ -25,6 +25,9 @@
 #define WINDOW_US   1500000ul
 #define HAS_REPLIED 0x80 // in `seen` and `lasts`, beside the conditions
 
+/* A servo that goes offline with so many damaged replies may share its ID. */
+#define SHARED_DAMAGED 3
+
 #define REMEDY_TICKS 8 // 2 s: until then the remedy is not repeated
 
 #define FAULTS_OF_LINE (FAULT_LINE_LOW | FAULT_NOISE)
@@ -53,6 +56,8 @@ static const CDS_FLASH char message_back_lost[] =
 static const CDS_FLASH char message_lost_power[] =
     "; without an alarm, so it lost its power or was reset: check its plug and supply, then "
     "'release %u'; 'teach off %u' holds it where it is";
+static const CDS_FLASH char message_id_shared[] =
+    "; check power, wiring; replies came damaged, so two servos may have its ID: 'diagnose %u'";
 static const CDS_FLASH char message_level_due[] =
     "it answers no READ: 'set %u STATUS_RETURN_LEVEL 1' first";
 static const CDS_FLASH char message_release_due[] = "driving is inhibited until 'release'";
@@ -117,19 +122,32 @@ static bool has_lost_power(const struct console *console, uint8_t condition)
            !(failsafe->reported[failsafe->next] & CDS_ERRORS_OF_CONDITION);
 }
 
+/* The remedy of an alarm whose cause is known, with %u for the ID; NULL: it is not known. */
+static const CDS_FLASH char *remedy_of_cause(const struct console *console, uint8_t condition)
+{
+    const struct cds_servo_state *servo = &console->robot->states[console->failsafe->next];
+
+    if (has_lost_power(console, condition))
+        return message_lost_power;
+    return condition == REPLY_OFFLINE && servo->counters.corrupt >= SHARED_DAMAGED
+               ? message_id_shared
+               : NULL;
+}
+
 const CDS_FLASH char *unasked_alarm_remedy(struct unasked *unasked, struct console *console,
                                            uint8_t condition)
 {
-    const CDS_FLASH char *remedy;
+    const CDS_FLASH char *remedy, *known;
 
     if (1 << condition == CDS_ERROR_INSTRUCTION && is_damaged(console))
         condition = reply_condition(CDS_ERROR_CHECKSUM);
     remedy = unasked_remedy(unasked, console, condition);
-    if (remedy == message_nothing || !has_lost_power(console, condition))
+    known = remedy_of_cause(console, condition);
+    if (remedy == message_nothing || !known)
         return remedy;
     console->printer.values[4].number = console->printer.values[5].number =
         console->failsafe->alarm_id;
-    return message_lost_power;
+    return known;
 }
 
 /* ---- faults that are over ---- */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Errors whose remedy depends on what is known of the servos. */
 #include "console_rig.h"
+#include "eeprom_fake.h"
 
 void setUp(void)
 {
@@ -56,6 +57,16 @@ void test_no_reply_keeps_its_remedy_after_late_replies(void)
         "error 2: servo 1: no reply by the deadline; check power, wiring, ID "
         "and baud rate of the servo; replies that came late so far: 3, see 'diagnose 1'\r\n",
         said);
+}
+
+void test_stop_during_a_save_says_that_it_goes_on(void)
+{
+    eeprom_fake.slow = 100;
+    reply_to("save");
+    console_stop(&console);
+    type("");
+    TEST_ASSERT_NOT_NULL(strstr(said, "error 54: stopped: driving is inhibited until 'release'; "
+                                      "the settings are saved all the same\r\n"));
 }
 
 void test_ping_254_counts_no_servo_at_another_rate(void)
