@@ -7,7 +7,7 @@ export const alarms = {
     overheating: "Let the servo cool down, with torque off. Look for a blocked or heavy joint.",
     range: "A packet had a value out of range. Look at the view Packets for it.",
     checksum: "Packets come damaged. Look for noise and a loose wire; read the counters in the view Packets.",
-    overload: "The servo has lowered its torque. Switch its torque off, then take the load off: a freed servo runs on to its goal.",
+    overload: "Switch its torque off, then take the load off: a freed servo runs on to its goal.",
     "torque went off by itself": "Mend power, load or plug, or let it cool; then “Release”.",
     instruction: "A packet had an instruction that the servo does not know. Look at the view Packets for it.",
 };

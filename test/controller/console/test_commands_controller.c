@@ -16,7 +16,7 @@ static struct failsafe failsafe;
 static struct robot robot;
 static struct settings settings;
 static struct settings_store store;
-static char said[560];
+static char said[500];
 
 static uint16_t damaged_stops;
 
