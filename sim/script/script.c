@@ -155,8 +155,12 @@ static bool do_fault(struct script *script, uint64_t now, const struct scenario_
 
 static bool do_reset(struct script *script, uint64_t now, const struct scenario_line *line)
 {
-    script->ops->reset(script->ops->context, now, &line->reset);
-    step_at(script, now + 1); // what happens now happens before the next line
+    const struct reset_order *order = &line->reset;
+    script->awaits_reset = !order->hang && !order->writes && order->us == 0;
+    script->ops->reset(script->ops->context, now, order);
+    if (!script->awaits_reset) {
+        step_at(script, now + 1); // what happens now happens before the next line
+    }
     return false;
 }
 
@@ -423,8 +427,8 @@ void script_was_reset(struct script *script, uint64_t now)
         schedule_at(script->schedule, &script->probe, now);
     }
     script->is_program = false;
-    if (script->awaits_reply || script->enters) {
-        script->awaits_reply = script->enters = false;
+    if (script->awaits_reset || script->awaits_reply || script->enters) {
+        script->awaits_reset = script->awaits_reply = script->enters = false;
         schedule_cancel(script->schedule, &script->reply_timeout);
         step_at(script, now);
     }

@@ -69,6 +69,7 @@ struct script {
     bool started;       // it has listened for quiet_us: commands may be sent
     bool command_waits; // a command waits for `started`
     bool awaits_reply;  // a command was sent, and the end of its reply has not come
+    bool awaits_reset;  // `@reset` of this moment: the next line waits until it has happened
     bool expecting;     // the present line is an expectation that is still open
     bool echo;          // prints commands, replies and packets: @echo
     bool done;          // the scenario, or the latest order, has ended

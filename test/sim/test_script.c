@@ -41,6 +41,8 @@ static void note(const char *format, ...)
     va_end(arguments);
 }
 
+static bool reset_is_late; // an ordered reset does not happen by itself
+
 static bool is_ready(void *context)
 {
     (void)context;
@@ -117,6 +119,9 @@ static void reset_controller(void *context, uint64_t now, const struct reset_ord
     (void)context;
     note("%s %d in %u us, write %u at %u %%, at %u ms\n", order->hang ? "hang" : "reset",
          (int)order->cause, order->us, order->writes, order->percent, (unsigned)(now / MS));
+    if (!order->hang && !order->us && !order->writes && !reset_is_late) {
+        script_was_reset(&script, now);
+    }
 }
 
 static void echo(void *context, bool on)
@@ -192,7 +197,7 @@ void setUp(void)
     mode_answer = "ok\n";
     modes = 0;
     ready = true;
-    dies = for_good = false;
+    dies = for_good = reset_is_late = false;
     TEST_ASSERT_NOT_NULL(freopen("/dev/null", "w", stderr));
 }
 
@@ -799,6 +804,16 @@ void test_missing_functions_are_reported_before_the_run(void)
     TEST_ASSERT_FALSE(starts("@reset power\n"));
     ops.reset = 0;
     TEST_ASSERT_FALSE(starts("@hang\n"));
+}
+
+void test_line_behind_a_reset_waits_until_it_has_happened(void)
+{
+    reset_is_late = true;
+    run("@reset power\n@echo on\n");
+    TEST_ASSERT_EQUAL_STRING("reset 0 in 0 us, write 0 at 0 %, at 1 ms\n", log_text);
+    script_was_reset(&script, schedule.now);
+    schedule_run_until(&schedule, schedule.now + CLOCK);
+    TEST_ASSERT_NOT_NULL(strstr(log_text, "echo 1\n"));
 }
 
 void test_resets_and_hangs_are_ordered(void)
