@@ -557,6 +557,21 @@ class Scripts(unittest.TestCase):
                         + servo("1 PRESENT_SPEED 0") + "set 1 CW_ANGLE_LIMIT 10\nset 1 CCW_ANGLE_LIMIT 0\n! set 1 CW_ANGLE_LIMIT 0\n" + told
                         + servo("1 CW_ANGLE_LIMIT 34") + "torque 1 off\nset 1 CW_ANGLE_LIMIT 0\n" + servo("1 CW_ANGLE_LIMIT 0"))
 
+    def test_refusal_of_soft_limits_names_what_they_forbid(self):
+        turn = text("error 11: servo 1: its limits are 60.117deg to 200deg: 'limits 1 0 300' first, since an endless turn")
+        for board in ("atmega128", "arduino-mega"):
+            self.run_on(board, "scan\nlimits 1 60 200\n! set 1 CCW_ANGLE_LIMIT 0\n" + turn + "! turn 1 20rpm\n" + turn
+                        + "set 2 MOVING_SPEED 40rpm\nlimits 2 0 300 20rpm\n! torque 2 on\n"
+                        + text("error 11: servo 2: its speed was not read yet, or is above its limit, 20rpm: 'set 2 MOVING_SPEED 20rpm', then 'info 2'")
+                        + "set 2 MOVING_SPEED 20rpm\ninfo 2\ntorque 2 on\n@expect servo 2 torque on\n")
+
+    def test_usage_of_one_form_names_the_others(self):
+        forms = "; 'help COMMAND' has all forms of it"
+        for line, usage in (("sequence", "sequence list"), ("play", "play NAME [at PERCENT]")):
+            self.run_on("arduino-mega", f"! {line}\n" + text(f"error 31: {CAUSES[31]}; usage: {usage}{forms}"))
+        run = self.run_on("arduino-mega", "! move 1\n")
+        self.assertNotIn(forms, run.output)
+
     def test_stop_with_more_words_stops(self):
         for board in ("arbotix", "atmega128"):
             self.run_on(board, "scan\ntorque 1 on\nstop 1\n@expect servo 1 torque off\n" + error(54, "torque 1 on")

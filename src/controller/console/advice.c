@@ -21,6 +21,8 @@ static const CDS_FLASH char message_number[] = "not a number; write %s";
 static const CDS_FLASH char message_value[] = "not a number; write a number from %u to %u";
 static const CDS_FLASH char message_setting[] =
     "a setting of the controller, not a servo; 'settings SETTING VALUE' sets it";
+static const CDS_FLASH char message_forms[] =
+    "wrong number of arguments; usage: %s; 'help COMMAND' has all forms of it";
 static const CDS_FLASH char message_twice[] = "an ID is given twice; usage: %s";
 static const CDS_FLASH char message_is_not_gone[] =
     "it stays in the list, as it is not offline; unplug it first";
@@ -91,6 +93,11 @@ static const CDS_FLASH char message_would_turn[] =
     "sets limits and speed";
 static const CDS_FLASH char message_speed_0[] =
     "its speed is 0, as fast as it can, and its limit is %r: 'set %u MOVING_SPEED %r' first";
+static const CDS_FLASH char message_speed_unread[] =
+    "its speed was not read yet, or is above its limit, %r: 'set %u MOVING_SPEED %r', then "
+    "'info %u' reads it";
+static const CDS_FLASH char message_no_turn[] =
+    "its limits are %a to %a: 'limits %u 0 300' first, since an endless turn would leave them";
 static const CDS_FLASH char message_goal_unread[] =
     "its goal was not read yet, or is beyond its limits, %a to %a: 'info %u' reads it; "
     "'teach off %u' makes it the position of the servo";
@@ -338,6 +345,19 @@ static bool is_command(const struct command_line *line, const CDS_FLASH char *na
 
 static const CDS_FLASH char name_of_sequence[] = "sequence";
 
+/* True if another row of the table begins with the same word as the command of the line. */
+static bool has_other_forms(const struct command_line *line)
+{
+    const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;
+
+    for (; *group; group++)
+        for (uint8_t i = 0; i < (*group)->count; i++)
+            if ((*group)->rows + i != line->command &&
+                is_same_word((*group)->rows[i].usage, line->command->usage))
+                return true;
+    return false;
+}
+
 /* The time of a move, or of a step of a sequence, is out of range. */
 static const CDS_FLASH char *text_of_times(const struct console *console)
 {
@@ -524,23 +544,30 @@ static const CDS_FLASH char *text_of_turn(struct console *console)
 
 /* `torque on` of a servo with limits is refused: it has a limit of the speed and its MOVING_SPEED
  * is 0, which means no limit; or goal or speed are not known to be within the limits. */
-static const CDS_FLASH char *text_of_torque_on(struct console *console)
+static const CDS_FLASH char *text_of_limits(struct console *console)
 {
-    const uint8_t speed_is_0 = CDS_HELD_SPEED | CDS_HELD_SPEED_0;
     const struct cds_servo_state *servo = console_servo(console);
     union printer_value *values = console->printer.values;
+    uint8_t written = console->line.request->packet.bytes[CDS_AT_PARAMETERS];
+    bool is_torque = written == CDS_REG_TORQUE_ENABLE;
 
-    if (!servo || console->line.request->packet.bytes[CDS_AT_PARAMETERS] != CDS_REG_TORQUE_ENABLE)
+    if (!servo)
         return NULL;
-    if (servo->fastest < CDS_VALUE_MAX && (servo->held & speed_is_0) == speed_is_0) {
-        values[0].number = values[2].number = servo->fastest;
-        values[1].number = servo->id;
-        return message_speed_0;
+    values[0].number = values[2].number = servo->fastest;
+    values[1].number = values[3].number = servo->id;
+    if (is_torque && servo->fastest < CDS_VALUE_MAX && servo->held & CDS_HELD_GOAL) {
+        if (!(servo->held & CDS_HELD_SPEED))
+            return message_speed_unread;
+        if (servo->held & CDS_HELD_SPEED_0)
+            return message_speed_0;
     }
     values[0].number = servo->lowest;
     values[1].number = servo->highest;
     values[2].number = values[3].number = servo->id;
-    return message_goal_unread;
+    if (written == CDS_REG_CW_ANGLE_LIMIT || written == CDS_REG_CCW_ANGLE_LIMIT ||
+        (is_torque && cds_servo_is_endless(servo)))
+        return message_no_turn;
+    return is_torque ? message_goal_unread : NULL;
 }
 
 /* `torque 1 1`: an ID stands where one of the words behind the list is due. */
@@ -603,9 +630,22 @@ static const CDS_FLASH char *text_of_stopped(const struct console *console)
                : NULL;
 }
 
-const CDS_FLASH char *advice(struct console *console)
+static const CDS_FLASH char *text_of_count(struct console *console)
 {
     static const CDS_FLASH char mode[] = "mode";
+    const struct command_line *line = &console->line;
+    const CDS_FLASH char *message =
+        is_command(line, mode) ? text_of_mode(console) : unit_behind_space(console);
+
+    if (message || line->command == NULL || (line->is_repeated && line->numbers > 1) ||
+        !has_other_forms(line))
+        return message;
+    console->printer.values[0].text = line->command->usage;
+    return message_forms;
+}
+
+const CDS_FLASH char *advice(struct console *console)
+{
     const CDS_FLASH char *message;
 
     if (command_set.motion_words) {
@@ -621,9 +661,7 @@ const CDS_FLASH char *advice(struct console *console)
     case ERROR_TWICE: return text_of_twice(console);
     case ERROR_NOT_NEW: return text_of_forget(console);
     case ERROR_UNIT: return text_of_units(console);
-    case ERROR_COUNT:
-        return is_command(&console->line, mode) ? text_of_mode(console)
-                                                : unit_behind_space(console);
+    case ERROR_COUNT: return text_of_count(console);
     case ERROR_UNKNOWN_WORD: return unit_behind_space(console);
     case ERROR_NOT_A_NUMBER:
         message = unit_behind_space(console);
@@ -634,7 +672,7 @@ const CDS_FLASH char *advice(struct console *console)
     case ERROR_POSE_GONE: return command_set.motion_words ? message_pose_gone : NULL;
     case CDS_TIMEOUT: return text_of_late(console);
     case CDS_CORRUPT: return text_of_scan(console);
-    case CDS_LIMIT: return text_of_torque_on(console);
+    case CDS_LIMIT: return text_of_limits(console);
     case CDS_INHIBITED: return text_of_release(console);
     case ERROR_STOPPED: return text_of_stopped(console);
     case ERROR_ENDLESS: return text_of_turn(console);
