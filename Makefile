@@ -129,8 +129,11 @@ include $(PARTS)
 clean:
 	$(Q)find build -mindepth 1 -maxdepth 1 ! -name unity -exec rm -rf {} + 2>/dev/null || true
 
-# What no rule makes: a target that does not exist, or a file that another rule needs.
+# What no rule makes: a target that does not exist, or a file that another rule needs. Not with make
+# -B, which would ask for each source file, too.
+ifeq ($(findstring B,$(firstword -$(MAKEFLAGS))),)
 .DEFAULT:
 	@echo "there is no $(if $(filter $@,$(MAKECMDGOALS)),target '$@'; 'make help' lists the targets,file '$@', and no rule makes it)" >&2; exit 1
+endif
 
 -include $(shell find build -name '*.d' 2>/dev/null)

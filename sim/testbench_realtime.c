@@ -54,10 +54,10 @@ void testbench_print_client(const struct testbench *bench)
             snprintf(rate, sizeof(rate), "-b %" PRIu32 " ", bench->board.host_baud);
         }
         if (!bench->options->bus) {
-            printf("open it in another terminal: picocom -q -e t %s%s (apt-get install picocom); "
-                   "then press "
-                   "Enter. Ctrl-T, then Ctrl-Q ends picocom. Ctrl-C here ends the run\n",
-                   rate, path);
+            printf(
+                "open it in another terminal: picocom -q -e t %s%s (apt-get install picocom); "
+                "then press Ctrl-C. Ctrl-T, then Ctrl-Q ends picocom. Ctrl-C here ends the run\n",
+                rate, path);
         }
     }
     if (bench->options->poke_hint) {
