@@ -75,7 +75,7 @@ class Faults(unittest.TestCase):
 
     def test_reply_that_meets_the_next_packet_breaks_no_rule(self):
         met = 0
-        for us in range(10000, 11500, 25):
+        for us in range(12500, 15000, 25):  # when the error is printed, and the next packet begins
             run = controller(f"@fault delay out 1 {us}\n! ping 1\nread 2 ID\n", "atmega128", "1,2")
             met += run.status
             broken = re.findall(r"BROKEN:  (\S+),", run.output)
