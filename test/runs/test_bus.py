@@ -319,9 +319,10 @@ class Table(unittest.TestCase):
         done = subprocess.run([SIM, "bus", "--servos", "1-18", "--seconds", "1", "--follow"],
                               capture_output=True, text=True)
         self.assertEqual(done.returncode, 0)
-        last = done.stderr.split("errors\n")[-1].splitlines()
+        units, *last = done.stderr.split("errors\n")[-1].splitlines()
+        self.assertEqual(units.split(), ["deg", "deg", "RPM", "%", "V", "C"])
         self.assertEqual([int(line.split()[1]) for line in last[:18]], SERVOS)
-        self.assertEqual(last[0].split(), ["0", "1", "150.1", "150.1", "0", "0", "12.0", "32", "off"])
+        self.assertEqual(last[0].split(), ["0", "1", "150.1", "150.1", "0.0", "0", "12.0", "32", "off"])
         self.assertNotIn("\033", done.stderr)
         self.assertNotIn("errors", done.stdout)
 
@@ -343,8 +344,8 @@ class Table(unittest.TestCase):
         self.assertTrue(4 <= len(pictures) <= 9, len(pictures))
         for picture in pictures[:-1]:
             lines = picture.split("\n")[:-1]
-            self.assertEqual(len(lines), 2 + 5 + 1)  # head, what there is room for, how many not
-            self.assertIn("and 13 more", lines[-1])
+            self.assertEqual(len(lines), 3 + 4 + 1)  # head, what there is room for, how many not
+            self.assertIn("and 14 more", lines[-1])
             self.assertIn("\033[8A", picture)
         self.assertTrue(pictures[-1].endswith("x real time\r\n"))
         self.assertIn("\033[8B\r\n", pictures[-1])
