@@ -52,7 +52,7 @@ class Retries(unittest.TestCase):
     def test_write_that_the_servo_found_damaged_is_sent_again(self):
         for line, flip, reply in (("id 1 5", "flip in 5 5 3", "ID 5 at 1000000bps\nok\n"),
                                   ("baud 1 500000", "flip in 5 5 3", "ID 1 at 500000bps\nok\n"),
-                                  ("set 1 MIN_VOLTAGE 6.5V", "flip in 2 5 3", "written\nok\n")):
+                                  ("set 1 MIN_VOLTAGE 6.5V", "flip in 3 5 3", "written\nok\n")):
             said, written = self.typed(line, flip)
             self.assertEqual((said, len(written)), (reply, 2), line)
 
@@ -70,8 +70,8 @@ class Retries(unittest.TestCase):
         self.assertEqual((said, len(written)), ("ID 1 at 1000000bps\nok\n", 2))
 
     def test_set_and_restore_send_each_lost_packet_again(self):
-        # READ, WRITE, READ, and a READ more before those of restore: the packet or its reply is lost
-        for line, write, reply in (("set 1 MIN_VOLTAGE 6.5V", 2, "written\nok\n"),
+        # READ of both limits, READ, WRITE, READ, and the like of restore: the packet or its reply is lost
+        for line, write, reply in (("set 1 MIN_VOLTAGE 6.5V", 3, "written\nok\n"),
                                    ("restore 1 MIN_VOLTAGE 6.5V", 3, "MIN_VOLTAGE = 6V (60) differed: written\nok\n")):
             for way in ("in", "out"):
                 for number in range(1, write + 2):

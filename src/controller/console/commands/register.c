@@ -185,7 +185,7 @@ static uint8_t set_limit(struct console *console)
         return ERROR_OUT_OF_RANGE; // advice.c names the other register
     if (is_angle && bytes[LOOK_SIZE - 1] && changes_mode)
         return ERROR_ENDLESS;
-    console->phase = 0;
+    console->phase = console->part = 0;
     return setup_write(console, console->line.address, data, is_angle ? 2 : 1);
 }
 
@@ -224,6 +224,11 @@ static bool set_poll(struct console *console)
         return setup_poll(console);
     if (console_waits(console))
         return true;
+    if (command_set.advise && console->phase == LOOKS &&
+        setup_has_try(console, console->line.request->result, console->line.request->error)) {
+        console->error = servo_read(console, CDS_REG_CW_ANGLE_LIMIT, LOOK_SIZE);
+        return console->error == 0;
+    }
     return command_set.advise && console_answered(console) && set_goes_on(console);
 }
 
