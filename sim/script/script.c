@@ -156,7 +156,8 @@ static bool do_fault(struct script *script, uint64_t now, const struct scenario_
 static bool do_reset(struct script *script, uint64_t now, const struct scenario_line *line)
 {
     const struct reset_order *order = &line->reset;
-    script->awaits_reset = !order->hang && !order->writes && order->us == 0;
+    // Only a script whose console has listened is told of the reset; a poke is not.
+    script->awaits_reset = script->started && !order->hang && !order->writes && order->us == 0;
     script->ops->reset(script->ops->context, now, order);
     if (!script->awaits_reset) {
         step_at(script, now + 1); // what happens now happens before the next line

@@ -809,8 +809,9 @@ void test_missing_functions_are_reported_before_the_run(void)
 void test_line_behind_a_reset_waits_until_it_has_happened(void)
 {
     reset_is_late = true;
-    run("@reset power\n@echo on\n");
-    TEST_ASSERT_EQUAL_STRING("reset 0 in 0 us, write 0 at 0 %, at 1 ms\n", log_text);
+    run("ping 1\n@reset power\n@echo on\n");
+    TEST_ASSERT_EQUAL_STRING(
+        "ping 1\noutcome 0 ping 1: ok\nreset 0 in 0 us, write 0 at 0 %, at 1 ms\n", log_text);
     script_was_reset(&script, schedule.now);
     schedule_run_until(&schedule, schedule.now + CLOCK);
     TEST_ASSERT_NOT_NULL(strstr(log_text, "echo 1\n"));
