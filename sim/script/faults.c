@@ -42,12 +42,8 @@ void fault_notify(struct faults *faults, uint64_t now, uint64_t until, enum faul
 void fault_find_absent(const struct faults *faults, const struct fault_order *order,
                        bool absent[IDS_MAX])
 {
-    bool there[IDS_MAX + 2] = {false}; // an ID register may have any value
-    for (unsigned i = 0; i < faults->servos->count; i++) {
-        there[faults->servos->node[i].servo.registers[TABLE_ID]] = true;
-    }
     for (unsigned id = 0; id < IDS_MAX; id++) {
-        absent[id] |= order->ids[id] && !there[id];
+        absent[id] |= order->ids[id] && !servos_have(faults->servos, (uint8_t)id);
     }
 }
 

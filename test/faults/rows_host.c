@@ -10,7 +10,7 @@
 #define RETURN_DELAY 5    // register 0x05, 10 us: the handlers of the host link delay the release
 #define STOP         0x18 // Ctrl-X: it would switch torque off, and this row expects only PINGs
 
-#define QUIET (120000 * RIG_US) // the console looks for names near a wrong word for up to 70 ms
+#define QUIET (120000 * RIG_US) // longer than the console looks for names near a wrong word
 
 static char text[TEXT_ROOM]; // output of the console
 static unsigned text_size;

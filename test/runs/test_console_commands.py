@@ -353,6 +353,7 @@ OTHER_RATES = "; 'scan all' looks at other rates"
 
 # The same where there is flash for longer texts (advice.h), and elsewhere.
 ADVICE = {
+    "factory 3": "error 50: servo 3: another servo has ID 1, nothing was written; 'id 1 NEW' first, or connect this one alone",
     "ping 77": f"error 2: servo 77: {ERRORS[2]}{OTHER_RATES}",
     "monitor 77": f"error 2: servo 77: {ERRORS[2]}{OTHER_RATES}",
     "move 1 1V": "error 39: servo 1: ANGLE 1V: wrong unit; units: deg, mdeg, raw",
@@ -362,6 +363,7 @@ ADVICE = {
     "get 254 LED": "error 33: ID '254': 254 means all servos at once; this command takes an ID from 0 to 253, or 'all': each in turn",
 }
 WITHOUT_ADVICE = {
+    "factory 3": f"error 50: servo 3: {ERRORS[50]}",
     "ping 77": f"error 2: servo 77: {ERRORS[2]}",
     "monitor 77": f"error 2: servo 77: {ERRORS[2]}",
     "move 1 1V": f"error 39: servo 1: ANGLE 1V: {ERRORS[39]}",

@@ -10,12 +10,17 @@ import unittest
 from simulator import Run, controller
 
 
+def found_with_torque(case, pattern, script, board="arduino-mega"):
+    """What a person is told while three servos have torque."""
+    run = controller(f"scan\ntorque all on\nmode person\n@wait 1500\n{script}", board, "1-3", "--echo")
+    case.assertEqual(run.status, 0, run.output)
+    return re.findall(pattern, run.output)
+
+
 class Recovery(unittest.TestCase):
     """A fault that is over is told once to a person, with what to do next."""
     def told(self, script, board="arduino-mega"):
-        run = controller(f"scan\ntorque all on\nmode person\n@wait 1500\n{script}", board, "1-3", "--echo")
-        self.assertEqual(run.status, 0, run.output)
-        return re.findall("servo . answers again.*|bus ok again.*|stop: .*", run.output)
+        return found_with_torque(self, "servo . answers again.*|bus ok again.*|stop: .*", script, board)
 
     def test_plug_that_is_back_tells_what_to_do(self):
         self.assertEqual(self.told("@power 2 off\n@wait 2000\n@power 2 on\n@wait 5000\nrelease 2\nteach off 2\n@wait 2000\n"),
@@ -55,9 +60,8 @@ class Recovery(unittest.TestCase):
 class AlarmOver(unittest.TestCase):
     """The end of an alarm is told to a person, with what remains to be done; `servos` tells which alarms last."""
     def run_on(self, script):
-        run = controller(f"scan\ntorque all on\nmode person\n@wait 1500\n{script}mode program\n", "arduino-mega", "1-3", "--echo")
-        self.assertEqual(run.status, 0, run.output)
-        return re.findall("alarm of [^;\n]*|servo . answers again.*|servo .: .* over.*|servo 2: online.*", run.output)
+        return found_with_torque(self, "alarm of [^;\n]*|servo . answers again.*|servo .: .* over.*|servo 2: online.*",
+                                 script + "mode program\n")
 
     def test_supply_that_is_back_is_told_and_told_again(self):
         self.assertEqual(self.run_on(2 * "@supply 2 5.5\n@wait 2500\nservos\n@supply 2 12\n@wait 4000\n" + "servos\n"),
@@ -87,9 +91,7 @@ class AlarmOver(unittest.TestCase):
 class LostPower(unittest.TestCase):
     """A servo whose torque went off by itself: the alarm tells what is known of the cause."""
     def lost(self, script):
-        run = controller(f"scan\ntorque all on\nmode person\n@wait 1500\n{script}mode program\n", "arduino-mega", "1-3", "--echo")
-        self.assertEqual(run.status, 0, run.output)
-        return re.findall("torque went off by itself.*", run.output)
+        return found_with_torque(self, "torque went off by itself.*", script + "mode program\n")
 
     def test_short_loss_of_power_is_named(self):
         self.assertEqual(self.lost("@power 2 off\n@wait 200\n@power 2 on\n@wait 4000\n"),

@@ -21,8 +21,7 @@ static const CDS_FLASH char message_number[] = "not a number; write %s";
 static const CDS_FLASH char message_value[] = "not a number; write a number from %u to %u";
 static const CDS_FLASH char message_setting[] =
     "a setting of the controller, not a servo; 'settings SETTING VALUE' sets it";
-static const CDS_FLASH char message_forms[] =
-    "wrong number of arguments; usage: %s; 'help COMMAND' has all forms of it";
+static const CDS_FLASH char message_all_forms[] = "; 'help COMMAND' has all forms of it";
 static const CDS_FLASH char message_twice[] = "an ID is given twice; usage: %s";
 static const CDS_FLASH char message_is_not_gone[] =
     "it stays in the list, as it is not offline; unplug it first";
@@ -542,8 +541,9 @@ static const CDS_FLASH char *text_of_turn(struct console *console)
     return message_would_turn;
 }
 
-/* `torque on` of a servo with limits is refused: it has a limit of the speed and its MOVING_SPEED
- * is 0, which means no limit; or goal or speed are not known to be within the limits. */
+/* Why the limits of the servo refuse what the line writes. `torque on`: MOVING_SPEED is 0, as fast
+ * as it can; or goal or speed are not known to be within the limits. `torque on`, `turn` and the
+ * angle limits: an endless turn would leave the limits. NULL for other registers. */
 static const CDS_FLASH char *text_of_limits(struct console *console)
 {
     const struct cds_servo_state *servo = console_servo(console);
@@ -641,7 +641,8 @@ static const CDS_FLASH char *text_of_count(struct console *console)
         !has_other_forms(line))
         return message;
     console->printer.values[0].text = line->command->usage;
-    return message_forms;
+    console->printer.values[1].text = message_all_forms;
+    return message_usage_due;
 }
 
 const CDS_FLASH char *advice(struct console *console)

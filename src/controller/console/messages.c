@@ -24,6 +24,7 @@ const CDS_FLASH char message_servo[] = "servo %u: %s";
 const CDS_FLASH char message_of_servo[] = "servo %u: ";
 const CDS_FLASH char message_torque_is_off[] = "moves once torque is on";
 const CDS_FLASH char message_is_offline[] = "offline";
+const CDS_FLASH char message_usage_due[] = "wrong number of arguments; usage: %s%s";
 const CDS_FLASH char message_one_word[] = "; a list of servos is one word: 1,2";
 const CDS_FLASH char message_clear[] = "clear";
 const CDS_FLASH char message_factory[] = "factory values: ID 1, 1 Mbps";

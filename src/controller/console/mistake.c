@@ -26,7 +26,6 @@ static const CDS_FLASH char message_no_unit[] =
     "not a unit of this setting; 'settings' shows its unit";
 static const CDS_FLASH char message_known_id[] =
     "ID %u is in the robot's list; choose another ID, or 'servos forget'";
-static const CDS_FLASH char message_usage_due[] = "wrong number of arguments; usage: %s%s";
 static const CDS_FLASH char message_limits[] =
     "its limits are %a to %a and %r; 'turn': set no limits; 'torque on': its goal is beyond "
     "them, or not read: 'info ID'";
@@ -216,7 +215,8 @@ static const CDS_FLASH char *const CDS_FLASH mistake_texts[] = {
     [MISTAKE_RATE] = message_at_rate,      [MISTAKE_OFFLINE] = message_not_driven,
 };
 
-/* The texts about one servo that does not answer begin with the remedy of the error. */
+/* Each advice about a servo that does not answer begins with the remedy of the error: an alarm
+ * behind it need not repeat that. */
 static void print_advice(struct console *console)
 {
     if (command_set.unasked && console->error == CDS_TIMEOUT)

@@ -17,12 +17,13 @@
 
 struct console;
 
-/* Conditions of one servo, CDS_ERRORS_OF_CONDITION. */
+/* Of one servo: sets of conditions, CDS_ERRORS_OF_CONDITION. `seen` and `lasts` have a bit more:
+ * the servo has replied. */
 struct unasked_alarms {
-    uint8_t told;  // as alarms, their end not yet
-    uint8_t ended; // and it is to be told
-    uint8_t seen;  // by the state check since the window began; a bit more: a reply has come
-    uint8_t lasts; // what was seen in the window before
+    uint8_t told;  // alarms that were told and have not ended
+    uint8_t ended; // told alarms that have ended; their end is to be told
+    uint8_t seen;  // conditions in replies to the state check since the window began
+    uint8_t lasts; // `seen` at the end of the last window
 };
 
 /* Zero it (static storage is). The fields are internal. */

@@ -83,15 +83,16 @@ static void count_unsent_periods(struct moves *moves, uint8_t sent)
     moves->sent = sent;
 }
 
-/* Compares one joint in each period: the poll, which comes several times in a turn, stays short. */
-static void compare_joint(struct robot *robot)
+/* In each period counts whether a packet has left, and compares one joint: the poll, which comes
+ * several times in a turn, stays short. */
+static void watch_period(struct robot *robot)
 {
     struct moves *moves = robot->moves;
     uint8_t period = (uint8_t)robot->work.cycle.cycle.counters.periods;
 
-    if (moves->compared == period)
+    if (moves->watched == period)
         return;
-    moves->compared = period;
+    moves->watched = period;
     count_unsent_periods(moves, (uint8_t)robot->bus->stats.sent);
     if (moves->follow.result == CDS_PENDING && cds_follow_poll(&moves->follow) == CDS_TIMEOUT)
         moves_end(robot);
@@ -215,7 +216,7 @@ static enum cds_result poll_cycle(struct robot *robot)
     else
         cds_motion_poll(&moves->motion);
     if (robot->servos.reserved_count || moves->ends_cycle) {
-        compare_joint(robot);
+        watch_period(robot);
         if (result != CDS_PENDING || !(moves_go_on(robot) || motion_is_starting(robot)))
             end_motion(robot);
     }

@@ -37,8 +37,8 @@ struct moves {
     bool ends_cycle;          // true: the cycle ends with the motion
     bool is_paused;           // the move or the sequence: by moves_pause()
     uint8_t noted_saves;      // store->saves, modulo 256, when `outcome` was noted
-    uint8_t compared;         // period in which a joint was compared last, modulo 256
-    uint8_t sent;             // packets that the bus had sent in that period, modulo 256
+    uint8_t watched;          // the last period that watch_period() has seen, modulo 256
+    uint8_t sent;             // packets that the bus had sent by that period, modulo 256
     uint8_t unsent_periods;   // since the last packet left, up to UNSENT_PERIODS
     struct motion_start start;
     struct autostart autostart;

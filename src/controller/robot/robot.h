@@ -89,8 +89,8 @@ union robot_work {
 
 /* The robot. Other modules only read the fields, but for these: the operation writes `work`; the
  * scan and failsafe.c write `unlisted`; main.c writes `moves`; `group` writes `group_acts`, and the
- * autostart writes the group; failsafe.c writes servos.grows, and motions write servos.refused_id.
- */
+ * autostart writes the group; failsafe.c writes servos.grows, and motions write servos.refused_id;
+ * failsafe.c and unasked.c write CDS_HELD_LOSS_TOLD; `servos forget` writes stop.servos. */
 struct robot {
     struct cds_bus *bus;
     struct inhibit_copy *inhibit_copy;                 // survives a reset; NULL: there is no copy

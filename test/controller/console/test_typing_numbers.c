@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Completion by Tab behind a number, a name or a list. */
-#include "console_rig.h"
+#include "typing_rig.h"
 
 void setUp(void)
 {
@@ -11,32 +11,6 @@ void setUp(void)
 void tearDown(void)
 {
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
-}
-
-/* Types keys behind what is typed: what the console has said. */
-static const char *typed_more(const char *keys)
-{
-    said_length = 0;
-    said[0] = '\0';
-    type(keys);
-    return said;
-}
-
-/* Types keys on an empty line: what the console has said. */
-static const char *typed(const char *keys)
-{
-    type("\x15");
-    return typed_more(keys);
-}
-
-static void assert_line(const char *line, const char *keys)
-{
-    char text[EDITOR_SIZE + 1] = "";
-
-    typed(keys);
-    memcpy(text, console.editor.text, console.editor.length);
-    TEST_ASSERT_EQUAL_STRING_MESSAGE(line, text, keys);
-    TEST_ASSERT_TRUE(console_idle(&console));
 }
 
 void test_tab_behind_a_number_offers_the_next_word(void)

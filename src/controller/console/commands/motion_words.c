@@ -327,7 +327,7 @@ static const CDS_FLASH char *advise(struct console *console)
 
 /* ---- motion, play, group ---- */
 
-/* Of a failure play.c prints a line. */
+/* Called only if the motion has not failed: play.c prints the line of a failure. */
 static void print_end(struct console *console)
 {
     if (motion_outcome(console->robot)->result == CDS_OK)

@@ -124,8 +124,8 @@ static uint8_t pair_of(uint8_t address)
     return 0;
 }
 
-/* True if the value contradicts the register that bounds it, as the servo was read. Stores this
- * register in the job, for advice.c. */
+/* True if the value contradicts the register that bounds it, as the servo was read. Then
+ * stores the register that bounds it in the job, for advice.c. */
 static bool note_contradiction(struct console *console)
 {
     struct set_job *job = set_job(console);
@@ -144,6 +144,11 @@ static bool note_contradiction(struct console *console)
     return true;
 }
 
+static uint8_t read_limits(struct console *console)
+{
+    return servo_read(console, CDS_REG_CW_ANGLE_LIMIT, LOOK_SIZE);
+}
+
 static uint8_t set_begin(struct console *console)
 {
     struct cds_register at;
@@ -157,7 +162,7 @@ static uint8_t set_begin(struct console *console)
     if (command_set.advise && pair_of(at.address)) {
         console->line.address = at.address;
         console->phase = LOOKS;
-        return servo_read(console, CDS_REG_CW_ANGLE_LIMIT, LOOK_SIZE);
+        return read_limits(console);
     }
     // With level 0 the servo answers no READ: this register is written without reading it first.
     if (at.area == CDS_AREA_EEPROM && at.address != CDS_REG_STATUS_RETURN_LEVEL)
@@ -226,7 +231,7 @@ static bool set_poll(struct console *console)
         return true;
     if (command_set.advise && console->phase == LOOKS &&
         setup_has_try(console, console->line.request->result, console->line.request->error)) {
-        console->error = servo_read(console, CDS_REG_CW_ANGLE_LIMIT, LOOK_SIZE);
+        console->error = read_limits(console);
         return console->error == 0;
     }
     return command_set.advise && console_answered(console) && set_goes_on(console);

@@ -247,7 +247,7 @@ void sequence_end(struct console *console)
 {
     const CDS_FLASH struct command *command = console->line.command;
 
-    if (command_set.motion_words) // after a Ctrl-X amid `play`
+    if (command_set.motion_words) // the command may be a `play` that Ctrl-X has ended
         fast_steps_end(console->robot);
     if (console->error == ERROR_INPUT_LOST) // of a `new`, perhaps
         console->new_is_refused = true;

@@ -111,10 +111,11 @@ struct play_job {
 
 _Static_assert(sizeof(struct play_job) <= CONSOLE_JOB_SIZE, "the job must fit");
 
-/* In fast_steps.c: before and after each start of `play`, as `begin` and `tries_again` of struct
- * command_motion_words; and the end of such a start, by a stop also before it has read a step. */
+/* In fast_steps.c: `begin` and `tries_again` of struct command_motion_words. */
 void fast_steps_begin(struct console *console);
 bool fast_steps_try_again(struct console *console);
+
+/* In fast_steps.c: the start is over. A stop may have ended it before it has read a step. */
 void fast_steps_end(struct robot *robot);
 
 /* In motion_words.c: motion_words of struct command_set. */
