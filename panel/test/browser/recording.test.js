@@ -6,6 +6,21 @@ import test from "node:test";
 import { PHONE, shows } from "../support/browser.js";
 import { questions, reaches, startMotion, torque } from "../support/motion.js";
 
+const HELD_UP = '.notice[data-code="motion-late"]';
+
+/* Replays until the error is measured: again if a busy machine has held up the page. Returns what the page says. */
+async function replay(page) {
+    for (let tries = 0; tries < 10; tries++) {
+        await page.click("button.replay");
+        await page.waitForSelector(`.replayed, ${HELD_UP}`);
+        const said = await page.$(".replayed");
+
+        if (said) return said.evaluate((it) => it.innerText);
+        await page.click(`${HELD_UP} button`);
+    }
+    throw new Error("the page was held up 10 times");
+}
+
 test("record: a movement by hand, replayed, error measured", async (t) => {
     const { page, hand } = await startMotion(t);
 
@@ -32,9 +47,7 @@ test("record: a movement by hand, replayed, error measured", async (t) => {
     await page.$eval("button.hold", (button) => button.scrollIntoView({ block: "center" })); // else it is below the header
     await page.click("button.hold");
     await torque(page, "held", 3);
-    await page.click("button.replay");
-    await shows(page, /largest error/, ".replayed");
-    const text = await page.$eval(".replayed", (it) => it.innerText);
+    const text = await replay(page);
     const [, largest, mean] = /error ([\d.]+)°.*mean ([\d.]+)°/.exec(text).map(Number);
 
     t.diagnostic(`${rate} samples a second; ${text}`);

@@ -78,6 +78,20 @@ for (const [what, stop, expected] of [
         }
     });
 
+test("replay: ends if the page is held up; no goal leaves late", async () => {
+    const { clock, goals, player } = await rig();
+    const played = player.play(SLOW).then(() => "played", ({ code }) => code);
+
+    await clock.advance(6000);
+    assert.equal(player.state, "playing");
+    const before = goals().length;
+
+    clock.stall(500);
+    await clock.advance(1000);
+    assert.equal(await played, "motion-late");
+    assert.deepEqual(goals().slice(before), []);
+});
+
 test("replay: goes on behind a command of 0.2 s", async () => {
     const { clock, port, session, goals, player } = await rig();
     const played = player.play(SLOW).then(() => "played", ({ code }) => code);
