@@ -31,12 +31,14 @@ static const CDS_FLASH char message_rests[] = ": it stands beyond its limits, %a
 static const CDS_FLASH char message_no_speed[] = ": its speed limit is 0";
 static const CDS_FLASH char message_deleted[] = ": the pose is deleted";
 static const CDS_FLASH char message_under_way[] =
-    "a motion is under way; 'motion off' ends it, 'motion at PERCENT' changes its speed, 'pause' "
-    "halts it; 'motion wait' waits, but not for a loop; torque off always works";
+    "a motion is under way; 'motion off' ends it, 'motion wait' waits for it, 'motion at PERCENT' "
+    "changes its speed";
 static const CDS_FLASH char message_is_paused[] =
     "a motion is paused; 'resume' goes on with it, 'motion off' ends it; torque off always works";
 static const CDS_FLASH char message_was_ended[] =
     "the last motion did not reach its end: 'motion off' or 'cycle off' ended it";
+static const CDS_FLASH char message_wait_ended[] =
+    "a key has ended the wait; the motion goes on, 'motion off' ends it";
 static const CDS_FLASH char message_of_poses[] = "' chooses the servos of the stored poses";
 static const CDS_FLASH char message_last_motion[] = "last motion: %s";
 static const CDS_FLASH char message_begun[] = "has begun; no motion is under way, the last one: %s";
@@ -321,6 +323,7 @@ static const CDS_FLASH char *advise(struct console *console)
     case ERROR_MOTION:
         return motion_is_paused(console->robot) ? message_is_paused : message_under_way;
     case ERROR_NO_MOTION: return is_wait(&console->line) ? message_was_ended : NULL;
+    case ERROR_KEY: return is_wait(&console->line) ? message_wait_ended : NULL;
     default: return NULL;
     }
 }
