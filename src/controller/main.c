@@ -51,6 +51,11 @@ static const CDS_FLASH char host_rescued[] = "host link at the board's rate: sav
 
 #define HOST_BAUD_OWN 255 // in the settings: the board's own rate
 
+#define TEXT_OF_(number) #number
+#define TEXT_OF(number)  TEXT_OF_(number)
+
+const CDS_FLASH char message_own_rate[] = ", " TEXT_OF(BOARD_HOST_BAUD) "bps, the board's own";
+
 /* Start-up does not clear this copy, so the drive inhibit survives a reset. */
 static struct inhibit_copy inhibit_copy __attribute__((section(".noinit")));
 

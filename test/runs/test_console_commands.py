@@ -599,6 +599,39 @@ class Scripts(unittest.TestCase):
             run = self.run_on(board, "help safety\n" + text("Safety:") + text("  limits ID") + text("  servos [forget") + "! help safe\n")
             self.assertNotIn("Set-up of servos", run.output)
 
+    def test_help_of_a_person_fits_the_rows_of_a_terminal(self):
+        for board, has_room in (("atmega128", False), ("arduino-mega", True)):
+            run = self.run_on(board, "mode person\nhelp\n" + text("'help COMMAND' tells what it does; 'help safety' "))
+            listed = run.output.partition("\nThe console:\n")[2].partition("\nok\n")[0].splitlines()
+            self.assertLess(len(listed), 46, listed)
+            self.assertLess(max(map(len, listed)), 86, listed)
+            usages = {usage for line in listed if line.startswith("  ") for usage in line.strip().split("; ")}
+            for name, rows in commands_of("full", has_room).items():
+                for heading, usage, *_ in rows:
+                    if has_room or not (name in ONLY_NAMED or heading == "Without a PC"):
+                        self.assertIn(usage, usages)
+
+    def test_servos_tells_an_endless_turn(self):
+        for board in ("atmega128", "arduino-mega"):
+            self.run_on(board, "scan\ntorque 1 on\nturn 1 20\n@wait 1500\nservos\n" + text("servo 1: online, torque on, endless turn")
+                        + text("servo 2: online, torque off\n"))
+
+    def test_goal_beyond_soft_limits_is_named_by_an_angle_limit(self):
+        for board in ("atmega128", "arduino-mega"):
+            self.run_on(board, "scan\nturn 1 20\nlimits 1 60 240\n! set 1 CCW_ANGLE_LIMIT 300\n"
+                        + text("it would leave the endless turn for its goal, not read yet or beyond its limits")
+                        + "set 1 GOAL_POSITION 100\nget 1 GOAL_POSITION\nset 1 CCW_ANGLE_LIMIT 300\n" + servo("1 CCW_ANGLE_LIMIT 1023"))
+
+    def test_factory_of_all_leaves_no_result_of_a_stop(self):
+        for board in ("atmega128", "arduino-mega", "atmega1284p"):
+            self.run_on(board, "scan\nstop\nrelease\nfactory 254 force\nstatus\n" + text("last stop: none") + "@expect rule collision\n")
+
+    def test_settings_and_status_have_units(self):
+        for board in ("atmega128", "arduino-mega", "cm510"):
+            bps = 57600 if board == "cm510" else 115200
+            self.run_on(board, "settings host_baud\n" + text(f"host_baud = 255 register, {bps}bps, the board's own")
+                        + "status\n" + text("lowest 1 (2us)"))
+
     def test_help_leaves_out_what_other_boards_have(self):
         run = self.run_on("atmega128", "help\n" + text("not in this firmware: 9 lines of this list; other boards have them (docs/console.md)"))
         self.assertNotIn("  play ", run.output)

@@ -417,6 +417,17 @@ class Alarms(unittest.TestCase):
             self.assertEqual(run.output.count("the host link was lost; no byte for link_loss_ms"), told, run.output)
             self.assertIn("inhibited: host link lost", run.output)
 
+    def test_way_out_of_a_lost_link_works_for_a_person(self):
+        way = "to type: 'settings link_loss_ms 0', 'clear'"
+        for board in ("atmega128", "arduino-mega"):
+            run = controller("mode person\nscan\nsettings link_loss_ms 500\n@wait 1000\nstop\n@wait 1000\n! release\n"
+                             "settings link_loss_ms 0\nclear\n@wait 1000\nrelease\ntorque 1 on\nmove 1 100\n"
+                             "@expect servo 1 torque on\n", board, "1", "--echo")
+            self.assertEqual(run.status, 0, run.output)
+            self.assertIn(f"500ms after each key driving is inhibited; {way}\nok\n", run.output)
+            self.assertIn("the host link is lost: driving inhibited until 'clear'\nok\n", run.output)
+            self.assertRegex(run.output, f"error 65: the host link was lost; .*; {way}")
+
     def test_status_names_the_fault_of_the_bus(self):
         for board in boards.CONSOLES:
             run = controller("scan\nstatus\n@expect text bus ok at 1000000bps\n@fault stuck low 500\n@wait 100\nstatus\n"

@@ -24,8 +24,9 @@ def hear(expected, within_ms=1000):
 def host_baud(register, board="atmega128"):
     """(lines that ask for the setting, the reply of the console)"""
     rate = f", {2000000 // (register + 1)}bps"
-    if register == 255:  # the board's own, as a chip with 256 KB says
-        rate = ", the board's own" if boards.BOARDS[board].mcu in boards.LARGE else ""
+    if register == 255:  # the board's own, as a chip with room for longer texts says
+        bps = 57600 if board == "cm510" else 115200
+        rate = f", {bps}bps, the board's own" if board in boards.WITH_ADVICE else ""
     answer = f"host_baud = {register} register{rate}\r\nok\r\n".encode()
     return "text settings host_baud\n" + hear(answer), answer
 

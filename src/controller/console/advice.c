@@ -100,6 +100,10 @@ static const CDS_FLASH char message_no_turn[] =
 static const CDS_FLASH char message_goal_unread[] =
     "its goal was not read yet, or is beyond its limits, %a to %a: 'info %u' reads it; "
     "'teach off %u' makes it the position of the servo";
+static const CDS_FLASH char message_goal_due[] =
+    "it would leave the endless turn for its goal, not read yet or beyond its limits, %a to %a: "
+    "'set "
+    "%u GOAL_POSITION ANGLE', then 'get %u GOAL_POSITION' reads it";
 static const CDS_FLASH char message_mode[] = "the mode is %s; usage: %s";
 static const CDS_FLASH char *const CDS_FLASH modes[] = {
     [SETTINGS_ECHO_OFF] = FLASH_TEXT("program"),
@@ -119,15 +123,30 @@ static const CDS_FLASH char message_servos_left[] =
 static const CDS_FLASH char message_no_servo_left[] =
     "the bus changed to this rate; servos known here: %u; 'scan' looks for others";
 static const CDS_FLASH char message_save_goes_on[] =
+    "stopped: driving is inhibited until 'release'; the save goes on, 'settings' tells how it ends";
+static const CDS_FLASH char message_save_done[] =
     "stopped: driving is inhibited until 'release'; the settings are saved all the same";
-static const CDS_FLASH char message_loss[] = "the host link was lost; no byte for link_loss_ms: %s";
-static const CDS_FLASH char message_loss_shown[] =
-    "driving goes on, as link_loss_action is 0; 'clear' when it is back";
-static const CDS_FLASH char message_loss_inhibits[] =
-    "driving is inhibited, torque stays as it is; 'clear' when it is back";
-static const CDS_FLASH char message_loss_stops[] =
-    "torque off, driving is inhibited; 'clear' when it is back, then 'torque ID on' moves to the "
-    "last goal, 'teach off ID' does not";
+static const CDS_FLASH char message_save_failed_too[] =
+    "stopped: driving is inhibited until 'release'; the settings are not saved: 'save' again";
+static const CDS_FLASH char message_typing_is_silence[] =
+    "for a host that sends all the time: %ums after each key %s; to type: 'settings link_loss_ms "
+    "0', 'clear'";
+static const CDS_FLASH char message_loss[] =
+    "the host link was lost; no byte for link_loss_ms: %s; %s%s";
+static const CDS_FLASH char message_loss_shown[] = "driving goes on, as link_loss_action is 0";
+static const CDS_FLASH char message_loss_inhibits[] = "driving is inhibited, torque stays as it is";
+static const CDS_FLASH char message_loss_stops[] = "torque off, driving is inhibited";
+static const CDS_FLASH char message_clear_if_back[] = "'clear' when it is back";
+static const CDS_FLASH char message_clear_to_type[] = "to type: 'settings link_loss_ms 0', 'clear'";
+static const CDS_FLASH char message_torque_again[] =
+    ", then 'torque ID on' moves to the last goal, 'teach off ID' does not";
+
+/* What happens then, by link_loss_action. */
+static const CDS_FLASH char *const CDS_FLASH loss_actions[] = {
+    FLASH_TEXT("the link counts as lost"),
+    FLASH_TEXT("driving is inhibited"),
+    FLASH_TEXT("torque goes off, and driving is inhibited"),
+};
 
 /* ---- units ---- */
 
@@ -521,11 +540,16 @@ static const CDS_FLASH char *text_of_release(struct console *console)
 const CDS_FLASH char *advice_link_lost(struct console *console)
 {
     const struct robot *robot = console->robot;
+    union printer_value *values = console->printer.values;
+    bool is_stop = robot_is_inhibited(robot) && (robot_is_stopping(robot) || robot->stop_begun);
 
-    console->printer.values[0].text = !robot_is_inhibited(robot) ? message_loss_shown
-                                      : robot_is_stopping(robot) || robot->stop_begun
-                                          ? message_loss_stops
-                                          : message_loss_inhibits;
+    values[0].text = !robot_is_inhibited(robot) ? message_loss_shown
+                     : is_stop                  ? message_loss_stops
+                                                : message_loss_inhibits;
+    values[1].text = console_is_for_person(console) && console->failsafe->settings->link_loss_ms
+                         ? message_clear_to_type
+                         : message_clear_if_back;
+    values[2].text = is_stop ? message_torque_again : message_nothing;
     return message_loss;
 }
 
@@ -541,21 +565,36 @@ static const CDS_FLASH char *text_of_turn(struct console *console)
     return message_would_turn;
 }
 
-/* Why the limits of the servo refuse what the line writes. `torque on`: MOVING_SPEED is 0, as fast
- * as it can; or goal or speed are not known to be within the limits. `torque on`, `turn` and the
- * angle limits: an endless turn would leave the limits. NULL for other registers. */
+/* True if the packet writes 0 to all that it writes. */
+static bool writes_zeros(const uint8_t *bytes)
+{
+    for (uint8_t left = (uint8_t)(bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1); left; left--)
+        if (bytes[CDS_AT_PARAMETERS + left])
+            return false;
+    return true;
+}
+
+/* Why the limits of the servo refuse what the line writes. With torque on, or out of an endless
+ * turn, a servo goes to its goal: MOVING_SPEED is 0, as fast as it can; or goal or speed are not
+ * known to be within the limits. `torque on`, `turn` and angle limits of 0: an endless turn would
+ * leave the limits. NULL for other registers. */
 static const CDS_FLASH char *text_of_limits(struct console *console)
 {
     const struct cds_servo_state *servo = console_servo(console);
     union printer_value *values = console->printer.values;
-    uint8_t written = console->line.request->packet.bytes[CDS_AT_PARAMETERS];
+    const uint8_t *bytes = console->line.request->packet.bytes;
+    uint8_t written = bytes[CDS_AT_PARAMETERS];
     bool is_torque = written == CDS_REG_TORQUE_ENABLE;
+    bool is_mode = written == CDS_REG_CW_ANGLE_LIMIT || written == CDS_REG_CCW_ANGLE_LIMIT;
+    bool is_turn;
 
-    if (!servo)
+    if (!(is_torque || is_mode) || !servo)
         return NULL;
+    is_turn = (servo->lowest || servo->highest < CDS_VALUE_MAX) &&
+              (is_mode ? writes_zeros(bytes) : cds_servo_is_endless(servo));
     values[0].number = values[2].number = servo->fastest;
     values[1].number = values[3].number = servo->id;
-    if (is_torque && servo->fastest < CDS_VALUE_MAX && servo->held & CDS_HELD_GOAL) {
+    if (!is_turn && servo->fastest < CDS_VALUE_MAX && servo->held & CDS_HELD_GOAL) {
         if (!(servo->held & CDS_HELD_SPEED))
             return message_speed_unread;
         if (servo->held & CDS_HELD_SPEED_0)
@@ -564,10 +603,9 @@ static const CDS_FLASH char *text_of_limits(struct console *console)
     values[0].number = servo->lowest;
     values[1].number = servo->highest;
     values[2].number = values[3].number = servo->id;
-    if (written == CDS_REG_CW_ANGLE_LIMIT || written == CDS_REG_CCW_ANGLE_LIMIT ||
-        (is_torque && cds_servo_is_endless(servo)))
+    if (is_turn)
         return message_no_turn;
-    return is_torque ? message_goal_unread : NULL;
+    return is_torque ? message_goal_unread : message_goal_due;
 }
 
 /* `torque 1 1`: an ID stands where one of the words behind the list is due. */
@@ -625,9 +663,13 @@ static const CDS_FLASH char *text_of_stopped(const struct console *console)
 {
     static const CDS_FLASH char save[] = "save";
 
-    return is_command(&console->line, save) && console->failsafe->store->result != SETTINGS_FAILED
-               ? message_save_goes_on
-               : NULL;
+    if (!is_command(&console->line, save))
+        return NULL;
+    switch (console->failsafe->store->result) {
+    case SETTINGS_SAVING: return message_save_goes_on;
+    case SETTINGS_SAVED: return message_save_done;
+    default: return message_save_failed_too;
+    }
 }
 
 static const CDS_FLASH char *text_of_count(struct console *console)
@@ -719,12 +761,28 @@ static const CDS_FLASH char *note_scan(struct console *console)
     return console->line.choice ? NULL : note_missing(console);
 }
 
+/* A person has set a link_loss_ms: what it does to one who types. */
+static const CDS_FLASH char *note_link_loss(struct console *console)
+{
+    const struct settings *settings = console->failsafe->settings;
+    union printer_value *values = console->printer.values;
+
+    if (console->line.setting != SETTINGS_AT_link_loss_ms || !console->line.numbers ||
+        !settings->link_loss_ms || !console_is_for_person(console))
+        return NULL;
+    values[0].number = settings->link_loss_ms;
+    values[1].text = loss_actions[settings->link_loss_action];
+    return message_typing_is_silence;
+}
+
 const CDS_FLASH char *advice_note(struct console *console)
 {
     static const CDS_FLASH char id[] = "id", factory[] = "factory", set[] = "set", scan[] = "scan";
     const struct command_line *line = &console->line;
     union printer_value *values = console->printer.values;
 
+    if (explain_is_settings(line))
+        return note_link_loss(console);
     if (is_command(line, scan))
         return note_scan(console);
     if (is_command(line, factory))

@@ -6,6 +6,8 @@
 
 #ifndef BOARD_NAME
 #define BOARD_NAME "host"
+const CDS_FLASH char message_own_rate[] =
+    ", the board's own"; // a test's; main.c has that of a board
 #endif
 
 const CDS_FLASH char message_nothing[] = "";
@@ -13,7 +15,6 @@ const CDS_FLASH char message_until_power_off[] = ", until power-off";
 const CDS_FLASH char message_unchanged[] = "unchanged";
 const CDS_FLASH char message_servo_label[] = "servo ";
 const CDS_FLASH char message_version[] = "cds55xx " CDS_VERSION " " BOARD_NAME;
-const CDS_FLASH char message_own_rate[] = ", the board's own";
 const CDS_FLASH char message_colon[] = ": ";
 const CDS_FLASH char message_on[] = "on";
 const CDS_FLASH char message_off[] = "off";

@@ -295,6 +295,8 @@ void robot_forget(struct robot *robot)
     robot->group_count = 0;
     robot->health_servos = 0;
     robot->chosen = false;
+    if (!robot->stopping)          // else the stop goes on
+        robot->stop.servos = NULL; // no servo of the last stop is left
 }
 
 bool robot_forget_servo(struct robot *robot, struct cds_servo_state *servo)

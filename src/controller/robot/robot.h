@@ -90,7 +90,7 @@ union robot_work {
 /* The robot. Other modules only read the fields, but for these: the operation writes `work`; the
  * scan and failsafe.c write `unlisted`; main.c writes `moves`; `group` writes `group_acts`, and the
  * autostart writes the group; failsafe.c writes servos.grows, and motions write servos.refused_id;
- * failsafe.c and unasked.c write CDS_HELD_LOSS_TOLD; `servos forget` writes stop.servos. */
+ * failsafe.c and unasked.c write CDS_HELD_LOSS_TOLD. */
 struct robot {
     struct cds_bus *bus;
     struct inhibit_copy *inhibit_copy;                 // survives a reset; NULL: there is no copy
@@ -229,7 +229,8 @@ void robot_rename(struct robot *robot, uint8_t id, uint8_t new_id);
  * that have returned. */
 void robot_delay_health(struct robot *robot);
 
-/* Forgets all servos; the drive inhibit stays. Not while an operation or a stop is under way. */
+/* Forgets all servos, and what the last stop has read of them: stop.servos is NULL then. The drive
+ * inhibit stays. Not while an operation is under way. */
 void robot_forget(struct robot *robot);
 
 /* Forgets `servo`, an entry, and takes it out of the group; the last entry moves to its place. Not

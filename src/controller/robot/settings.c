@@ -3,6 +3,7 @@
 #include "robot/settings.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #include "avr/eeprom_driver.h"
 #include "robot/crc.h"
@@ -20,6 +21,7 @@ enum { AT_VERSION, AT_LENGTH, AT_SEQUENCE, AT_DATA, AT_UNKNOWN = AT_DATA + SETTI
 #define LENGTH_MAX (SETTINGS_ROOM - 5) // of a record of any version
 
 _Static_assert(SETTINGS_RECORD <= SETTINGS_ROOM, "a record must fit its room");
+_Static_assert(sizeof(struct settings) == SETTINGS_BYTES, "memcmp() compares no padding");
 _Static_assert(SETTINGS_VERSION > 0 && SETTINGS_VERSION < ERASED, "versions are 1 to 254");
 
 #define NAME(name, bytes, initial, lowest, highest, unit, what)                                    \
@@ -165,6 +167,15 @@ void settings_load(struct settings_store *store, struct settings *settings)
         store->origin = SETTINGS_CORRECTED;
     store->sequence = stored(slot, AT_SEQUENCE);
     store->slot = !slot;
+}
+
+bool settings_are_kept(const struct settings *settings)
+{
+    struct settings_store store;
+    struct settings next;
+
+    settings_load(&store, &next);
+    return memcmp(&next, settings, sizeof next) == 0; // a struct settings has no padding
 }
 
 /* --- saving ----------------------------------------------------------------------------------- */

@@ -59,14 +59,46 @@ void test_no_reply_keeps_its_remedy_after_late_replies(void)
         said);
 }
 
-void test_stop_during_a_save_says_that_it_goes_on(void)
+static void assert_stopped_save(uint8_t result, const char *end)
 {
     eeprom_fake.slow = 100;
+    store.result = SETTINGS_UNSAVED;
     reply_to("save");
+    store.result = result;
     console_stop(&console);
     type("");
-    TEST_ASSERT_NOT_NULL(strstr(said, "error 54: stopped: driving is inhibited until 'release'; "
-                                      "the settings are saved all the same\r\n"));
+    TEST_ASSERT_NOT_NULL_MESSAGE(
+        strstr(said, "error 54: stopped: driving is inhibited until 'release'; "), said);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(said, end), said);
+}
+
+void test_stop_during_a_save_says_that_it_goes_on(void)
+{
+    assert_stopped_save(SETTINGS_SAVING, "; the save goes on, 'settings' tells how it ends\r\n");
+}
+
+void test_stop_behind_a_save_says_that_it_has_ended(void)
+{
+    assert_stopped_save(SETTINGS_SAVED, "; the settings are saved all the same\r\n");
+}
+
+void test_stop_behind_a_failed_save_says_so(void)
+{
+    assert_stopped_save(SETTINGS_FAILED, "; the settings are not saved: 'save' again\r\n");
+}
+
+void test_servos_tells_an_endless_turn(void)
+{
+    know_servos(2);
+    robot.states[0].held = CDS_HELD_CW_0 | CDS_HELD_CCW_0;
+    robot.states[0].torque = robot.states[1].torque = true;
+    TEST_ASSERT_EQUAL_STRING("servo 1: online, torque on, endless turn\r\n"
+                             "servo 2: online, torque on\r\nok\r\n",
+                             reply_to("servos"));
+    robot.states[0].torque = false;
+    robot.states[0].torque_off = CDS_TORQUE_OFF_OFF;
+    TEST_ASSERT_EQUAL_STRING_LEN("servo 1: online, torque off, endless turn\r\n",
+                                 reply_to("servos"), 43);
 }
 
 void test_ping_254_counts_no_servo_at_another_rate(void)

@@ -236,7 +236,7 @@ void test_status_tells_all_there_is(void)
                              "last stop: none\r\nCtrl-X in damaged packets: 0\r\n"
                              "bus busy: noise or others, at 1000000bps\r\nservos: 1, offline 0 "
                              "before the line was disturbed\r\n"
-                             "RETURN_DELAY refused: 0; lowest 0\r\n"
+                             "RETURN_DELAY refused: 0; lowest 0 (0us)\r\n"
                              "poses: 0, room for 20; sequences: 0, room for 8\r\n"
                              "EEPROM: 0 saves of motion data, 0 records are damaged\r\n"
                              "stack: 1234 of 2000 bytes unused\r\nok\r\n",

@@ -37,6 +37,20 @@ void test_stop_tells_a_person_that_the_robot_is_stopped(void)
     TEST_ASSERT_NOT_NULL(strstr(stop_reply("\x18"), line));
 }
 
+void test_stop_while_the_link_is_lost_names_clear(void)
+{
+    settings.echo = SETTINGS_ECHO_PERSON;
+    failsafe.link_lost = true;
+    console.faults_told = FAULT_LINK_LOST;
+    robot_inhibit(&robot);
+    TEST_ASSERT_NOT_NULL(strstr(stop_reply("stop\r"),
+                                "robot stopped: torque off, the host link is lost: driving "
+                                "inhibited until 'clear'\r\nok\r\n"));
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("release"), "\r\nerror 65: "));
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("clear"), "\r\nok\r\n"));
+    TEST_ASSERT_FALSE(robot_is_inhibited(&robot));
+}
+
 void test_stop_answers_a_program_with_ok(void)
 {
     TEST_ASSERT_NULL(strstr(stop_reply("stop\r"), "robot"));

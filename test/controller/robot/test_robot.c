@@ -223,6 +223,7 @@ void test_robot_after_forget_joins_and_inhibits_servos(void)
     run(5000);
     robot_forget(&robot);
     TEST_ASSERT_NULL(known(1));
+    TEST_ASSERT_NULL(robot.stop.servos); // nothing is left of the stop
     TEST_ASSERT_EQUAL_UINT8(0, robot.servos.count);
     wire.count = 0;
     wait_ms(1200);
@@ -230,6 +231,19 @@ void test_robot_after_forget_joins_and_inhibits_servos(void)
     meet(2);
     TEST_ASSERT_NOT_NULL(known(2));
     TEST_ASSERT_EQUAL(CDS_INHIBITED, torque_on(2));
+}
+
+void test_robot_forget_leaves_a_stop_its_servos(void)
+{
+    wire.servo[0].torque = 1;
+    robot_add(&robot, 1);
+    robot_stop(&robot);
+    run(1);
+    TEST_ASSERT_TRUE(robot_is_stopping(&robot));
+    robot_forget(&robot);
+    run(10000);
+    TEST_ASSERT_FALSE(robot_is_stopping(&robot));
+    TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
 }
 
 void test_servo_joining_during_stop_is_read(void)

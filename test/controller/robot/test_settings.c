@@ -46,6 +46,17 @@ static uint8_t row(const char *name)
     return settings_named(name, (uint8_t)strlen(name));
 }
 
+void test_settings_are_kept_if_the_next_start_has_them(void)
+{
+    TEST_ASSERT_TRUE(settings_are_kept(&settings)); // nothing is saved: the defaults
+    settings.repeats = 1;
+    TEST_ASSERT_FALSE(settings_are_kept(&settings));
+    save();
+    TEST_ASSERT_TRUE(settings_are_kept(&settings));
+    settings_default(&settings);
+    TEST_ASSERT_FALSE(settings_are_kept(&settings));
+}
+
 /* All fields are other than those of another `seed`. */
 static void fill(uint8_t seed)
 {

@@ -16,6 +16,11 @@
 static const CDS_FLASH char message_origin[] = "settings at start: %s";
 static const CDS_FLASH char message_saved_since[] =
     "saved since; the next start has those of the last 'save'";
+static const CDS_FLASH char message_saving[] = "a 'save' is under way";
+static const CDS_FLASH char message_save_failed[] =
+    "the last 'save' failed; the next start has nothing of it";
+static const CDS_FLASH char message_origin_unsaved[] =
+    "settings at start: %s; the present ones are not saved";
 static const CDS_FLASH char message_others[] = "others: ";
 static const CDS_FLASH char message_alarm[] = "alarm of %s%s%s";
 static const CDS_FLASH char message_reset[] = "reset by%s%s%s%s%s";
@@ -32,6 +37,7 @@ static const CDS_FLASH char message_inhibit_some[] = "driving: allowed; inhibite
 static const CDS_FLASH char message_inhibit_on[] = "driving: inhibited until '%s'";
 static const CDS_FLASH char message_until_release[] = "release";
 static const CDS_FLASH char message_delays[] = "RETURN_DELAY refused: %u; lowest %u";
+static const CDS_FLASH char message_delays_us[] = "RETURN_DELAY refused: %u; lowest %u (%uus)";
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, offline %u";
@@ -53,18 +59,33 @@ static const CDS_FLASH char *const CDS_FLASH origins[] = {
     [SETTINGS_CORRECTED] = FLASH_TEXT("as saved; one out of range: default"),
 };
 
+/* The text of a save since the start, by enum settings_result; NULL: there was none. */
+static const CDS_FLASH char *const CDS_FLASH saves[] = {
+    [SETTINGS_UNSAVED] = NULL,
+    [SETTINGS_SAVING] = message_saving,
+    [SETTINGS_SAVED] = message_saved_since,
+    [SETTINGS_FAILED] = message_save_failed,
+};
+
+/* "settings at start: as saved". Where the flash has room, a save since the start stands in its
+ * place, and a person reads if the settings in force will be lost at the next start. In the modes
+ * for programs the setting echo itself is seldom the saved one. */
 static void print_origin(struct console *console)
 {
     const struct settings_store *store = console->failsafe->store;
+    const CDS_FLASH char **text = &console->printer.values[0].text;
+    bool is_unsaved = command_set.advise && console_is_for_person(console) &&
+                      store->result != SETTINGS_SAVING &&
+                      !settings_are_kept(console->failsafe->settings);
 
-    console->printer.values[0].text = origins[store->origin];
-    if (command_set.has_room && store->result == SETTINGS_SAVED) // which has set `origin`
-        console->printer.values[0].text = message_saved_since;
-    printer_line(&console->printer, message_origin);
+    *text = origins[store->origin];
+    if (command_set.advise && saves[store->result])
+        *text = saves[store->result];
+    printer_line(&console->printer, is_unsaved ? message_origin_unsaved : message_origin);
 }
 
 /* "link_loss_ms = 500 ms", "bus_baud = 1 register, 1000000bps", "host_baud = 255 register,
- * the board's own" */
+ * 115200bps, the board's own" */
 static void setting_line(struct console *console, uint8_t index)
 {
     const CDS_FLASH struct setting *row = &settings_table[index];
@@ -82,7 +103,7 @@ static void setting_line(struct console *console, uint8_t index)
         printer_char(printer, ',');
         printer_char(printer, ' ');
         number_print(printer, CDS_UNIT_BPS, value);
-    } else if (command_set.has_room && *row->unit == 'r') {
+    } else if (command_set.advise && *row->unit == 'r') {
         printer_flash(printer, message_own_rate);
     }
     printer_end_of_line(printer);
@@ -459,7 +480,8 @@ static void print_delays(struct printer *printer, const struct cds_servos *servo
 {
     printer->values[0].number = servos->too_early;
     printer->values[1].number = servos->shortest_delay;
-    printer_line(printer, message_delays);
+    printer->values[2].number = (uint16_t)(2u * servos->shortest_delay);
+    printer_line(printer, command_set.advise ? message_delays_us : message_delays);
 }
 
 static void print_stops(struct printer *printer, const struct failsafe *failsafe)
@@ -558,7 +580,7 @@ static const CDS_FLASH struct command controller_rows[] = {
         .what = FLASH_TEXT("all settings, or one"),
         .details = COMMAND_DETAILS(
             "See docs/settings.md. In force at once, after power-off only if saved"),
-        .example = COMMAND_DETAILS("settings link_loss_ms 500"),
+        .example = COMMAND_DETAILS("settings repeats 1"),
         .begin = settings_begin,
         .poll = settings_poll,
     },

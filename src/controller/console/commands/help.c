@@ -14,7 +14,28 @@ static const CDS_FLASH char message_list_word[] =
 static const CDS_FLASH char message_no_list[] = "ID: one servo, no list";
 static const CDS_FLASH char message_more[] =
     "not in this firmware: %u lines of this list; other boards have them (docs/console.md)";
+static const CDS_FLASH char message_more_help[] =
+    "'help COMMAND' tells what it does; 'help safety' tells it of all below a heading";
 static const CDS_FLASH char message_example_is[] = "Example: %s";
+
+#define BETWEEN 2  // characters between two usages in a line
+#define WIDTH   79 // of a line of usages
+
+/* The job of `help`: the characters of the line of usages that has begun. */
+ALWAYS_INLINE uint8_t *line_width(struct console *console)
+{
+    return console_job(console);
+}
+
+/* Ends the line of usages that has begun. False: there is none. */
+ALWAYS_INLINE bool ends_line(struct console *console)
+{
+    if (*line_width(console) == 0)
+        return false;
+    *line_width(console) = 0;
+    printer_end_of_line(&console->printer);
+    return true;
+}
 
 /* True if this firmware only names the commands of the group. ALWAYS_INLINE: saves 40 bytes in a
  * firmware that has all commands it names. */
@@ -28,16 +49,48 @@ ALWAYS_INLINE bool is_only_named(const CDS_FLASH struct command_group *group)
     return false;
 }
 
+/* True if the list of all commands is printed for a person: only their usage, several in a line, so
+ * that the list fits a terminal of 40 rows. Programs read a line of each command. ALWAYS_INLINE:
+ * the comparison drops the rest, 270 bytes, where the flash has no room. */
+ALWAYS_INLINE bool is_brief(const struct console *console)
+{
+    return command_set.advise && console_is_for_person(console) && console->line.choice == 0 &&
+           console->line.topic == NULL;
+}
+
+/* Prints the usage of the row, in the line that has begun if it fits. True: a line was ended, the
+ * row is next. */
+ALWAYS_INLINE bool usage_in_line(struct console *console, const CDS_FLASH struct command *row)
+{
+    struct printer *printer = &console->printer;
+    uint8_t *width = line_width(console), end = (uint8_t)(*width + BETWEEN);
+
+    for (const CDS_FLASH char *c = row->usage; *c; c++)
+        end++;
+    if (*width && end > WIDTH)
+        return ends_line(console);
+    printer_char(printer, *width ? ';' : ' ');
+    printer_char(printer, ' ');
+    printer_text(printer, row->usage);
+    *width = end;
+    return false;
+}
+
 /* Prints a line of the list: the heading before the row, then the row. True: the row is next. */
 static bool list_line(struct console *console, const CDS_FLASH struct command_group *group,
                       const CDS_FLASH struct command *row)
 {
     struct printer *printer = &console->printer;
 
-    if (console->index == 0 && group->heading && console->phase++ == 0) {
+    if (console->index == 0 && group->heading && console->phase == 0) {
+        if (is_brief(console) && ends_line(console))
+            return true;
+        console->phase++;
         printer_line(printer, group->heading);
         return true;
     }
+    if (is_brief(console))
+        return usage_in_line(console, row);
     printer->values[0].text = row->usage;
     printer->values[1].text = row->what;
     printer_line(printer, message_listed);
@@ -121,6 +174,19 @@ ALWAYS_INLINE void print_more(struct console *console)
     printer_line(&console->printer, message_more);
 }
 
+/* Prints what stands behind the list, a line in each call. True: there may be one more. */
+ALWAYS_INLINE bool end_of_list(struct console *console)
+{
+    if (is_brief(console) && ends_line(console))
+        return true;
+    if (is_brief(console) && console->phase++ == 0) {
+        printer_line(&console->printer, message_more_help);
+        return true;
+    }
+    print_more(console);
+    return false;
+}
+
 /* True if `help` lists only the rows below one heading. */
 static bool is_of_heading(const struct console *console)
 {
@@ -152,11 +218,8 @@ static bool help_poll(struct console *console)
         topic = NULL;
     }
     group = command_set.groups[console->part];
-    if (group == NULL) {
-        if (topic == NULL)
-            print_more(console);
-        return false;
-    }
+    if (group == NULL)
+        return topic == NULL && end_of_list(console);
     if (topic == NULL && is_only_named(group)) {
         console->part++;
         return true;

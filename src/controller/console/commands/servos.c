@@ -25,6 +25,8 @@ static const CDS_FLASH char message_alarms_age[] = ", latched alarms: %s%s";
 static const CDS_FLASH char message_presence[] = "servo %u: %s, torque %s";
 static const CDS_FLASH char message_angle_limits[] = ", limits %a to %a";
 static const CDS_FLASH char message_all_limits[] = ", limits %a to %a and %r";
+static const CDS_FLASH char message_on_endless[] = "on, endless turn";
+static const CDS_FLASH char message_off_endless[] = "off, endless turn";
 static const CDS_FLASH char message_lost[] = ", inhibited: lost its state";
 static const CDS_FLASH char message_stopped[] = ", inhibited: stopped";
 static const CDS_FLASH char message_stopped_by_link[] = ", inhibited: host link lost";
@@ -52,8 +54,6 @@ uint8_t servos_begin(struct console *console)
     if (error)
         return error;
     robot_forget(robot);
-    if (command_set.advise)
-        robot->stop.servos = NULL; // `status`: no servo of the last stop is left; it is over
     if (command_set.explain)
         console->failsafe->alarm = 0; // one of a forgotten servo, not yet printed
     memset(console->failsafe->reported, 0,
@@ -123,6 +123,8 @@ ALWAYS_INLINE void print_presence(struct console *console, const struct cds_serv
     if (command_set.advise && presence == message_presence_at)
         (value++)->number = servo->baud_reg;
     value->text = servo->torque ? message_on : message_off;
+    if (command_set.advise && cds_servo_is_endless(servo))
+        value->text = servo->torque ? message_on_endless : message_off_endless;
     if (is_unknown)
         value->text = message_torque_unknown;
     printer_text(printer, message_presence);

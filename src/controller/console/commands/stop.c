@@ -16,6 +16,10 @@ static const CDS_FLASH char message_stop_done[] =
     "robot stopped: torque off, driving inhibited until 'release'";
 static const CDS_FLASH char message_stop_failed[] =
     "torque may still be on: switch off the supply; inhibited until 'release'";
+static const CDS_FLASH char message_stop_done_unlinked[] =
+    "robot stopped: torque off, the host link is lost: driving inhibited until 'clear'";
+static const CDS_FLASH char message_stop_failed_unlinked[] =
+    "torque may still be on: switch off the supply; inhibited until 'clear'";
 
 /* ---- stop ---- */
 
@@ -36,6 +40,14 @@ NOINLINE bool servo_is_at_other_rate(const struct console *console,
                                      const struct cds_servo_state *servo)
 {
     return servo->baud_reg != CDS_SERVOS_UNKNOWN && servo->baud_reg != console->bus->baud_reg;
+}
+
+/* What the stop has done. While the host link is lost, `release` is refused: `clear` ends both. */
+static const CDS_FLASH char *stop_message(const struct console *console)
+{
+    if (command_set.advise && console->failsafe->link_lost)
+        return console->error ? message_stop_failed_unlinked : message_stop_done_unlinked;
+    return console->error ? message_stop_failed : message_stop_done;
 }
 
 /* Waits until the stop is over, then prints the servos whose torque was not read as off. The
@@ -71,7 +83,7 @@ static bool stop_poll(struct console *console)
     if (command_set.unasked && !console->error)
         unasked_note_stop(command_set.unasked);
     if (command_set.explain && console->part++) {
-        printer_line(&console->printer, console->error ? message_stop_failed : message_stop_done);
+        printer_line(&console->printer, stop_message(console));
         return false;
     }
     console->printer.values[0].number = robot_unlisted(robot);
