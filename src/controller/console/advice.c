@@ -337,11 +337,6 @@ void advice_words(struct console *console)
 
 /* ---- other errors ---- */
 
-static bool is_command(const struct command_line *line, const CDS_FLASH char *name)
-{
-    return line->command && parse_has_name(line->command->usage, name);
-}
-
 static const CDS_FLASH char name_of_sequence[] = "sequence";
 
 /* True if another row of the table begins with the same word as the command of the line. */
@@ -360,7 +355,7 @@ static bool has_other_forms(const struct command_line *line)
 /* The time of a move, or of a step of a sequence, is out of range. */
 static const CDS_FLASH char *text_of_times(const struct console *console)
 {
-    return is_command(&console->line, name_of_sequence) ? message_of_step : message_of_move;
+    return parse_is_command(&console->line, name_of_sequence) ? message_of_step : message_of_move;
 }
 
 /* `limits` with LOW above HIGH: both are angles, so the range of LOW explains nothing. */
@@ -370,7 +365,7 @@ static const CDS_FLASH char *text_of_order(struct console *console)
     const struct command_line *line = &console->line;
     uint16_t low, high;
 
-    if (line->error || !is_command(line, limits) ||
+    if (line->error || !parse_is_command(line, limits) ||
         number_within(&line->number[0], CDS_UNIT_MDEG, &low) ||
         number_within(&line->number[1], CDS_UNIT_MDEG, &high))
         return NULL;
@@ -439,7 +434,7 @@ static const CDS_FLASH char *text_of_place(struct console *console)
     if (console->line.command->instruction)
         return NULL; // `reset` has looked at nothing
     if (identity->at_to != CDS_CORRUPT)
-        return is_command(&console->line, factory) ? message_factory_id : NULL;
+        return parse_is_command(&console->line, factory) ? message_factory_id : NULL;
     values[0].number = values[2].number = identity->to.id;
     values[1].number = identity->to.baud_reg;
     return message_damaged_there;
@@ -464,7 +459,7 @@ static const CDS_FLASH char *text_of_step(struct console *console)
     union printer_value *values = console->printer.values;
 
     if (command_set.motion_words == NULL || console->line.error ||
-        !is_command(&console->line, name_of_sequence) ||
+        !parse_is_command(&console->line, name_of_sequence) ||
         (console->raw && console->raw <= console->part))
         return NULL;
     values[0].number = (uint16_t)console->line.number[0].digits;
@@ -479,7 +474,7 @@ static const CDS_FLASH char *text_of_pair(struct console *console)
 {
     static const CDS_FLASH char set[] = "set";
 
-    if (console->line.error || !is_command(&console->line, set))
+    if (console->line.error || !parse_is_command(&console->line, set))
         return NULL;
     console->printer.values[0].number = set_job(console)->bound;
     switch (set_job(console)->bound_at) {
@@ -535,7 +530,7 @@ static const CDS_FLASH char *text_of_turn(struct console *console)
     static const CDS_FLASH char set[] = "set";
     const uint8_t *data = set_job(console)->data;
 
-    if (!is_command(&console->line, set) || (data[0] | data[1]))
+    if (!parse_is_command(&console->line, set) || (data[0] | data[1]))
         return NULL;
     console->printer.values[0].number = console->printer.values[1].number = console->line.id;
     return message_would_turn;
@@ -587,7 +582,7 @@ static const CDS_FLASH char *text_of_forget(struct console *console)
     static const CDS_FLASH char servos[] = "servos";
     const struct cds_servo_state *servo = console_servo(console);
 
-    if (!servo || !is_command(&console->line, servos))
+    if (!servo || !parse_is_command(&console->line, servos))
         return NULL;
     console->printer.values[0].number = servo->id;
     return servo->presence == CDS_PRESENCE_OFFLINE && servo->inhibits ? message_is_inhibited
@@ -625,7 +620,8 @@ static const CDS_FLASH char *text_of_stopped(const struct console *console)
 {
     static const CDS_FLASH char save[] = "save";
 
-    return is_command(&console->line, save) && console->failsafe->store->result != SETTINGS_FAILED
+    return parse_is_command(&console->line, save) &&
+                   console->failsafe->store->result != SETTINGS_FAILED
                ? message_save_goes_on
                : NULL;
 }
@@ -635,7 +631,7 @@ static const CDS_FLASH char *text_of_count(struct console *console)
     static const CDS_FLASH char mode[] = "mode";
     const struct command_line *line = &console->line;
     const CDS_FLASH char *message =
-        is_command(line, mode) ? text_of_mode(console) : unit_behind_space(console);
+        parse_is_command(line, mode) ? text_of_mode(console) : unit_behind_space(console);
 
     if (message || line->command == NULL || (line->is_repeated && line->numbers > 1) ||
         !has_other_forms(line))
@@ -725,13 +721,13 @@ const CDS_FLASH char *advice_note(struct console *console)
     const struct command_line *line = &console->line;
     union printer_value *values = console->printer.values;
 
-    if (is_command(line, scan))
+    if (parse_is_command(line, scan))
         return note_scan(console);
-    if (is_command(line, factory))
+    if (parse_is_command(line, factory))
         return line->id == CDS_BROADCAST_ID ? message_all_told : NULL;
-    if (is_command(line, set))
+    if (parse_is_command(line, set))
         return (line->address | 1) == (CDS_REG_MAX_TORQUE | 1) ? message_max_torque : NULL;
-    if (!is_command(line, id) || line->id == line->new_id || !console_is_for_person(console))
+    if (!parse_is_command(line, id) || line->id == line->new_id || !console_is_for_person(console))
         return NULL;
     values[0].number = line->id;
     values[1].number = values[2].number = line->new_id;
