@@ -30,7 +30,9 @@ static const CDS_FLASH char message_two_servos[] =
     "a speed is 0 to 62rpm; two servos: 'move %u,%u %u'";
 static const CDS_FLASH char message_range_word[] =
     "no space in a range of IDs, as in 'torque 1-3 on'";
-static const CDS_FLASH char message_switch[] = "on or off, no number: '%s %u %s'";
+static const CDS_FLASH char message_switch[] = "write %s, no number: '%s %u %s'";
+static const CDS_FLASH char message_twice_or_switch[] =
+    "an ID is given twice; if it means %s: '%s %u %s'";
 static const CDS_FLASH char message_move_in[] =
     "'move' takes no time; 'group %u', then 'pose %u%s in 2s'";
 static const CDS_FLASH char message_move_at[] =
@@ -201,7 +203,8 @@ static const CDS_FLASH char *text_of_steps(struct console *console)
     } else if (line->numbers > 1 && number_within(angle, CDS_UNIT_MDEG, &raw) == 0) {
         angle++; // HIGH of `limits`
     }
-    if (angle->kind != NUMBER_BARE || !is_whole(angle) || angle->digits > CDS_VALUE_MAX)
+    if (angle->kind != NUMBER_BARE || !is_whole(angle) || angle->digits > CDS_VALUE_MAX ||
+        number_within(angle, CDS_UNIT_MDEG, &raw) == 0)
         return NULL;
     console->printer.values[0].number = (uint16_t)angle->digits;
     if (!is_move_of_one(line))
@@ -284,10 +287,10 @@ static const CDS_FLASH char *text_of_switch(struct console *console)
     if (line->words != 3 || line->takes_all || line->values == 0 || line->values > 2 ||
         ids[line->values - 1] > 1 || !parse_has_name(line->usage, on_off))
         return NULL;
-    values[0].text = parse_is_command(line, led) ? led : torque;
-    values[1].number = ids[0];
-    values[2].text = ids[line->values - 1] ? message_on : message_off;
-    return message_switch;
+    values[1].text = parse_is_command(line, led) ? led : torque;
+    values[2].number = ids[0];
+    values[0].text = values[3].text = ids[line->values - 1] ? message_on : message_off;
+    return console->error == ERROR_TWICE ? message_twice_or_switch : message_switch;
 }
 
 /* `move 1 90 in 2s`, `move 1 90 at 30rpm` */
