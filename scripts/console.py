@@ -105,7 +105,7 @@ stands behind it.
   sends, and rarely ([bridge.md](bridge.md#tests)). `set ID RETURN_DELAY 4us` prevents that; `new` sets it.
 - `cycle` counts a period as `unsent` if its goals did not leave: all servos were left out, or the line was busy. A servo is left out
   when its goal was refused, as by a stop, until the next `pose`.
-- An error names servo, argument, value and allowed range: `error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg`. Error 56, a
+- An error names servo, argument, value and allowed range: `error 33: servo 1: ANGLE 400deg is out of range: 0 to 300deg`. Error 56, a
   time, has its range, too, but not on `atmega1284p`. With a list of servos a number out of range is refused for all, before anything is sent.
 - After `scan`, also `scan all`, a line tells which servo answers sooner than this board listens, with the command that mends it.
   A servo whose long replies are damaged is diagnosed at once: two servos may have its ID ([diagnose.md](diagnose.md)). Only

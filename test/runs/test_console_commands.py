@@ -338,7 +338,7 @@ EARLY = (error(13, "set 1 RETURN_DELAY 0us") + error(13, "sync RETURN_DELAY 1 1:
 
 # Lines, and the errors that name servo, argument, value and range, in the profile `full`.
 EXPLANATIONS = {
-    "move 1 400": "error 33: servo 1: ANGLE 400 is out of range: 0 to 300deg",
+    "move 1 400deg": "error 33: servo 1: ANGLE 400deg is out of range: 0 to 300deg",
     "set 1 MOVING_SPEED 70": "error 33: servo 1: VALUE 70 is out of range: 0 to 62rpm",
     "move 1 90 -63rpm": "error 33: servo 1: SPEED -63rpm is out of range: 0 to 62rpm",
     "set 1 STATUS_RETURN_LEVEL 3": "error 33: servo 1: VALUE 3 is out of range: 0 to 2",

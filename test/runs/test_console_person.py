@@ -71,6 +71,11 @@ class Person(unittest.TestCase):
             self.assertEqual(heard[1:], ["mode echo\r\nok\r\n", "ping 1\r\nok\r\n", "echo off\r\nok\r\n", "ok\r\n"],
                              (board, profile))
 
+    def test_tab_behind_help_leaves_out_what_other_boards_have(self):
+        for board, completed in (("atmega128", "\a"), ("arduino-mega", "y ")):
+            heard = self.heard(board, "full", START + say(b"help pla\t"))
+            self.assertEqual(heard[1], "help pla" + completed, board)
+
     def test_line_dropped_by_a_key_leaves_a_prompt(self):
         for key in ["03", "15"]:
             for board, profile, heard in self.each(START + f"say 70 69 {key}\nwait 60000\nrest\n" + text("ping 1")):

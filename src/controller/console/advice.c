@@ -356,11 +356,6 @@ void advice_words(struct console *console)
 
 /* ---- other errors ---- */
 
-static bool is_command(const struct command_line *line, const CDS_FLASH char *name)
-{
-    return line->command && parse_has_name(line->command->usage, name);
-}
-
 static const CDS_FLASH char name_of_sequence[] = "sequence";
 
 /* True if another row of the table begins with the same word as the command of the line. */
@@ -379,7 +374,7 @@ static bool has_other_forms(const struct command_line *line)
 /* The time of a move, or of a step of a sequence, is out of range. */
 static const CDS_FLASH char *text_of_times(const struct console *console)
 {
-    return is_command(&console->line, name_of_sequence) ? message_of_step : message_of_move;
+    return parse_is_command(&console->line, name_of_sequence) ? message_of_step : message_of_move;
 }
 
 /* `limits` with LOW above HIGH: both are angles, so the range of LOW explains nothing. */
@@ -389,7 +384,7 @@ static const CDS_FLASH char *text_of_order(struct console *console)
     const struct command_line *line = &console->line;
     uint16_t low, high;
 
-    if (line->error || !is_command(line, limits) ||
+    if (line->error || !parse_is_command(line, limits) ||
         number_within(&line->number[0], CDS_UNIT_MDEG, &low) ||
         number_within(&line->number[1], CDS_UNIT_MDEG, &high))
         return NULL;
@@ -458,7 +453,7 @@ static const CDS_FLASH char *text_of_place(struct console *console)
     if (console->line.command->instruction)
         return NULL; // `reset` has looked at nothing
     if (identity->at_to != CDS_CORRUPT)
-        return is_command(&console->line, factory) ? message_factory_id : NULL;
+        return parse_is_command(&console->line, factory) ? message_factory_id : NULL;
     values[0].number = values[2].number = identity->to.id;
     values[1].number = identity->to.baud_reg;
     return message_damaged_there;
@@ -483,7 +478,7 @@ static const CDS_FLASH char *text_of_step(struct console *console)
     union printer_value *values = console->printer.values;
 
     if (command_set.motion_words == NULL || console->line.error ||
-        !is_command(&console->line, name_of_sequence) ||
+        !parse_is_command(&console->line, name_of_sequence) ||
         (console->raw && console->raw <= console->part))
         return NULL;
     values[0].number = (uint16_t)console->line.number[0].digits;
@@ -498,7 +493,7 @@ static const CDS_FLASH char *text_of_pair(struct console *console)
 {
     static const CDS_FLASH char set[] = "set";
 
-    if (console->line.error || !is_command(&console->line, set))
+    if (console->line.error || !parse_is_command(&console->line, set))
         return NULL;
     console->printer.values[0].number = set_job(console)->bound;
     switch (set_job(console)->bound_at) {
@@ -559,7 +554,7 @@ static const CDS_FLASH char *text_of_turn(struct console *console)
     static const CDS_FLASH char set[] = "set";
     const uint8_t *data = set_job(console)->data;
 
-    if (!is_command(&console->line, set) || (data[0] | data[1]))
+    if (!parse_is_command(&console->line, set) || (data[0] | data[1]))
         return NULL;
     console->printer.values[0].number = console->printer.values[1].number = console->line.id;
     return message_would_turn;
@@ -625,7 +620,7 @@ static const CDS_FLASH char *text_of_forget(struct console *console)
     static const CDS_FLASH char servos[] = "servos";
     const struct cds_servo_state *servo = console_servo(console);
 
-    if (!servo || !is_command(&console->line, servos))
+    if (!servo || !parse_is_command(&console->line, servos))
         return NULL;
     console->printer.values[0].number = servo->id;
     return servo->presence == CDS_PRESENCE_OFFLINE && servo->inhibits ? message_is_inhibited
@@ -663,7 +658,7 @@ static const CDS_FLASH char *text_of_stopped(const struct console *console)
 {
     static const CDS_FLASH char save[] = "save";
 
-    if (!is_command(&console->line, save))
+    if (!parse_is_command(&console->line, save))
         return NULL;
     switch (console->failsafe->store->result) {
     case SETTINGS_SAVING: return message_save_goes_on;
@@ -677,7 +672,7 @@ static const CDS_FLASH char *text_of_count(struct console *console)
     static const CDS_FLASH char mode[] = "mode";
     const struct command_line *line = &console->line;
     const CDS_FLASH char *message =
-        is_command(line, mode) ? text_of_mode(console) : unit_behind_space(console);
+        parse_is_command(line, mode) ? text_of_mode(console) : unit_behind_space(console);
 
     if (message || line->command == NULL || (line->is_repeated && line->numbers > 1) ||
         !has_other_forms(line))
@@ -783,13 +778,13 @@ const CDS_FLASH char *advice_note(struct console *console)
 
     if (explain_is_settings(line))
         return note_link_loss(console);
-    if (is_command(line, scan))
+    if (parse_is_command(line, scan))
         return note_scan(console);
-    if (is_command(line, factory))
+    if (parse_is_command(line, factory))
         return line->id == CDS_BROADCAST_ID ? message_all_told : NULL;
-    if (is_command(line, set))
+    if (parse_is_command(line, set))
         return (line->address | 1) == (CDS_REG_MAX_TORQUE | 1) ? message_max_torque : NULL;
-    if (!is_command(line, id) || line->id == line->new_id || !console_is_for_person(console))
+    if (!parse_is_command(line, id) || line->id == line->new_id || !console_is_for_person(console))
         return NULL;
     values[0].number = line->id;
     values[1].number = values[2].number = line->new_id;

@@ -400,8 +400,7 @@ static bool is_heading(const CDS_FLASH char *heading, const struct token *token)
     return same && same == token->length && heading[same] == ':';
 }
 
-/* `help safety` lists the rows below this heading: the topic is the first row, and `choice` is 1.
- */
+/* `help safety` lists the rows below this heading: the topic is the first row. */
 static void take_heading(struct command_line *line, const struct token *token)
 {
     const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;
@@ -410,8 +409,21 @@ static void take_heading(struct command_line *line, const struct token *token)
         if (!is_heading((*group)->heading, token))
             continue;
         line->topic = (*group)->rows;
-        line->choice = 1;
+        line->choice = TOPIC_HEADING;
         return;
+    }
+}
+
+/* What is no command: a heading, or the units. */
+static void take_other_topic(struct command_line *line, const struct token *token)
+{
+    static const CDS_FLASH char units[] = "units|unit|degrees|deg|steps|raw|rpm";
+
+    if (parse_choice(units, token)) {
+        line->topic = line->command;
+        line->choice = TOPIC_UNITS;
+    } else {
+        take_heading(line, token);
     }
 }
 
@@ -419,7 +431,7 @@ static uint8_t take_topic(struct command_line *line, const struct token *token)
 {
     line->topic = parse_command(token);
     if (command_set.advise && !line->topic)
-        take_heading(line, token);
+        take_other_topic(line, token);
     return line->topic ? 0 : ERROR_UNKNOWN_COMMAND;
 }
 

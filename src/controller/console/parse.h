@@ -34,6 +34,9 @@ enum argument {
     ARGUMENT_ANGLES,
 } __attribute__((packed));
 
+/* What `help` is asked for: `choice` of the line. */
+enum topic { TOPIC_COMMAND, TOPIC_HEADING, TOPIC_UNITS } __attribute__((packed));
+
 /* A line being read. */
 struct command_line {
     struct cds_request *request;             // its packet is built here, and a list is kept here
@@ -105,6 +108,12 @@ uint8_t parse_choice(const CDS_FLASH char *usage, const struct token *token);
 
 /* True if the argument at `usage` has the name `name`. */
 bool parse_has_name(const CDS_FLASH char *usage, const CDS_FLASH char *name);
+
+/* True if the line has a command, and its name is `name`. */
+static inline bool parse_is_command(const struct command_line *line, const CDS_FLASH char *name)
+{
+    return line->command && parse_has_name(line->command->usage, name);
+}
 
 /* True if the present argument is a REG. */
 bool parse_at_register(const struct command_line *line);

@@ -55,7 +55,7 @@ void test_id_254_where_one_servo_must_reply_says_why(void)
 void test_id_twice_where_a_word_is_due_shows_the_usage(void)
 {
     static const char *const lines[][2] = {
-        {"torque 1 1", "error 41: ID '1': an ID is given twice; usage: torque ID|254 on|off\r\n"},
+        {"torque 1 2 1", "error 41: ID '1': an ID is given twice; usage: torque ID|254 on|off\r\n"},
         {"led 1 2 1", "error 41: ID '1': an ID is given twice; usage: led ID|254 on|off\r\n"},
         {"info 1 1", "error 41: ID '1': an ID is given twice; give each servo once\r\n"},
     };

@@ -49,6 +49,16 @@ uint8_t cycle_start(struct console *console, uint16_t period_us)
     return robot_start(robot, command_set.cycle, &period_us);
 }
 
+/* The first servo of the group whose position is not known. One must be there. */
+static uint8_t id_not_known(const struct robot *robot)
+{
+    uint8_t index = 0;
+
+    while (robot->work.cycle.feedback[index].known)
+        index++;
+    return robot->group[index];
+}
+
 enum cds_result cycle_known(struct console *console)
 {
     struct robot *robot = console->robot;
@@ -61,6 +71,8 @@ enum cds_result cycle_known(struct console *console)
     result = group_cycle_await_positions(robot, move_job(console)->begun_us);
     if (result != CDS_OK && result != CDS_PENDING) {
         console->error = (uint8_t)result;
+        if (command_set.advise) // the error names the servo
+            console->line.id = id_not_known(robot);
         robot_abort(robot);
     }
     return result;

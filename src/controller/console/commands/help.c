@@ -37,18 +37,6 @@ ALWAYS_INLINE bool ends_line(struct console *console)
     return true;
 }
 
-/* True if this firmware only names the commands of the group. ALWAYS_INLINE: saves 40 bytes in a
- * firmware that has all commands it names. */
-ALWAYS_INLINE bool is_only_named(const CDS_FLASH struct command_group *group)
-{
-    const CDS_FLASH struct command_group *const CDS_FLASH *named = command_set.named_only;
-
-    for (; named && *named; named++)
-        if (*named == group)
-            return true;
-    return false;
-}
-
 /* True if the list of all commands is printed for a person: only their usage, several in a line, so
  * that the list fits a terminal of 40 rows. Programs read a line of each command. ALWAYS_INLINE:
  * the comparison drops the rest, 270 bytes, where the flash has no room. */
@@ -137,7 +125,7 @@ static bool topic_line(struct console *console, const CDS_FLASH struct command *
     if (line == 0) {
         printer->values[0].text = row->usage;
         printer->values[1].text = row->what;
-        if (is_only_named(command_set.groups[console->part])) {
+        if (command_is_only_named(command_set.groups[console->part])) {
             printer->values[1].text = error_text(ERROR_OMITTED);
             more = false;
         }
@@ -187,10 +175,57 @@ ALWAYS_INLINE bool end_of_list(struct console *console)
     return false;
 }
 
+/* ---- help units, help motion ---- */
+
+/* `help units` */
+static const CDS_FLASH char *const CDS_FLASH unit_lines[] = {
+    FLASH_TEXT("Angle: deg, mdeg, or raw: the steps of the servo, 0 to 1023raw for 0 to 300deg"),
+    FLASH_TEXT("Speed: rpm, mrpm, or raw, 0 to 1023raw for 0 to 62rpm. Load: %"),
+    FLASH_TEXT("Voltage: V, mV. Temperature: C. Time: s, ms, us. Rate: bps, kbps, Mbps"),
+    FLASH_TEXT("Without a unit: deg, rpm, %, V, C, ms, bps. No space before a unit"),
+    FLASH_TEXT("Example: move 1 90deg 30rpm, or move 1 307raw 495raw"),
+};
+
+static bool units_line(struct console *console)
+{
+    printer_line(&console->printer, unit_lines[console->phase++]);
+    return console->phase < sizeof unit_lines / sizeof unit_lines[0];
+}
+
 /* True if `help` lists only the rows below one heading. */
 static bool is_of_heading(const struct console *console)
 {
-    return command_set.advise && console->line.choice;
+    return command_set.advise && console->line.choice == TOPIC_HEADING;
+}
+
+/* True if the heading has the name of the command: "Motion:" */
+static bool is_heading_of(const CDS_FLASH char *heading, const CDS_FLASH char *usage)
+{
+    if (heading == NULL)
+        return false;
+    while (*usage && *usage != ' ' && ((*heading ^ *usage) & ~0x20) == 0) {
+        heading++;
+        usage++;
+    }
+    return *heading == ':' && (*usage == ' ' || *usage == '\0');
+}
+
+/* Behind the lines of a command, as `motion`: goes on with the heading of its name. False: there is
+ * none. */
+static bool begin_heading(struct console *console)
+{
+    const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;
+
+    for (uint8_t part = 0; *group; group++, part++) {
+        if (!is_heading_of((*group)->heading, console->line.topic->usage))
+            continue;
+        console->line.topic = (*group)->rows;
+        console->line.choice = TOPIC_HEADING;
+        console->part = part;
+        console->index = console->phase = 0;
+        return true;
+    }
+    return false;
 }
 
 /* Goes to the group with the heading. Returns true behind the last group below it. */
@@ -212,15 +247,20 @@ static bool help_poll(struct console *console)
     const CDS_FLASH struct command *topic = console->line.topic, *row;
     const CDS_FLASH struct command_group *group;
 
+    if (command_set.advise && console->line.choice == TOPIC_UNITS)
+        return units_line(console);
     if (is_of_heading(console)) {
         if (is_behind_heading(console))
             return false;
         topic = NULL;
     }
     group = command_set.groups[console->part];
-    if (group == NULL)
-        return topic == NULL && end_of_list(console);
-    if (topic == NULL && is_only_named(group)) {
+    if (group == NULL) {
+        if (topic == NULL)
+            return end_of_list(console);
+        return command_set.advise && begin_heading(console);
+    }
+    if (topic == NULL && command_is_only_named(group)) {
         console->part++;
         return true;
     }
