@@ -381,6 +381,9 @@ class Alarms(unittest.TestCase):
                 remedy = "; 'servos' tells why: mend power, load, plug or heat, then 'release'"
                 lines = [f"alarm of servo 2: {told}", "alarm of servo 3: offline", f"alarm of servo 3: {told}"]
                 remedies = [remedy, remedy]
+                if boards.BOARDS[board].mcu == "atmega128" and mode == "mode person": # once for all servos
+                    remedies = ["; torque stays off: 'servos' tells why; mend power, load, plug or heat, 'release', then "
+                                "'teach off ID' holds it where it is", ""]
                 if boards.BOARDS[board].mcu in boards.LARGE: # it names the cause
                     remedies = [f"; without an alarm, so it lost its power or was reset: check its plug and supply, then "
                                 f"'release {servo}'; 'teach off {servo}' holds it where it is" for servo in (2, 3)]

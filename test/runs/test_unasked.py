@@ -109,7 +109,38 @@ class SharedId(unittest.TestCase):
                          "@wait 6000\nmode program\n", "arduino-mega", "1-3", "--echo", "--rules", "warn")
         self.assertEqual(re.findall("alarm of servo 3: offline; (.*)", run.output),
                          ["check power, wiring, ID and baud rate of the servo",
-                          "check power, wiring; replies came damaged, so two servos may have its ID: 'diagnose 3'"])
+                          "check power, wiring; replies came damaged, so two servos may have its ID, or it has another rate: "
+                          "'diagnose 3'"])
+
+
+class Advised(unittest.TestCase):
+    """Alarms on a board without RAM for what was told: what damaged bytes mean, and no remedy twice in a row."""
+    def told(self, script, board="atmega128"):
+        return found_with_torque(self, "alarm of .*|error 2.: .*|.*known here.*|no servo examined.*|asked .*, silent.*", script, board)
+
+    def test_alarms_in_noise_name_damaged_bytes(self):
+        told = self.told("@fault noise 3000\n@wait 9000\nmode program\n")
+        self.assertRegex(told[0], "checksum; bytes on the line may be damaged, by noise or a loose plug: 'diagnose .'$")
+        self.assertEqual([line for line in told if "send it again" in line], [])
+
+    def test_torque_that_is_lost_with_the_supply_has_one_remedy(self):
+        told = self.told("@power off\n@wait 300\n@power on\n@wait 5000\nmode program\n")
+        told = [line for line in told if "torque went off by itself" in line]
+        self.assertEqual((len(told), "".join(told).count("; torque stays off: 'servos' tells why")), (3, 1), told)
+
+    def test_alarm_does_not_repeat_the_error_before_it(self):
+        self.assertEqual(len(self.told("! write 1 PRESENT_POSITION 1\n@wait 1000\nmode program\n")), 1)
+
+    def test_bus_counts_a_servo_found_at_another_rate_once(self):
+        for board in ("atmega128", "arduino-mega"):
+            told = self.told("@fault baud 2 34\nscan all\nbus 57143\nmode program\n", board)
+            self.assertEqual(told, ["the bus changed to this rate; servos known here: 1; at the old rate: 2, they answer again after "
+                                    "'bus 1000000bps'; one that moves goes on, and 'stop' does not reach it"])
+
+    def test_diagnose_without_power_tells_what_it_sent(self):
+        for board in ("atmega128", "arduino-mega"):
+            told = self.told("@power off\n@wait 3000\ndiagnose\nmode program\n", board)
+            self.assertRegex(told[-1], "^no servo examined; packets sent: [1-9]")
 
 
 class Repeated(unittest.TestCase):

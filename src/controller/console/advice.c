@@ -11,6 +11,7 @@
 #include "console/errors.h"
 #include "console/explain.h"
 #include "console/messages.h"
+#include "console/reply.h" // reply_remedy()
 #include "console/slips.h"
 #include "console/unit_names.h" // unit_shown
 #include "robot/settings.h"     // settings_table
@@ -57,6 +58,15 @@ static const CDS_FLASH char message_several[] =
     "several servos answer at the same time on one wire, so their replies mix; 'scan' asks each";
 static const CDS_FLASH char message_late[] =
     "%s; replies that came late so far: %u, see 'diagnose %u'";
+/* Of alarms, behind their condition. */
+static const CDS_FLASH char message_may_be_damaged[] =
+    "; bytes on the line may be damaged, by noise or a loose plug: 'diagnose %u'";
+static const CDS_FLASH char message_offline_damaged[] =
+    "; check power, wiring, ID and baud rate of the servo; bytes on the line came damaged so far, "
+    "by noise or a loose plug: 'diagnose %u'";
+static const CDS_FLASH char message_stays_off[] =
+    "; torque stays off: 'servos' tells why; mend power, load, plug or heat, 'release', then "
+    "'teach off ID' holds it where it is";
 static const CDS_FLASH char message_stray[] =
     "%s; bytes without a packet so far, of noise or echoes: %u, see 'diagnose %u'";
 static const CDS_FLASH char message_damaged_there[] =
@@ -119,7 +129,9 @@ static const CDS_FLASH char message_still_inhibited[] =
     "driving is inhibited: 'release' allows it\r\n";
 static const CDS_FLASH char message_servos_left[] =
     "the bus changed to this rate; servos known here: %u; at the old rate: %u, they answer again "
-    "after 'bus %b'";
+    "after 'bus %b'%s";
+static const CDS_FLASH char message_goes_on[] =
+    "; one that moves goes on, and 'stop' does not reach it";
 static const CDS_FLASH char message_no_servo_left[] =
     "the bus changed to this rate; servos known here: %u; 'scan' looks for others";
 static const CDS_FLASH char message_save_goes_on[] =
@@ -424,6 +436,13 @@ static uint16_t stray_bytes(const struct console *console)
     return (uint16_t)(stats.noise_bytes - command_set.account->searched.noise_bytes);
 }
 
+/* True if most replies that a servo did not give in time came late, or as many as are counted. */
+static bool is_slow(const struct cds_servo_counters *counters)
+{
+    return counters->stale_replies == UINT8_MAX ||
+           2u * counters->stale_replies > counters->timeouts;
+}
+
 /* No reply by the deadline. Appends how many late replies came since the servo is known, or bytes
  * without a packet, as of an echo: both may be old, and the servo be unplugged now. */
 static const CDS_FLASH char *text_of_late(struct console *console)
@@ -437,7 +456,7 @@ static const CDS_FLASH char *text_of_late(struct console *console)
                                                                             : text_of_scan(console);
     values[1].number = servo->counters.stale_replies;
     values[2].number = servo->id;
-    if (values[1].number)
+    if (is_slow(&servo->counters))
         return message_late;
     values[1].number = stray_bytes(console);
     return values[1].number ? message_stray : text_of_scan(console);
@@ -808,6 +827,17 @@ static uint8_t count_at_rate(const struct console *console, uint8_t baud_reg)
     return count;
 }
 
+/* True if a servo that is left at the rate of this register value may move. */
+static bool may_move_at_rate(const struct console *console, uint8_t baud_reg)
+{
+    const struct cds_servos *servos = &console->robot->servos;
+
+    for (uint8_t i = 0; i < servos->count; i++)
+        if (servos->states[i].baud_reg == baud_reg && servos->states[i].torque)
+            return true;
+    return false;
+}
+
 const CDS_FLASH char *advice_bus_changed(struct console *console, uint8_t old)
 {
     const struct failsafe *failsafe = console->failsafe;
@@ -817,6 +847,7 @@ const CDS_FLASH char *advice_bus_changed(struct console *console, uint8_t old)
                                                                   : console->bus->baud_reg);
     values[1].number = count_at_rate(console, old);
     values[2].number = old;
+    values[3].text = may_move_at_rate(console, old) ? message_goes_on : message_nothing;
     return values[1].number ? message_servos_left : message_no_servo_left;
 }
 
@@ -827,4 +858,69 @@ void advice_after_reset(struct console *console)
     values[2].text =
         console->failsafe->reset_cause & FAILSAFE_RESET_POWER ? message_nothing : message_restarted;
     values[3].text = robot_is_inhibited(console->robot) ? message_still_inhibited : message_nothing;
+}
+
+/* ---- alarms ---- */
+
+#define SOME_DAMAGED 3  // replies of the servo
+#define MANY_STRAY   24 // bytes that no request asked for; echoes and late replies have fewer
+
+/* True if the servo or the bus has had damaged bytes. */
+static bool has_damage(const struct console *console, const struct cds_servo_state *servo)
+{
+    return servo->alarms & CDS_ERROR_CHECKSUM || servo->counters.corrupt >= SOME_DAMAGED ||
+           stray_bytes(console) >= MANY_STRAY;
+}
+
+/* True if this alarm of another servo was told, and has not been acknowledged. */
+static bool was_told(const struct console *console, uint8_t condition)
+{
+    const struct failsafe *failsafe = console->failsafe;
+    const struct cds_servos *servos = &console->robot->servos;
+
+    for (uint8_t i = 0; i < servos->count; i++) {
+        const struct cds_servo_state *servo = &servos->states[i];
+
+        if (i == failsafe->next)
+            continue;
+        if (condition == REPLY_TORQUE_LOST
+                ? servo->inhibits & CDS_INHIBIT_STATE_LOST && servo->held & CDS_HELD_LOSS_TOLD
+                : failsafe->reported[i] & 1u << condition)
+            return true;
+    }
+    return false;
+}
+
+const CDS_FLASH char *advice_alarm_remedy(struct console *console, uint8_t condition)
+{
+    const struct cds_servo_state *servo = &console->robot->states[console->failsafe->next];
+    bool is_damaged;
+
+    if (!console_is_for_person(console))
+        return reply_remedy(condition);
+    is_damaged = has_damage(console, servo);
+    console->printer.values[4].number = servo->id;
+    if (condition == REPLY_OFFLINE)
+        return is_damaged ? message_offline_damaged : reply_remedy(condition);
+    if (condition == REPLY_TORQUE_LOST)
+        return was_told(console, condition) ? message_nothing : message_stays_off;
+    if (!is_damaged || !(1u << condition & (CDS_ERROR_CHECKSUM | CDS_ERROR_INSTRUCTION)))
+        return reply_remedy(condition);
+    return was_told(console, condition) ? message_nothing : message_may_be_damaged;
+}
+
+void advice_note_refused(struct console *console, uint8_t error)
+{
+    struct failsafe *failsafe = console->failsafe;
+    const struct cds_servo_state *servo = console_servo(console);
+    uint8_t bit = 0;
+
+    for (uint8_t i = 0; i < REPLY_TORQUE_LOST; i++)
+        if (reply_remedy_error(i) == error)
+            bit = (uint8_t)(1u << i);
+    if (!servo || !(bit & (uint8_t)~CDS_ERRORS_OF_CONDITION) || !console_is_for_person(console))
+        return;
+    failsafe->reported[servo - console->robot->states] |= bit;
+    if (failsafe->alarm_id == servo->id)
+        failsafe->alarm &= (uint8_t)~bit;
 }

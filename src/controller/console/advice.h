@@ -41,4 +41,13 @@ const CDS_FLASH char *advice_bus_changed(struct console *console, uint8_t old);
  * `after_reset` of struct command_set. */
 void advice_after_reset(struct console *console);
 
+/* Returns the remedy of a new alarm of servo `failsafe->next`, with "; " in front: after damaged
+ * bytes it names them; "" if it was told of another servo. Its value is in value 4 of the printer.
+ * For a firmware without unasked.h. */
+const CDS_FLASH char *advice_alarm_remedy(struct console *console, uint8_t condition);
+
+/* The reply to a person prints that the servo of the line refuses with `error`: its alarm, which
+ * would tell the same, is not printed. For a firmware without unasked.h. */
+void advice_note_refused(struct console *console, uint8_t error);
+
 #endif

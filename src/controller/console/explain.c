@@ -6,6 +6,7 @@
 
 #include "cds55xx/control_table.h"    // cds_register_at()
 #include "cds55xx/motion.h"           // CDS_MOTION_OVERRIDE_MIN
+#include "console/advice.h"           // advice_note_refused()
 #include "console/commands/monitor.h" // MONITOR_MS_MIN
 #include "console/commands/shared.h"  // setting_is_rate()
 #include "console/console.h"
@@ -434,6 +435,8 @@ static void print_error_text(struct console *console)
 {
     if (command_set.unasked)
         unasked_note_error(command_set.unasked, console->error);
+    else if (command_set.advise)
+        advice_note_refused(console, console->error);
     printer_line(&console->printer, text_of(console));
 }
 

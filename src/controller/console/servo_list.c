@@ -6,6 +6,7 @@
 
 #include "cds55xx/control_table.h"   // CDS_TABLE_SIZE
 #include "console/commands/shared.h" // servo_outcome()
+#include "console/advice.h"          // advice_note_refused()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/explain.h"
@@ -317,6 +318,8 @@ static void end_servo_line(struct console *console, uint8_t error)
     mistake = mistake_of(console, false);
     if (command_set.unasked && error && !mistake)
         unasked_note_error(command_set.unasked, error);
+    else if (command_set.advise && !command_set.unasked)
+        advice_note_refused(console, error);
     if (mistake)
         mistake_print(console, mistake);
     else

@@ -25,7 +25,8 @@
 #define WINDOW_US   1500000ul
 #define HAS_REPLIED 0x80 // in `seen` and `lasts`, beside the conditions
 
-/* A servo that goes offline with so many damaged replies may share its ID. */
+/* A servo that goes offline with so many damaged replies since it answered well may share its ID.
+ */
 #define SHARED_DAMAGED 3
 
 #define REMEDY_TICKS 8 // 2 s: until then the remedy is not repeated
@@ -57,7 +58,8 @@ static const CDS_FLASH char message_lost_power[] =
     "; without an alarm, so it lost its power or was reset: check its plug and supply, then "
     "'release %u'; 'teach off %u' holds it where it is";
 static const CDS_FLASH char message_id_shared[] =
-    "; check power, wiring; replies came damaged, so two servos may have its ID: 'diagnose %u'";
+    "; check power, wiring; replies came damaged, so two servos may have its ID, or it has "
+    "another rate: 'diagnose %u'";
 static const CDS_FLASH char message_level_due[] =
     "it answers no READ: 'set %u STATUS_RETURN_LEVEL 1' first";
 static const CDS_FLASH char message_release_due[] = "driving is inhibited until 'release'";
@@ -123,15 +125,16 @@ static bool has_lost_power(const struct console *console, uint8_t condition)
 }
 
 /* The remedy of an alarm whose cause is known, with %u for the ID; NULL: it is not known. */
-static const CDS_FLASH char *remedy_of_cause(const struct console *console, uint8_t condition)
+static const CDS_FLASH char *remedy_of_cause(const struct unasked *unasked,
+                                             const struct console *console, uint8_t condition)
 {
-    const struct cds_servo_state *servo = &console->robot->states[console->failsafe->next];
+    uint8_t index = console->failsafe->next;
+    uint8_t damaged =
+        (uint8_t)(console->robot->states[index].counters.corrupt - unasked->alarms[index].damaged);
 
     if (has_lost_power(console, condition))
         return message_lost_power;
-    return condition == REPLY_OFFLINE && servo->counters.corrupt >= SHARED_DAMAGED
-               ? message_id_shared
-               : NULL;
+    return condition == REPLY_OFFLINE && damaged >= SHARED_DAMAGED ? message_id_shared : NULL;
 }
 
 const CDS_FLASH char *unasked_alarm_remedy(struct unasked *unasked, struct console *console,
@@ -142,7 +145,7 @@ const CDS_FLASH char *unasked_alarm_remedy(struct unasked *unasked, struct conso
     if (1 << condition == CDS_ERROR_INSTRUCTION && is_damaged(console))
         condition = reply_condition(CDS_ERROR_CHECKSUM);
     remedy = unasked_remedy(unasked, console, condition);
-    known = remedy_of_cause(console, condition);
+    known = remedy_of_cause(unasked, console, condition);
     if (remedy == message_nothing || !known)
         return remedy;
     console->printer.values[4].number = console->printer.values[5].number =
@@ -302,6 +305,8 @@ static void tick(struct unasked *unasked, const struct console *console)
     const struct cds_servos *servos = &console->robot->servos;
 
     for (uint8_t i = 0; i < ROBOT_SERVOS; i++) {
+        if (i < servos->count && is_online(&servos->states[i]))
+            unasked->alarms[i].damaged = (uint8_t)servos->states[i].counters.corrupt;
         if (i < servos->count)
             count_tick(&unasked->away[i], is_online(&servos->states[i]));
         else

@@ -59,6 +59,17 @@ void test_no_reply_keeps_its_remedy_after_late_replies(void)
         said);
 }
 
+void test_no_reply_after_old_late_replies_does_not_name_them(void)
+{
+    know_servos(1);
+    robot.states[0].counters.stale_replies = 3;
+    robot.states[0].counters.timeouts = 9;
+    reply_to("ping 1");
+    port_fake.now_us += 100000;
+    type("");
+    TEST_ASSERT_NULL(strstr(said, "came late"));
+}
+
 static void assert_stopped_save(uint8_t result, const char *end)
 {
     eeprom_fake.slow = 100;

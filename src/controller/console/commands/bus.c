@@ -65,12 +65,25 @@ static uint8_t scan_begin(struct console *console)
     return robot_start(robot, &scan, &config);
 }
 
-/* A servo of the robot that does not answer was found at another rate. */
-static void note_rate(struct cds_servos *servos, const struct cds_scan_found *found)
+/* True if the scan has found the ID at the robot's rate: another servo has this ID. */
+static bool is_found_here(const struct robot *robot, uint8_t id)
 {
-    struct cds_servo_state *servo = cds_servos_find(servos, found->id);
+    const struct cds_scan *state = &robot->work.scan.scan;
 
-    if (servo && servo->presence == CDS_PRESENCE_OFFLINE)
+    for (uint8_t i = 0; i < state->count && i < ROBOT_SERVOS; i++)
+        if (robot->work.scan.found[i].id == id &&
+            robot->work.scan.found[i].baud_reg == robot->baud_reg)
+            return true;
+    return false;
+}
+
+/* A servo of the robot was found at another rate, and has not answered at the robot's. A servo that
+ * answers there later is known to be there again. */
+static void note_rate(struct robot *robot, const struct cds_scan_found *found)
+{
+    struct cds_servo_state *servo = cds_servos_find(&robot->servos, found->id);
+
+    if (servo && !is_found_here(robot, found->id))
         servo->baud_reg = found->baud_reg;
 }
 
@@ -85,7 +98,7 @@ static const CDS_FLASH char *join(struct console *console, const struct cds_scan
         return message_found_neighbour;
     if (found->baud_reg != console->robot->baud_reg) {
         if (command_set.advise)
-            note_rate(&console->robot->servos, found);
+            note_rate(console->robot, found);
         return message_nothing;
     }
     if (!robot_add(console->robot, found->id))

@@ -2,6 +2,7 @@
 /* status, alarms, clear, settings, save, defaults: the controller itself. */
 #include <stddef.h>
 
+#include "console/advice.h" // advice_alarm_remedy()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
@@ -251,6 +252,8 @@ NOINLINE static uint8_t alarm_line(struct console *console, uint8_t id, uint8_t 
                     : command_set.unasked
                         ? unasked_alarm_remedy(command_set.unasked, console, condition)
                         : reply_remedy(condition);
+    if (command_set.advise && !command_set.unasked && kind & ALARM_NEW)
+        value[1].text = advice_alarm_remedy(console, condition);
     printer_line(printer, message_alarm);
     return (uint8_t)(bits & (bits - 1u));
 }

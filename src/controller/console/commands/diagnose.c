@@ -14,6 +14,9 @@ static const CDS_FLASH char message_hot[] = ", temperature %u C";
 static const CDS_FLASH char message_another[] = ": another";
 static const CDS_FLASH char message_finding_place[] = "ID %u at %b%s";
 static const CDS_FLASH char message_tally[] = "asked %u, answered %u, damaged %u, silent %u";
+static const CDS_FLASH char message_tally_twice[] =
+    "asked %u, answered %u, damaged %u, silent %u; replies beside the first one: %u";
+static const CDS_FLASH char message_none_examined[] = "no servo examined; packets sent: %u";
 static const CDS_FLASH char message_finding_is[] = "finding %u: %s";
 
 static enum cds_result begin_diagnosis(struct robot *robot, const void *config)
@@ -91,7 +94,19 @@ static void print_tally(struct printer *printer, const struct cds_diagnose *diag
     printer->values[1].number = diagnose->total.answered;
     printer->values[2].number = diagnose->total.damaged;
     printer->values[3].number = diagnose->total.silent;
-    printer_line(printer, message_tally);
+    if (command_set.advise && diagnose->duplicate_replies) {
+        printer->values[4].number = diagnose->duplicate_replies;
+        printer_line(printer, message_tally_twice);
+    } else {
+        printer_line(printer, message_tally);
+    }
+}
+
+/* No servo was asked more than whether it is there. */
+static void print_search(struct printer *printer, const struct cds_diagnose *diagnose)
+{
+    printer->values[0].number = diagnose->transactions;
+    printer_line(printer, message_none_examined);
 }
 
 static bool print_line(struct printer *printer, const struct cds_diagnose *diagnose, uint8_t line)
@@ -102,7 +117,12 @@ static bool print_line(struct printer *printer, const struct cds_diagnose *diagn
         printer->values[1].text = diagnose_findings[diagnose->finding];
         printer_line(printer, message_finding_is);
         return true;
-    case 1: print_tally(printer, diagnose); return diagnose->found_id != CDS_NO_ID;
+    case 1:
+        if (command_set.advise && diagnose->total.asked == 0)
+            print_search(printer, diagnose);
+        else
+            print_tally(printer, diagnose);
+        return diagnose->found_id != CDS_NO_ID;
     default: print_who(printer, diagnose); return false;
     }
 }
