@@ -14,6 +14,9 @@ export const PATIENCE_MS = 120000; // only a page that hangs needs it, on a busy
 /* In a test time runs so many times slower for the page and for the simulator: a busy machine still keeps
  * the times that the page allows for a reply or a goal. */
 const SLOW = 4;
+/* How often a test looks whether the page shows what it waits for. Each look computes the layout: at each frame, the default
+ * of puppeteer, looks take a seventh of the CPU time of a suite. */
+const LOOK_MS = 50;
 const FAILURE_ROWS = 300;
 export const DESKTOP = { width: 1366, height: 768 };
 export const PHONE = { width: 375, height: 812, deviceScaleFactor: 2, isMobile: true, hasTouch: true };
@@ -96,6 +99,7 @@ export function launch() {
         executablePath: "/usr/bin/chromium",
         args: process.getuid() === 0 ? ["--no-sandbox"] : [],
         protocolTimeout: PATIENCE_MS,
+        networkEnabled: false, // else each message of the WebSocket is reported to Node: a tenth of the CPU time of a suite
     });
 }
 
@@ -152,6 +156,9 @@ export async function openPage(t, browser, url, { viewport = DESKTOP, scheme = "
         if (errors.length) throw new Error(`errors of the page:\n${errors.join("\n")}`);
     });
     await page.goto(url);
+    const waitForFunction = page.waitForFunction.bind(page);
+
+    page.waitForFunction = (condition, options, ...values) => waitForFunction(condition, { polling: LOOK_MS, ...options }, ...values);
     page.click = (selector, options) => page.locator(selector).click(options); // waits until the element stands still, and is enabled
     return page;
 }
