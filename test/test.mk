@@ -88,7 +88,7 @@ build/host/test/obj/unity.o: $(UNITY)/src/unity.c build/host/test/flags
 
 # Archives for the suites: a suite of the core links the core, a suite of the controller links both.
 CORE_TESTED := $(CORE_SRC) test/support/port_fake.c
-CONTROLLER_TESTED := $(filter-out src/controller/main.c,$(CONTROLLER_SRC)) test/support/eeprom_fake.c
+CONTROLLER_TESTED := $(filter-out src/controller/main.c,$(CONTROLLER_SRC)) test/support/board_fake.c test/support/eeprom_fake.c
 
 build/host/test/libcore.a: $(CORE_TESTED:%.c=build/host/test/obj/%.o) build/host/test/obj/unity.o
 build/host/test/libcontroller.a: $(CONTROLLER_TESTED:%.c=build/host/test/obj/%.o)

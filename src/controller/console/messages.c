@@ -6,8 +6,6 @@
 
 #ifndef BOARD_NAME
 #define BOARD_NAME "host"
-const CDS_FLASH char message_own_rate[] =
-    ", the board's own"; // a test's; main.c has that of a board
 #endif
 
 const CDS_FLASH char message_nothing[] = "";

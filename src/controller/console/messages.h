@@ -15,7 +15,7 @@ extern const CDS_FLASH char message_until_power_off[]; // ", until power-off"
 extern const CDS_FLASH char message_unchanged[];       // "unchanged"
 extern const CDS_FLASH char message_servo_label[];     // "servo "
 extern const CDS_FLASH char message_version[];         // "cds55xx 0.1.0 atmega128"
-extern const CDS_FLASH char message_own_rate[];        // ", 115200bps, the board's own"
+extern const CDS_FLASH char message_own_rate[];        // ", 115200bps, the board's own"; in main.c
 extern const CDS_FLASH char message_colon[];           // ": "
 extern const CDS_FLASH char message_on[];              // "on"
 extern const CDS_FLASH char message_off[];             // "off"

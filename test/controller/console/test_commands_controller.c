@@ -128,7 +128,7 @@ void test_settings_prints_values_units_and_origin(void)
 {
     reply_to("settings");
     TEST_ASSERT_EQUAL_STRING_LEN(
-        "device_id = 253 ID\r\nhost_baud = 255 register, the board's own\r\n", said, 63);
+        "device_id = 253 ID\r\nhost_baud = 255 register, 115200bps, the board's own\r\n", said, 74);
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\nbus_baud = 1 register, 1000000bps\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\nrepeats = 0\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\ncycle_us = 4000 us\r\nsettings at start: defaults: "
