@@ -40,6 +40,11 @@ START = "wait 100000\nrest\n"
 REMEDY = "; a value or address is out of its range, read-only, or locked until power-off"
 
 
+def slow(line):
+    """A line whose answer takes up to 1.5 s."""
+    return text(line).replace("60000", "1500000")
+
+
 class Person(unittest.TestCase):
     def heard(self, board, profile, program):
         """What the PC hears at each `rest`, from a controller with an empty EEPROM."""
@@ -75,6 +80,22 @@ class Person(unittest.TestCase):
         for board, completed in (("atmega128", "\a"), ("arduino-mega", "y ")):
             heard = self.heard(board, "full", START + say(b"help pla\t"))
             self.assertEqual(heard[1], "help pla" + completed, board)
+
+    def test_tab_offers_stored_names(self):
+        store = "".join(map(slow, ["mode program", "scan", "group 1", "pose set right 100", "pose set rest 90",
+                                   "sequence wave new rest 1s", "sequence wav2 add rest 1s", "mode person"]))
+        for line, completed in (("pose delete ri", "ght "), ("pose r", "\r\nright  rest  "), ("sequence show wav", "\r\nwave  wav2  "),
+                                ("sequence wave add re", "st ")):
+            for board in ("atmega128", "arduino-mega"):
+                heard = self.heard(board, "full", START + store + say(line.encode() + b"\t"))[-1]
+                self.assertIn(line + completed, heard, (board, line))
+
+    def test_add_that_begins_a_sequence_says_so(self):
+        lines = ["scan", "group 1", "pose set rest 90", "sequence walk add rest 1s", "sequence walk add rest 1s"]
+        for board in ("atmega128", "arduino-mega"):
+            heard = self.heard(board, "full", START + "".join(map(slow, lines)))
+            self.assertIn("a new sequence: there was none of this name", heard[-2])
+            self.assertNotIn("a new sequence", heard[-1])
 
     def test_line_dropped_by_a_key_leaves_a_prompt(self):
         for key in ["03", "15"]:

@@ -7,6 +7,7 @@
 
 #include "cds55xx/packet.h"          // CDS_PING
 #include "console/commands/shared.h" // servo_is_at_other_rate()
+#include "console/commands/stored.h" // stored_find()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/explain.h"
@@ -134,6 +135,8 @@ static const CDS_FLASH char message_goes_on[] =
     "; one that moves goes on, and 'stop' does not reach it";
 static const CDS_FLASH char message_no_servo_left[] =
     "the bus changed to this rate; servos known here: %u; 'scan' looks for others";
+static const CDS_FLASH char message_is_new[] =
+    "a new sequence: there was none of this name; 'sequence list' lists all";
 static const CDS_FLASH char message_save_goes_on[] =
     "stopped: driving is inhibited until 'release'; the save goes on, 'settings' tells how it ends";
 static const CDS_FLASH char message_save_done[] =
@@ -789,6 +792,19 @@ static const CDS_FLASH char *note_link_loss(struct console *console)
     return message_typing_is_silence;
 }
 
+/* `sequence walk add ...` begins a sequence if there is none of that name: it may be misspelt. */
+static const CDS_FLASH char *note_sequence(const struct console *console)
+{
+    const struct command_line *line = &console->line;
+    uint8_t place = stored_find(console, MOTION_STORE_SEQUENCE, 0);
+
+    return console_is_for_person(console) && line->names == 2 && line->choice == 2 &&
+                   place != MOTION_STORE_NONE &&
+                   motion_store_number(console_store(), MOTION_STORE_SEQUENCE, place) == 1
+               ? message_is_new
+               : NULL;
+}
+
 const CDS_FLASH char *advice_note(struct console *console)
 {
     static const CDS_FLASH char id[] = "id", factory[] = "factory", set[] = "set", scan[] = "scan";
@@ -803,6 +819,8 @@ const CDS_FLASH char *advice_note(struct console *console)
         return line->id == CDS_BROADCAST_ID ? message_all_told : NULL;
     if (parse_is_command(line, set))
         return (line->address | 1) == (CDS_REG_MAX_TORQUE | 1) ? message_max_torque : NULL;
+    if (parse_is_command(line, name_of_sequence))
+        return note_sequence(console);
     if (!parse_is_command(line, id) || line->id == line->new_id || !console_is_for_person(console))
         return NULL;
     values[0].number = line->id;

@@ -9,6 +9,7 @@
 #include "console/advice.h"           // advice_note_refused()
 #include "console/commands/monitor.h" // MONITOR_MS_MIN
 #include "console/commands/shared.h"  // setting_is_rate()
+#include "console/commands/stored.h"  // stored_unknown_name()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
@@ -362,16 +363,13 @@ static void print_subject(struct console *console, const struct subject *subject
  * pose behind the sequence. */
 static void print_unknown_name(struct console *console)
 {
-    const struct command_line *line = &console->line;
     struct printer *printer = &console->printer;
-    bool is_pose = console->error == ERROR_NO_POSE;
-    const char *name;
+    const char *name = stored_unknown_name(console);
 
-    if (line->names == 0 || !(is_pose || console->error == ERROR_NO_SEQUENCE))
+    if (name == NULL)
         return;
-    name = parse_name(line, is_pose && line->names > 1);
     printer_char(printer, '\'');
-    for (uint8_t i = 0; i < PARSE_NAME_SIZE && name[i]; i++) // a long name has no zero at its end
+    for (uint8_t i = 0; i < PARSE_NAME_SIZE && name[i]; i++)
         printer_char(printer, name[i]);
     printer_char(printer, '\'');
     printer_flash(printer, message_colon);

@@ -4,6 +4,7 @@
 
 #include <string.h> // memset()
 
+#include "console/commands/stored.h" // stored_unknown_name()
 #include "console/console.h"
 #include "console/names.h"
 
@@ -94,7 +95,7 @@ static bool shorten(struct console *console)
 
 static bool may_be_part(const struct console *console)
 {
-    return typing_is_unknown_name(console->line.error) && console->token.length >= PART_MIN &&
+    return typing_has_unknown_name(console) && console->token.length >= PART_MIN &&
            console->token.length <= TOKEN_MAX;
 }
 
@@ -142,8 +143,28 @@ static bool count_names(struct console *console)
     return false;
 }
 
+/* `pose rihgt in 1s`: the unknown name is the word, and its place the one whose names are searched.
+ */
+static void take_unknown_name(struct console *console)
+{
+    struct command_line *line = &console->line;
+    const char *name = stored_unknown_name(console);
+    bool is_second = name && name != parse_name(line, 0);
+
+    if (line->error || name == NULL)
+        return;
+    console->token.length = 0;
+    for (uint8_t i = 0; i < PARSE_NAME_SIZE && name[i]; i++)
+        token_add(&console->token, name[i]);
+    line->usage = line->command->usage;
+    while (parse_argument_at(line->usage) != ARGUMENT_NAME || (is_second && *line->usage != 'P'))
+        line->usage++;
+}
+
 static bool search_parts(struct console *console)
 {
+    if (console->phase == 0)
+        take_unknown_name(console);
     if (!may_be_part(console))
         return typing.search(console);
     if (console->phase == 0)

@@ -6,7 +6,8 @@
 #include <string.h>
 
 #include "cds55xx/control_table.h"
-#include "robot/settings.h" // settings_table
+#include "console/commands/stored.h" // console_store()
+#include "robot/settings.h"          // settings_table
 
 /* Characters of usage strings behind a word. */
 static bool ends_word(char c)
@@ -80,6 +81,32 @@ static enum names_result next_setting(struct names *names)
     return NAMES_FOUND;
 }
 
+/* What the NAME or POSE at `usage` is the name of. */
+static enum motion_store_kind kind_at(const struct command_line *line, const CDS_FLASH char *usage)
+{
+    static const CDS_FLASH char pose[] = "pose";
+
+    return *usage == 'P' || parse_is_command(line, pose) ? MOTION_STORE_POSE
+                                                         : MOTION_STORE_SEQUENCE;
+}
+
+/* Several rows may have a NAME at this place: the first one has gone through the store. */
+static enum names_result next_stored(struct names *names, enum motion_store_kind kind)
+{
+    char name[MOTION_STORE_NAME + 1];
+    uint8_t place = motion_store_next(console_store(), kind, names->next);
+
+    if (place == MOTION_STORE_NONE)
+        return next_row(names);
+    names->next = (uint8_t)(place + 1);
+    if (!motion_store_read_name(console_store(), kind, place, name))
+        return NAMES_NONE;
+    names->name.length = 0;
+    for (const char *c = name; *c; c++)
+        token_add(&names->name, *c);
+    return NAMES_FOUND;
+}
+
 /* The first of several rows of a command names it. */
 static enum names_result next_command(struct names *names, const CDS_FLASH struct command *row)
 {
@@ -123,6 +150,10 @@ enum names_result names_next(struct names *names, const struct command_line *lin
     case ARGUMENT_NONE: return next_word(names, usage);
     case ARGUMENT_REGISTER: return next_register(names);
     case ARGUMENT_SETTING: return next_setting(names);
+    case ARGUMENT_NAME:
+        if (command_set.advise && command_set.store)
+            return next_stored(names, kind_at(line, usage));
+        return next_row(names);
     default: return next_row(names);
     }
 }

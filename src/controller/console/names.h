@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* The names that may stand at a place of a line: commands, words of a command, registers, settings.
- * For completion and for hints, one name a call, so that no call takes long. Main context. */
+/* The names that may stand at a place of a line: commands, words of a command, registers, settings,
+ * and, where the flash has room, stored poses and sequences. For completion and for hints, one name
+ * a call, so that no call takes long. Main context. */
 #ifndef CONTROLLER_NAMES_H
 #define CONTROLLER_NAMES_H
 
@@ -16,7 +17,7 @@ struct names {
     struct token earlier; // the name before it
     uint8_t group, row;   // of command_set
     uint8_t within;       // of the row: index of its next word
-    uint8_t next;         // address of the next register, or index of the next setting
+    uint8_t next; // address of the next register, index of the next setting, or place in the store
 };
 
 enum names_result {

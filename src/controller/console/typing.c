@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "console/commands/stored.h" // stored_unknown_name()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/line_editor.h" // line_editor_insert()
@@ -224,8 +225,12 @@ uint8_t typing_errors(const struct token *word, const struct token *name)
     return errors;
 }
 
-bool typing_is_unknown_name(uint8_t error)
+bool typing_has_unknown_name(const struct console *console)
 {
+    uint8_t error = console->line.error;
+
+    if (command_set.advise && error == 0)
+        return stored_unknown_name(console);
     return error == ERROR_UNKNOWN_COMMAND || error == ERROR_UNKNOWN_WORD ||
            error == ERROR_UNKNOWN_REGISTER || error == ERROR_UNKNOWN_SETTING;
 }
@@ -246,7 +251,7 @@ static bool search(struct console *console)
     enum names_result result;
     uint8_t errors;
 
-    if (!typing_is_unknown_name(console->line.error) || console->token.length > TOKEN_MAX ||
+    if (!typing_has_unknown_name(console) || console->token.length > TOKEN_MAX ||
         console->phase == 2)
         return false;
     if (console->phase == 0) {
@@ -271,8 +276,7 @@ static bool search(struct console *console)
 
 static bool has_hint(struct console *console)
 {
-    return console->phase == 2 && typing_is_unknown_name(console->line.error) &&
-           hint(console)->nearest.length;
+    return console->phase == 2 && typing_has_unknown_name(console) && hint(console)->nearest.length;
 }
 
 static void print_hint(struct console *console)

@@ -41,7 +41,7 @@ bool typing_complete(struct console *console);
 extern const CDS_FLASH char typing_did_you_mean[];
 
 /* True if the error is about a name that is not known, so that search() may find a near one. */
-bool typing_is_unknown_name(uint8_t error);
+bool typing_has_unknown_name(const struct console *console);
 
 /* Counts the characters of `word` that are too many, missing, wrong, or swapped with the next one;
  * stops behind 2. An end that is missing counts as one, behind 3 characters: "mon" has one error of

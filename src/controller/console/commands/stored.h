@@ -4,6 +4,7 @@
 #define CONTROLLER_STORED_H
 
 #include "console/console.h"
+#include "console/errors.h" // ERROR_NO_POSE
 #include "robot/motion_store.h"
 
 /* The store of poses and sequences. */
@@ -32,6 +33,19 @@ uint8_t stored_length(const struct console *console, uint8_t index);
 
 /* Returns the place of the record with name `index` of the line, or MOTION_STORE_NONE. */
 uint8_t stored_find(const struct console *console, enum motion_store_kind kind, uint8_t index);
+
+/* The name of the line of which the store has no pose (ERROR_NO_POSE) or no sequence
+ * (ERROR_NO_SEQUENCE), without a zero at the end if it has PARSE_NAME_SIZE characters; NULL: the
+ * error is another one. */
+static inline const char *stored_unknown_name(const struct console *console)
+{
+    const struct command_line *line = &console->line;
+    bool is_pose = console->error == ERROR_NO_POSE;
+
+    if (line->names == 0 || !(is_pose || console->error == ERROR_NO_SEQUENCE))
+        return NULL;
+    return parse_name(line, is_pose && line->names > 1);
+}
 
 /* The first part of a command that stores a record with name 0 of the line. Returns true while the
  * name is compared with the words of all commands, one row in each call. When it returns false, it
