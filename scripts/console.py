@@ -55,7 +55,7 @@ the rows of `src/controller/console/commands/` and from a real run in the simula
 
 One command a line, ended by Enter. The reply has zero or more lines, then `ok`, or `error N: text; remedy`
 ([errors.md](errors.md)); the profile `console` leaves the remedy out. Lines that begin with `warning:` report a
-condition, with a list of servos also the servo; the command has worked. `help` or `?` lists the commands, `help COMMAND` explains one.
+condition, with a list of servos also the servo; the command has worked. `help` or `?` lists the commands, `help COMMAND` explains one, `help units` the units.
 Press Ctrl-C when you open the terminal: another terminal may have left a line half typed, and Enter would run it. `stop` stops, whatever
 stands behind it.
 
@@ -69,12 +69,15 @@ stands behind it.
 | Left, Right, Home, End; Ctrl-B, Ctrl-F, Ctrl-A, Ctrl-E | move the cursor within the line; text is inserted there |
 | Del, Ctrl-D | delete the character at the cursor |
 | Up, Down; Ctrl-P, Ctrl-N | the line before, the line after. A chip with 8 KB of RAM or more keeps 240 bytes of lines, one with 4 KB keeps 88; a line takes a byte more than its characters. A line that was begun is kept, too |
-| Tab | with echo: completes commands, their words, registers and settings. If several fit, it completes what they share, and lists them if they share no more. Without echo a Tab is a space |
+| Tab | with echo: completes commands, their words, registers, settings, and (not on `atmega1284p`) the names of stored poses and sequences. If several fit, it completes what they share, and lists them if they share no more. Without echo a Tab is a space |
 | any key | ends `scan`, `diagnose`, `monitor`, the search of `new` and `motion wait`. A key that is not Enter is also the first one of the next line |
 
 - A new controller is in `mode person`: a banner after a reset (with the cause, if it was watchdog or brown-out), a prompt and echo. A terminal with local echo shows each
   character twice: switch that off. `mode echo` has echo alone, `mode program` bare replies: [for programs](#for-programs).
   `save` keeps the mode over power-off.
+- In mode person `help` lists only how each command is written, so that the list fits the terminal; `help motion` explains the commands
+  below the heading "Motion", `help safety` those below "Safety" (not on `atmega1284p`, nor in the profile `console`, which list
+  all with an explanation).
 - Commands, their words, registers, settings and units may be typed in any case. Names of poses and sequences keep theirs.
 - If a name is unknown, the error says which name is near: `did you mean torque?` A part of a name is enough: `get 1 temp` names
   MAX_TEMPERATURE and PRESENT_TEMPERATURE (not on `atmega1284p`).
