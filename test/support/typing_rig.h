@@ -6,7 +6,7 @@
 #include "console_rig.h"
 
 /* Types keys behind what is typed: what the console has said. */
-static const char *typed_more(const char *keys)
+static inline const char *typed_more(const char *keys)
 {
     said_length = 0;
     said[0] = '\0';
@@ -15,13 +15,13 @@ static const char *typed_more(const char *keys)
 }
 
 /* Types keys on an empty line: what the console has said. */
-static const char *typed(const char *keys)
+static inline const char *typed(const char *keys)
 {
     type("\x15");
     return typed_more(keys);
 }
 
-static void assert_line(const char *line, const char *keys)
+static inline void assert_line(const char *line, const char *keys)
 {
     char text[EDITOR_SIZE + 1] = "";
 

@@ -1,103 +1,16 @@
 /* SPDX-License-Identifier: MIT */
-/* The commands of the group "The controller", and the alarms that the console reports by itself. */
-#include <stdio.h>
-#include <string.h>
-
-#include "console/console.h"
-#include "eeprom_fake.h"
-#include "ring_input.h"
-#include "port_fake.h"
-#include "unity.h"
-
-static struct cds_bus bus;
-static struct cds_ring input, output;
-static struct console console;
-static struct failsafe failsafe;
-static struct robot robot;
-static struct settings settings;
-static struct settings_store store;
-static char said[500];
-
-static uint16_t damaged_stops;
+/* The commands of the group "The controller" but for settings, and the alarms that the console
+ * reports by itself. */
+#include "saving_rig.h"
 
 void setUp(void)
 {
-    port_fake_reset();
-    eeprom_fake_reset();
-    eeprom_fake.has_more = true; // poses and sequences
-    memset(&bus, 0, sizeof bus);
-    memset(&console, 0, sizeof console);
-    memset(&input, 0, sizeof input);
-    memset(&output, 0, sizeof output);
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    memset(&robot, 0, sizeof robot);
-    robot_begin(&robot, &bus, 0);
-    settings_load(&store, &settings);
-    settings.echo = SETTINGS_ECHO_OFF; // replies alone, as programs read them
-    failsafe = (struct failsafe){.settings = &settings,
-                                 .store = &store,
-                                 .robot = &robot,
-                                 .damaged_stops = &damaged_stops,
-                                 .room_bytes = 2000,
-                                 .spare_bytes = 1234};
-    failsafe_begin(&failsafe, FAILSAFE_RESET_POWER | FAILSAFE_RESET_BROWN_OUT);
-    console_open(&console, &failsafe, &input, &output);
-    robot.moves = command_set.moves;
-    command_set.store->load(command_set.store->motions, &store);
-    command_set.store->begin(&failsafe, command_set.store->motions);
+    begin_controller();
 }
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
-    TEST_ASSERT_EQUAL_UINT16(0, eeprom_fake.breaches);
-}
-
-static void turn(void)
-{
-    failsafe_poll(&failsafe);
-    settings_save_poll(&store);
-    failsafe.counts_stack = false; // as main does when it has counted
-    cds_bus_poll(&bus);
-    robot_poll(&robot);
-    console_poll(&console);
-    while (cds_ring_count(&output)) {
-        size_t length = strlen(said);
-
-        TEST_ASSERT_TRUE(length < sizeof said - 1);
-        said[length] = (char)ring_peek(&output, 0);
-        said[length + 1] = '\0';
-        ring_drop(&output, 1);
-    }
-}
-
-static void turns(uint16_t count)
-{
-    while (count--)
-        turn();
-}
-
-/* What is said to a line. */
-static const char *reply_to(const char *line)
-{
-    said[0] = '\0';
-    for (; *line; line++)
-        cds_ring_put(&input, (uint8_t)*line);
-    cds_ring_put(&input, '\r');
-    turns(120);
-    for (uint16_t left = 400; left && console.state == CONSOLE_ENDING; left--)
-        turn();
-    return said;
-}
-
-static void assert_error(const char *number, const char *line)
-{
-    char start[16];
-
-    sprintf(start, "error %s: ", number);
-    reply_to(line);
-    TEST_ASSERT_EQUAL_STRING_LEN_MESSAGE(start, said, strlen(start), line);
-    turns(80); // a hint may follow
+    end_controller();
 }
 
 static void says(uint8_t id, uint8_t error)
@@ -122,62 +35,6 @@ void test_counters_of_servo_prints_each_counter(void)
         "replies 104\r\n"
         "duplicate replies 255\r\nunexpected packets 106\r\necho errors 107\r\nok\r\n",
         reply_to("counters 7"));
-}
-
-void test_settings_prints_values_units_and_origin(void)
-{
-    reply_to("settings");
-    TEST_ASSERT_EQUAL_STRING_LEN(
-        "device_id = 253 ID\r\nhost_baud = 255 register, 115200bps, the board's own\r\n", said, 74);
-    TEST_ASSERT_NOT_NULL(strstr(said, "\r\nbus_baud = 1 register, 1000000bps\r\n"));
-    TEST_ASSERT_NOT_NULL(strstr(said, "\r\nrepeats = 0\r\n"));
-    TEST_ASSERT_NOT_NULL(strstr(said, "\r\ncycle_us = 4000 us\r\nsettings at start: defaults: "
-                                      "nothing saved\r\nok\r\n"));
-}
-
-void test_a_setting_is_shown_changed_and_brought_back(void)
-{
-    TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("settings cycle_us 5000"));
-    TEST_ASSERT_EQUAL_UINT16(5000, settings.cycle_us);
-    TEST_ASSERT_EQUAL_STRING("cycle_us = 5000 us\r\nok\r\n", reply_to("settings cycle_us"));
-    TEST_ASSERT_EQUAL_STRING("ok\r\n\r> ", reply_to("defaults")); // mode person again
-    TEST_ASSERT_EQUAL_UINT16(4000, settings.cycle_us);
-}
-
-void test_errors_of_settings_change_nothing(void)
-{
-    assert_error("60", "settings cycle 1");
-    assert_error("60", "settings a_name_that_is_much_longer_than_any 1");
-    assert_error("33", "settings repeats 3");
-    assert_error("33", "settings repeats 65536");
-    assert_error("32", "settings repeats one");
-    assert_error("31", "settings repeats 1 1");
-    TEST_ASSERT_EQUAL_UINT8(0, settings.repeats);
-}
-
-void test_save_replies_when_record_is_written(void)
-{
-    eeprom_fake.slow = 10;
-    TEST_ASSERT_EQUAL_STRING("", reply_to("save"));
-    turns(400);
-    TEST_ASSERT_EQUAL_STRING("ok\r\n", said);
-    TEST_ASSERT_EQUAL_UINT8(SETTINGS_SAVED, store.result);
-    TEST_ASSERT_NOT_NULL(strstr(reply_to("settings"),
-                                "settings at start: saved since; the next start has "
-                                "those of the last 'save'\r\nok"));
-}
-
-void test_a_save_that_fails_is_an_error(void)
-{
-    eeprom_fake.dead = SETTINGS_PLACE + 3;
-    assert_error("62", "save");
-}
-
-void test_a_save_during_another_ones_is_an_error(void)
-{
-    eeprom_fake.slow = 100;
-    settings_save(&store, &settings); // the virtual device's
-    assert_error("63", "save");
 }
 
 void test_alarms_are_listed_by_servo_and_kind(void)
