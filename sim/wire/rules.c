@@ -51,6 +51,12 @@ void rules_init_bus(struct rules *rules, struct rules *aggregate, const char *wh
     *rules = (struct rules){.aggregate = aggregate, .where = where};
 }
 
+/* True if a real bus has such breaches, too, while several servos answer a search. */
+static bool is_of_searches(enum rule rule)
+{
+    return rule == RULE_COLLISION || rule == RULE_TWO_DRIVERS || rule == RULE_REPLY_LOST;
+}
+
 void rules_record_breach(struct rules *rules, enum rule rule, uint64_t now, const char *format, ...)
 {
     const char *where = rules->where ? rules->where : "";
@@ -71,7 +77,10 @@ void rules_record_breach(struct rules *rules, enum rule rule, uint64_t now, cons
     fprintf(rules->out, "rule broken at %" PRIu64 " (%.3f ms): %s%s: ", now,
             (double)now * 1000.0 / rules->clock_Hz, where, rule_name(rule));
     vfprintf(rules->out, format, arguments);
-    fputc('\n', rules->out);
+    fputs(is_of_searches(rule)
+              ? "; harmless only while 'diagnose', 'new' or a scan at other rates runs\n"
+              : "\n",
+          rules->out);
     va_end(arguments);
 }
 
