@@ -38,8 +38,7 @@
       "'torque ID off', else it moves to its old goal; then 'set ID CCW_ANGLE_LIMIT 300'")         \
     X(ERROR_NOT_KNOWN, 48, "not one of the robot's servos",                                        \
       "'scan' finds them, 'servos' lists them")                                                    \
-    X(ERROR_KEY, 49, "ended by a key or packet",                                                   \
-      "the output so far is valid; start the command again")                                       \
+    X(ERROR_KEY, 49, "ended by a key or packet", "the output so far is valid")                     \
     X(ERROR_PLACE_TAKEN, 50, "the new ID or rate is taken",                                        \
       "nothing was written: choose another, or change the other servo first")                      \
     X(ERROR_LOST, 51, "no answer after the change",                                                \
@@ -73,7 +72,7 @@
 /* X(name, number, text, remedy): errors of the profile `full`. */
 #define FULL_ERRORS(X)                                                                             \
     X(ERROR_MOTION, 58, "a motion is under way",                                                   \
-      "'motion off' ends it; 'motion wait' waits, but not for a loop; torque off always works")    \
+      "'motion off' ends it; 'motion wait' waits for it")                                          \
     X(ERROR_GOAL, 70, "the servo does not take its goal",                                          \
       "torque stays off; hold it still, look for noise")                                           \
     X(ERROR_NAME, 71, "not a name", "a letter, then letters and digits, up to 8 characters")       \

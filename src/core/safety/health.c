@@ -76,13 +76,15 @@ static bool has_time(struct cds_health *health, uint16_t us)
 }
 
 /* Asks servo `index` for its state, by READ or PING. True: its turn is over. A RETURNED servo that
- * has answered no READ is asked by PING whether it is there. */
+ * has answered no READ is asked by PING whether it is there. A servo that was found to answer no
+ * READ has lost its state; it is asked by READ again, since noise may have been the reason. */
 static bool ask(struct cds_health *health, uint8_t index)
 {
     struct cds_servos *servos = health->servos;
     const struct cds_servo_state *servo = &servos->states[index];
     uint16_t us = read_us(health, servo);
     uint8_t presence = servo->presence;
+    bool is_mute = servo->status_return_level == 0;
     enum cds_result result;
 
     if (health->cycle && us > cds_cycle_spare_us(health->cycle))
@@ -90,7 +92,9 @@ static bool ask(struct cds_health *health, uint8_t index)
     if (!has_time(health, us))
         return false;
     health->request.servo_index = index;
-    if (presence == CDS_PRESENCE_OFFLINE || servo->status_return_level == 0 ||
+    health->request.ignores_servo_state = is_mute;
+    if (presence == CDS_PRESENCE_OFFLINE ||
+        (is_mute && (servo->misses || !(servo->inhibits & CDS_INHIBIT_STATE_LOST))) ||
         (presence == CDS_PRESENCE_RETURNED && servo->misses == CDS_SERVOS_MISSES))
         result = cds_servo_ping(servos->bus, &health->request, servo->id);
     else

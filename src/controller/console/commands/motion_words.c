@@ -37,6 +37,8 @@ static const CDS_FLASH char message_is_paused[] =
     "a motion is paused; 'resume' goes on with it, 'motion off' ends it; torque off always works";
 static const CDS_FLASH char message_was_ended[] =
     "the last motion did not reach its end: 'motion off' or 'cycle off' ended it";
+static const CDS_FLASH char message_was_stopped[] =
+    "the last motion was ended by a stop or a lost host link; driving is allowed again";
 static const CDS_FLASH char message_wait_ended[] =
     "a key has ended the wait; the motion goes on, 'motion off' ends it";
 static const CDS_FLASH char message_of_poses[] = "' chooses the servos of the stored poses";
@@ -323,6 +325,9 @@ static const CDS_FLASH char *advise(struct console *console)
     case ERROR_MOTION:
         return motion_is_paused(console->robot) ? message_is_paused : message_under_way;
     case ERROR_NO_MOTION: return is_wait(&console->line) ? message_was_ended : NULL;
+    case ERROR_STOPPED:
+        return is_wait(&console->line) && !robot_is_inhibited(console->robot) ? message_was_stopped
+                                                                              : NULL;
     case ERROR_KEY: return is_wait(&console->line) ? message_wait_ended : NULL;
     default: return NULL;
     }

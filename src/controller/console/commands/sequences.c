@@ -243,6 +243,16 @@ static bool is_of_group(const CDS_FLASH struct command *command)
            command < sequence_rows + sizeof sequence_rows / sizeof sequence_rows[0];
 }
 
+/* True if the wrong word behind the name is meant as add, set, insert, delete or show, not as new.
+ */
+static bool is_no_new(const struct console *console)
+{
+    char first = (char)(console->token.text[0] | 0x20);
+
+    return console->line.error == ERROR_UNKNOWN_WORD &&
+           (first == 'a' || first == 's' || first == 'i' || first == 'd');
+}
+
 void sequence_end(struct console *console)
 {
     const CDS_FLASH struct command *command = console->line.command;
@@ -253,7 +263,8 @@ void sequence_end(struct console *console)
         console->new_is_refused = true;
     else if (command && is_of_group(command) &&
              !(command->begin == step_begin && console->line.choice == CHOICE_ADD))
-        console->new_is_refused = command->begin == step_begin && console->error;
+        console->new_is_refused = command->begin == step_begin && console->error &&
+                                  !(command_set.advise && is_no_new(console));
 }
 
 const CDS_FLASH struct command_group sequences_commands = {
