@@ -20,19 +20,20 @@ static const CDS_FLASH char message_comma_behind[] = "a space, no comma: 90 120"
 static const CDS_FLASH char message_write_word[] = "a byte: 0 to 255; both: 'set %u %u %uraw'";
 static const CDS_FLASH char message_seconds[] = "has too many decimals of ms; seconds: 0.5s";
 static const CDS_FLASH char message_is_pose[] = "a pose: 'pose NAME in 2s' moves to it";
-static const CDS_FLASH char message_is_sequence[] = "a sequence: 'play NAME' plays it";
+static const CDS_FLASH char message_is_sequence[] =
+    "a sequence: 'play NAME' plays it, 'play NAME loop' repeats it";
+static const CDS_FLASH char message_pose_at[] = "a stored pose takes a time: 'pose NAME in 2s'";
 static const CDS_FLASH char message_steps_move[] = "beyond 300deg; steps: 'move %u %uraw'";
 static const CDS_FLASH char message_steps[] = "beyond 300deg; steps: %uraw";
-static const CDS_FLASH char message_unit_move[] =
-    "a unit is short, without a space: 'move %u %u%s'";
-static const CDS_FLASH char message_unit_word[] = "a unit is short, without a space: 90deg, 512raw";
+static const CDS_FLASH char message_unit_move[] = "write %s, without a space: 'move %u %u%s'";
+static const CDS_FLASH char message_unit_word[] = "write %s, without a space: %u%s";
 static const CDS_FLASH char message_two_servos[] =
     "a speed is 0 to 62rpm; two servos: 'move %u,%u %u'";
 static const CDS_FLASH char message_range_word[] =
     "no space in a range of IDs, as in 'torque 1-3 on'";
-static const CDS_FLASH char message_switch[] = "write %s, no number: '%s %u %s'";
-static const CDS_FLASH char message_twice_or_switch[] =
-    "an ID is given twice; if it means %s: '%s %u %s'";
+static const CDS_FLASH char message_switch[] = "%s; if %u means %s: '%s %u %s'";
+static const CDS_FLASH char message_switch_missing[] = "on|off is missing";
+static const CDS_FLASH char message_id_is_twice[] = "an ID is given twice";
 static const CDS_FLASH char message_move_in[] =
     "'move' takes no time; 'group %u', then 'pose %u%s in 2s'";
 static const CDS_FLASH char message_move_at[] =
@@ -40,16 +41,22 @@ static const CDS_FLASH char message_move_at[] =
 static const CDS_FLASH char message_write_unit[] =
     "'write' takes register values; with a unit: 'set %u %u %u%s'";
 static const CDS_FLASH char message_bare_time[] =
-    "too fast for a servo; a time without unit is ms; seconds: 'in %us'";
+    "too fast for a servo; give it more time; %u is %ums: for seconds 'in %us'";
 static const CDS_FLASH char message_measured[] = "read-only, measured; 'move %u %u%s' moves there";
-static const CDS_FLASH char message_read_only[] = "read-only; 'read %u %u %u' reads it";
+static const CDS_FLASH char message_read_only[] = "read-only; 'get %u %u' prints it";
 static const CDS_FLASH char message_has_limits[] =
     "limits of servo %u: %a to %a, %r; 'limits %u LOW HIGH' changes them";
 static const CDS_FLASH char message_has_no_limits[] =
     "no limits of the controller for servo %u; 'limits %u LOW HIGH' sets them, 'info %u' shows "
     "those in the servo";
+static const CDS_FLASH char message_known_as[] = "unknown command; try %s";
 
-#define SECONDS_MAX 600 // of a move
+static const CDS_FLASH char name_of_led[] = "led";
+static const CDS_FLASH char name_of_torque[] = "torque";
+static const CDS_FLASH char name_of_pose[] = "pose";
+static const CDS_FLASH char words_of_switch[] = "on|off";
+
+#define SECONDS_MAX 20 // of a move; a larger number without unit is more likely meant in ms
 
 /* A line to type for the command: its example, or its usage. */
 static const CDS_FLASH char *line_to_type(const struct command_line *line)
@@ -112,16 +119,15 @@ static const CDS_FLASH char *text_of_early_number(struct console *console)
 /* `set 1 LED on` */
 static const CDS_FLASH char *text_of_on(struct console *console)
 {
-    static const CDS_FLASH char on_off[] = "on|off", led[] = "led", torque[] = "torque";
     const struct command_line *line = &console->line;
     union printer_value *values = console->printer.values;
-    uint8_t choice = parse_choice(on_off, &console->token);
+    uint8_t choice = parse_choice(words_of_switch, &console->token);
     bool is_led = line->address == CDS_REG_LED;
 
     if (line->error == 0 || choice == 0 || (line->is_repeated && line->values > 1) ||
         (!is_led && line->address != CDS_REG_TORQUE_ENABLE))
         return NULL;
-    values[0].text = is_led ? led : torque;
+    values[0].text = is_led ? name_of_led : name_of_torque;
     values[1].number = line->id;
     values[2].text = choice == 1 ? message_on : message_off;
     return message_on_is_1;
@@ -214,17 +220,33 @@ static const CDS_FLASH char *text_of_steps(struct console *console)
     return message_steps_move;
 }
 
+/* Long names of units, with an example in the short one. */
 static const CDS_FLASH struct {
     const CDS_FLASH char *words;
     const CDS_FLASH char *unit;
+    uint16_t example;
+    uint8_t kind; // enum number_kind
 } long_units[] = {
-    {FLASH_TEXT("steps|step"), FLASH_TEXT("raw")},
-    {FLASH_TEXT("degrees|degree"), FLASH_TEXT("deg")},
-    {FLASH_TEXT("seconds|second|sec"), FLASH_TEXT("s")},
-    {FLASH_TEXT("milliseconds|millisecond|msec"), FLASH_TEXT("ms")},
-    {FLASH_TEXT("volts|volt"), FLASH_TEXT("V")},
-    {FLASH_TEXT("percent"), FLASH_TEXT("%")},
+    {FLASH_TEXT("steps|step"), FLASH_TEXT("raw"), 512, NUMBER_RAW},
+    {FLASH_TEXT("degrees|degree"), FLASH_TEXT("deg"), 90, NUMBER_ANGLE},
+    {FLASH_TEXT("seconds|second|sec"), FLASH_TEXT("s"), 2, NUMBER_TIME},
+    {FLASH_TEXT("milliseconds|millisecond|msec"), FLASH_TEXT("ms"), 500, NUMBER_TIME},
+    {FLASH_TEXT("volts|volt"), FLASH_TEXT("V"), 6, NUMBER_VOLTAGE},
+    {FLASH_TEXT("percent"), FLASH_TEXT("%"), 50, NUMBER_SHARE},
 };
+
+/* True if numbers stand before the word that is wrong, and it is no value of a packet. */
+static bool is_behind_number(const struct console *console)
+{
+    const struct command_line *line = &console->line;
+    uint8_t numbers = line->numbers;
+
+    if (!line->command || line->error != console->error || line->command->instruction)
+        return false;
+    if (line->error == ERROR_NOT_A_NUMBER && numbers)
+        numbers--;                                                            // the word itself
+    return numbers || (parse_is_command(line, name_of_pose) && line->values); // angles
+}
 
 /* `move 1 90 degrees` */
 static const CDS_FLASH char *text_of_long_unit(struct console *console)
@@ -235,14 +257,16 @@ static const CDS_FLASH char *text_of_long_unit(struct console *console)
 
     while (row < rows && !parse_choice(long_units[row].words, &console->token))
         row++;
-    if (row == rows || !line->command || line->error != console->error || line->words < 3 ||
-        line->command->instruction)
+    if (row == rows || !is_behind_number(console))
         return NULL;
-    if (!is_move_of_one(line) || line->numbers != 2 || !is_whole(line->number))
+    values[0].text = values[2].text = values[3].text = long_units[row].unit;
+    values[1].number = long_units[row].example;
+    if (long_units[row].kind > NUMBER_ANGLE || !is_move_of_one(line) ||
+        line->error != ERROR_NOT_A_NUMBER || line->number[0].kind != NUMBER_BARE ||
+        !is_whole(line->number))
         return message_unit_word;
-    values[0].number = line->id;
-    values[1].number = (uint16_t)line->number[0].digits;
-    values[2].text = long_units[row].unit;
+    values[1].number = line->id;
+    values[2].number = (uint16_t)line->number[0].digits;
     return message_unit_move;
 }
 
@@ -255,8 +279,9 @@ static const CDS_FLASH char *text_of_two_servos(struct console *console)
     uint16_t raw;
 
     if (line->error || !is_move_of_one(line) || line->numbers != 2 ||
-        number[0].kind != NUMBER_BARE || number[0].digits > CDS_ID_MAX || !is_whole(&number[0]) ||
-        !is_whole(&number[1]) || number_within(&number[1], CDS_UNIT_MDEG, &raw) ||
+        number[0].kind != NUMBER_BARE || number[0].digits > CDS_ID_MAX ||
+        number[0].digits == line->id || !is_whole(&number[0]) || !is_whole(&number[1]) ||
+        number_within(&number[1], CDS_UNIT_MDEG, &raw) ||
         !cds_servos_find(&console->robot->servos, (uint8_t)number[0].digits))
         return NULL;
     values[0].number = line->id;
@@ -268,29 +293,34 @@ static const CDS_FLASH char *text_of_two_servos(struct console *console)
 /* `torque 1 - 3 on` */
 static const CDS_FLASH char *text_of_spaced_range(struct console *console)
 {
+    const struct command_line *line = &console->line;
     const struct token *word = &console->token;
 
-    return console->line.command && console->line.words == 3 && *word->text == '-' &&
-                   (word->length == 1 || console->line.argument == ARGUMENT_NONE)
+    if (line->error == 0 || word->length == 0 || *word->text != '-')
+        return NULL;
+    return line->argument == ARGUMENT_IDS ||
+                   (line->is_repeated && line->words == 3 &&
+                    (word->length == 1 || line->argument == ARGUMENT_NONE))
                ? message_range_word
                : NULL;
 }
 
-/* `led 1 1`: the list of servos has taken the second number. */
+/* `led 1 1`: the list of servos has taken the second number; both words are one ID. */
 static const CDS_FLASH char *text_of_switch(struct console *console)
 {
-    static const CDS_FLASH char on_off[] = "on|off", led[] = "led", torque[] = "torque";
     const struct command_line *line = &console->line;
     const uint8_t *ids = line->request->packet.bytes;
     union printer_value *values = console->printer.values;
 
-    if (line->words != 3 || line->takes_all || line->values == 0 || line->values > 2 ||
-        ids[line->values - 1] > 1 || !parse_has_name(line->usage, on_off))
+    if (line->words != 3 || line->singles != 2 || ids[line->values - 1] > 1 ||
+        !parse_has_name(line->usage, words_of_switch))
         return NULL;
-    values[1].text = parse_is_command(line, led) ? led : torque;
-    values[2].number = ids[0];
-    values[0].text = values[3].text = ids[line->values - 1] ? message_on : message_off;
-    return console->error == ERROR_TWICE ? message_twice_or_switch : message_switch;
+    values[0].text = console->error == ERROR_TWICE ? message_id_is_twice : message_switch_missing;
+    values[1].number = ids[line->values - 1];
+    values[2].text = values[5].text = values[1].number ? message_on : message_off;
+    values[3].text = parse_is_command(line, name_of_led) ? name_of_led : name_of_torque;
+    values[4].number = ids[0];
+    return message_switch;
 }
 
 /* `move 1 90 in 2s`, `move 1 90 at 30rpm` */
@@ -313,10 +343,13 @@ static const CDS_FLASH char *text_of_write_unit(struct console *console)
     const struct command_line *line = &console->line;
     union printer_value *values = console->printer.values;
     struct number number;
+    uint16_t raw;
 
     if (line->command == NULL || line->argument != ARGUMENT_VALUES || line->values != 1 ||
-        line->command->instruction != CDS_WRITE || number_parse(&console->token, &number) ||
-        number.kind == NUMBER_BARE || !is_whole(&number))
+        line->id > CDS_ID_MAX || line->command->instruction != CDS_WRITE ||
+        number_parse(&console->token, &number) || number.kind == NUMBER_BARE ||
+        !is_whole(&number) ||
+        number_within(&number, cds_units_of(&cds_profile_cds55xx, line->address), &raw))
         return NULL;
     values[0].number = line->id;
     values[1].number = line->address;
@@ -341,22 +374,20 @@ static const CDS_FLASH char *text_of_read_only(struct console *console)
         return message_measured;
     }
     values[1].number = at.address;
-    values[2].number = at.width;
     return message_read_only;
 }
 
 /* `pose stand in 2`: 2 s are meant. */
 static const CDS_FLASH char *text_of_bare_time(struct console *console)
 {
-    static const CDS_FLASH char pose[] = "pose";
     const struct command_line *line = &console->line;
     const struct number *time = line->number;
     union printer_value *values = console->printer.values;
 
-    if (!parse_is_command(line, pose) || line->numbers != 1 || time->kind != NUMBER_BARE ||
+    if (!parse_is_command(line, name_of_pose) || line->numbers != 1 || time->kind != NUMBER_BARE ||
         !is_whole(time) || time->digits > SECONDS_MAX)
         return NULL;
-    values[0].number = (uint16_t)time->digits;
+    values[0].number = values[1].number = values[2].number = (uint16_t)time->digits;
     return message_bare_time;
 }
 
@@ -379,14 +410,56 @@ static const CDS_FLASH char *text_of_limits_shown(struct console *console)
     return message_has_limits;
 }
 
-/* The slips of an error; the first one that has a text is it. */
+/* `pose stand at 20rpm`, `sequence walk loop` */
+static const CDS_FLASH char *text_of_stored(struct console *console)
+{
+    static const CDS_FLASH char sequence[] = "sequence", at[] = "at", plays[] = "loop|play";
+    const struct command_line *line = &console->line;
+
+    if (line->error == 0 || line->names != 1)
+        return NULL;
+    if (parse_is_command(line, name_of_pose))
+        return parse_choice(at, &console->token) ? message_pose_at : NULL;
+    return command_set.moves && parse_is_command(line, sequence) &&
+                   parse_choice(plays, &console->token)
+               ? message_is_sequence
+               : NULL;
+}
+
+/* Names that people try, and a line to type. */
+static const CDS_FLASH struct {
+    const CDS_FLASH char *words;
+    const CDS_FLASH char *lines;
+} known_as[] = {
+    {FLASH_TEXT("goto|go|goal"), FLASH_TEXT("'move 1 90deg'")},
+    {FLASH_TEXT("speed"), FLASH_TEXT("'move 1 90deg 30rpm'")},
+    {FLASH_TEXT("delete|remove|erase"), FLASH_TEXT("'pose delete NAME', 'sequence delete NAME'")},
+    {FLASH_TEXT("enable|disable|on|off"), FLASH_TEXT("'torque 1 on'")},
+    {FLASH_TEXT("list|show|ls"), FLASH_TEXT("'servos', 'pose list'")},
+};
+
+/* `goto 1 90` */
+static const CDS_FLASH char *text_of_known_as(struct console *console)
+{
+    for (uint8_t i = 0; i < sizeof known_as / sizeof known_as[0]; i++) {
+        if (!parse_choice(known_as[i].words, &console->token))
+            continue;
+        console->printer.values[0].text = known_as[i].lines;
+        return message_known_as;
+    }
+    return NULL;
+}
+
+/* In this order: the first function that returns a text decides. */
 static const CDS_FLASH struct {
     uint8_t error;
     const CDS_FLASH char *(*text)(struct console *console);
 } slips[] = {
+    {ERROR_UNKNOWN_COMMAND, text_of_known_as},
     {ERROR_UNKNOWN_WORD, text_of_spaced_range},
     {ERROR_UNKNOWN_WORD, text_of_early_number},
     {ERROR_UNKNOWN_WORD, text_of_long_unit},
+    {ERROR_UNKNOWN_WORD, text_of_stored},
     {ERROR_NOT_A_NUMBER, text_of_seconds},
     {ERROR_NOT_A_NUMBER, text_of_long_unit},
     {ERROR_NOT_A_NUMBER, text_of_move_word},

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Slips of a line: words in another order, a comma, a wrong kind of name, a number without its
- * unit. The text of the error names the line to type:
+/* Slips of a line: words in another order, a comma, a wrong kind of name, a command of another
+ * name, a number without its unit, a long unit, a move that is too fast as its time is in ms, a
+ * read-only register, `limits` without angles. The text of the error names the line to type:
  *
  *     error 32: ID|254 'on': the ID comes first: 'torque 1 on'
  *

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Numbers and units that are nearly right: the error names the line to type. */
+/* Numbers that are nearly right: the error names the line to type. */
+#include "console/slips.h"
 #include "console_rig.h"
 
 void setUp(void)
@@ -30,23 +31,6 @@ void test_steps_in_place_of_degrees_name_raw(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
 }
 
-void test_long_name_of_a_unit_names_the_short_one(void)
-{
-    static const char *const lines[][2] = {
-        {"move 1 512 steps", "error 32: servo 1: SPEED 'steps': a unit is short, without a space: "
-                             "'move 1 512raw'\r\n"},
-        {"move 1 120 Degrees", "error 32: servo 1: SPEED 'Degrees': a unit is short, without a "
-                               "space: 'move 1 120deg'\r\n"},
-        {"move 1 90.5 degrees", "error 32: servo 1: SPEED 'degrees': a unit is short, without a "
-                                "space: 90deg, 512raw\r\n"},
-        {"set 1 GOAL_POSITION 9 steps",
-         "error 31: a unit is short, without a space: 90deg, 512raw\r\n"},
-        {"write 1 LED 1 steps", "error 32: servo 1: VALUE... 'steps': not a number; "},
-    };
-
-    ASSERT_REPLIES(lines);
-}
-
 void test_move_of_two_servos_names_one_word(void)
 {
     static const char two[] = "error 33: servo 1: SPEED 90: a speed is 0 to 62rpm; two servos: "
@@ -55,17 +39,34 @@ void test_move_of_two_servos_names_one_word(void)
     assert_reply("error 33: servo 1: SPEED 90 is out of range: 0 to 62rpm\r\n", "move 1 2 90");
     robot_add(&robot, 2);
     assert_reply(two, "move 1 2 90");
+    robot_add(&robot, 1);
+    assert_reply("error 33: servo 1: SPEED 90 is out of range: 0 to 62rpm\r\n", "move 1 1 90");
 }
 
-void test_write_with_a_unit_names_set(void)
+/* True if the slip has a text when the move of this line is too fast. */
+static bool fast_has_text(const char *line)
 {
-    static const char *const lines[][2] = {
-        {"write 1 GOAL_POSITION 90deg", "error 32: servo 1: VALUE... '90deg': 'write' takes "
-                                        "register values; with a unit: 'set 1 30 90deg'\r\n"},
-        {"write 1 GOAL_POSITION 90.5deg", "error 32: servo 1: VALUE... '90.5deg': not a number; "},
-    };
+    struct token word = {0};
 
-    ASSERT_REPLIES(lines);
+    parse_begin(&console.line);
+    for (; *line; line++) {
+        if (*line != ' ')
+            token_add(&word, *line);
+        if (*line == ' ' || (line[1] != ' ' && line[1] != '\0'))
+            continue;
+        parse_word(&console.line, &word, ' ');
+        word.length = 0;
+    }
+    console.error = ERROR_TOO_FAST;
+    return slip_text(&console) != NULL;
+}
+
+void test_fast_move_names_seconds_only_for_a_small_number(void)
+{
+    TEST_ASSERT_TRUE(fast_has_text("pose near in 20"));
+    TEST_ASSERT_EQUAL_UINT16(20, console.printer.values[2].number);
+    TEST_ASSERT_FALSE(fast_has_text("pose near in 21"));
+    TEST_ASSERT_FALSE(fast_has_text("pose near in 2ms"));
 }
 
 void test_set_of_a_read_only_register_names_a_line(void)
@@ -73,8 +74,8 @@ void test_set_of_a_read_only_register_names_a_line(void)
     static const char *const lines[][2] = {
         {"set 1 PRESENT_POSITION 5",
          "error 42: servo 1: read-only, measured; 'move 1 5' moves there\r\n"},
-        {"set 1 PRESENT_POSITION 512", "error 42: servo 1: read-only; 'read 1 36 2' reads it\r\n"},
-        {"set 1 PRESENT_VOLTAGE 5", "error 42: servo 1: read-only; 'read 1 42 1' reads it\r\n"},
+        {"set 1 PRESENT_POSITION 512", "error 42: servo 1: read-only; 'get 1 36' prints it\r\n"},
+        {"set 1 PRESENT_VOLTAGE 5", "error 42: servo 1: read-only; 'get 1 42' prints it\r\n"},
         {"set 1 ID 5", "error 42: servo 1: register cannot be set; "},
     };
 

@@ -20,21 +20,29 @@ void test_range_with_spaces_names_one_word(void)
          "error 38: servo 1: on|off '-': no space in a range of IDs, as in 'torque 1-3 on'\r\n"},
         {"torque 1 -3 on",
          "error 38: servo 1: on|off '-3': no space in a range of IDs, as in 'torque 1-3 on'\r\n"},
+        {"group 1 - 3", "error 32: ID... '-': no space in a range of IDs, "},
+        {"id 1 - 3", "error 32: servo 1: NEW '-': not a number; write an ID: 0 to 253\r\n"},
+        {"turn 1 -20.1234rpm", "error 32: servo 1: SPEED -20.1234rpm: has too many decimals"},
         {"move 1 - 3 90",
          "error 32: servo 1: ANGLE '-': no space in a range of IDs, as in 'torque 1-3 on'\r\n"},
     };
 
     ASSERT_REPLIES(lines);
+    reply_to("turn 1,2 -20.1234rpm");
+    TEST_ASSERT_NULL_MESSAGE(strstr(said, "range of IDs"), said);
 }
 
 void test_number_for_a_switch_names_on_or_off(void)
 {
     static const char *const lines[][2] = {
-        {"led 1 1", "error 41: ID '1': an ID is given twice; if it means on: 'led 1 on'\r\n"},
-        {"led 1 0", "error 31: write off, no number: 'led 1 off'\r\n"},
-        {"torque 2 1", "error 31: write on, no number: 'torque 2 on'\r\n"},
+        {"led 1 1", "error 41: ID '1': an ID is given twice; if 1 means on: 'led 1 on'\r\n"},
+        {"led 1 0", "error 31: on|off is missing; if 0 means off: 'led 1 off'\r\n"},
+        {"torque 2 1", "error 31: on|off is missing; if 1 means on: 'torque 2 on'\r\n"},
         {"torque 0 0",
-         "error 41: ID '0': an ID is given twice; if it means off: 'torque 0 off'\r\n"},
+         "error 41: ID '0': an ID is given twice; if 0 means off: 'torque 0 off'\r\n"},
+        {"led 5,1 1", "error 41: ID '1': an ID is given twice; usage: led "},
+        {"led 0-1 1", "error 41: ID '1': an ID is given twice; usage: led "},
+        {"led 5-6 1", "error 31: wrong number of arguments; usage: led "},
         {"led 1 2", "error 31: wrong number of arguments; usage: led ID|254 on|off\r\n"},
         {"led all 1", "error 38: on|off '1': no number here, as in 'led 1 on'\r\n"},
     };
