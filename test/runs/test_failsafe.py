@@ -46,7 +46,7 @@ def crc(data):
 def listed(text):
     """Values of the last list of settings in it, and where they came from."""
     values = [int(re.findall(rf"^{name} = (\d+)", text, re.M)[-1]) for name in NAMES]
-    return values, re.findall(r"^settings at start: (.*)$", text, re.M)[-1]
+    return values, re.findall(r"^(?:settings at start|saved settings): (.*)$", text, re.M)[-1]
 
 
 class Settings(unittest.TestCase):

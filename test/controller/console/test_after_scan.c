@@ -90,8 +90,10 @@ void test_scan_notes_rate_of_servo_found_only_at_another(void)
     robot.baud_reg = CDS_BAUD_1M;
     find(0, 2, 3);
     find(1, 2, CDS_BAUD_1M);
+    find(2, 2, 3);
     TEST_ASSERT_EQUAL_UINT8(3, rate_after_scan(1));
     TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, rate_after_scan(2));
+    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, rate_after_scan(3));
 }
 
 void test_scan_with_full_list_notes_no_rate(void)
