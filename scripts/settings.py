@@ -50,7 +50,8 @@ one of these:
 | `as saved; one out of range: default` | a value that this firmware does not allow | its default, and all others as saved |
 | `defaults: ...` | nothing that can be read | the defaults |
 
-After a `save`, both tell how it went instead; in mode `person` they add `; the present ones are not saved` if the next start has others
+After a `save`, `settings` and `status` print its result in place of this text: `saved settings: ...`. In mode `person` they
+add `; the present ones are not saved` if the next start has others
 (not on `atmega1284p`, nor in the profile `console`).
 
 After a step back to an older firmware, `save` keeps the settings that only the newer firmware knows; the newer firmware

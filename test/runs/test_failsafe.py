@@ -46,7 +46,7 @@ def crc(data):
 def listed(text):
     """Values of the last list of settings in it, and where they came from."""
     values = [int(re.findall(rf"^{name} = (\d+)", text, re.M)[-1]) for name in NAMES]
-    return values, re.findall(r"^settings at start: (.*)$", text, re.M)[-1]
+    return values, re.findall(r"^(?:settings at start|saved settings): (.*)$", text, re.M)[-1]
 
 
 class Settings(unittest.TestCase):
@@ -427,8 +427,8 @@ class Alarms(unittest.TestCase):
                              "settings link_loss_ms 0\nclear\n@wait 1000\nrelease\ntorque 1 on\nmove 1 100\n"
                              "@expect servo 1 torque on\n", board, "1", "--echo")
             self.assertEqual(run.status, 0, run.output)
-            self.assertIn(f"500ms after each key driving is inhibited; {way}\nok\n", run.output)
-            self.assertIn("the host link is lost: driving inhibited until 'clear'\nok\n", run.output)
+            self.assertIn("if you type nothing for 500ms, driving is inhibited; 'settings link_loss_ms 0' ends that\nok\n", run.output)
+            self.assertIn("the host link is lost, so driving is inhibited until 'clear'\nok\n", run.output)
             self.assertRegex(run.output, f"error 65: the host link was lost; .*; {way}")
 
     def test_status_names_the_fault_of_the_bus(self):

@@ -63,11 +63,13 @@ static const CDS_FLASH char message_late[] =
 static const CDS_FLASH char message_may_be_damaged[] =
     "; bytes on the line may be damaged, by noise or a loose plug: 'diagnose %u'";
 static const CDS_FLASH char message_offline_damaged[] =
-    "; check power, wiring, ID and baud rate of the servo; bytes on the line came damaged so far, "
-    "by noise or a loose plug: 'diagnose %u'";
+    "; check power, wiring, ID and baud rate of the servo; packets came damaged since the last "
+    "'clear', by noise or a loose plug: 'diagnose %u'";
 static const CDS_FLASH char message_stays_off[] =
-    "; torque stays off: 'servos' tells why; mend power, load, plug or heat, 'release', then "
+    "; torque stays off: 'servos' tells why; mend power, load, plug or heat, '%s', then "
     "'teach off ID' holds it where it is";
+static const CDS_FLASH char message_clear_ends[] = "clear";
+static const CDS_FLASH char message_release_ends[] = "release";
 static const CDS_FLASH char message_stray[] =
     "%s; bytes without a packet so far, of noise or echoes: %u, see 'diagnose %u'";
 static const CDS_FLASH char message_damaged_there[] =
@@ -113,8 +115,7 @@ static const CDS_FLASH char message_goal_unread[] =
     "'teach off %u' makes it the position of the servo";
 static const CDS_FLASH char message_goal_due[] =
     "it would leave the endless turn for its goal, not read yet or beyond its limits, %a to %a: "
-    "'set "
-    "%u GOAL_POSITION ANGLE', then 'get %u GOAL_POSITION' reads it";
+    "'set %u GOAL_POSITION ANGLE', 'get %u GOAL_POSITION' reads it, then send this line again";
 static const CDS_FLASH char message_mode[] = "the mode is %s; usage: %s";
 static const CDS_FLASH char *const CDS_FLASH modes[] = {
     [SETTINGS_ECHO_OFF] = FLASH_TEXT("program"),
@@ -144,8 +145,8 @@ static const CDS_FLASH char message_save_done[] =
 static const CDS_FLASH char message_save_failed_too[] =
     "stopped: driving is inhibited until 'release'; the settings are not saved: 'save' again";
 static const CDS_FLASH char message_typing_is_silence[] =
-    "for a host that sends all the time: %ums after each key %s; to type: 'settings link_loss_ms "
-    "0', 'clear'";
+    "this setting is for a program; if you type nothing for %ums, %s; 'settings link_loss_ms 0' "
+    "ends that";
 static const CDS_FLASH char message_loss[] =
     "the host link was lost; no byte for link_loss_ms: %s; %s%s";
 static const CDS_FLASH char message_loss_shown[] = "driving goes on, as link_loss_action is 0";
@@ -582,11 +583,19 @@ static const CDS_FLASH char *text_of_turn(struct console *console)
     return message_would_turn;
 }
 
-/* True if the packet writes 0 to all that it writes. */
+#define AT_FIRST_VALUE   (CDS_AT_PARAMETERS + 1) // behind the address of a WRITE
+#define LIMITS_END       (CDS_REG_CCW_ANGLE_LIMIT + 2)
+#define LENGTH_OF_VALUES (CDS_LENGTH_MIN + 1) // LENGTH of a WRITE without values
+
+/* True if the packet writes 0 to each byte of the angle limits that it writes. */
 static bool writes_zeros(const uint8_t *bytes)
 {
-    for (uint8_t left = (uint8_t)(bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1); left; left--)
-        if (bytes[CDS_AT_PARAMETERS + left])
+    const uint8_t *value = &bytes[AT_FIRST_VALUE];
+    uint8_t address = bytes[CDS_AT_PARAMETERS];
+
+    for (uint8_t left = bytes[CDS_AT_LENGTH]; left > LENGTH_OF_VALUES && address < LIMITS_END;
+         left--, address++)
+        if (*value++)
             return false;
     return true;
 }
@@ -880,51 +889,63 @@ void advice_after_reset(struct console *console)
 
 /* ---- alarms ---- */
 
-#define SOME_DAMAGED 3  // replies of the servo
-#define MANY_STRAY   24 // bytes that no request asked for; echoes and late replies have fewer
-
-/* True if the servo or the bus has had damaged bytes. */
-static bool has_damage(const struct console *console, const struct cds_servo_state *servo)
+/* True if a servo has received a damaged packet since the last `clear`. The counters go back to the
+ * reset: they may be of a fault that is over. */
+static bool has_damage(const struct console *console)
 {
-    return servo->alarms & CDS_ERROR_CHECKSUM || servo->counters.corrupt >= SOME_DAMAGED ||
-           stray_bytes(console) >= MANY_STRAY;
+    return console->robot->servos.alarms & CDS_ERROR_CHECKSUM;
 }
 
-/* True if this alarm of another servo was told, and has not been acknowledged. */
-static bool was_told(const struct console *console, uint8_t condition)
+/* True if the remedy of lost torque was told of another servo, which has not been released. */
+static bool loss_was_told(const struct console *console)
 {
-    const struct failsafe *failsafe = console->failsafe;
     const struct cds_servos *servos = &console->robot->servos;
 
-    for (uint8_t i = 0; i < servos->count; i++) {
-        const struct cds_servo_state *servo = &servos->states[i];
-
-        if (i == failsafe->next)
-            continue;
-        if (condition == REPLY_TORQUE_LOST
-                ? servo->inhibits & CDS_INHIBIT_STATE_LOST && servo->held & CDS_HELD_LOSS_TOLD
-                : failsafe->reported[i] & 1u << condition)
+    for (uint8_t i = 0; i < servos->count; i++)
+        if (i != console->failsafe->next && servos->states[i].inhibits & CDS_INHIBIT_STATE_LOST &&
+            servos->states[i].held & CDS_HELD_LOSS_TOLD)
             return true;
-    }
     return false;
+}
+
+/* True if the remedy of damaged bytes was told since the last `clear`. Each checksum error that is
+ * told has it. An instruction error may have another one; `bit` is that of the alarm. */
+static bool damage_was_told(const struct console *console, uint8_t bit)
+{
+    const struct failsafe *failsafe = console->failsafe;
+
+    for (uint8_t i = 0; i < console->robot->servos.count; i++)
+        if (failsafe->reported[i] & CDS_ERROR_CHECKSUM &&
+            (i != failsafe->next || bit != CDS_ERROR_CHECKSUM))
+            return true;
+    return false;
+}
+
+/* What to do about torque that went off by itself. While the host link is lost, `release` is
+ * refused: `clear` ends both inhibits. */
+static const CDS_FLASH char *remedy_of_loss(struct console *console)
+{
+    console->printer.values[4].text =
+        console->failsafe->link_lost ? message_clear_ends : message_release_ends;
+    return loss_was_told(console) ? message_nothing : message_stays_off;
 }
 
 const CDS_FLASH char *advice_alarm_remedy(struct console *console, uint8_t condition)
 {
-    const struct cds_servo_state *servo = &console->robot->states[console->failsafe->next];
-    bool is_damaged;
+    uint8_t bit = (uint8_t)(1u << condition);
 
     if (!console_is_for_person(console))
         return reply_remedy(condition);
-    is_damaged = has_damage(console, servo);
-    console->printer.values[4].number = servo->id;
-    if (condition == REPLY_OFFLINE)
-        return is_damaged ? message_offline_damaged : reply_remedy(condition);
     if (condition == REPLY_TORQUE_LOST)
-        return was_told(console, condition) ? message_nothing : message_stays_off;
-    if (!is_damaged || !(1u << condition & (CDS_ERROR_CHECKSUM | CDS_ERROR_INSTRUCTION)))
+        return remedy_of_loss(console);
+    console->printer.values[4].number = console->failsafe->alarm_id;
+    if (!has_damage(console))
         return reply_remedy(condition);
-    return was_told(console, condition) ? message_nothing : message_may_be_damaged;
+    if (condition == REPLY_OFFLINE)
+        return message_offline_damaged;
+    if (!(bit & (CDS_ERROR_CHECKSUM | CDS_ERROR_INSTRUCTION)))
+        return reply_remedy(condition);
+    return damage_was_told(console, bit) ? message_nothing : message_may_be_damaged;
 }
 
 void advice_note_refused(struct console *console, uint8_t error)

@@ -27,7 +27,7 @@ void advice_words(struct console *console);
  * Its values are in the printer, which must be ready. `note` of struct command_set. */
 const CDS_FLASH char *advice_note(struct console *console);
 
-/* Returns the text of ERROR_LINK_LOST with what the controller did then; its value is in the
+/* Returns the text of ERROR_LINK_LOST with what the controller did then; its values are in the
  * printer, which must be ready. `link_lost` of struct command_set. */
 const CDS_FLASH char *advice_link_lost(struct console *console);
 
@@ -42,12 +42,12 @@ const CDS_FLASH char *advice_bus_changed(struct console *console, uint8_t old);
 void advice_after_reset(struct console *console);
 
 /* Returns the remedy of a new alarm of servo `failsafe->next`, with "; " in front: after damaged
- * bytes it names them; "" if it was told of another servo. Its value is in value 4 of the printer.
+ * packets it names them; "" if this remedy was told before. Its value is in value 4 of the printer.
  * For a firmware without unasked.h. */
 const CDS_FLASH char *advice_alarm_remedy(struct console *console, uint8_t condition);
 
-/* The reply to a person prints that the servo of the line refuses with `error`: its alarm, which
- * would tell the same, is not printed. For a firmware without unasked.h. */
+/* Marks the alarm of this refusal as reported: the reply has just named it. In mode person, for a
+ * firmware without unasked.h. */
 void advice_note_refused(struct console *console, uint8_t error);
 
 #endif

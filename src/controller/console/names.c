@@ -140,7 +140,7 @@ enum names_result names_next(struct names *names, const struct command_line *lin
         return NAMES_END;
     row = &group->rows[names->row];
     if (line->command && line->argument == ARGUMENT_COMMAND && command_is_only_named(group))
-        return next_row(names); // `help` knows nothing of it
+        return next_row(names); // `help` has no text for a command that this firmware only names
     if (line->command == NULL || line->argument == ARGUMENT_COMMAND)
         return next_command(names, row);
     usage = place_in(row, line);

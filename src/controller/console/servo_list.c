@@ -309,17 +309,18 @@ static bool begin_servo(struct console *console)
     return console->error == 0 && run_servo(console);
 }
 
-/* Prints the outcome behind "servo 3: ". */
-static void end_servo_line(struct console *console, uint8_t error)
+/* The line of the servo names the error: notes its remedy, or its alarm, as told. */
+static void note_error(struct console *console, uint8_t error)
 {
-    enum mistake mistake;
-
-    console->error = error;
-    mistake = mistake_of(console, false);
-    if (command_set.unasked && error && !mistake)
+    if (command_set.unasked)
         unasked_note_error(command_set.unasked, error);
-    else if (command_set.advise && !command_set.unasked)
+    else if (command_set.advise)
         advice_note_refused(console, error);
+}
+
+/* Prints the outcome behind "servo 3: ". */
+static void end_servo_line(struct console *console, uint8_t error, enum mistake mistake)
+{
     if (mistake)
         mistake_print(console, mistake);
     else
@@ -342,37 +343,28 @@ static void repeat_error(struct console *console, uint8_t error)
     printer_end_of_line(printer);
 }
 
-/* Prints the error of the servo with its remedy on a line of its own. */
-static void print_failed_servo(struct console *console, uint8_t error)
-{
-    if (command_set.unasked)
-        unasked_note_error(command_set.unasked, error);
-    servo_failed(console, error);
-}
-
-/* True if the text of the error is of this servo alone, as its limits or its rate. */
-static bool has_own_text(struct console *console, uint8_t error)
-{
-    console->error = error;
-    return mistake_of(console, false) != MISTAKE_NONE;
-}
-
 /* Ends the line of the servo, or prints its error on a line of its own. */
 static void end_servo(struct console *console)
 {
     struct servo_list *list = list_of(console);
     uint8_t conditions = console->servo_error & CDS_ERRORS_OF_CONDITION;
     uint8_t error = servo_outcome(console);
-    bool is_own = command_set.has_room && error && has_own_text(console, error);
+    enum mistake mistake;
+    bool is_own; // the text of the error is of this servo alone, as its limits or its rate
 
+    console->error = error;
+    mistake = mistake_of(console, false);
+    is_own = command_set.has_room && error && mistake;
     console->servo_error = conditions;
     list->phase = WARN;
+    if (error && !(mistake && console->printer.within))
+        note_error(console, error);
     if (command_set.has_room && error && !is_own && error == list->error)
         repeat_error(console, error);
     else if (console->printer.within)
-        end_servo_line(console, error);
+        end_servo_line(console, error, mistake);
     else if (error)
-        print_failed_servo(console, error);
+        servo_failed(console, error);
     if (error)
         list->error = is_own ? (uint8_t)ERROR_SOME : error;
 }

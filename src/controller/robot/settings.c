@@ -174,6 +174,8 @@ bool settings_are_kept(const struct settings *settings)
     struct settings_store store;
     struct settings next;
 
+    if (!avr_eeprom_ready()) // settings_load() would wait
+        return true;
     settings_load(&store, &next);
     return memcmp(&next, settings, sizeof next) == 0; // a struct settings has no padding
 }

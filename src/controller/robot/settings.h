@@ -136,8 +136,8 @@ bool settings_set(struct settings *settings, uint8_t index, uint16_t value);
  * it waits up to 8.5 ms for a write that a reset found under way. */
 void settings_load(struct settings_store *store, struct settings *settings);
 
-/* True if the next start has these settings, out of the EEPROM, or as defaults. Not while a byte is
- * being written: the EEPROM would be waited for. */
+/* True if the next start has these settings, out of the EEPROM, or as defaults; or if that cannot
+ * be read now, as a byte is being written. */
 bool settings_are_kept(const struct settings *settings);
 
 /* Begins to save `settings` as they are now; settings_save_poll() goes on. Settings of the newest

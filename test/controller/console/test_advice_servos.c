@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Errors whose remedy depends on what is known of the servos. */
+#include "console/advice.h" // advice_alarm_remedy()
+#include "console/reply.h"  // REPLY_OFFLINE
 #include "console_rig.h"
 #include "eeprom_fake.h"
 
@@ -67,7 +69,65 @@ void test_no_reply_after_old_late_replies_does_not_name_them(void)
     reply_to("ping 1");
     port_fake.now_us += 100000;
     type("");
-    TEST_ASSERT_NULL(strstr(said, "came late"));
+    TEST_ASSERT_EQUAL_STRING("error 2: servo 1: no reply by the deadline; check power, wiring, ID "
+                             "and baud rate of the servo\r\n",
+                             said);
+}
+
+/* Servo 2 of three has a new alarm: its remedy. */
+static const char *remedy_of_servo_2(uint8_t condition)
+{
+    static const CDS_FLASH char line[] = "%s%s%s%s", nothing[] = "";
+    union printer_value *values = console.printer.values;
+
+    settings.echo = SETTINGS_ECHO_PERSON;
+    failsafe.next = 1;
+    failsafe.alarm_id = 2;
+    said_length = 0;
+    said[0] = '\0';
+    values[3].text = advice_alarm_remedy(&console, condition);
+    for (uint8_t i = 0; i < 3; i++)
+        values[i].text = nothing;
+    printer_line(&console.printer, line);
+    type("");
+    return said;
+}
+
+void test_offline_servo_after_clear_has_no_damaged_packets(void)
+{
+    know_servos(3);
+    robot.states[1].counters.corrupt = 9;
+    robot.states[0].alarms = robot.servos.alarms = CDS_ERROR_CHECKSUM;
+    TEST_ASSERT_EQUAL_STRING("; check power, wiring, ID and baud rate of the servo; packets came "
+                             "damaged since the last 'clear', by noise or a loose plug: "
+                             "'diagnose 2'\r\n",
+                             remedy_of_servo_2(REPLY_OFFLINE));
+    failsafe_clear(&failsafe);
+    TEST_ASSERT_EQUAL_STRING("; check power, wiring, ID and baud rate of the servo\r\n",
+                             remedy_of_servo_2(REPLY_OFFLINE));
+}
+
+void test_alarm_has_its_remedy_after_an_alarm_with_another(void)
+{
+    uint8_t instruction = reply_condition(CDS_ERROR_INSTRUCTION);
+
+    know_servos(3);
+    failsafe.reported[0] = CDS_ERROR_INSTRUCTION; // before any damage
+    robot.servos.alarms = CDS_ERROR_CHECKSUM;
+    TEST_ASSERT_EQUAL_STRING_LEN("; bytes on the line may be damaged, ",
+                                 remedy_of_servo_2(instruction), 36);
+    failsafe.reported[1] = CDS_ERROR_CHECKSUM | CDS_ERROR_INSTRUCTION; // its line is above
+    TEST_ASSERT_EQUAL_STRING("\r\n", remedy_of_servo_2(instruction));
+    TEST_ASSERT_EQUAL_STRING_LEN("; bytes on the line may be damaged, ",
+                                 remedy_of_servo_2(reply_condition(CDS_ERROR_CHECKSUM)), 36);
+}
+
+void test_lost_torque_names_what_ends_the_inhibit(void)
+{
+    know_servos(3);
+    TEST_ASSERT_NOT_NULL(strstr(remedy_of_servo_2(REPLY_TORQUE_LOST), " heat, 'release', then "));
+    failsafe.link_lost = true;
+    TEST_ASSERT_NOT_NULL(strstr(remedy_of_servo_2(REPLY_TORQUE_LOST), " heat, 'clear', then "));
 }
 
 static void assert_stopped_save(uint8_t result, const char *end)

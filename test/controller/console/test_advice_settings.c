@@ -34,19 +34,29 @@ void test_settings_tells_a_person_what_is_not_saved(void)
     TEST_ASSERT_NOT_NULL(strstr(reply_to("settings"), "the last 'save'; the present ones are not"));
 }
 
+/* A `pose save` writes: settings_are_kept() must not wait. */
+void test_settings_waits_for_no_byte_that_is_written(void)
+{
+    settings.repeats = 1;
+    settings.echo = SETTINGS_ECHO_PERSON;
+    eeprom_fake.busy = 200;
+    TEST_ASSERT_NULL(strstr(reply_to("settings"), "; the present ones are not saved"));
+    TEST_ASSERT_EQUAL_UINT8(199, eeprom_fake.busy);
+}
+
 void test_settings_tells_that_a_save_failed(void)
 {
     store.result = SETTINGS_FAILED;
-    TEST_ASSERT_NOT_NULL(strstr(reply_to("settings"), "settings at start: the last 'save' failed; "
-                                                      "the next start has nothing of it\r\n"));
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("settings"), "saved settings: the last 'save' failed; the "
+                                                      "next start has the older ones\r\n"));
 }
 
 void test_link_loss_warns_a_person_who_types(void)
 {
     static const char *const lines[] = {
-        "for a host that sends all the time: 500ms after each key the link counts as lost; ",
-        "for a host that sends all the time: 500ms after each key driving is inhibited; ",
-        "for a host that sends all the time: 500ms after each key torque goes off, and driving ",
+        "\nthis setting is for a program; if you type nothing for 500ms, the link counts as lost; ",
+        "\nthis setting is for a program; if you type nothing for 500ms, driving is inhibited; ",
+        "\nthis setting is for a program; if you type nothing for 500ms, torque goes off, and ",
     };
 
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("settings link_loss_ms 500"));
@@ -54,10 +64,10 @@ void test_link_loss_warns_a_person_who_types(void)
     for (uint8_t i = 0; i < 3; i++) {
         settings.link_loss_action = i;
         TEST_ASSERT_NOT_NULL(strstr(reply_to("settings link_loss_ms 500"), lines[i]));
-        TEST_ASSERT_NOT_NULL(strstr(said, "; to type: 'settings link_loss_ms 0', 'clear'\r\nok"));
+        TEST_ASSERT_NOT_NULL(strstr(said, "; 'settings link_loss_ms 0' ends that\r\nok"));
     }
-    TEST_ASSERT_NULL(strstr(reply_to("settings link_loss_ms"), "to type"));
-    TEST_ASSERT_NULL(strstr(reply_to("settings link_loss_ms 0"), "to type"));
+    TEST_ASSERT_NULL(strstr(reply_to("settings link_loss_ms"), "if you type"));
+    TEST_ASSERT_NULL(strstr(reply_to("settings link_loss_ms 0"), "if you type"));
 }
 
 void test_lost_link_tells_a_person_how_to_type_on(void)
@@ -89,13 +99,16 @@ void test_refusal_of_an_angle_limit_names_its_reason(void)
 {
     static const char goal[] = "error 11: servo 4: it would leave the endless turn for its goal, "
                                "not read yet or beyond its limits, 60.117deg to 200deg: 'set 4 "
-                               "GOAL_POSITION ANGLE', then 'get 4 GOAL_POSITION' reads it\r\n";
+                               "GOAL_POSITION ANGLE', 'get 4 GOAL_POSITION' reads it, then send "
+                               "this line again\r\n";
 
     robot_add(&robot, 4);
     reply_to("limits 4 60 200");
     write_in_endless_turn(0, "write 4 CCW_ANGLE_LIMIT 255 3");
     TEST_ASSERT_EQUAL_STRING(goal, said);
     write_in_endless_turn(CDS_HELD_GOAL, "write 4 CCW_ANGLE_LIMIT 0 0");
+    TEST_ASSERT_NOT_NULL(strstr(said, "first, since an endless turn would leave them\r\n"));
+    write_in_endless_turn(CDS_HELD_GOAL, "write 4 8 0 0 80"); // 80 is no angle limit
     TEST_ASSERT_NOT_NULL(strstr(said, "first, since an endless turn would leave them\r\n"));
     reply_to("limits 4 0 300 30rpm");
     write_in_endless_turn(CDS_HELD_GOAL | CDS_HELD_SPEED | CDS_HELD_SPEED_0,

@@ -66,3 +66,42 @@ void test_scan_all_leaves_out_servo_at_other_rate(void)
     scan_with_servo_2_at(3, "scan all");
     TEST_ASSERT_NOT_NULL(strstr(said, "asked\r\nok\r\n"));
 }
+
+static void find(uint8_t index, uint8_t id, uint8_t baud_reg)
+{
+    robot.work.scan.found[index] = (struct cds_scan_found){
+        .id = id, .baud_reg = baud_reg, .result = CDS_OK, .details = CDS_PENDING};
+}
+
+/* A scan that has found `count` servos ends. Returns the rate of servo 2 afterwards. */
+static uint8_t rate_after_scan(uint16_t count)
+{
+    robot.work.scan.scan.count = count;
+    robot.states[0].baud_reg = CDS_BAUD_1M;
+    console.error = 0;
+    scan_sum_up(&console);
+    type("");
+    return robot.states[0].baud_reg;
+}
+
+void test_scan_notes_rate_of_servo_found_only_at_another(void)
+{
+    robot_add(&robot, 2);
+    robot.baud_reg = CDS_BAUD_1M;
+    find(0, 2, 3);
+    find(1, 2, CDS_BAUD_1M);
+    find(2, 2, 3);
+    TEST_ASSERT_EQUAL_UINT8(3, rate_after_scan(1));
+    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, rate_after_scan(2));
+    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, rate_after_scan(3));
+}
+
+void test_scan_with_full_list_notes_no_rate(void)
+{
+    robot_add(&robot, 2);
+    robot.baud_reg = CDS_BAUD_1M;
+    for (uint8_t i = 0; i < ROBOT_SERVOS; i++)
+        find(i, (uint8_t)(2 + i), 3);
+    TEST_ASSERT_EQUAL_UINT8(3, rate_after_scan(ROBOT_SERVOS));
+    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, rate_after_scan(ROBOT_SERVOS + 1));
+}

@@ -51,8 +51,8 @@ void test_save_replies_when_record_is_written(void)
     TEST_ASSERT_EQUAL_STRING("ok\r\n", said);
     TEST_ASSERT_EQUAL_UINT8(SETTINGS_SAVED, store.result);
     TEST_ASSERT_NOT_NULL(strstr(reply_to("settings"),
-                                "settings at start: saved since; the next start has "
-                                "those of the last 'save'\r\nok"));
+                                "\r\nsaved settings: the next start has those of the last "
+                                "'save'\r\nok"));
 }
 
 void test_a_save_that_fails_is_an_error(void)

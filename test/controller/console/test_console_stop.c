@@ -44,8 +44,8 @@ void test_stop_while_the_link_is_lost_names_clear(void)
     console.faults_told = FAULT_LINK_LOST;
     robot_inhibit(&robot);
     TEST_ASSERT_NOT_NULL(strstr(stop_reply("stop\r"),
-                                "robot stopped: torque off, the host link is lost: driving "
-                                "inhibited until 'clear'\r\nok\r\n"));
+                                "robot stopped: torque off; the host link is lost, so driving "
+                                "is inhibited until 'clear'\r\nok\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(reply_to("release"), "\r\nerror 65: "));
     TEST_ASSERT_NOT_NULL(strstr(reply_to("clear"), "\r\nok\r\n"));
     TEST_ASSERT_FALSE(robot_is_inhibited(&robot));

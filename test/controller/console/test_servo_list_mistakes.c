@@ -83,3 +83,21 @@ void test_packet_takes_one_servo(void)
     assert_error(ERROR_NOT_A_NUMBER, "ping 1-3");
     assert_error(ERROR_NOT_A_NUMBER, "write all LED 1");
 }
+
+/* The refusal of the next servo in the list is in its line: the remedy of its alarm is not told. */
+static void refuse(uint8_t id)
+{
+    command_set.unasked->remedied = 0;
+    if (bus.link.state == CDS_LINK_TALKING)
+        port_fake_transmit(&bus.link, 0);
+    answer(id, CDS_ERROR_INSTRUCTION, NULL, 0);
+    TEST_ASSERT_NOT_EQUAL_UINT16(0, command_set.unasked->remedied);
+}
+
+void test_each_refusal_in_a_list_counts_as_told(void)
+{
+    reply_to("torque 1 2 off");
+    refuse(1);
+    refuse(2);
+    TEST_ASSERT_NOT_NULL(strstr(said, "\r\nservo 2: "));
+}

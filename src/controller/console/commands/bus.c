@@ -65,45 +65,50 @@ static uint8_t scan_begin(struct console *console)
     return robot_start(robot, &scan, &config);
 }
 
-/* True if the scan has found the ID at the robot's rate: another servo has this ID. */
+/* True if the scan found this ID at the robot's rate. */
 static bool is_found_here(const struct robot *robot, uint8_t id)
 {
     const struct cds_scan *state = &robot->work.scan.scan;
 
-    for (uint8_t i = 0; i < state->count && i < ROBOT_SERVOS; i++)
+    for (uint8_t i = 0; i < state->count; i++)
         if (robot->work.scan.found[i].id == id &&
             robot->work.scan.found[i].baud_reg == robot->baud_reg)
             return true;
     return false;
 }
 
-/* A servo of the robot was found at another rate, and has not answered at the robot's. A servo that
- * answers there later is known to be there again. */
-static void note_rate(struct robot *robot, const struct cds_scan_found *found)
+/* The scan has ended. A servo of the robot, online or not, that answered well only at another rate
+ * has that rate from now on. If the scan found more servos than its list holds, the list may lack
+ * the reply at the robot's rate: then no rate changes. */
+static void note_rates(struct robot *robot)
 {
-    struct cds_servo_state *servo = cds_servos_find(&robot->servos, found->id);
+    const struct cds_scan_found *found = robot->work.scan.found;
+    uint16_t left = robot->work.scan.scan.count;
 
-    if (servo && !is_found_here(robot, found->id))
-        servo->baud_reg = found->baud_reg;
+    if (left > ROBOT_SERVOS)
+        return;
+    for (; left; left--, found++) {
+        struct cds_servo_state *servo = cds_servos_find(&robot->servos, found->id);
+
+        if (servo && found->result == CDS_OK && !is_found_here(robot, found->id) &&
+            (found->details != CDS_OK || found->own_baud_reg == found->baud_reg))
+            servo->baud_reg = found->baud_reg;
+    }
 }
 
 /* Adds the servo to the robot if it answers well at the robot's rate; console->part counts these
- * servos. At another rate: notes the rate of a servo that is OFFLINE. Returns what the line of the
- * servo ends with. */
+ * servos. Returns what the line of the servo ends with. */
 static const CDS_FLASH char *join(struct console *console, const struct cds_scan_found *found)
 {
     if (found->result != CDS_OK)
         return message_found_damaged;
     if (found->details == CDS_OK && found->own_baud_reg != found->baud_reg)
         return message_found_neighbour;
-    if (found->baud_reg != console->robot->baud_reg) {
-        if (command_set.advise)
-            note_rate(console->robot, found);
-        return message_nothing;
+    if (found->baud_reg == console->robot->baud_reg) {
+        if (!robot_add(console->robot, found->id))
+            return message_found_too_many;
+        console->part++;
     }
-    if (!robot_add(console->robot, found->id))
-        return message_found_too_many;
-    console->part++;
     return message_nothing;
 }
 
@@ -144,6 +149,8 @@ void scan_sum_up(struct console *console)
 
     if (console->error == 0 && console->line.choice == SCAN_HERE)
         robot->unlisted = (uint8_t)(state->count - console->part);
+    if (command_set.advise && console->error == 0)
+        note_rates(robot);
     console->printer.values[0].number = state->count;
     console->printer.values[1].number = state->asked;
     printer_line(&console->printer, message_found_in_all);

@@ -15,13 +15,13 @@
 #include "console/unasked.h"
 
 static const CDS_FLASH char message_origin[] = "settings at start: %s";
-static const CDS_FLASH char message_saved_since[] =
-    "saved since; the next start has those of the last 'save'";
+static const CDS_FLASH char message_saves[] = "saved settings: %s%s";
+static const CDS_FLASH char message_saved_since[] = "the next start has those of the last 'save'";
 static const CDS_FLASH char message_saving[] = "a 'save' is under way";
 static const CDS_FLASH char message_save_failed[] =
-    "the last 'save' failed; the next start has nothing of it";
-static const CDS_FLASH char message_origin_unsaved[] =
-    "settings at start: %s; the present ones are not saved";
+    "the last 'save' failed; the next start has the older ones";
+static const CDS_FLASH char message_origin_advised[] = "settings at start: %s%s";
+static const CDS_FLASH char message_present_unsaved[] = "; the present ones are not saved";
 static const CDS_FLASH char message_others[] = "others: ";
 static const CDS_FLASH char message_alarm[] = "alarm of %s%s%s";
 static const CDS_FLASH char message_reset[] = "reset by%s%s%s%s%s";
@@ -68,21 +68,35 @@ static const CDS_FLASH char *const CDS_FLASH saves[] = {
     [SETTINGS_FAILED] = message_save_failed,
 };
 
-/* "settings at start: as saved". Where the flash has room, a save since the start stands in its
- * place, and a person reads if the settings in force will be lost at the next start. In the modes
- * for programs the setting echo itself is seldom the saved one. */
-static void print_origin(struct console *console)
+/* Prints what the next start will have after a save since this start, or else what this start had;
+ * for a person also that the settings in force will be lost. A program changes echo for its
+ * session, so this text would nearly always be there. */
+static void print_saves(struct console *console)
 {
     const struct settings_store *store = console->failsafe->store;
-    const CDS_FLASH char **text = &console->printer.values[0].text;
-    bool is_unsaved = command_set.advise && console_is_for_person(console) &&
-                      store->result != SETTINGS_SAVING &&
+    union printer_value *values = console->printer.values;
+    bool is_unsaved = console_is_for_person(console) && store->result != SETTINGS_SAVING &&
                       !settings_are_kept(console->failsafe->settings);
 
-    *text = origins[store->origin];
-    if (command_set.advise && saves[store->result])
-        *text = saves[store->result];
-    printer_line(&console->printer, is_unsaved ? message_origin_unsaved : message_origin);
+    values[0].text = saves[store->result];
+    values[1].text = is_unsaved ? message_present_unsaved : message_nothing;
+    if (values[0].text) {
+        printer_line(&console->printer, message_saves);
+        return;
+    }
+    values[0].text = origins[store->origin];
+    printer_line(&console->printer, message_origin_advised);
+}
+
+/* "settings at start: as saved" */
+static void print_origin(struct console *console)
+{
+    if (command_set.advise) { // the flash has room
+        print_saves(console);
+        return;
+    }
+    console->printer.values[0].text = origins[console->failsafe->store->origin];
+    printer_line(&console->printer, message_origin);
 }
 
 /* "link_loss_ms = 500 ms", "bus_baud = 1 register, 1000000bps", "host_baud = 255 register,
@@ -227,6 +241,22 @@ enum alarm_kind {
     ALARM_OFFLINE = FAILSAFE_OFFLINE // this bit of the alarm is not FAILSAFE_TORQUE_LOST
 } __attribute__((packed));
 
+/* What to do about an alarm, with "; " in front, or "". `kind`: enum alarm_kind bits. */
+static const CDS_FLASH char *remedy_of(struct console *console, uint8_t condition, uint8_t kind)
+{
+    const CDS_FLASH char *text = message_nothing;
+
+    if (!(kind & ALARM_NEW))
+        return text;
+    if (command_set.unasked)
+        text = unasked_alarm_remedy(command_set.unasked, console, condition);
+    else if (command_set.advise)
+        text = advice_alarm_remedy(console, condition);
+    else
+        text = reply_remedy(condition);
+    return text;
+}
+
 /* Prints the line of the lowest bit, "alarm of servo 3: overheating", and returns the other bits.
  * `kind`: enum alarm_kind bits. */
 NOINLINE static uint8_t alarm_line(struct console *console, uint8_t id, uint8_t bits, uint8_t kind)
@@ -248,12 +278,7 @@ NOINLINE static uint8_t alarm_line(struct console *console, uint8_t id, uint8_t 
     if (command_set.unasked && kind & ALARM_NEW)
         unasked_note_alarm(command_set.unasked, console->failsafe->next, condition);
     value->text = reply_conditions[condition];
-    value[1].text = !(kind & ALARM_NEW) ? message_nothing
-                    : command_set.unasked
-                        ? unasked_alarm_remedy(command_set.unasked, console, condition)
-                        : reply_remedy(condition);
-    if (command_set.advise && !command_set.unasked && kind & ALARM_NEW)
-        value[1].text = advice_alarm_remedy(console, condition);
+    value[1].text = remedy_of(console, condition, kind);
     printer_line(printer, message_alarm);
     return (uint8_t)(bits & (bits - 1u));
 }
@@ -504,9 +529,9 @@ static void print_servos(struct printer *printer, const struct cds_servos *servo
             offline++;
     printer->values[0].number = servos->count;
     printer->values[1].text = servos->is_full ? message_and_more : message_nothing;
-    printer->values[2].number = offline;
     if (servos_line_is_low(servos))
-        printer->values[2].number = servos->count;
+        offline = servos->count;
+    printer->values[2].number = offline;
     printer_line(printer, command_set.advise && cds_bus_line(servos->bus) == CDS_BUS_LINE_SUSPECT
                               ? message_servos_not_asked
                               : message_servos);

@@ -15,7 +15,7 @@ static const CDS_FLASH char message_another[] = ": another";
 static const CDS_FLASH char message_finding_place[] = "ID %u at %b%s";
 static const CDS_FLASH char message_tally[] = "asked %u, answered %u, damaged %u, silent %u";
 static const CDS_FLASH char message_tally_twice[] =
-    "asked %u, answered %u, damaged %u, silent %u; replies beside the first one: %u";
+    "asked %u, answered %u, damaged %u, silent %u; duplicate replies: %u";
 static const CDS_FLASH char message_none_examined[] = "no servo examined; packets sent: %u";
 static const CDS_FLASH char message_finding_is[] = "finding %u: %s";
 
@@ -102,7 +102,7 @@ static void print_tally(struct printer *printer, const struct cds_diagnose *diag
     }
 }
 
-/* No servo was asked more than whether it is there. */
+/* No servo got more than a PING. */
 static void print_search(struct printer *printer, const struct cds_diagnose *diagnose)
 {
     printer->values[0].number = diagnose->transactions;

@@ -13,22 +13,22 @@ static const CDS_FLASH char message_list_word[] =
     "ID: one servo, or a list in one word: 1,2,5-8, or all";
 static const CDS_FLASH char message_no_list[] = "ID: one servo, no list";
 static const CDS_FLASH char message_more[] =
-    "not in this firmware: %u lines of this list; other boards have them (docs/console.md)";
+    "%u commands are not in this firmware; other boards have them (docs/console.md)";
 static const CDS_FLASH char message_more_help[] =
-    "'help COMMAND' tells what it does; 'help safety' tells it of all below a heading";
+    "'help move' explains one command, 'help safety' all commands below that heading";
 static const CDS_FLASH char message_example_is[] = "Example: %s";
 
 #define BETWEEN 2  // characters between two usages in a line
 #define WIDTH   79 // of a line of usages
 
 /* The job of `help`: the characters of the line of usages that has begun. */
-ALWAYS_INLINE uint8_t *line_width(struct console *console)
+static uint8_t *line_width(struct console *console)
 {
     return console_job(console);
 }
 
 /* Ends the line of usages that has begun. False: there is none. */
-ALWAYS_INLINE bool ends_line(struct console *console)
+static bool ends_line(struct console *console)
 {
     if (*line_width(console) == 0)
         return false;
@@ -39,7 +39,7 @@ ALWAYS_INLINE bool ends_line(struct console *console)
 
 /* True if the list of all commands is printed for a person: only their usage, several in a line, so
  * that the list fits a terminal of 40 rows. Programs read a line of each command. ALWAYS_INLINE:
- * the comparison drops the rest, 270 bytes, where the flash has no room. */
+ * saves 270 bytes in a firmware without command_set.advise. */
 ALWAYS_INLINE bool is_brief(const struct console *console)
 {
     return command_set.advise && console_is_for_person(console) && console->line.choice == 0 &&
@@ -48,7 +48,7 @@ ALWAYS_INLINE bool is_brief(const struct console *console)
 
 /* Prints the usage of the row, in the line that has begun if it fits. True: a line was ended, the
  * row is next. */
-ALWAYS_INLINE bool usage_in_line(struct console *console, const CDS_FLASH struct command *row)
+static bool usage_in_line(struct console *console, const CDS_FLASH struct command *row)
 {
     struct printer *printer = &console->printer;
     uint8_t *width = line_width(console), end = (uint8_t)(*width + BETWEEN);
@@ -148,8 +148,20 @@ static bool topic_line(struct console *console, const CDS_FLASH struct command *
     return false;
 }
 
-/* The list has ended. Prints how many lines are left out. */
-ALWAYS_INLINE void print_more(struct console *console)
+/* Count of the commands of the group. Rows of one command stand one behind the other. */
+static uint8_t count_commands(const CDS_FLASH struct command_group *group)
+{
+    const CDS_FLASH struct command *row = group->rows;
+    uint8_t count = 1;
+
+    for (uint8_t left = group->count; --left; row++)
+        if (!are_alike(row->usage, row[1].usage))
+            count++;
+    return count;
+}
+
+/* The list has ended. Prints how many commands are left out. */
+static void print_more(struct console *console)
 {
     const CDS_FLASH struct command_group *const CDS_FLASH *named = command_set.named_only;
     uint8_t count = 0;
@@ -157,13 +169,13 @@ ALWAYS_INLINE void print_more(struct console *console)
     if (named == NULL)
         return;
     for (; *named; named++)
-        count = (uint8_t)(count + (*named)->count);
+        count = (uint8_t)(count + count_commands(*named));
     console->printer.values[0].number = count;
     printer_line(&console->printer, message_more);
 }
 
 /* Prints what stands behind the list, a line in each call. True: there may be one more. */
-ALWAYS_INLINE bool end_of_list(struct console *console)
+static bool end_of_list(struct console *console)
 {
     if (is_brief(console) && ends_line(console))
         return true;

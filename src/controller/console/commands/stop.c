@@ -17,7 +17,7 @@ static const CDS_FLASH char message_stop_done[] =
 static const CDS_FLASH char message_stop_failed[] =
     "torque may still be on: switch off the supply; inhibited until 'release'";
 static const CDS_FLASH char message_stop_done_unlinked[] =
-    "robot stopped: torque off, the host link is lost: driving inhibited until 'clear'";
+    "robot stopped: torque off; the host link is lost, so driving is inhibited until 'clear'";
 static const CDS_FLASH char message_stop_failed_unlinked[] =
     "torque may still be on: switch off the supply; inhibited until 'clear'";
 
