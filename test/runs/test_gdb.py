@@ -113,7 +113,7 @@ class Debugger(unittest.TestCase):
         with Simulator("--gdb", "0") as run:
             steps = pathlib.Path(run.folder.name) / "steps"
             steps.write_text("set $n = 0\nwhile $n < 1500\nstepi\nset $n = $n + 1\nend\n")
-            said = gdb(run.port(), ["tbreak __vector_18", "continue", "finish", "echo stepping\\n",
+            said = gdb(run.port(), ["tbreak __vector_18", "continue", "tbreak turn", "continue", "echo stepping\\n",
                                     f"source {steps}", "print controller.serial.rx", "detach"])
             self.assertEqual(run.end(), 0)
         stepped = said.split("stepping\n")[1]

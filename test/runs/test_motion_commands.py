@@ -204,7 +204,7 @@ class Stored(Motion):
                               + "! sequence walk new stand 5ms\n" + refused + "@echo on\nsequence show\n")
             self.assertEqual(shown(run), WALK)
         self.run_on(POSES + WALK + "! sequence walk add nix 1s\n" + add + "! sequence walk new nix 1s\n" + refused
-                    + "sequence list\n" + add + "! sequence walk new nix 1s\nsequence walk new stand 1s\n" + add)
+                    + "sequence list\n" + add + "! sequence walk ad low 1s\n" + add + "! sequence walk new nix 1s\nsequence walk new stand 1s\n" + add)
 
     def test_pose_with_a_joint_outside_the_group_is_refused(self):
         self.run_on(POSES + "group 1 2\n! pose stand in 1s\n@expect text error 81:\n"

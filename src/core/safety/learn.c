@@ -197,7 +197,7 @@ static NOINLINE void learn_read(struct cds_servos *servos, struct cds_servo_stat
     if (read.sets & CDS_SETS_TORQUE)
         learn_torque(servos, servo, *cds_written_byte(&read, CDS_REG_TORQUE_ENABLE));
     learn_registers(servos, servo, &read, CDS_SOURCE_READ);
-    if (servo->status_return_level == CDS_LEVEL_PING) // but the servo has answered a READ
+    if (servo->status_return_level == CDS_LEVEL_PING) // untrue: it has answered a READ
         servo->status_return_level = CDS_LEVEL_UNKNOWN;
 }
 

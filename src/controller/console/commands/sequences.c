@@ -243,14 +243,14 @@ static bool is_of_group(const CDS_FLASH struct command *command)
            command < sequence_rows + sizeof sequence_rows / sizeof sequence_rows[0];
 }
 
-/* True if the wrong word behind the name is meant as add, set, insert, delete or show, not as new.
- */
+/* True if the wrong word behind the name is meant as add, insert or delete: it begins so. */
 static bool is_no_new(const struct console *console)
 {
+    const struct command_line *line = &console->line;
     char first = (char)(console->token.text[0] | 0x20);
 
-    return console->line.error == ERROR_UNKNOWN_WORD &&
-           (first == 'a' || first == 's' || first == 'i' || first == 'd');
+    return line->error == ERROR_UNKNOWN_WORD && line->choice == 0 &&
+           (first == 'a' || first == 'i' || first == 'd');
 }
 
 void sequence_end(struct console *console)
