@@ -68,8 +68,6 @@ static const CDS_FLASH char message_offline_damaged[] =
 static const CDS_FLASH char message_stays_off[] =
     "; torque stays off: 'servos' tells why; mend power, load, plug or heat, '%s', then "
     "'teach off ID' holds it where it is";
-static const CDS_FLASH char message_clear_ends[] = "clear";
-static const CDS_FLASH char message_release_ends[] = "release";
 static const CDS_FLASH char message_stray[] =
     "%s; bytes without a packet so far, of noise or echoes: %u, see 'diagnose %u'";
 static const CDS_FLASH char message_damaged_there[] =
@@ -926,7 +924,7 @@ static bool damage_was_told(const struct console *console, uint8_t bit)
 static const CDS_FLASH char *remedy_of_loss(struct console *console)
 {
     console->printer.values[4].text =
-        console->failsafe->link_lost ? message_clear_ends : message_release_ends;
+        console->failsafe->link_lost ? message_clear : message_release;
     return loss_was_told(console) ? message_nothing : message_stays_off;
 }
 

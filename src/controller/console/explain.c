@@ -428,13 +428,18 @@ static const CDS_FLASH char *text_of(const struct console *console)
     return is_of_servo(console) ? error_text_of_servo(console->error) : error_text(console->error);
 }
 
-/* Prints the text of the error with its remedy. */
-static void print_error_text(struct console *console)
+void explain_note_told(struct console *console)
 {
     if (command_set.unasked)
         unasked_note_error(command_set.unasked, console->error);
     else if (command_set.advise)
         advice_note_refused(console, console->error);
+}
+
+/* Prints the text of the error with its remedy. */
+static void print_error_text(struct console *console)
+{
+    explain_note_told(console);
     printer_line(&console->printer, text_of(console));
 }
 

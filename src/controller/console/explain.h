@@ -47,4 +47,8 @@ bool explain_unit(const struct console *console, uint8_t *unit);
  * The command checks raw values. Call it after parse_end(). */
 uint8_t explain_numbers(struct console *console);
 
+/* The line that is printed now names console->error: notes its remedy, or its alarm, as told, so
+ * that it is not repeated at once. Main context. */
+void explain_note_told(struct console *console);
+
 #endif

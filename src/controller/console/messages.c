@@ -26,6 +26,7 @@ const CDS_FLASH char message_is_offline[] = "offline";
 const CDS_FLASH char message_usage_due[] = "wrong number of arguments; usage: %s%s";
 const CDS_FLASH char message_one_word[] = "; a list of servos is one word: 1,2";
 const CDS_FLASH char message_clear[] = "clear";
+const CDS_FLASH char message_release[] = "release";
 const CDS_FLASH char message_factory[] = "factory values: ID 1, 1 Mbps";
 const CDS_FLASH char message_unlisted[] = "; IDs not checked: %u";
 const CDS_FLASH char message_at_rate[] = "not at the rate of the bus: 'bus %b' first";

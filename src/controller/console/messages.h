@@ -27,6 +27,7 @@ extern const CDS_FLASH char message_of_servo[];        // "servo %u: "
 extern const CDS_FLASH char message_torque_is_off[];
 extern const CDS_FLASH char message_is_offline[];  // "offline"
 extern const CDS_FLASH char message_clear[];       // "clear"
+extern const CDS_FLASH char message_release[];     // "release"
 extern const CDS_FLASH char message_usage_due[];   // "wrong number of arguments; usage: %s%s"
 extern const CDS_FLASH char message_one_word[];    // "; a list of servos is one word: 1,2"
 extern const CDS_FLASH char message_factory[];     // what reset and factory do

@@ -6,7 +6,6 @@
 
 #include "cds55xx/control_table.h"   // CDS_TABLE_SIZE
 #include "console/commands/shared.h" // servo_outcome()
-#include "console/advice.h"          // advice_note_refused()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/explain.h"
@@ -309,15 +308,6 @@ static bool begin_servo(struct console *console)
     return console->error == 0 && run_servo(console);
 }
 
-/* The line of the servo names the error: notes its remedy, or its alarm, as told. */
-static void note_error(struct console *console, uint8_t error)
-{
-    if (command_set.unasked)
-        unasked_note_error(command_set.unasked, error);
-    else if (command_set.advise)
-        advice_note_refused(console, error);
-}
-
 /* Prints the outcome behind "servo 3: ". */
 static void end_servo_line(struct console *console, uint8_t error, enum mistake mistake)
 {
@@ -358,7 +348,7 @@ static void end_servo(struct console *console)
     console->servo_error = conditions;
     list->phase = WARN;
     if (error && !(mistake && console->printer.within))
-        note_error(console, error);
+        explain_note_told(console);
     if (command_set.has_room && error && !is_own && error == list->error)
         repeat_error(console, error);
     else if (console->printer.within)

@@ -36,7 +36,6 @@ static const CDS_FLASH char message_some_on[] = ", some are on";
 static const CDS_FLASH char message_inhibit_off[] = "driving: allowed";
 static const CDS_FLASH char message_inhibit_some[] = "driving: allowed; inhibited: %u";
 static const CDS_FLASH char message_inhibit_on[] = "driving: inhibited until '%s'";
-static const CDS_FLASH char message_until_release[] = "release";
 static const CDS_FLASH char message_delays[] = "RETURN_DELAY refused: %u; lowest %u";
 static const CDS_FLASH char message_delays_us[] = "RETURN_DELAY refused: %u; lowest %u (%uus)";
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
@@ -496,7 +495,7 @@ static void print_inhibit(struct printer *printer, const struct failsafe *failsa
     const CDS_FLASH char *message = message_inhibit_on;
 
     if (robot_is_inhibited(failsafe->robot)) {
-        printer->values[0].text = failsafe->link_lost ? message_clear : message_until_release;
+        printer->values[0].text = failsafe->link_lost ? message_clear : message_release;
     } else {
         printer->values[0].number = inhibited_servos(&failsafe->robot->servos);
         message = printer->values[0].number ? message_inhibit_some : message_inhibit_off;

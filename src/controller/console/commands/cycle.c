@@ -49,7 +49,7 @@ uint8_t cycle_start(struct console *console, uint16_t period_us)
     return robot_start(robot, command_set.cycle, &period_us);
 }
 
-/* The first servo of the group whose position is not known. One must be there. */
+/* The first servo of the group whose position is not known. Only if there is one. */
 static uint8_t id_not_known(const struct robot *robot)
 {
     uint8_t index = 0;

@@ -243,8 +243,9 @@ static bool is_of_group(const CDS_FLASH struct command *command)
            command < sequence_rows + sizeof sequence_rows / sizeof sequence_rows[0];
 }
 
-/* True if the wrong word behind the name is meant as add, insert or delete: it begins so. */
-static bool is_no_new(const struct console *console)
+/* True if the word behind the name is misspelt and begins as add, insert or delete do: no `new` was
+ * meant. */
+static bool misspells_other_word(const struct console *console)
 {
     const struct command_line *line = &console->line;
     char first = (char)(console->token.text[0] | 0x20);
@@ -264,7 +265,7 @@ void sequence_end(struct console *console)
     else if (command && is_of_group(command) &&
              !(command->begin == step_begin && console->line.choice == CHOICE_ADD))
         console->new_is_refused = command->begin == step_begin && console->error &&
-                                  !(command_set.advise && is_no_new(console));
+                                  !(command_set.advise && misspells_other_word(console));
 }
 
 const CDS_FLASH struct command_group sequences_commands = {
