@@ -31,7 +31,7 @@ $(error BOARD_DIR=$(BOARD_DIR) is no folder of a board; name the folder that has
 endif
 endif
 BOARD_IS_ASKED_FOR := $(BOARD)
-BOARD ?= atmega128
+BOARD ?= arduino-mega
 BOARDS := $(sort $(notdir $(patsubst %/board.mk,%,$(wildcard boards/*/board.mk))))
 # The folders of build/ that other targets use: a board of BOARD_DIR may not have such a name.
 OTHER_FOLDERS := adapter adapter-echo arduino atmega644p avr-test coverage demo eva firmware host lib mutation panel \

@@ -23,7 +23,7 @@ check: tools
 
 # Before the other builds, which take longer.
 .PHONY: check-docs
-check-docs: build/atmega128/controller.elf build/host/cds55xx-sim
+check-docs: build/arduino-mega/controller.elf build/host/cds55xx-sim
 	$(clear)
 	@scripts/deps.sh docs
 	@echo '  CHECK    docs'; for d in $(GENERATED_DOCS); do scripts/$$d.py | diff -u docs/$$d.md - || \
@@ -51,7 +51,7 @@ eva:
 
 ## docs: renew what documents quote from tables and commands
 .PHONY: docs
-docs: tools build/atmega128/controller.elf build/host/cds55xx-sim
+docs: tools build/arduino-mega/controller.elf build/host/cds55xx-sim
 	$(clear)
 	@scripts/deps.sh docs
 	@for d in $(GENERATED_DOCS); do scripts/$$d.py > build/$$d.md && mv build/$$d.md docs/$$d.md || exit 1; done
@@ -60,8 +60,8 @@ docs: tools build/atmega128/controller.elf build/host/cds55xx-sim
 
 ## pictures: draw docs/img/*.svg from runs of the simulator
 .PHONY: pictures
-pictures: tools build/host/cds55xx-sim $(addprefix build/atmega128/,controller.elf firmware/curves.elf firmware/motion.elf \
-		examples/hexapod.elf)
+pictures: tools build/host/cds55xx-sim $(addprefix build/atmega128/,controller.elf firmware/curves.elf firmware/motion.elf) \
+		build/arduino-mega/examples/hexapod.elf
 	$(clear)
 	@scripts/pictures.py
 

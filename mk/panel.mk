@@ -63,7 +63,7 @@ panel: build/panel/app.js build/$(PANEL_BOARD)/controller.elf build/host/cds55xx
 	$(clear)
 	@scripts/panel.py build/$(PANEL_BOARD)/controller.elf --board $(PANEL_BOARD) --servos '$(SERVOS)' \
 	  --eeprom build/panel.eeprom --port '$(PANEL_PORT)' -- --allow-duplicates --poke build/$(PANEL_BOARD)/poke$(POKE_OF_PORT) --poke-hint \
-	  'make poke BOARD=$(PANEL_BOARD) $(if $(POKE_OF_PORT),PANEL_PORT=$(PANEL_PORT) )DO="load 1 300"'
+	  'make poke $(if $(POKE_OF_PORT),PANEL_PORT=$(PANEL_PORT) )DO="load 1 300"'
 
 # Suites: `unit` has no simulator.
 # `session` has the firmware in the simulator, and no browser.

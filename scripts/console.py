@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""docs/console.md from the rows of src/controller/console/commands/*.c, and from a first session with the firmware in the simulator (atmega128, built). Prints the document.
+"""docs/console.md from the rows of src/controller/console/commands/*.c, and from a first session with the firmware in the simulator (arduino-mega, built). Prints the document.
 
 usage: console.py [--session]    --session: only the session, shortened for docs/getting-started.md
 """
@@ -173,7 +173,7 @@ After a reset by the watchdog or a brown-out the link has the saved rate at once
 
 ## A first session
 
-The firmware on a simulated ATmega128 with three servos. `> ` is the prompt of the console. Enter ends
+The firmware on a simulated Arduino Mega with three servos. `> ` is the prompt of the console. Enter ends
 `monitor`; without `as plot` it draws a table that stays in place.
 
 ```
@@ -299,8 +299,8 @@ def heard(typed, servos):
         path = pathlib.Path(folder) / "pc"
         path.write_text("\n".join(program) + "\n")
         done = subprocess.run(
-            [ROOT / "build/host/cds55xx-sim", "firmware", ROOT / "build/atmega128/controller.elf",
-             "--board", "atmega128", "--servos", servos, "--host", path], stdout=subprocess.PIPE,
+            [ROOT / "build/host/cds55xx-sim", "firmware", ROOT / "build/arduino-mega/controller.elf",
+             "--board", "arduino-mega", "--servos", servos, "--host", path], stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, text=True, timeout=120)
     if done.returncode:
         raise SystemExit(done.stdout)

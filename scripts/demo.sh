@@ -41,7 +41,7 @@ reply is the expected one and no rule of the wire is broken. For example, two dr
 EOF
 cat examples/manual.script > "$out/demo.script"
 scripts/wave.py >> "$out/demo.script"
-run "$out/manual.txt" build/atmega128/controller.elf --board atmega128 --script "$out/demo.script" --echo \
+run "$out/manual.txt" build/arduino-mega/controller.elf --board arduino-mega --script "$out/demo.script" --echo \
     --transcript "$out/transcript.txt" --vcd "$out/bus.vcd" --csv "$out/motion.csv"
 picture motion 'A wave through 18 servos'
 sed -n '/^Example 3:/,/^ok$/p' "$out/manual.txt"
@@ -76,7 +76,7 @@ cat <<'EOF'
 
 4 of 4: a robot with six legs walks: the program examples/hexapod sends goals to 18 servos every 4 ms
 EOF
-run "$out/walk.txt" build/atmega128/examples/hexapod.elf --board atmega128 --servos 1-18 \
+run "$out/walk.txt" build/arduino-mega/examples/hexapod.elf --board arduino-mega --servos 1-18 \
     --seconds 8 --csv "$out/walk.csv"
 scripts/hexapod_picture.py "$out/walk.csv" "$out/hexapod.svg"
 passed "$out/walk.txt"

@@ -16,7 +16,7 @@ import tempfile
 from drawing import BLUE, DARK, GREY, ORANGE, PALE, Drawing
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-ELF = "build/atmega128/examples/hexapod.elf"
+ELF = "build/arduino-mega/examples/hexapod.elf"
 ROWS = 250            # of 4 ms in a step
 FIRST = 4 * ROWS      # of the step that is shown: the gait runs at full swing
 EVERY = 5             # rows from frame to frame
@@ -80,7 +80,7 @@ def read(table):
 def walk():
     with tempfile.TemporaryDirectory() as folder:
         table = pathlib.Path(folder) / "csv"
-        subprocess.run([ROOT / "build/host/cds55xx-sim", "firmware", ROOT / ELF, "--board", "atmega128",
+        subprocess.run([ROOT / "build/host/cds55xx-sim", "firmware", ROOT / ELF, "--board", "arduino-mega",
                         "--servos", "1-18", "--seconds", str((FIRST + ROWS) / 250 + 0.1), "--csv", table],
                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
         return read(table)

@@ -35,11 +35,11 @@ sim: build/host/cds55xx-sim
 
 ## demo: the manual's examples, a wave of 18 servos, taught poses, a hexapod that walks; see build/demo/
 .PHONY: demo
-# It builds the firmware of two boards, mostly for those who have just cloned: two jobs.
+# It builds firmware and simulator, mostly for those who have just cloned: two jobs.
 ifneq ($(filter demo,$(MAKECMDGOALS)),)
 MAKEFLAGS += -j2
 endif
-demo: $(addprefix build/,atmega128/controller.elf arduino-mega/controller.elf atmega128/examples/hexapod.elf host/cds55xx-sim)
+demo: $(addprefix build/,arduino-mega/controller.elf arduino-mega/examples/hexapod.elf host/cds55xx-sim)
 	$(clear)
 	@scripts/demo.sh
 
@@ -87,7 +87,7 @@ $(error FOLLOW=$(FOLLOW) is not known: FOLLOW=1 shows the live table)
 endif
 
 # The command of make poke for a simulator that make run has started.
-POKE = make poke$(if $(BOARD_DIR), BOARD_DIR=$(BOARD_DIR),$(if $(filter-out atmega128,$(BOARD)), BOARD=$(BOARD)))
+POKE = make poke$(if $(BOARD_DIR), BOARD_DIR=$(BOARD_DIR),$(if $(filter-out arduino-mega,$(BOARD)), BOARD=$(BOARD)))
 
 ## run: BOARD's firmware and servos (SERVOS=1-18) in real time, its console a pty (HOST_BAUD=client: its rate; FOLLOW=1: live table)
 # Its EEPROM keeps what `save` saves from run to run. A person works with it: a breach of the rules of the wire, as by `diagnose` of

@@ -295,9 +295,9 @@ fuzz: $(RANDOM_TESTS)
 	@build/host/test/bus_random 10000000
 	@build/host/test/permit_random 1000000
 
-## session: a first session with the console of an atmega128, as it stands on the terminal
+## session: a first session with the console of an arduino-mega, as it stands on the terminal
 .PHONY: session
-session: build/host/cds55xx-sim build/atmega128/controller.elf
+session: build/host/cds55xx-sim build/arduino-mega/controller.elf
 	$(clear)
 	@scripts/console.py --session
 

@@ -74,14 +74,14 @@ class Progress(unittest.TestCase):
         copy_build_files(root)
         for n in range(21):
             (root / f"file{n}.c").write_text(f"extern int x{n};\n")
-        self.command = ["make", "-C", root, "--no-print-directory", "-o", "tools", "-o", "build/atmega128/board-checked",
-                        *(f"build/atmega128/obj/file{n}.o" for n in range(21))]
+        self.command = ["make", "-C", root, "--no-print-directory", "-o", "tools", "-o", "build/arduino-mega/board-checked",
+                        *(f"build/arduino-mega/obj/file{n}.o" for n in range(21))]
         self.environment = {**os.environ, "MAKEFLAGS": ""}
 
     def test_build_output_is_no_terminal_each_tenth_step(self):
         status, output = call(*self.command, env=self.environment)
-        self.assertEqual((status, output), (0, "   10  CC       build/atmega128/obj/file9.o\n"
-                                               "   20  CC       build/atmega128/obj/file19.o\n"))
+        self.assertEqual((status, output), (0, "   10  CC       build/arduino-mega/obj/file9.o\n"
+                                               "   20  CC       build/arduino-mega/obj/file19.o\n"))
 
     def test_build_terminal_each_step_overwrites_the_one_before(self):
         ours, theirs = pty.openpty()
@@ -90,7 +90,7 @@ class Progress(unittest.TestCase):
         with open(ours, "rb", closefd=True, buffering=0) as terminal:
             output = terminal.read(16384).decode()
         self.assertEqual(output, "".join(
-            f"\033[K\033[?7l{n + 1:5}  CC       build/atmega128/obj/file{n}.o\033[?7h\r" for n in range(21)))
+            f"\033[K\033[?7l{n + 1:5}  CC       build/arduino-mega/obj/file{n}.o\033[?7h\r" for n in range(21)))
 
     def test_build_silent_prints_nothing(self):
         self.assertEqual(call(*self.command, "-s", env=self.environment), (0, ""))
@@ -122,7 +122,7 @@ class Make(unittest.TestCase):
         path = f"{self.root / 'bin'}:{os.environ['PATH']}"
         done = subprocess.run(
             ["make", "-C", self.root, "-s", "--no-print-directory", "-o", "tools", "-o",
-             "build/atmega128/controller.hex", target, *words], stdin=subprocess.DEVNULL,
+             "build/arduino-mega/controller.hex", target, *words], stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
             env={**os.environ, "PATH": path, "MAKEFLAGS": "", **environment})
         return done.returncode, done.stdout
@@ -136,7 +136,7 @@ class Make(unittest.TestCase):
     def test_flash_and_fuses_missing_port_not_started(self):
         for port in ["/dev/ttyNONE", "./ttyNONE", "../ttyNONE", "/dev/none0:/dev/none1"]:
             for target in ["flash", "fuses"]:
-                status, output = self.make(target, f"PORT={port}")
+                status, output = self.make(target, "BOARD=atmega128", f"PORT={port}")
                 self.assertNotEqual(status, 0, output)
                 self.assertIn(f"PORT={port} does not exist; plug the board in, or name its port",
                               output)
@@ -163,16 +163,16 @@ class Make(unittest.TestCase):
                      "usb:serial"]:
             status, output = self.make("flash", f"PORT={port}")
             self.assertEqual(status, 0, output)
-            self.assertIn(f"avrdude was called: -P {port} -p atmega128 -c usbasp -U "
-                          "flash:w:build/atmega128/controller.hex:i\n", output)
+            self.assertIn(f"avrdude was called: -P {port} -p atmega2560 -c wiring -D -U "
+                          "flash:w:build/arduino-mega/controller.hex:i\n", output)
 
     def test_flash_failure_of_avrdude_fails_make(self):
         self.fake_avrdude("exit 1")
-        self.assertNotEqual(self.make("flash")[0], 0)
+        self.assertNotEqual(self.make("flash", "PORT=usb")[0], 0)
 
     def test_flash_avrdude_that_spins_is_ended(self):
         self.fake_avrdude("while :; do sleep 0.1; done")
-        status, output = self.make("flash", AVRDUDE_LIMIT_S="1")
+        status, output = self.make("flash", "PORT=usb", AVRDUDE_LIMIT_S="1")
         self.assertNotEqual(status, 0, output)
         self.assertIn("avrdude is ended after 1 s; ", output)
 
@@ -204,18 +204,18 @@ class Make(unittest.TestCase):
 
     def test_run_host_baud_is_passed_to_the_simulator(self):
         for words, baud in [([], "board"), (["HOST_BAUD=client"], "client")]:
-            status, output = self.make("run", "-n", "-o", "build/atmega128/controller.elf", "-o",
+            status, output = self.make("run", "-n", "-o", "build/arduino-mega/controller.elf", "-o",
                                        "build/host/cds55xx-sim", *words)
             self.assertEqual(status, 0, output)
             self.assertIn(f" --host-baud {baud} ", output)
 
     def test_run_only_warns_of_breaches_of_the_wire(self):
-        status, output = self.make("run", "-n", "-o", "build/atmega128/controller.elf", "-o", "build/host/cds55xx-sim")
+        status, output = self.make("run", "-n", "-o", "build/arduino-mega/controller.elf", "-o", "build/host/cds55xx-sim")
         self.assertEqual(status, 0, output)
         self.assertIn(" --rules warn ", output)
 
     def test_run_takes_servos_that_share_an_id(self):
-        status, output = self.make("run", "-n", "SERVOS=1,1,1", "-o", "build/atmega128/controller.elf", "-o",
+        status, output = self.make("run", "-n", "SERVOS=1,1,1", "-o", "build/arduino-mega/controller.elf", "-o",
                                    "build/host/cds55xx-sim")
         self.assertEqual(status, 0, output)
         self.assertIn(" --servos '1,1,1' --allow-duplicates ", output)
@@ -230,15 +230,15 @@ class Make(unittest.TestCase):
 
     def test_run_follow_shows_the_live_table(self):
         for words, follows in [([], False), (["FOLLOW=0"], False), (["FOLLOW=1"], True)]:
-            status, output = self.make("run", "-n", "-o", "build/atmega128/controller.elf", "-o",
-                                       "build/host/cds55xx-sim", "-o", "build/atmega128/run.eeprom", *words)
+            status, output = self.make("run", "-n", "-o", "build/arduino-mega/controller.elf", "-o",
+                                       "build/host/cds55xx-sim", "-o", "build/arduino-mega/run.eeprom", *words)
             self.assertEqual(status, 0, output)
             self.assertEqual(" --follow" in output, follows)
-            self.assertIn(" --poke build/atmega128/poke", output)
+            self.assertIn(" --poke build/arduino-mega/poke", output)
             self.assertIn("""--poke-hint 'make poke DO="load 1 300"'""", output)
-        status, output = self.make("run", "-n", "BOARD=arduino-mega", "-o", "build/arduino-mega/controller.elf", "-o",
+        status, output = self.make("run", "-n", "BOARD=cm510", "-o", "build/cm510/controller.elf", "-o",
                                    "build/host/cds55xx-sim")
-        self.assertIn("""--poke-hint 'make poke BOARD=arduino-mega DO="load 1 300"'""", output)
+        self.assertIn("""--poke-hint 'make poke BOARD=cm510 DO="load 1 300"'""", output)
 
     def test_panel_keeps_its_eeprom_and_has_a_socket_of_each_port(self):
         saved = self.root / "build/panel.eeprom"
@@ -252,7 +252,7 @@ class Make(unittest.TestCase):
 
     def test_poke_without_order_or_simulator_says_what_to_do(self):
         for words, message in [([], 'say what to do, as in: make poke DO="load 1 300"'),
-                               (["DO=load 1 300"], "no simulator of atmega128 runs: start one with make run")]:
+                               (["DO=load 1 300"], "no simulator of arduino-mega runs: start one with make run")]:
             status, output = self.make("poke", *words)
             self.assertNotEqual(status, 0)
             self.assertIn(message, output)
@@ -269,10 +269,10 @@ class Make(unittest.TestCase):
 
     def test_poke_passes_the_order_and_returns_its_result(self):
         """The socket is where make run puts it."""
-        for name in ["build/host", "build/atmega128"]:
+        for name in ["build/host", "build/arduino-mega"]:
             (self.root / name).mkdir(parents=True)
         (self.root / "build/host/cds55xx-sim").symlink_to(SIM)
-        with Process("bus", "--servos", "1", "--pty", "--poke", self.root / "build/atmega128/poke"):
+        with Process("bus", "--servos", "1", "--pty", "--poke", self.root / "build/arduino-mega/poke"):
             self.assertEqual(self.make("poke", "DO=print a 'b' \\ *"), (0, "a 'b' \\ *\nok\n"))
             status, output = self.make("poke", "DO=load 7 300")
             self.assertNotEqual(status, 0)
@@ -600,8 +600,8 @@ class Build(unittest.TestCase):
 
     def test_flash_writes_another_elf(self):
         output = self.make("-n", "flash", "ELF=README.md")[1]
-        self.assertIn("avr-objcopy -O ihex -R .eeprom README.md build/atmega128/flash.hex", output)
-        self.assertIn("-U flash:w:build/atmega128/flash.hex:i", output)
+        self.assertIn("avr-objcopy -O ihex -R .eeprom README.md build/arduino-mega/flash.hex", output)
+        self.assertIn("-U flash:w:build/arduino-mega/flash.hex:i", output)
         self.assert_one_line("ELF=none.elf does not exist", "ELF=none.elf")
 
     def test_library_of_an_unknown_chip_lists_those_there_are(self):
@@ -686,14 +686,14 @@ class Build(unittest.TestCase):
             self.assertIn(f"build/host/test/{name}", last)
 
     def test_flash_and_fuses_are_avrdude_lines_with_data_of_board(self):
-        flash = self.make("flash", "-n")[1]
+        flash = self.make("flash", "-n", "BOARD=atmega128")[1]
         self.assertIn("scripts/avrdude.sh 'usb' -p atmega128 -c usbasp  -U "
                       "flash:w:build/atmega128/controller.hex:i", flash)
         self.assertIn("(fuse M103C): make fuses first", flash)
-        self.assertIn("efuse:w:0xff:m", self.make("fuses", "-n")[1])
+        self.assertIn("efuse:w:0xff:m", self.make("fuses", "-n", "BOARD=atmega128")[1])
         self.assertIn("scripts/avrdude.sh '/dev/ttyUSB7' -p atmega2560 -c wiring -D -U flash:w:",
-                      self.make("flash", "-n", "BOARD=arduino-mega", "PORT=/dev/ttyUSB7")[1])
-        status, output = self.make("fuses", "BOARD=arduino-mega")
+                      self.make("flash", "-n", "PORT=/dev/ttyUSB7")[1])
+        status, output = self.make("fuses")
         self.assertEqual(status, 0, output)
         self.assertIn("right as shipped", output)
 
