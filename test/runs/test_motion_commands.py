@@ -199,12 +199,17 @@ class Stored(Motion):
         """The lines of an import never go to an older sequence of the same name."""
         add, refused = "sequence walk add low 1s\n", "! sequence walk add low 1s\n@expect text error 94:\n"
         for new in ("walk new nix 1s", "walk new stand", "walk new stand 1s dwel 1s", "walk nwe stand 1s",
-                    "walk new stand 1s dwell 66s", "walk step 1: its pose is deleted"):
+                    "walk new stand 1s dwell 66s", "walk step 1: its pose is deleted", "walk ew stand 1s", "wa=k new stand 1s"):
             run = self.run_on(POSES + WALK + f"! sequence {new}\n" + refused + "pose list\n" + refused
                               + "! sequence walk new stand 5ms\n" + refused + "@echo on\nsequence show\n")
             self.assertEqual(shown(run), WALK)
         self.run_on(POSES + WALK + "! sequence walk add nix 1s\n" + add + "! sequence walk new nix 1s\n" + refused
                     + "sequence list\n" + add + "! sequence walk ad low 1s\n" + add + "! sequence walk new nix 1s\nsequence walk new stand 1s\n" + add)
+
+    def test_refused_line_that_is_no_new_lets_add_go_on(self):
+        """`sequence walk play` is a slip of a person, and no line of an import."""
+        for line in ("walk", "walk play", "play walk", "walk loop", "new", "walk addd low 1s"):
+            self.run_on(POSES + WALK + f"! sequence {line}\nsequence walk add low 1s\n")
 
     def test_pose_with_a_joint_outside_the_group_is_refused(self):
         self.run_on(POSES + "group 1 2\n! pose stand in 1s\n@expect text error 81:\n"

@@ -224,16 +224,19 @@ static uint8_t begin_command(struct console *console)
     return command->begin ? command->begin(console) : 0;
 }
 
-/* Fills the list with the servos of the robot. Returns an error or 0. */
+/* Fills the list with the servos of the robot, in the order in which `servos` prints them. Returns
+ * an error or 0. */
 static uint8_t list_all(struct console *console)
 {
     const struct cds_servos *servos = &console->robot->servos;
-    uint8_t *ids = ids_of(&console->line);
+    uint8_t *ids = ids_of(&console->line), id = 0;
 
     if (servos->count == 0)
         return ERROR_NOT_KNOWN;
-    for (uint8_t i = 0; i < servos->count; i++)
-        ids[i] = servos->states[i].id;
+    for (uint8_t i = 0; i < servos->count; i++) {
+        id = command_set.advise ? robot_servo_from(console->robot, id)->id : servos->states[i].id;
+        ids[i] = id++;
+    }
     console->line.values = servos->count;
     return 0;
 }

@@ -270,6 +270,16 @@ uint8_t robot_choose_group(struct robot *robot, const uint8_t *ids, uint8_t coun
     return 0;
 }
 
+const struct cds_servo_state *robot_servo_from(const struct robot *robot, uint8_t id)
+{
+    const struct cds_servo_state *servo = robot->states, *found = NULL;
+
+    for (uint8_t left = robot->servos.count; left; left--, servo++)
+        if (servo->id >= id && (!found || servo->id < found->id))
+            found = servo;
+    return found;
+}
+
 void robot_rename(struct robot *robot, uint8_t id, uint8_t new_id)
 {
     uint8_t *place = memchr(robot->group, id, robot->group_count);

@@ -135,6 +135,9 @@ void robot_resume(struct robot *robot, struct inhibit_copy *copy, bool powered_o
 /* Inhibits driving, also after a reset: no packet that can drive a servo is sent to any ID. */
 void robot_inhibit(struct robot *robot);
 
+/* Returns the servo of lowest ID, from `id` on, or NULL: the list is in the order of joining. */
+const struct cds_servo_state *robot_servo_from(const struct robot *robot, uint8_t id);
+
 /* Ends the inhibit of the robot. Servos that lost their state stay inhibited. Sends nothing. False:
  * torque off is under way, and nothing was done. */
 bool robot_allow(struct robot *robot);

@@ -175,15 +175,15 @@ void test_list_of_ranges_and_commas_in_one_word(void)
                              said);
 }
 
-void test_list_all_is_servos_of_robot(void)
+void test_list_all_is_servos_of_robot_in_order_of_id(void)
 {
     robot_add(&robot, 9);
     robot_add(&robot, 4);
     robot.health_pauses = true; // only the console sends
     reply_to("led all off");
-    acknowledge(9);
     acknowledge(4);
-    TEST_ASSERT_EQUAL_STRING("servo 9: ok\r\nservo 4: ok\r\nok\r\n", said);
+    acknowledge(9);
+    TEST_ASSERT_EQUAL_STRING("servo 4: ok\r\nservo 9: ok\r\nok\r\n", said);
 }
 
 void test_list_all_of_one_servo_runs_as_one_servo(void)

@@ -243,15 +243,31 @@ static bool is_of_group(const CDS_FLASH struct command *command)
            command < sequence_rows + sizeof sequence_rows / sizeof sequence_rows[0];
 }
 
-/* True if the word behind the name is misspelt and begins as add, insert or delete do: no `new` was
- * meant. */
-static bool misspells_other_word(const struct console *console)
+/* True if the word that is no word of the command may be "new": two letters of it, or the "step" of
+ * an exported step without a pose. */
+static bool resembles_new(const struct token *token)
+{
+    static const CDS_FLASH char step[] = "step";
+    uint8_t shared = 0;
+
+    for (uint8_t i = 0; i < token->length && i < TOKEN_MAX; i++) {
+        char letter = (char)(token->text[i] | 0x20);
+
+        if (letter == 'n' || letter == 'e' || letter == 'w')
+            shared++;
+    }
+    return shared >= 2 || parse_choice(step, token);
+}
+
+/* True if the refused line was, or may have been, a `new`. */
+static bool may_be_new(const struct console *console)
 {
     const struct command_line *line = &console->line;
-    char first = (char)(console->token.text[0] | 0x20);
 
-    return line->error == ERROR_UNKNOWN_WORD && line->choice == 0 &&
-           (first == 'a' || first == 'i' || first == 'd');
+    if (!command_set.advise || line->choice)
+        return true;
+    return line->error != ERROR_COUNT &&
+           (line->error != ERROR_UNKNOWN_WORD || resembles_new(&console->token));
 }
 
 void sequence_end(struct console *console)
@@ -264,8 +280,8 @@ void sequence_end(struct console *console)
         console->new_is_refused = true;
     else if (command && is_of_group(command) &&
              !(command->begin == step_begin && console->line.choice == CHOICE_ADD))
-        console->new_is_refused = command->begin == step_begin && console->error &&
-                                  !(command_set.advise && misspells_other_word(console));
+        console->new_is_refused =
+            command->begin == step_begin && console->error && may_be_new(console);
 }
 
 const CDS_FLASH struct command_group sequences_commands = {

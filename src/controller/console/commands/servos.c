@@ -164,21 +164,10 @@ NOINLINE static void servo_part(struct console *console, const struct cds_servo_
     }
 }
 
-/* The servo of lowest ID, from `id` on, or NULL: the list is in the order of joining. */
-static const struct cds_servo_state *servo_from(const struct robot *robot, uint8_t id)
-{
-    const struct cds_servo_state *servo = robot->states, *found = NULL;
-
-    for (uint8_t left = robot->servos.count; left; left--, servo++)
-        if (servo->id >= id && (!found || servo->id < found->id))
-            found = servo;
-    return found;
-}
-
 /* Prints one part of a servo. In the order of IDs, console->index is the least ID that is due. */
 static bool part_by_id(struct console *console)
 {
-    const struct cds_servo_state *servo = servo_from(console->robot, console->index);
+    const struct cds_servo_state *servo = robot_servo_from(console->robot, console->index);
 
     if (servo == NULL) // its ID has changed
         return false;
@@ -187,7 +176,7 @@ static bool part_by_id(struct console *console)
         return true;
     console->part = PART_STATE;
     console->index = (uint8_t)(servo->id + 1);
-    return servo_from(console->robot, console->index);
+    return robot_servo_from(console->robot, console->index);
 }
 
 /* True for up to 255 polls while the line is not quiet: for a moment it is not after each reply
