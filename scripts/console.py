@@ -68,7 +68,7 @@ stands behind it.
 | Ctrl-C | drops the line |
 | Left, Right, Home, End; Ctrl-B, Ctrl-F, Ctrl-A, Ctrl-E | move the cursor within the line; text is inserted there |
 | Del, Ctrl-D | delete the character at the cursor |
-| Up, Down; Ctrl-P, Ctrl-N | the line before, the line after. A chip with 8 KB of RAM or more keeps 240 bytes of lines, one with 4 KB keeps 88; a line takes a byte more than its characters. A line that was begun is kept, too |
+| Up, Down; Ctrl-P, Ctrl-N | the line before, the line after. A chip with 8 KB of RAM or more keeps 240 bytes of lines, one with 4 KB keeps 88; a line takes a byte more than its characters. A line of more than 80 characters is not kept. A line that was begun is kept, too |
 | Tab | with echo: completes commands, their words, registers, settings, and (not on `atmega1284p`) the names of stored poses and sequences. If several fit, it completes what they share, and lists them if they share no more. Without echo a Tab is a space |
 | any key | ends `scan`, `diagnose`, `monitor`, the search of `new` and `motion wait`. A key that is not Enter is also the first one of the next line |
 

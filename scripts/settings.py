@@ -24,6 +24,7 @@ def main():
     for number, (name, size, initial, lowest, highest, unit, what) in enumerate(rows()):
         print(f"| {number} | `{name}` | {size} | {initial} | {lowest} to {highest} | {unit} | {what} |")
     print("""
+- The console also takes the rates in bits per second: `settings bus_baud 500000`.
 - A new value is in force at once. A new `host_baud` is in force 4 ms after its `ok`: wait 10 ms before the next byte.
 - Only `save` keeps a value. Without it, a `host_baud` that the PC cannot do is gone after the next power-off.
 - `defaults` brings back the defaults above; `save` keeps them.
