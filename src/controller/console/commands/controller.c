@@ -584,7 +584,7 @@ static bool status_poll(struct console *console)
 static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("status"),
-        .what = FLASH_TEXT("state of the controller"),
+        .what = FLASH_TEXT("controller state"),
         .details = COMMAND_DETAILS("Reset, link, driving, bus, servos, EEPROM"),
         .poll = status_poll,
     },
@@ -613,7 +613,7 @@ static const CDS_FLASH struct command controller_rows[] = {
     },
     {
         .usage = FLASH_TEXT("save"),
-        .what = FLASH_TEXT("settings to the EEPROM"),
+        .what = FLASH_TEXT("settings to EEPROM"),
         .details = COMMAND_DETAILS("Outlives power-off; takes 0.2 s, the bus goes on"),
         .begin = save_begin,
         .poll = save_poll,
