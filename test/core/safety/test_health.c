@@ -341,6 +341,23 @@ static void return_mute(uint8_t index)
         run_for(TURN_US);
 }
 
+/* The torque of servo 2 was off before noise damaged three READs. */
+void test_a_mute_servo_without_torque_has_lost_nothing(void)
+{
+    states[1].torque = false;
+    lose(1);
+    wire.servo[1].dead = false;
+    wire.servo[1].mute = true;
+    run_for(5 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
+    TEST_ASSERT_EQUAL_UINT8(0, states[1].status_return_level);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibits);
+    wire.servo[1].mute = false;
+    run_for(2 * PERIOD_US);
+    TEST_ASSERT_EQUAL_UINT8(CDS_LEVEL_UNKNOWN, states[1].status_return_level);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibits);
+}
+
 /* Between the READs of the state check a READ of the application tells nothing of torque. */
 void test_a_read_of_other_registers_leaves_a_servo_lost(void)
 {

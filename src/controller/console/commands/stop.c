@@ -149,7 +149,7 @@ const CDS_FLASH struct command stop_rows[] = {
     },
     {
         .usage = FLASH_TEXT("release [ID]"),
-        .what = FLASH_TEXT("allow driving again"),
+        .what = FLASH_TEXT("allow driving"),
         .details = COMMAND_DETAILS("No ID: all servos, after stop. ID: a servo that lost its "
                                    "state. Nothing moves before torque is on"),
         .example = COMMAND_DETAILS("release"),
