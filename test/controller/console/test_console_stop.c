@@ -37,6 +37,27 @@ void test_stop_tells_a_person_that_the_robot_is_stopped(void)
     TEST_ASSERT_NOT_NULL(strstr(stop_reply("\x18"), line));
 }
 
+void test_release_counts_servos_that_the_stop_did_not_reach(void)
+{
+    settings.echo = SETTINGS_ECHO_PERSON;
+    cds_servos_add(&robot.servos, 7);
+    cds_servos_add(&robot.servos, 8);
+    robot.states[1].torque = true;
+    TEST_ASSERT_NULL(strstr(reply_to("release"), "not reached")); // there was no stop
+    stop_reply("stop\r");
+    robot.states[0].torque_off = CDS_TORQUE_OFF_OFF;
+    robot.states[1].torque_off = CDS_TORQUE_OFF_SILENT;
+    robot.states[1].presence = CDS_PRESENCE_OFFLINE;
+    TEST_ASSERT_NOT_NULL(
+        strstr(reply_to("release"), "servos not reached by 'stop', may go on: 1\r\nok\r\n"));
+    robot.states[1].presence = CDS_PRESENCE_ONLINE; // its torque was read as off since
+    TEST_ASSERT_NULL(strstr(reply_to("release"), "not reached"));
+    robot.states[1].torque = true;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("release"), "not reached"));
+    settings.echo = SETTINGS_ECHO_ON;
+    TEST_ASSERT_NULL(strstr(reply_to("release"), "not reached"));
+}
+
 void test_stop_while_the_link_is_lost_names_clear(void)
 {
     settings.echo = SETTINGS_ECHO_PERSON;

@@ -56,7 +56,7 @@ void test_lost_state_is_listed_with_the_alarms(void)
 void test_servo_that_was_not_read_has_an_unknown_state(void)
 {
     static const char told[] =
-        "alarm of servo 7: its replies were lost, so its state is unknown\r\nok\r\n";
+        "alarm of servo 7: its replies were lost, its state is unknown\r\nok\r\n";
 
     cds_servos_add(&robot.servos, 7);
     robot.states[0].inhibits = CDS_INHIBIT_STATE_LOST;

@@ -233,8 +233,8 @@ static bool save_poll(struct console *console)
 
 /* ---- alarms ---- */
 
-static const CDS_FLASH char message_unread[] = "its replies were lost, so its state is unknown";
-static const CDS_FLASH char message_unread_due[] = "; look for noise, then 'release %u'";
+static const CDS_FLASH char message_unread[] = "its replies were lost, its state is unknown";
+static const CDS_FLASH char message_unread_due[] = "; look for noise, 'release %u'";
 
 /* Bits of `kind`; others are ignored. */
 enum alarm_kind {

@@ -28,7 +28,7 @@ static const CDS_FLASH char message_all_limits[] = ", limits %a to %a and %r";
 static const CDS_FLASH char message_on_endless[] = "on, endless turn";
 static const CDS_FLASH char message_off_endless[] = "off, endless turn";
 static const CDS_FLASH char message_lost[] = ", inhibited: lost its state";
-static const CDS_FLASH char message_lost_due[] = ", inhibited: lost its state ('release %u')";
+static const CDS_FLASH char message_lost_due[] = "%s ('release %u')";
 static const CDS_FLASH char message_stopped[] = ", inhibited: stopped";
 static const CDS_FLASH char message_stopped_by_link[] = ", inhibited: host link lost";
 static const CDS_FLASH char message_no_servo[] = "the list is empty";
@@ -139,7 +139,8 @@ ALWAYS_INLINE const CDS_FLASH char *text_of_lost(struct console *console,
     if (!command_set.advise || !console_is_for_person(console) ||
         robot_is_inhibited(console->robot))
         return message_lost;
-    console->printer.values[0].number = servo->id;
+    console->printer.values[0].text = message_lost;
+    console->printer.values[1].number = servo->id;
     return message_lost_due;
 }
 
