@@ -95,3 +95,21 @@ void test_alarm_of_forgotten_servo_is_not_reported(void)
     failsafe.alarm_id = 6;
     TEST_ASSERT_NULL(strstr(reply_to("get"), "alarm"));
 }
+
+/* A line that is held high looks as one at rest. */
+void test_bus_names_the_line_if_no_servo_answers(void)
+{
+    static const char told[] = "no servo answers at 1000000bps: check their supply, the cable, "
+                               "and the data line, which may be held high\r\n";
+
+    settings.echo = SETTINGS_ECHO_PERSON;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("bus"), "bus ok at 1000000bps\r\n"));
+    cds_servos_add(&robot.servos, 7);
+    cds_servos_add(&robot.servos, 8);
+    robot.states[0].presence = CDS_PRESENCE_OFFLINE;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("bus"), "bus ok at 1000000bps\r\n"));
+    robot.states[1].presence = CDS_PRESENCE_OFFLINE;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("bus"), told));
+    settings.echo = SETTINGS_ECHO_ON; // for a program: the line that it knows
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("bus"), "bus ok at 1000000bps\r\n"));
+}

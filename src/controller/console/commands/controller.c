@@ -30,6 +30,8 @@ static const CDS_FLASH char message_link_lost[] = "lost";
 static const CDS_FLASH char message_link_off[] = "not watched";
 static const CDS_FLASH char message_torque_pending[] = "last stop: under way";
 static const CDS_FLASH char message_torque_never[] = "last stop: none";
+static const CDS_FLASH char message_torque_forgotten[] =
+    "last stop: sent; its servos are no longer in the list";
 static const CDS_FLASH char message_torque_read[] =
     "last stop: %u of %u servos read back as off%s%s";
 static const CDS_FLASH char message_some_on[] = ", some are on";
@@ -462,6 +464,8 @@ static const CDS_FLASH char *stop_text(const struct robot *robot)
 {
     if (robot_is_stopping(robot))
         return message_torque_pending;
+    if (command_set.has_room && !robot->stop.servos && robot->stop_begun)
+        return message_torque_forgotten;
     if (!robot->stop.servos)
         return message_torque_never;
     return message_torque_read;
