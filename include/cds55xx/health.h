@@ -66,8 +66,9 @@ struct cds_health {
  * an OFFLINE servo is PINGed every CDS_HEALTH_SEEK_US, in turn, unless one is RETURNED. A RETURNED
  * servo is read at once, and after a failure again every CDS_HEALTH_SEEK_US; if it answers a PING
  * after CDS_SERVOS_MISSES failures, it answers no READ, and is taken for a servo that lost its
- * state. Noise may have been the reason: while its state counts as lost, READ and PING alternate,
- * and a READ that it answers makes its status return level unknown again.
+ * state, unless its torque was off. Noise may have been the reason: while its state counts as lost,
+ * or its torque is off, READ and PING alternate. A READ that it answers makes its status return
+ * level unknown again, and if torque is on, its state was not lost.
  *
  * A servo that gives no good answer is asked again within CDS_HEALTH_AGAIN_US, until it is OFFLINE.
  *

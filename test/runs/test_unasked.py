@@ -72,7 +72,7 @@ class AlarmOver(unittest.TestCase):
 
     def test_heat_that_is_over_names_release_and_torque(self):
         told = self.run_on("@ambient 2 90\n@wait 40000\nservos\n@ambient 2 20\n@wait 60000\n")
-        self.assertIn("servo 2: online, torque off, inhibited: lost its state, latched alarms: overheating (now)", told)
+        self.assertIn("servo 2: online, torque off, inhibited: lost its state ('release 2'), latched alarms: overheating (now)", told)
         self.assertEqual(told[-1], "servo 2: overheating is over, torque off; 'release 2', then 'teach off 2' holds it where it "
                                    "is, 'torque 2 on' moves it to its goal")
 

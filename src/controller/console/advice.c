@@ -114,6 +114,7 @@ static const CDS_FLASH char message_goal_unread[] =
 static const CDS_FLASH char message_goal_due[] =
     "it would leave the endless turn for its goal, not read yet or beyond its limits, %a to %a: "
     "'set %u GOAL_POSITION ANGLE', 'get %u GOAL_POSITION' reads it, then send this line again";
+static const CDS_FLASH char message_not_reached[] = "servos not reached by 'stop', may go on: %u";
 static const CDS_FLASH char message_mode[] = "the mode is %s; usage: %s";
 static const CDS_FLASH char *const CDS_FLASH modes[] = {
     [SETTINGS_ECHO_OFF] = FLASH_TEXT("program"),
@@ -812,6 +813,22 @@ static const CDS_FLASH char *note_sequence(const struct console *console)
                : NULL;
 }
 
+/* After `release`: the last stop could not be sent to a servo, or was not read back from it. */
+static const CDS_FLASH char *note_release(struct console *console)
+{
+    const struct robot *robot = console->robot;
+    const struct cds_servo_state *servo = robot->states;
+    uint8_t count = 0;
+
+    for (uint8_t left = robot->servos.count; left; left--, servo++)
+        if (servo->torque_off != CDS_TORQUE_OFF_OFF &&
+            (servo->presence != CDS_PRESENCE_ONLINE || servo->torque))
+            count++;
+    console->printer.values[0].number = count;
+    return count && robot->stop.servos && console_is_for_person(console) ? message_not_reached
+                                                                         : NULL;
+}
+
 const CDS_FLASH char *advice_note(struct console *console)
 {
     static const CDS_FLASH char id[] = "id", factory[] = "factory", set[] = "set", scan[] = "scan";
@@ -822,6 +839,8 @@ const CDS_FLASH char *advice_note(struct console *console)
         return note_link_loss(console);
     if (parse_is_command(line, scan))
         return note_scan(console);
+    if (parse_is_command(line, message_release))
+        return note_release(console);
     if (parse_is_command(line, factory))
         return line->id == CDS_BROADCAST_ID ? message_all_told : NULL;
     if (parse_is_command(line, set))

@@ -121,7 +121,8 @@ static void watch_alarms(struct failsafe *failsafe)
     failsafe->alarm = (uint8_t)(alarms & ~failsafe->reported[index]);
     failsafe->reported[index] = alarms;
     if (failsafe->alarm || servo->presence != CDS_PRESENCE_ONLINE ||
-        !(servo->inhibits & CDS_INHIBIT_STATE_LOST) || servo->held & CDS_HELD_LOSS_TOLD)
+        !(servo->inhibits & CDS_INHIBIT_STATE_LOST) || servo->held & CDS_HELD_LOSS_TOLD ||
+        (servo->status_return_level == 0 && servo->misses == 0)) // it is read again first: health.h
         return;
     servo->held |= CDS_HELD_LOSS_TOLD;
     failsafe->alarm = FAILSAFE_TORQUE_LOST;

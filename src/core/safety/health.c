@@ -77,7 +77,8 @@ static bool has_time(struct cds_health *health, uint16_t us)
 
 /* Asks servo `index` for its state, by READ or PING. True: its turn is over. A RETURNED servo that
  * has answered no READ is asked by PING whether it is there. A servo that was found to answer no
- * READ has lost its state; it is asked by READ again, since noise may have been the reason. */
+ * READ has lost its state, or its torque is off; it is asked by READ again, since noise may have
+ * been the reason. */
 static bool ask(struct cds_health *health, uint8_t index)
 {
     struct cds_servos *servos = health->servos;
@@ -94,7 +95,8 @@ static bool ask(struct cds_health *health, uint8_t index)
     health->request.servo_index = index;
     health->request.ignores_servo_state = is_mute;
     if (presence == CDS_PRESENCE_OFFLINE ||
-        (is_mute && (servo->misses || !(servo->inhibits & CDS_INHIBIT_STATE_LOST))) ||
+        (is_mute &&
+         (servo->misses || (servo->torque && !(servo->inhibits & CDS_INHIBIT_STATE_LOST)))) ||
         (presence == CDS_PRESENCE_RETURNED && servo->misses == CDS_SERVOS_MISSES))
         result = cds_servo_ping(servos->bus, &health->request, servo->id);
     else
@@ -105,7 +107,7 @@ static bool ask(struct cds_health *health, uint8_t index)
 }
 
 /* A servo that was RETURNED has answered, or not. If it answers a PING after three READs without an
- * answer, its status return level is 0, and its state is taken for lost. */
+ * answer, its status return level is 0, and its state is taken for lost, unless torque was off. */
 static void take_returned(struct cds_health *health)
 {
     const struct cds_request *request = &health->request;
@@ -122,7 +124,8 @@ static void take_returned(struct cds_health *health)
     servo->status_return_level = 0;
     servo->presence = CDS_PRESENCE_ONLINE;
     servos->event_count++;
-    cds_servos_inhibit(servos, servo, CDS_INHIBIT_STATE_LOST);
+    if (servo->torque)
+        cds_servos_inhibit(servos, servo, CDS_INHIBIT_STATE_LOST);
 }
 
 /* True if the READ without a good reply was counted as a miss of its servo. A servo whose rate is

@@ -166,17 +166,18 @@ static void learn_packet(struct cds_servos *servos, struct cds_servo_state *serv
  * switched torque off. */
 static void learn_torque(struct cds_servos *servos, struct cds_servo_state *servo, uint8_t is_on)
 {
-    uint8_t is_lost = !is_on && servo->torque;
+    uint8_t was_on = servo->torque;
 
     servo->torque = is_on != 0;
-    if (!is_lost && servo->presence != CDS_PRESENCE_RETURNED)
-        return; // the permit uses none of this
-    servo->presence = CDS_PRESENCE_ONLINE;
-    if (is_lost) {
+    if (is_on || !was_on) {
+        if (servo->presence != CDS_PRESENCE_RETURNED)
+            return; // the permit uses none of this
+    } else {
         servo->inhibits |= CDS_INHIBIT_STATE_LOST;
         servos->move_is_valid = false;
         forget(servo);
     }
+    servo->presence = CDS_PRESENCE_ONLINE;
     servos->event_count++;
     cds_servos_note_change(servos, servo->id);
 }
@@ -197,8 +198,11 @@ static NOINLINE void learn_read(struct cds_servos *servos, struct cds_servo_stat
     if (read.sets & CDS_SETS_TORQUE)
         learn_torque(servos, servo, *cds_written_byte(&read, CDS_REG_TORQUE_ENABLE));
     learn_registers(servos, servo, &read, CDS_SOURCE_READ);
-    if (servo->status_return_level == CDS_LEVEL_PING) // untrue: it has answered a READ
+    if (servo->status_return_level == CDS_LEVEL_PING) { // untrue: it has answered a READ
         servo->status_return_level = CDS_LEVEL_UNKNOWN;
+        if (read.sets & CDS_SETS_TORQUE && servo->torque) // only its replies were lost: health.h
+            servo->inhibits = servo->inhibits & (uint8_t)~CDS_INHIBIT_STATE_LOST & 3u;
+    }
 }
 
 /* ---- replies and their absence ---- */

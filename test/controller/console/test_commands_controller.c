@@ -100,6 +100,18 @@ void test_status_tells_all_there_is(void)
                              reply_to("status"));
 }
 
+/* As after Ctrl-X and `servos forget`: driving is inhibited, and no servo of the stop is left. */
+void test_status_after_a_stop_and_forget_tells_the_stop(void)
+{
+    static const char told[] = "last stop: sent; its servos are no longer in the list\r\n";
+
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "last stop: none\r\n"));
+    robot.stop_begun = true;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), told));
+    robot.stop_begun = false; // as `release` does
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "last stop: none\r\n"));
+}
+
 void test_status_counts_inhibited_servos_if_others_are_not(void)
 {
     cds_servos_add(&robot.servos, 7);

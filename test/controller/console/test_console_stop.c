@@ -37,6 +37,27 @@ void test_stop_tells_a_person_that_the_robot_is_stopped(void)
     TEST_ASSERT_NOT_NULL(strstr(stop_reply("\x18"), line));
 }
 
+void test_release_counts_servos_that_the_stop_did_not_reach(void)
+{
+    settings.echo = SETTINGS_ECHO_PERSON;
+    cds_servos_add(&robot.servos, 7);
+    cds_servos_add(&robot.servos, 8);
+    robot.states[1].torque = true;
+    TEST_ASSERT_NULL(strstr(reply_to("release"), "not reached")); // there was no stop
+    stop_reply("stop\r");
+    robot.states[0].torque_off = CDS_TORQUE_OFF_OFF;
+    robot.states[1].torque_off = CDS_TORQUE_OFF_SILENT;
+    robot.states[1].presence = CDS_PRESENCE_OFFLINE;
+    TEST_ASSERT_NOT_NULL(
+        strstr(reply_to("release"), "servos not reached by 'stop', may go on: 1\r\nok\r\n"));
+    robot.states[1].presence = CDS_PRESENCE_ONLINE; // its torque was read as off since
+    TEST_ASSERT_NULL(strstr(reply_to("release"), "not reached"));
+    robot.states[1].torque = true;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("release"), "not reached"));
+    settings.echo = SETTINGS_ECHO_ON;
+    TEST_ASSERT_NULL(strstr(reply_to("release"), "not reached"));
+}
+
 void test_stop_while_the_link_is_lost_names_clear(void)
 {
     settings.echo = SETTINGS_ECHO_PERSON;
@@ -73,4 +94,22 @@ void test_alarm_of_forgotten_servo_is_not_reported(void)
     failsafe.alarm = FAILSAFE_OFFLINE;
     failsafe.alarm_id = 6;
     TEST_ASSERT_NULL(strstr(reply_to("get"), "alarm"));
+}
+
+/* A line that is held high looks as one at rest. */
+void test_bus_names_the_line_if_no_servo_answers(void)
+{
+    static const char told[] = "no servo answers at 1000000bps: check their supply, the cable, "
+                               "and the data line, which may be held high\r\n";
+
+    settings.echo = SETTINGS_ECHO_PERSON;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("bus"), "bus ok at 1000000bps\r\n"));
+    cds_servos_add(&robot.servos, 7);
+    cds_servos_add(&robot.servos, 8);
+    robot.states[0].presence = CDS_PRESENCE_OFFLINE;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("bus"), "bus ok at 1000000bps\r\n"));
+    robot.states[1].presence = CDS_PRESENCE_OFFLINE;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("bus"), told));
+    settings.echo = SETTINGS_ECHO_ON; // for a program: the line that it knows
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("bus"), "bus ok at 1000000bps\r\n"));
 }

@@ -26,6 +26,7 @@ static void report(uint8_t bit)
 
 void test_lost_torque_is_told_with_its_remedy(void)
 {
+    cds_servos_add(&robot.servos, 7);
     failsafe.reported[0] = CDS_ERROR_OVERLOAD;
     report(FAILSAFE_TORQUE_LOST);
     TEST_ASSERT_NOT_NULL(
@@ -49,6 +50,21 @@ void test_lost_state_is_listed_with_the_alarms(void)
         reply_to("alarms"));
     reply_to("release");
     TEST_ASSERT_EQUAL_STRING("alarm of servo 7: overheating\r\nok\r\n", reply_to("alarms"));
+}
+
+/* Its torque was not read as off: it answered PING and no READ, as in noise. */
+void test_servo_that_was_not_read_has_an_unknown_state(void)
+{
+    static const char told[] =
+        "alarm of servo 7: its replies were lost, its state is unknown\r\nok\r\n";
+
+    cds_servos_add(&robot.servos, 7);
+    robot.states[0].inhibits = CDS_INHIBIT_STATE_LOST;
+    robot.states[0].torque = true;
+    TEST_ASSERT_EQUAL_STRING(told, reply_to("alarms"));
+    robot.states[0].torque = false;
+    robot.states[0].status_return_level = 0;
+    TEST_ASSERT_EQUAL_STRING(told, reply_to("alarms"));
 }
 
 void test_offline_servo_is_listed_with_the_alarms(void)

@@ -233,6 +233,26 @@ void test_clear_keeps_inhibit_of_other_reasons(void)
     TEST_ASSERT_EQUAL(CDS_OK, goal(2));
 }
 
+/* The servo is READ again first: the replies may have been lost in noise. */
+void test_lost_state_of_a_servo_that_answers_ping_is_told_late(void)
+{
+    struct cds_servo_state *servo;
+
+    settings.link_loss_ms = 0;
+    settings.alarm_report = 1;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_add(&robot.servos, 1));
+    servo = &robot.states[0];
+    servo->presence = CDS_PRESENCE_ONLINE;
+    servo->status_return_level = 0;
+    servo->misses = 0;
+    servo->inhibits = CDS_INHIBIT_STATE_LOST;
+    failsafe_poll(&failsafe);
+    TEST_ASSERT_EQUAL_HEX8(0, failsafe.alarm);
+    servo->misses = 1;
+    failsafe_poll(&failsafe);
+    TEST_ASSERT_EQUAL_HEX8(FAILSAFE_TORQUE_LOST, failsafe.alarm);
+}
+
 void test_torque_off_waits_until_low_line_is_free(void)
 {
     meet(1);

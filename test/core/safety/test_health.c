@@ -278,8 +278,8 @@ void test_a_servo_that_answers_no_read_is_lost_when_back(void)
     TEST_ASSERT_EQUAL_UINT8(0, torque_packets(first, 2, CDS_READ));
 }
 
-/* Noise has damaged three READs: the servo is READ again while its state counts as lost. */
-void test_a_servo_that_noise_made_mute_is_read_again(void)
+/* Noise has damaged three READs of servo 2, which is READ again now, with this torque. */
+static void end_noise(uint8_t torque)
 {
     wire.servo[1].mute = true;
     torque_on();
@@ -287,13 +287,26 @@ void test_a_servo_that_noise_made_mute_is_read_again(void)
     wire.servo[1].dead = false;
     run_for(5 * CDS_HEALTH_SEEK_US);
     TEST_ASSERT_EQUAL_UINT8(0, states[1].status_return_level);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibits);
+    states[1].inhibits |= CDS_INHIBIT_STOPPED;
     wire.servo[1].mute = false;
-    wire.servo[1].torque = 1;
+    wire.servo[1].torque = torque & 1u;
     run_for(2 * PERIOD_US);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
     TEST_ASSERT_EQUAL_UINT8(CDS_LEVEL_UNKNOWN, states[1].status_return_level);
-    TEST_ASSERT_TRUE(states[1].torque);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibits); // until `release`
+    TEST_ASSERT_EQUAL_UINT8(torque, states[1].torque);
+}
+
+void test_a_servo_that_noise_made_mute_has_kept_its_state(void)
+{
+    end_noise(1);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STOPPED, states[1].inhibits);
+}
+
+void test_a_mute_servo_whose_torque_went_off_stays_lost(void)
+{
+    end_noise(0);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST | CDS_INHIBIT_STOPPED, states[1].inhibits);
 }
 
 /* READs that are lost do not make a servo one that answers none. */
@@ -326,6 +339,44 @@ static void return_mute(uint8_t index)
     while (states[index].presence != CDS_PRESENCE_RETURNED ||
            states[index].misses < CDS_SERVOS_MISSES)
         run_for(TURN_US);
+}
+
+/* The torque of servo 2 was off before noise damaged three READs. */
+void test_a_mute_servo_without_torque_has_lost_nothing(void)
+{
+    states[1].torque = false;
+    lose(1);
+    wire.servo[1].dead = false;
+    wire.servo[1].mute = true;
+    run_for(5 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
+    TEST_ASSERT_EQUAL_UINT8(0, states[1].status_return_level);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibits);
+    wire.servo[1].mute = false;
+    run_for(2 * PERIOD_US);
+    TEST_ASSERT_EQUAL_UINT8(CDS_LEVEL_UNKNOWN, states[1].status_return_level);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibits);
+}
+
+/* Between the READs of the state check a READ of the application tells nothing of torque. */
+void test_a_read_of_other_registers_leaves_a_servo_lost(void)
+{
+    uint8_t reply[1];
+    struct cds_request read = CDS_REQUEST(buffer, reply);
+
+    return_mute(1);
+    run_for(2 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibits);
+    wire.servo[1].mute = false;
+    read.ignores_servo_state = true;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &read, 2, CDS_REG_LED, 1));
+    while (read.result == CDS_PENDING) {
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, read.result);
+    TEST_ASSERT_EQUAL_UINT8(CDS_LEVEL_UNKNOWN, states[1].status_return_level);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibits);
 }
 
 void test_a_damaged_reply_to_ping_tells_nothing(void)

@@ -299,10 +299,30 @@ static uint8_t bus_begin(struct console *console)
     return error ? error : console_number(console, 0, CDS_UNIT_BPS);
 }
 
+static const CDS_FLASH char message_none_answers[] =
+    "no servo answers at %b: check their supply, the cable, and the data line, which may be held "
+    "high";
+
+/* True if a person asks for the state of a quiet line on which no servo of the list answers: a line
+ * that is held high looks as one at rest. */
+static bool is_line_in_doubt(const struct console *console)
+{
+    const struct cds_servos *servos = &console->robot->servos;
+
+    if (!console_is_for_person(console) || cds_bus_line(console->bus) != CDS_BUS_LINE_QUIET)
+        return false;
+    for (uint8_t i = 0; i < servos->count; i++)
+        if (servos->states[i].presence != CDS_PRESENCE_OFFLINE)
+            return false;
+    return servos->count;
+}
+
 void bus_print_line(struct console *console)
 {
     console->printer.values[0].number = console->bus->baud_reg;
-    printer_line(&console->printer, bus_lines[cds_bus_line(console->bus)]);
+    printer_line(&console->printer, command_set.has_room && is_line_in_doubt(console)
+                                        ? message_none_answers
+                                        : bus_lines[cds_bus_line(console->bus)]);
 }
 
 void bus_print_change(struct console *console, uint8_t old)

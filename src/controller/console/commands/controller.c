@@ -30,6 +30,8 @@ static const CDS_FLASH char message_link_lost[] = "lost";
 static const CDS_FLASH char message_link_off[] = "not watched";
 static const CDS_FLASH char message_torque_pending[] = "last stop: under way";
 static const CDS_FLASH char message_torque_never[] = "last stop: none";
+static const CDS_FLASH char message_torque_forgotten[] =
+    "last stop: sent; its servos are no longer in the list";
 static const CDS_FLASH char message_torque_read[] =
     "last stop: %u of %u servos read back as off%s%s";
 static const CDS_FLASH char message_some_on[] = ", some are on";
@@ -233,6 +235,9 @@ static bool save_poll(struct console *console)
 
 /* ---- alarms ---- */
 
+static const CDS_FLASH char message_unread[] = "its replies were lost, its state is unknown";
+static const CDS_FLASH char message_unread_due[] = "; look for noise, 'release %u'";
+
 /* Bits of `kind`; others are ignored. */
 enum alarm_kind {
     ALARM_LATCHED = 0,
@@ -254,6 +259,16 @@ static const CDS_FLASH char *remedy_of(struct console *console, uint8_t conditio
     else
         text = reply_remedy(condition);
     return text;
+}
+
+/* True if the servo of the alarm is taken for lost only because it has answered PING and no READ,
+ * as one of status return level 0, or any servo in noise: its torque was not read as off. */
+static bool is_unread(const struct console *console, uint8_t kind)
+{
+    const struct cds_servo_state *servo =
+        &console->robot->states[kind & ALARM_NEW ? console->failsafe->next : console->index];
+
+    return servo->torque || servo->status_return_level == 0;
 }
 
 /* Prints the line of the lowest bit, "alarm of servo 3: overheating", and returns the other bits.
@@ -278,6 +293,12 @@ NOINLINE static uint8_t alarm_line(struct console *console, uint8_t id, uint8_t 
         unasked_note_alarm(command_set.unasked, console->failsafe->next, condition);
     value->text = reply_conditions[condition];
     value[1].text = remedy_of(console, condition, kind);
+    if (command_set.advise && condition == REPLY_TORQUE_LOST && is_unread(console, kind)) {
+        value->text = message_unread;
+        if (kind & ALARM_NEW)
+            value[1].text = message_unread_due;
+        value[2].number = id;
+    }
     printer_line(printer, message_alarm);
     return (uint8_t)(bits & (bits - 1u));
 }
@@ -443,6 +464,8 @@ static const CDS_FLASH char *stop_text(const struct robot *robot)
 {
     if (robot_is_stopping(robot))
         return message_torque_pending;
+    if (command_set.has_room && !robot->stop.servos && robot->stop_begun)
+        return message_torque_forgotten;
     if (!robot->stop.servos)
         return message_torque_never;
     return message_torque_read;
@@ -584,20 +607,20 @@ static bool status_poll(struct console *console)
 static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("status"),
-        .what = FLASH_TEXT("state of the controller"),
+        .what = FLASH_TEXT("controller state"),
         .details = COMMAND_DETAILS("Reset, link, driving, bus, servos, EEPROM"),
         .poll = status_poll,
     },
     {
         .usage = FLASH_TEXT("alarms"),
         .what = FLASH_TEXT("alarms since clear"),
-        .details = COMMAND_DETAILS("Of all replies, also to the bridge; and offline servos. At "
+        .details = COMMAND_DETAILS("Of all replies, also to the bridge; offline servos. At "
                                    "once in mode person, and if alarm_report is 1"),
         .poll = alarms_poll,
     },
     {
         .usage = message_clear,
-        .what = FLASH_TEXT("end alarms and lost link"),
+        .what = FLASH_TEXT("end alarms, lost link"),
         .details = COMMAND_DETAILS(
             "Servos inhibited for that or by stop may be driven again; nothing moves"),
         .begin = clear_begin,
@@ -613,14 +636,14 @@ static const CDS_FLASH struct command controller_rows[] = {
     },
     {
         .usage = FLASH_TEXT("save"),
-        .what = FLASH_TEXT("settings to the EEPROM"),
+        .what = FLASH_TEXT("settings to EEPROM"),
         .details = COMMAND_DETAILS("Outlives power-off; takes 0.2 s, the bus goes on"),
         .begin = save_begin,
         .poll = save_poll,
     },
     {
         .usage = FLASH_TEXT("defaults"),
-        .what = FLASH_TEXT("settings of a new controller"),
+        .what = FLASH_TEXT("default settings"),
         .details = COMMAND_DETAILS("Kept only by save. Not while a motion is under way"),
         .begin = defaults_begin,
         .poll = defaults_poll,

@@ -28,6 +28,7 @@ static const CDS_FLASH char message_all_limits[] = ", limits %a to %a and %r";
 static const CDS_FLASH char message_on_endless[] = "on, endless turn";
 static const CDS_FLASH char message_off_endless[] = "off, endless turn";
 static const CDS_FLASH char message_lost[] = ", inhibited: lost its state";
+static const CDS_FLASH char message_lost_due[] = "%s ('release %u')";
 static const CDS_FLASH char message_stopped[] = ", inhibited: stopped";
 static const CDS_FLASH char message_stopped_by_link[] = ", inhibited: host link lost";
 static const CDS_FLASH char message_no_servo[] = "the list is empty";
@@ -130,6 +131,19 @@ ALWAYS_INLINE void print_presence(struct console *console, const struct cds_serv
     printer_text(printer, message_presence);
 }
 
+/* ", inhibited: lost its state ('release 2')". While all servos are inhibited, `release 2` is
+ * refused. */
+ALWAYS_INLINE const CDS_FLASH char *text_of_lost(struct console *console,
+                                                 const struct cds_servo_state *servo)
+{
+    if (!command_set.advise || !console_is_for_person(console) ||
+        robot_is_inhibited(console->robot))
+        return message_lost;
+    console->printer.values[0].text = message_lost;
+    console->printer.values[1].number = servo->id;
+    return message_lost_due;
+}
+
 /* "servo 1: online, torque on, inhibited: stopped", one part at a time. */
 NOINLINE static void servo_part(struct console *console, const struct cds_servo_state *servo,
                                 uint8_t part)
@@ -151,7 +165,7 @@ NOINLINE static void servo_part(struct console *console, const struct cds_servo_
         break;
     case PART_LOST:
         if (servo->inhibits & CDS_INHIBIT_STATE_LOST)
-            printer_text(printer, message_lost);
+            printer_text(printer, text_of_lost(console, servo));
         break;
     case PART_STOPPED:
         if (cds_servos_inhibits(servos, servo) & CDS_INHIBIT_STOPPED)

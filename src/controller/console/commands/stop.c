@@ -149,7 +149,7 @@ const CDS_FLASH struct command stop_rows[] = {
     },
     {
         .usage = FLASH_TEXT("release [ID]"),
-        .what = FLASH_TEXT("allow driving again"),
+        .what = FLASH_TEXT("allow driving"),
         .details = COMMAND_DETAILS("No ID: all servos, after stop. ID: a servo that lost its "
                                    "state. Nothing moves before torque is on"),
         .example = COMMAND_DETAILS("release"),
@@ -157,7 +157,7 @@ const CDS_FLASH struct command stop_rows[] = {
     },
     {
         .usage = FLASH_TEXT("limits ID LOW HIGH [SPEED]"),
-        .what = FLASH_TEXT("limits of angle and speed"),
+        .what = FLASH_TEXT("angle and speed limits"),
         .details = COMMAND_DETAILS(
             "Angles: 0 to 300deg. SPEED: 0 to 62rpm, 0: no limit. Nothing beyond them is sent. "
             "Until a reset; 'servos' shows them, 'limits ID 0 300' removes them"),
