@@ -55,7 +55,7 @@ the rows of `src/controller/console/commands/` and from a real run in the simula
 
 One command a line, ended by Enter. The reply has zero or more lines, then `ok`, or `error N: text; remedy`
 ([errors.md](errors.md)); the profile `console` leaves the remedy out. Lines that begin with `warning:` report a
-condition, with a list of servos also the servo; the command has worked. `help` or `?` lists the commands, `help COMMAND` explains one, `help units` the units.
+condition, with a list of servos also the servo; the command has worked. `help` or `?` lists the commands, `help COMMAND` explains one, `help units` the units, `help keys` the keys (`arduino-mega`, `cm510`).
 Press Ctrl-C when you open the terminal: another terminal may have left a line half typed, and Enter would run it. `stop` stops, whatever
 stands behind it.
 
@@ -76,7 +76,7 @@ stands behind it.
   character twice: switch that off. `mode echo` has echo alone, `mode program` bare replies: [for programs](#for-programs).
   `save` keeps the mode over power-off.
 - In mode person `help` lists only how each command is written, so that the list fits the terminal; `help motion` explains the commands
-  below the heading "Motion", `help safety` those below "Safety" (not on `atmega1284p`, nor in the profile `console`, which list
+  below the heading "Motion", `help one servo` those below "One servo" (not on `atmega1284p`, nor in the profile `console`, which list
   all with an explanation).
 - Commands, their words, registers, settings and units may be typed in any case. Names of poses and sequences keep theirs.
 - If a name is unknown, the error says which name is near: `did you mean torque?` A part of a name is enough: `get 1 temp` names

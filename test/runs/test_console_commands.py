@@ -104,12 +104,12 @@ def error_line(number, line, profile):
     if number in EXPLAINED or words[0] == "pose":
         return start
     cause = LINE_IS_LOW if number == 9 else ERRORS[number].removeprefix("servo: ")
-    if number == 12:
+    if number in (12, 40):
         cause = CAUSES[number]  # the remedy depends on the board: advice.h
     if number in OF_SERVO and words[0] not in ("group", "sync") and len(words) > 1 \
             and words[1].isdigit():
         return start + f"servo {words[1]}: {cause}"[:130]
-    return start + (cause if number == 9 else ERRORS[number])[:130]
+    return start + (cause if number in (9, 40) else ERRORS[number])[:130]
 
 
 def said_by(profile, script):
@@ -636,6 +636,33 @@ class Scripts(unittest.TestCase):
         run = self.run_on("atmega128", "help\n" + text("5 commands are not in this firmware; other boards have them (docs/console.md)"))
         self.assertNotIn("  play ", run.output)
 
+    def test_new_id_in_a_full_list_has_a_remedy(self):
+        for board in ("atmega128", "arduino-mega"):
+            self.run_on(board, "scan\n! id 18 200\n" + text("the list of servos is full: 'servos forget', then this line again")
+                        + "servos forget\nid 18 200\n" + text("ID 200 at 1000000bps"), "1-18")
+
+    def test_too_many_servos_names_the_limit_of_the_robot(self):
+        self.run_on("arduino-mega", "scan\n! group 1 99\n" + text("too many servos; the robot has at most 18: 'servos forget'"), "1-18")
+
+    def test_name_of_a_sequence_names_play(self):
+        run = self.run_on("arduino-mega", "scan\ngroup 1 2\npose set rest 90 90\nsequence wave new rest 1s\n@wait 300\n! wave\n"
+                          + text("'wave': a sequence: 'play NAME', 'play NAME times 2', 'play NAME loop'"))
+        self.assertNotIn("did you mean", run.output)
+
+    def test_deleted_pose_names_a_sequence_that_had_it(self):
+        run = self.run_on("arduino-mega", "scan\ngroup 1 2\npose set rest 90 90\npose set far 99 99\npose set idle 95 95\n"
+                          "sequence nod new rest 1s\nsequence wave new rest 1s\nsequence wave add far 1s\npose delete idle\n"
+                          "pose delete far\n" + text("sequence wave has this pose and plays no more: "))
+        self.assertEqual(run.output.count("has this pose"), 1)
+
+    def test_resume_without_a_pause_is_refused(self):
+        self.run_on("arduino-mega", "scan\ntorque 1,2 on\nmove 1,2 90 0\n@wait 1000\ngroup 1 2\npose set rest 150 150\n@wait 300\n"
+                    "pose rest in 3s\npause\nresume\n! resume\n" + text("error 79: the motion is not paused; 'pause' stops it"))
+
+    def test_time_of_the_search_depends_on_repeats(self):
+        for board in ("atmega128", "arduino-mega", "atmega1284p"):
+            self.run_on(board, "servos forget\n@servos none\nsettings repeats 1\n! new 9\n" + text("six rates, about 9 s; a key"))
+
     def test_question_mark_is_help(self):
         for board in ("atmega128", "arbotix"):
             self.run_on(board, "?\n" + text("  help [COMMAND]: this list, or one command") + "? led\n" + text("led ID|254 on|off: LED on or off")
@@ -850,8 +877,9 @@ class Typed(unittest.TestCase):
                     help_of += f"{usage}: {what}\r\n"
                     help_of += "" if brief else f"{details}\r\n{list_line(name, usage)}"
                     help_of += f"Example: {example}\r\n" if example and not brief else ""
-                if help_of and name == "motion" and terminal.has_advice:  # its heading follows
-                    self.assertTrue(terminal.ask("help motion").startswith(f"{help_of}Motion:\r\n"))
+                heading_of = {"motion": "Motion:", "bus": "The bus:"}.get(name)
+                if help_of and heading_of and terminal.has_advice:  # its heading follows
+                    self.assertTrue(terminal.ask(f"help {name}").startswith(f"{help_of}{heading_of}\r\n"))
                 elif help_of:
                     self.assertEqual(terminal.ask(f"help {name}"), f"{help_of}ok\r\n")
                 else:

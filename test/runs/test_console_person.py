@@ -81,6 +81,12 @@ class Person(unittest.TestCase):
             heard = self.heard(board, "full", START + say(b"help pla\t"))
             self.assertEqual(heard[1], "help pla" + completed, board)
 
+    def test_tab_offers_no_command_of_other_boards(self):
+        for board, offers in (("atmega128", False), ("arduino-mega", True)):
+            heard = self.heard(board, "full", START + say(b"mo\t"))
+            self.assertIn("monitor", heard[1], board)
+            self.assertEqual("motion" in heard[1], offers, board)
+
     def test_tab_offers_stored_names(self):
         store = "".join(map(slow, ["mode program", "scan", "group 1", "pose set right 100", "pose set rest 90",
                                    "sequence wave new rest 1s", "sequence wav2 add rest 1s", "mode person"]))

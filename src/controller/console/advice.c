@@ -21,6 +21,7 @@ static const CDS_FLASH char message_units[] = "wrong unit; units: %s%s";
 static const CDS_FLASH char message_takes_no_unit[] = "wrong unit; this number has no unit";
 static const CDS_FLASH char message_number[] = "not a number; write %s";
 static const CDS_FLASH char message_value[] = "not a number; write a number from %u to %u";
+static const CDS_FLASH char message_switch_value[] = "not a number; write 1 for on, 0 for off";
 static const CDS_FLASH char message_setting[] =
     "a setting of the controller, not a servo; 'settings SETTING VALUE' sets it";
 static const CDS_FLASH char message_all_forms[] = "; 'help COMMAND' has all forms of it";
@@ -29,8 +30,6 @@ static const CDS_FLASH char message_is_not_gone[] =
     "it stays in the list, as it is not offline; unplug it first";
 static const CDS_FLASH char message_is_inhibited[] =
     "it stays in the list, as it is inhibited; 'release %u' first";
-static const CDS_FLASH char message_exit[] =
-    "unknown command; to end the terminal: in picocom Ctrl-T, then Ctrl-Q";
 static const CDS_FLASH char message_ids[] = "IDs: 1, 1-3, 1,4 or all";
 static const CDS_FLASH char message_one_id[] = "an ID: 0 to 253";
 static const CDS_FLASH char message_space[] = "no space before a unit: 90deg, 500ms";
@@ -47,14 +46,12 @@ static const CDS_FLASH char message_pose_gone[] =
     "POSE TIME' mends step N";
 static const CDS_FLASH char message_swapped[] =
     "above HIGH, %a; write the smaller angle first: limits ID LOW HIGH";
-static const CDS_FLASH char message_above_ccw[] =
-    "nothing was written: CCW_ANGLE_LIMIT is %a, and CW_ANGLE_LIMIT may not be above it";
-static const CDS_FLASH char message_below_cw[] =
-    "nothing was written: CW_ANGLE_LIMIT is %a, and CCW_ANGLE_LIMIT may not be below it";
-static const CDS_FLASH char message_above_max[] =
-    "nothing was written: MAX_VOLTAGE is %v, and MIN_VOLTAGE may not be above it";
-static const CDS_FLASH char message_below_min[] =
-    "nothing was written: MIN_VOLTAGE is %v, and MAX_VOLTAGE may not be below it";
+static const CDS_FLASH char message_beyond_angle[] =
+    "nothing was written: %s_ANGLE_LIMIT is %a, and %s_ANGLE_LIMIT may not be %s it";
+static const CDS_FLASH char message_beyond_voltage[] =
+    "nothing was written: %s_VOLTAGE is %v, and %s_VOLTAGE may not be %s it";
+static const CDS_FLASH char *const CDS_FLASH names_of_pairs[] = {
+    FLASH_TEXT("CCW"), FLASH_TEXT("CW"), FLASH_TEXT("MAX"), FLASH_TEXT("MIN")};
 static const CDS_FLASH char message_several[] =
     "several servos answer at the same time on one wire, so their replies mix; 'scan' asks each";
 static const CDS_FLASH char message_late[] =
@@ -115,6 +112,8 @@ static const CDS_FLASH char message_goal_due[] =
     "it would leave the endless turn for its goal, not read yet or beyond its limits, %a to %a: "
     "'set %u GOAL_POSITION ANGLE', 'get %u GOAL_POSITION' reads it, then send this line again";
 static const CDS_FLASH char message_not_reached[] = "servos not reached by 'stop', may go on: %u";
+static const CDS_FLASH char message_list_full[] =
+    "the list of servos is full: 'servos forget', then this line again";
 static const CDS_FLASH char message_mode[] = "the mode is %s; usage: %s";
 static const CDS_FLASH char *const CDS_FLASH modes[] = {
     [SETTINGS_ECHO_OFF] = FLASH_TEXT("program"),
@@ -240,6 +239,8 @@ static const CDS_FLASH char *text_of_setting(struct console *console)
     union printer_value *values = console->printer.values;
     uint8_t kind = kind_of_setting(*row->unit);
 
+    if (command_set.has_room && row->highest == 1)
+        return message_switch_value;
     if (kind == NUMBER_BARE) {
         values[0].number = row->lowest;
         values[1].number = row->highest;
@@ -513,18 +514,24 @@ static const CDS_FLASH char *text_of_step(struct console *console)
 /* `set` of a limit that contradicts the other one (register.c). */
 static const CDS_FLASH char *text_of_pair(struct console *console)
 {
-    static const CDS_FLASH char set[] = "set";
+    static const CDS_FLASH char set[] = "set", message_below[] = "below", message_above[] = "above";
+    union printer_value *values = console->printer.values;
+    uint8_t bound; // index in names_of_pairs
 
     if (console->line.error || !parse_is_command(&console->line, set))
         return NULL;
-    console->printer.values[0].number = set_job(console)->bound;
     switch (set_job(console)->bound_at) {
-    case CDS_REG_CCW_ANGLE_LIMIT: return message_above_ccw;
-    case CDS_REG_CW_ANGLE_LIMIT: return message_below_cw;
-    case CDS_REG_MAX_VOLTAGE: return message_above_max;
-    case CDS_REG_MIN_VOLTAGE: return message_below_min;
+    case CDS_REG_CCW_ANGLE_LIMIT: bound = 0; break;
+    case CDS_REG_CW_ANGLE_LIMIT: bound = 1; break;
+    case CDS_REG_MAX_VOLTAGE: bound = 2; break;
+    case CDS_REG_MIN_VOLTAGE: bound = 3; break;
     default: return NULL;
     }
+    values[0].text = names_of_pairs[bound];
+    values[1].number = set_job(console)->bound;
+    values[2].text = names_of_pairs[bound ^ 1];
+    values[3].text = bound & 1 ? message_below : message_above;
+    return bound < 2 ? message_beyond_angle : message_beyond_voltage;
 }
 
 static const CDS_FLASH char *text_of_value(struct console *console)
@@ -613,6 +620,8 @@ static const CDS_FLASH char *text_of_limits(struct console *console)
     bool is_mode = written == CDS_REG_CW_ANGLE_LIMIT || written == CDS_REG_CCW_ANGLE_LIMIT;
     bool is_turn;
 
+    if (console->line.new_id <= CDS_ID_MAX && console->robot->servos.count == ROBOT_SERVOS)
+        return message_list_full; // the new ID needs an entry, too (cds_servos_may_become())
     if (!(is_torque || is_mode) || !servo)
         return NULL;
     is_turn = (servo->lowest || servo->highest < CDS_VALUE_MAX) &&
@@ -655,14 +664,6 @@ static const CDS_FLASH char *text_of_forget(struct console *console)
     console->printer.values[0].number = servo->id;
     return servo->presence == CDS_PRESENCE_OFFLINE && servo->inhibits ? message_is_inhibited
                                                                       : message_is_not_gone;
-}
-
-/* A word that ends a shell or a terminal. */
-static const CDS_FLASH char *text_of_exit(const struct console *console)
-{
-    static const CDS_FLASH char words[] = "exit|quit";
-
-    return parse_choice(words, &console->token) ? message_exit : NULL;
 }
 
 /* `mode` without a word: the present mode. */
@@ -725,7 +726,6 @@ const CDS_FLASH char *advice(struct console *console)
     if (message)
         return message;
     switch (console->error) {
-    case ERROR_UNKNOWN_COMMAND: return text_of_exit(console);
     case ERROR_TWICE: return text_of_twice(console);
     case ERROR_NOT_NEW: return text_of_forget(console);
     case ERROR_UNIT: return text_of_units(console);

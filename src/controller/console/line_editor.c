@@ -146,6 +146,14 @@ bool line_editor_insert(struct editor *editor, char c)
     return true;
 }
 
+void line_editor_replace(struct editor *editor, uint8_t at, char c)
+{
+    if (editor->text[at] == c)
+        return;
+    editor->text[at] = c;
+    change(editor, at);
+}
+
 /* Deletes the character at the cursor. */
 static void delete (struct editor *editor)
 {

@@ -18,6 +18,9 @@
  * EDITOR_SIZE - 1 characters takes one only at its end, and then it is full (EDITOR_FULL). */
 bool line_editor_insert(struct editor *editor, char c);
 
+/* Replaces the character at index `at`. */
+void line_editor_replace(struct editor *editor, uint8_t at, char c);
+
 /* The terminal shows nothing of the line: it is drawn again, behind the prompt if there is one. */
 void line_editor_redraw(struct editor *editor);
 

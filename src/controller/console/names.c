@@ -139,8 +139,9 @@ enum names_result names_next(struct names *names, const struct command_line *lin
     if (group == NULL)
         return NAMES_END;
     row = &group->rows[names->row];
-    if (line->command && line->argument == ARGUMENT_COMMAND && command_is_only_named(group))
-        return next_row(names); // `help` has no text for a command that this firmware only names
+    if ((line->command ? line->argument == ARGUMENT_COMMAND : !line->error) &&
+        command_is_only_named(group))
+        return next_row(names); // `help` and Tab leave out a command that this firmware only names
     if (line->command == NULL || line->argument == ARGUMENT_COMMAND)
         return next_command(names, row);
     usage = place_in(row, line);

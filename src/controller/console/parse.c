@@ -388,40 +388,53 @@ static uint8_t take_choice(struct command_line *line, const struct token *token)
     return choice ? 0 : ERROR_UNKNOWN_WORD;
 }
 
-/* True if the heading is this word and a ':', in any case. */
-static bool is_heading(const CDS_FLASH char *heading, const struct token *token)
+/* True if the token is one of the words of the heading, in any case. */
+static bool is_in_heading(const CDS_FLASH char *heading, const struct token *token)
 {
-    uint8_t same = 0;
+    uint8_t same = 0; // characters of the token that the word begins with
 
-    if (!heading || token->length > TOKEN_MAX)
-        return false;
-    while (same < token->length && ((heading[same] ^ token->text[same]) & ~SMALL) == 0)
-        same++;
-    return same && same == token->length && heading[same] == ':';
+    do {
+        if (*heading == ' ' || *heading == ':') {
+            if (same == token->length)
+                return true;
+            same = 0;
+        } else if (same < TOKEN_MAX && ((*heading ^ token->text[same]) & ~SMALL) == 0) {
+            same++;
+        } else {
+            same = UINT8_MAX; // another word
+        }
+    } while (*heading++ != ':');
+    return false;
 }
 
-/* `help safety` lists the rows below this heading: the topic is the first row. */
-static void take_heading(struct command_line *line, const struct token *token)
+/* `help safety` lists the rows below this heading: the topic is the first row. `help one servo`,
+ * `help the bus`: each word chooses its first heading, but keeps one that has both words. */
+static uint8_t take_heading(struct command_line *line, const struct token *token)
 {
     const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;
+    const CDS_FLASH struct command *found = NULL;
 
-    for (; *group; group++) {
-        if (!is_heading((*group)->heading, token))
-            continue;
-        line->topic = (*group)->rows;
-        line->choice = TOPIC_HEADING;
-        return;
-    }
+    for (; *group; group++)
+        if ((*group)->heading && is_in_heading((*group)->heading, token) &&
+            (!found || (*group)->rows == line->topic))
+            found = (*group)->rows;
+    if (!found)
+        return ERROR_COUNT;
+    line->topic = found;
+    line->choice = TOPIC_HEADING;
+    return 0;
 }
 
-/* What is no command: a heading, or the units. */
+/* What is no command: a heading, the units, or the keys. */
 static void take_other_topic(struct command_line *line, const struct token *token)
 {
     static const CDS_FLASH char units[] = "units|unit|degrees|deg|steps|raw|rpm";
+    static const CDS_FLASH char keys[] = "keys|key|tab";
+    bool is_of_keys = command_set.has_room && parse_choice(keys, token);
 
-    if (parse_choice(units, token)) {
+    if (is_of_keys || parse_choice(units, token)) {
         line->topic = line->command;
-        line->choice = TOPIC_UNITS;
+        line->choice = is_of_keys ? TOPIC_KEYS : TOPIC_UNITS;
     } else {
         take_heading(line, token);
     }
@@ -433,6 +446,14 @@ static uint8_t take_topic(struct command_line *line, const struct token *token)
     if (command_set.advise && !line->topic)
         take_other_topic(line, token);
     return line->topic ? 0 : ERROR_UNKNOWN_COMMAND;
+}
+
+/* A word behind the end of the usage: one more of a heading, or too many. */
+static uint8_t take_more(struct command_line *line, const struct token *token)
+{
+    return command_set.advise && line->choice == TOPIC_HEADING && line->topic
+               ? take_heading(line, token)
+               : (uint8_t)ERROR_COUNT;
 }
 
 static uint8_t take_setting(struct command_line *line, const struct token *token)
@@ -470,7 +491,7 @@ NOINLINE static uint8_t take_argument(struct command_line *line, const struct to
     case ARGUMENT_IDS:
         return command_set.lists ? command_set.lists->take_word(line, token) : take_id(line, token);
     case ARGUMENT_ANGLES: return take_angle(line, token);
-    default: return *line->usage ? take_choice(line, token) : (uint8_t)ERROR_COUNT;
+    default: return *line->usage ? take_choice(line, token) : take_more(line, token);
     }
 }
 

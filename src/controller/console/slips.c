@@ -4,9 +4,10 @@
 
 #include <stddef.h> // NULL
 
-#include "cds55xx/control_table.h"   // CDS_REG_LED
-#include "cds55xx/packet.h"          // CDS_WRITE
-#include "console/commands/stored.h" // stored_find()
+#include "cds55xx/control_table.h"    // CDS_REG_LED
+#include "cds55xx/packet.h"           // CDS_WRITE
+#include "console/commands/monitor.h" // MONITOR_SERVOS
+#include "console/commands/stored.h"  // stored_find()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/explain.h"
@@ -21,8 +22,7 @@ static const CDS_FLASH char message_write_word[] = "a byte: 0 to 255; both: 'set
 static const CDS_FLASH char message_seconds[] = "has too many decimals of ms; seconds: 0.5s";
 static const CDS_FLASH char message_is_pose[] = "a pose: 'pose NAME in 2s' moves to it";
 static const CDS_FLASH char message_is_sequence[] =
-    "a sequence: 'play NAME' plays it, 'play NAME loop' repeats it";
-static const CDS_FLASH char message_pose_at[] = "a stored pose takes a time: 'pose NAME in 2s'";
+    "a sequence: 'play NAME', 'play NAME times 2', 'play NAME loop'";
 static const CDS_FLASH char message_steps_move[] = "beyond 300deg; steps: 'move %u %uraw'";
 static const CDS_FLASH char message_steps[] = "beyond 300deg; steps: %uraw";
 static const CDS_FLASH char message_unit_move[] = "write %s, without a space: 'move %u %u%s'";
@@ -41,20 +41,30 @@ static const CDS_FLASH char message_move_at[] =
 static const CDS_FLASH char message_write_unit[] =
     "'write' takes register values; with a unit: 'set %u %u %u%s'";
 static const CDS_FLASH char message_bare_time[] =
-    "too fast for a servo; give it more time; %u is %ums: for seconds 'in %us'";
+    "too fast for a servo; %u is %ums: for seconds 'in %us'";
 static const CDS_FLASH char message_measured[] = "read-only, measured; 'move %u %u%s' moves there";
 static const CDS_FLASH char message_read_only[] = "read-only; 'get %u %u' prints it";
 static const CDS_FLASH char message_has_limits[] =
     "limits of servo %u: %a to %a, %r; 'limits %u LOW HIGH' changes them";
 static const CDS_FLASH char message_has_no_limits[] =
-    "no limits of the controller for servo %u; 'limits %u LOW HIGH' sets them, 'info %u' shows "
-    "those in the servo";
+    "servo %u has none; 'limits %u LOW HIGH' sets some, 'info %u' shows those of its own";
 static const CDS_FLASH char message_known_as[] = "unknown command; try %s";
+#define MESSAGE_TRY (message_known_as + sizeof "unknown command;")
+static const CDS_FLASH char message_in_line_at_most[] =
+    "too many servos or angles; at most %u in a line";
+static const CDS_FLASH char message_at_most[] = "too many servos; at most %u";
+static const CDS_FLASH char message_robot_at_most[] =
+    "too many servos; the robot has at most %u: 'servos forget' empties its list";
 
 static const CDS_FLASH char name_of_led[] = "led";
 static const CDS_FLASH char name_of_torque[] = "torque";
 static const CDS_FLASH char name_of_pose[] = "pose";
+static const CDS_FLASH char name_of_move[] = "move";
 static const CDS_FLASH char words_of_switch[] = "on|off";
+static const CDS_FLASH char words_of_off[] = "off|stop";
+static const CDS_FLASH char words_behind_angle[] = "in|at";
+#define WORD_AT (words_behind_angle + 3)
+static const CDS_FLASH char line_of_torque_off[] = "'torque 1 off'";
 
 #define SECONDS_MAX 20 // of a move; a larger number without unit is more likely meant in ms
 
@@ -74,9 +84,7 @@ static bool has_one_servo(const struct command_line *line)
 
 static bool is_move_of_one(const struct command_line *line)
 {
-    static const CDS_FLASH char move[] = "move";
-
-    return parse_is_command(line, move) && has_one_servo(line);
+    return parse_is_command(line, name_of_move) && has_one_servo(line);
 }
 
 /* True if the number can stand in a line to type. */
@@ -326,9 +334,8 @@ static const CDS_FLASH char *text_of_switch(struct console *console)
 /* `move 1 90 in 2s`, `move 1 90 at 30rpm` */
 static const CDS_FLASH char *text_of_move_word(struct console *console)
 {
-    static const CDS_FLASH char words[] = "in|at";
     const struct command_line *line = &console->line;
-    uint8_t choice = parse_choice(words, &console->token);
+    uint8_t choice = parse_choice(words_behind_angle, &console->token);
 
     if (choice == 0 || !is_move_of_one(line) || line->numbers != 2 || !is_whole(line->number))
         return NULL;
@@ -410,44 +417,100 @@ static const CDS_FLASH char *text_of_limits_shown(struct console *console)
     return message_has_limits;
 }
 
-/* `pose stand at 20rpm`, `sequence walk loop` */
+/* `sequence walk loop` */
 static const CDS_FLASH char *text_of_stored(struct console *console)
 {
-    static const CDS_FLASH char sequence[] = "sequence", at[] = "at", plays[] = "loop|play";
-    const struct command_line *line = &console->line;
+    static const CDS_FLASH char sequence[] = "sequence", plays[] = "loop|play";
 
-    if (line->error == 0 || line->names != 1)
-        return NULL;
-    if (parse_is_command(line, name_of_pose))
-        return parse_choice(at, &console->token) ? message_pose_at : NULL;
-    return command_set.moves && parse_is_command(line, sequence) &&
+    return command_set.moves && parse_is_command(&console->line, sequence) &&
                    parse_choice(plays, &console->token)
                ? message_is_sequence
                : NULL;
 }
 
-/* Names that people try, and a line to type. */
+/* Words that people try, and lines to type. */
 static const CDS_FLASH struct {
+    const CDS_FLASH char *command; // NULL: the word is the first one of the line
     const CDS_FLASH char *words;
     const CDS_FLASH char *lines;
-} known_as[] = {
-    {FLASH_TEXT("goto|go|goal"), FLASH_TEXT("'move 1 90deg'")},
-    {FLASH_TEXT("speed"), FLASH_TEXT("'move 1 90deg 30rpm'")},
-    {FLASH_TEXT("delete|remove|erase"), FLASH_TEXT("'pose delete NAME', 'sequence delete NAME'")},
-    {FLASH_TEXT("enable|disable|on|off"), FLASH_TEXT("'torque 1 on'")},
-    {FLASH_TEXT("list|show|ls"), FLASH_TEXT("'servos', 'pose list'")},
+} tried[] = {
+    {NULL, FLASH_TEXT("goto|go|goal"), FLASH_TEXT("'move 1 90deg'")},
+    {NULL, FLASH_TEXT("speed"), FLASH_TEXT("'move 1 90deg 30rpm'")},
+    {NULL, FLASH_TEXT("delete|remove|erase"),
+     FLASH_TEXT("'pose delete NAME', 'sequence delete NAME'")},
+    {NULL, FLASH_TEXT("enable|on"), FLASH_TEXT("'torque 1 on'")},
+    {NULL, FLASH_TEXT("disable|off"), line_of_torque_off},
+    {NULL, FLASH_TEXT("list|show|ls"), FLASH_TEXT("'servos', 'pose list'")},
+    {NULL, FLASH_TEXT("exit|quit"), FLASH_TEXT("Ctrl-T, then Ctrl-Q in picocom")},
+    {name_of_torque, words_of_off, line_of_torque_off},
+    {name_of_led, words_of_off, FLASH_TEXT("'led 1 off'")},
+    {FLASH_TEXT("turn"), words_of_off, FLASH_TEXT("'turn 1 0', or 'torque 1 off'")},
+    {FLASH_TEXT("monitor"), FLASH_TEXT("plot"), FLASH_TEXT("'monitor 1 as plot'")},
+    {name_of_move, words_behind_angle, FLASH_TEXT("'move 1-3 90 30rpm'; in a time: 'help pose'")},
+    {name_of_pose, WORD_AT, FLASH_TEXT("'pose NAME in 2s'")},
 };
 
-/* `goto 1 90` */
-static const CDS_FLASH char *text_of_known_as(struct console *console)
+/* `goto 1 90`, `turn 1 off` */
+static const CDS_FLASH char *text_of_tried(struct console *console)
 {
-    for (uint8_t i = 0; i < sizeof known_as / sizeof known_as[0]; i++) {
-        if (!parse_choice(known_as[i].words, &console->token))
+    const struct command_line *line = &console->line;
+
+    for (uint8_t i = 0; i < sizeof tried / sizeof tried[0]; i++) {
+        const CDS_FLASH char *command = tried[i].command;
+        bool is_of_row = command ? parse_is_command(line, command) : line->command == NULL;
+
+        if (!is_of_row || !parse_choice(tried[i].words, &console->token))
             continue;
-        console->printer.values[0].text = known_as[i].lines;
-        return message_known_as;
+        console->printer.values[0].text = tried[i].lines;
+        return line->command ? MESSAGE_TRY : message_known_as;
     }
     return NULL;
+}
+
+/* `wave`: the name of a stored sequence */
+static const CDS_FLASH char *text_of_sequence(struct console *console)
+{
+    const struct token *word = &console->token;
+
+    if (!command_set.moves || console->line.command || word->length > MOTION_STORE_NAME ||
+        stored_may_read() ||
+        motion_store_find(console_store(), MOTION_STORE_SEQUENCE, word->text, word->length) ==
+            MOTION_STORE_NONE)
+        return NULL;
+    console->phase = UINT8_MAX; // no name that is near (hint_parts.c): this one is right
+    return message_is_sequence;
+}
+
+/* `play wave twice`, `play wave 2` */
+static const CDS_FLASH char *text_of_play(struct console *console)
+{
+    static const CDS_FLASH char play[] = "play", words[] = "twice|repeat|forever";
+    const struct token *word = &console->token;
+    struct number number;
+
+    return command_set.moves && parse_is_command(&console->line, play) &&
+                   (parse_choice(words, word) || number_parse(word, &number) == 0)
+               ? message_is_sequence
+               : NULL;
+}
+
+/* Of several limits the one that the line has broken. Only for chips with room for it. */
+static const CDS_FLASH char *text_of_many(struct console *console)
+{
+    static const CDS_FLASH char monitor[] = "monitor";
+    const struct command_line *line = &console->line;
+    uint16_t *most = &console->printer.values[0].number;
+
+    if (!command_set.has_room)
+        return NULL;
+    *most = PARSE_LIST_MAX;
+    if (line->error)
+        return message_in_line_at_most;
+    *most = MONITOR_SERVOS;
+    if (parse_is_command(line, monitor))
+        return message_at_most;
+    *most = ROBOT_SERVOS;
+    return message_robot_at_most;
 }
 
 /* In this order: the first function that returns a text decides. */
@@ -455,7 +518,10 @@ static const CDS_FLASH struct {
     uint8_t error;
     const CDS_FLASH char *(*text)(struct console *console);
 } slips[] = {
-    {ERROR_UNKNOWN_COMMAND, text_of_known_as},
+    {ERROR_UNKNOWN_COMMAND, text_of_sequence},
+    {ERROR_UNKNOWN_COMMAND, text_of_tried},
+    {ERROR_UNKNOWN_WORD, text_of_tried},
+    {ERROR_UNKNOWN_WORD, text_of_play},
     {ERROR_UNKNOWN_WORD, text_of_spaced_range},
     {ERROR_UNKNOWN_WORD, text_of_early_number},
     {ERROR_UNKNOWN_WORD, text_of_long_unit},
@@ -463,6 +529,7 @@ static const CDS_FLASH struct {
     {ERROR_NOT_A_NUMBER, text_of_seconds},
     {ERROR_NOT_A_NUMBER, text_of_long_unit},
     {ERROR_NOT_A_NUMBER, text_of_move_word},
+    {ERROR_NOT_A_NUMBER, text_of_tried},
     {ERROR_NOT_A_NUMBER, text_of_spaced_range},
     {ERROR_NOT_A_NUMBER, text_of_write_unit},
     {ERROR_NOT_A_NUMBER, text_of_early_word},
@@ -476,6 +543,7 @@ static const CDS_FLASH struct {
     {ERROR_OUT_OF_RANGE, text_of_two_servos},
     {ERROR_OUT_OF_RANGE, text_of_steps},
     {ERROR_NOT_WRITABLE, text_of_read_only},
+    {ERROR_TOO_MANY, text_of_many},
     {ERROR_TOO_FAST, text_of_bare_time},
     {ERROR_NO_POSE, text_of_kind},
     {ERROR_NO_SEQUENCE, text_of_kind},

@@ -114,6 +114,8 @@ static bool decide(struct console *console)
 
         if (console->editor.length + added >= EDITOR_SIZE)
             return ring_bell(console);
+        for (uint8_t i = 0; command_set.advise && i < length; i++) // PREsent, all in one case
+            line_editor_replace(&console->editor, (uint8_t)(job->begin + i), job->common.text[i]);
         for (uint8_t i = length; i < job->common.length; i++)
             line_editor_insert(&console->editor, job->common.text[i]);
         if (job->is_unique)
@@ -252,7 +254,7 @@ static bool search(struct console *console)
     uint8_t errors;
 
     if (!typing_has_unknown_name(console) || console->token.length > TOKEN_MAX ||
-        console->phase == 2)
+        console->phase >= 2)
         return false;
     if (console->phase == 0) {
         typing_begin(console);

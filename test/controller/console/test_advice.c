@@ -67,7 +67,7 @@ void test_word_for_a_number_of_a_setting_names_its_range(void)
 {
     static const char *const lines[][2] = {
         {"settings alarm_report on",
-         "error 32: VALUE 'on': not a number; write a number from 0 to 1\r\n"},
+         "error 32: VALUE 'on': not a number; write 1 for on, 0 for off\r\n"},
         {"settings link_loss_ms off", "error 32: VALUE 'off': not a number; write a time: "},
     };
 
@@ -88,9 +88,8 @@ void test_setting_in_place_of_an_id_points_to_settings(void)
 void test_exit_and_quit_say_what_ends_the_terminal(void)
 {
     static const char *const lines[][2] = {
-        {"exit", "error 30: 'exit': unknown command; to end the terminal: in picocom Ctrl-T, then "
-                 "Ctrl-Q\r\n"},
-        {"quit", "error 30: 'quit': unknown command; to end the terminal: "},
+        {"exit", "error 30: 'exit': unknown command; try Ctrl-T, then Ctrl-Q in picocom\r\n"},
+        {"quit", "error 30: 'quit': unknown command; try Ctrl-T, "},
         {"quite", "error 30: 'quite': unknown command; 'help' lists the commands; did "},
     };
 

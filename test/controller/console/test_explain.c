@@ -46,7 +46,7 @@ void test_wrong_word_names_the_words_of_all_rows(void)
     assert_reply("error 38: wait|off|at 'stop': unknown word; ", "motion stop");
     assert_reply("error 38: new|add|show|set|insert|delete 'app': unknown word; ",
                  "sequence s app");
-    assert_reply("error 38: at|times|loop 'twice': unknown word; ", "play s twice");
+    assert_reply("error 38: at|times|loop 'quick': unknown word; ", "play s quick");
     assert_reply("error 38: on|off 'maybe': unknown word; ", "teach maybe");
 }
 
@@ -63,7 +63,7 @@ void test_wrong_word_is_quoted(void)
     assert_reply("error 41: ID '1': an ID is given twice; ", "torque 1 1 on");
     assert_reply("error 33: ID 300 is out of range: 0 to 253", "torque 1 300 on");
     assert_reply("error 31: wrong number of arguments; ", "cycle off 3");
-    assert_reply("error 32: ID|254 'off': the ID comes first: 'torque 1 on'\r\n", "torque off");
+    assert_reply("error 32: ID|254 'off': try 'torque 1 off'\r\n", "torque off");
     assert_reply("error 30: 'a?b': unknown command; ", "a\x07"
                                                        "b c");
 }
@@ -94,7 +94,7 @@ void test_error_without_servo_stays_as_it_is(void)
 {
     assert_reply("error 31: wrong number of arguments; ", "ping");
     assert_reply("error 45: no group chosen; ", "pose 90");
-    assert_reply("error 40: too many servos; ", "monitor 1-9");
+    assert_reply("error 40: too many servos; at most 8\r\n", "monitor 1-9");
     assert_reply("error 37: malformed block; ", "sync LED 1 1:1,2");
 }
 

@@ -16,11 +16,13 @@ void tearDown(void)
 void test_stored_name_with_a_word_names_the_line(void)
 {
     static const char *const lines[][2] = {
-        {"pose right at 20rpm", "error 38: in 'at': a stored pose takes a time: 'pose NAME in "
-                                "2s'\r\n"},
+        {"pose right at 20rpm", "error 38: in 'at': try 'pose NAME in 2s'\r\n"},
         {"sequence wave loop",
-         "error 38: new|add|show|set|insert|delete 'loop': a sequence: 'play NAME' plays it, "
-         "'play NAME loop' repeats it\r\n"},
+         "error 38: new|add|show|set|insert|delete 'loop': a sequence: 'play NAME', "
+         "'play NAME times 2', 'play NAME loop'\r\n"},
+        {"play wave twice", "error 38: at|times|loop 'twice': a sequence: 'play NAME', 'play NAME "
+                            "times 2', 'play NAME loop'\r\n"},
+        {"play wave 2", "error 38: at|times|loop '2': a sequence: 'play NAME', "},
     };
 
     ASSERT_REPLIES(lines);
@@ -34,8 +36,42 @@ void test_command_of_another_name_names_the_line(void)
         {"remove near", "error 30: 'remove': unknown command; try 'pose delete NAME', 'sequence "
                         "delete NAME'\r\n"},
         {"on", "error 30: 'on': unknown command; try 'torque 1 on'\r\n"},
+        {"off", "error 30: 'off': unknown command; try 'torque 1 off'\r\n"},
+        {"disable 2", "error 30: 'disable': unknown command; try 'torque 1 off'\r\n"},
         {"ls", "error 30: 'ls': unknown command; try 'servos', 'pose list'\r\n"},
     };
 
     ASSERT_REPLIES(lines);
+}
+
+void test_word_of_another_command_names_the_line(void)
+{
+    static const char *const lines[][2] = {
+        {"torque off", "error 32: ID|254 'off': try 'torque 1 off'\r\n"},
+        {"torque OFF 2", "error 32: ID|254 'OFF': try 'torque 1 off'\r\n"},
+        {"led off", "error 32: ID|254 'off': try 'led 1 off'\r\n"},
+        {"turn 1 off", "error 32: servo 1: SPEED 'off': try 'turn 1 0', or 'torque 1 off'\r\n"},
+        {"turn 1 stop", "error 32: servo 1: SPEED 'stop': try 'turn 1 0', or 'torque 1 off'\r\n"},
+        {"turn 1 fast", "error 32: servo 1: SPEED 'fast': not a number; "},
+        {"monitor 1 plot", "error 38: every|as plot 'plot': try 'monitor 1 as plot'\r\n"},
+        {"move 1-3 100 at 20rpm",
+         "error 32: SPEED 'at': try 'move 1-3 90 30rpm'; in a time: 'help pose'\r\n"},
+        {"move all 100 in 2s", "error 32: SPEED 'in': try 'move 1-3 90 30rpm'; in a time: "},
+        {"settings alarm_report on",
+         "error 32: VALUE 'on': not a number; write 1 for on, 0 for off\r\n"},
+    };
+
+    ASSERT_REPLIES(lines);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
+void test_many_angles_name_the_limit_of_a_line(void)
+{
+    char line[8 + 3 * 51] = "pose";
+
+    for (uint8_t i = 0; i < 51; i++)
+        strcat(line, " 90");
+    reply_to(line);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(said, "too many servos or angles; at most 50 in a line"),
+                                 said);
 }

@@ -18,11 +18,11 @@ void test_tab_completes_a_unique_name_with_a_space(void)
     static const char *const cases[][2] = {
         {"torque ", "tor\t"},
         {"torque ", "torque\t"},
-        {"TORque ", "TOR\t"},
+        {"torque ", "TOR\t"},
         {"torque 1 off ", "torque 1 of\t"},
         {"help torque ", "help tor\t"},
         {"get 1 PRESENT_LOAD ", "get 1 PRESENT_L\t"},
-        {"get 1 present_LOAD ", "get 1 present_L\t"},
+        {"get 1 PRESENT_LOAD ", "get 1 present_L\t"},
         {"settings link_loss_ms ", "settings link_loss_m\t"},
         {"write  1  LED ", "write  1  LED\t"},
     };
@@ -52,6 +52,7 @@ void test_tab_completes_what_several_names_share(void)
     assert_line("torque 1 o", "torque 1 \t");
     assert_line("settings link_loss_", "settings l\t");
     assert_line("get 1 PRESENT_", "get 1 PRE\t");
+    assert_line("get 1 PRESENT_", "get 1 pre\t");
 }
 
 void test_tab_completes_before_the_cursor(void)

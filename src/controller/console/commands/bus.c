@@ -357,9 +357,9 @@ static const CDS_FLASH struct command bus_rows[] = {
     {
         .usage = FLASH_TEXT("scan [all|rescue]"),
         .what = FLASH_TEXT("find servos on the bus"),
-        .details = COMMAND_DETAILS(
-            "At the rate of the bus; servos found join the robot. all: at the six listed rates, "
-            "4.2 s. rescue: at all 255 rates, 11 minutes. A key ends it"),
+        .details =
+            COMMAND_DETAILS("At the rate of the bus; servos found join the robot. all: at six "
+                            "rates, 4.2 s. rescue: at all 255 rates, 11 minutes. A key ends it"),
         .example = COMMAND_DETAILS("scan"),
         .begin = scan_begin,
         .poll = scan_poll,

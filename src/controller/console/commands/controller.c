@@ -628,8 +628,7 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("settings [SETTING [VALUE]]"),
         .what = FLASH_TEXT("all settings, or one"),
-        .details = COMMAND_DETAILS(
-            "See docs/settings.md. In force at once, after power-off only if saved"),
+        .details = COMMAND_DETAILS("See docs/settings.md. In force at once, kept only if saved"),
         .example = COMMAND_DETAILS("settings repeats 1"),
         .begin = settings_begin,
         .poll = settings_poll,

@@ -15,7 +15,7 @@ static const CDS_FLASH char message_no_list[] = "ID: one servo, no list";
 static const CDS_FLASH char message_more[] =
     "%u commands are not in this firmware; other boards have them (docs/console.md)";
 static const CDS_FLASH char message_more_help[] =
-    "'help move' explains one command, 'help safety' all commands below that heading";
+    "'help move' explains one command, 'help safety' all below that heading";
 static const CDS_FLASH char message_example_is[] = "Example: %s";
 
 #define BETWEEN 2  // characters between two usages in a line
@@ -187,11 +187,11 @@ static bool end_of_list(struct console *console)
     return false;
 }
 
-/* ---- help units, help motion ---- */
+/* ---- help units, help keys, help motion ---- */
 
 /* `help units` */
 static const CDS_FLASH char *const CDS_FLASH unit_lines[] = {
-    FLASH_TEXT("Angle: deg, mdeg, or raw: the steps of the servo, 0 to 1023raw for 0 to 300deg"),
+    FLASH_TEXT("Angle: deg, mdeg, or raw: steps, 0 to 1023raw for 0 to 300deg"),
     FLASH_TEXT("Speed: rpm, mrpm, or raw, 0 to 1023raw for 0 to 62rpm. Load: %"),
     FLASH_TEXT("Voltage: V, mV. Temperature: C. Time: s, ms, us. Rate: bps, kbps, Mbps"),
     FLASH_TEXT("Without a unit: deg, rpm, %, V, C, ms, bps. No space before a unit"),
@@ -204,17 +204,33 @@ static bool units_line(struct console *console)
     return console->phase < sizeof unit_lines / sizeof unit_lines[0];
 }
 
+/* `help keys` */
+static const CDS_FLASH char *const CDS_FLASH key_lines[] = {
+    FLASH_TEXT("Ctrl-X: stop, torque off for all servos, at any time"),
+    FLASH_TEXT("Any key ends monitor, scan, diagnose, motion wait"),
+    FLASH_TEXT("Tab: completes a word or lists what fits; Up, Down: earlier lines"),
+    FLASH_TEXT("Left, Right, Home, End; Ctrl-U deletes the line, Ctrl-W a word"),
+};
+
+static bool keys_line(struct console *console)
+{
+    printer_line(&console->printer, key_lines[console->phase++]);
+    return console->phase < sizeof key_lines / sizeof key_lines[0];
+}
+
 /* True if `help` lists only the rows below one heading. */
 static bool is_of_heading(const struct console *console)
 {
     return command_set.advise && console->line.choice == TOPIC_HEADING;
 }
 
-/* True if the heading has the name of the command: "Motion:" */
+/* True if the heading has the name of the command: "Motion:", "The bus:". */
 static bool is_heading_of(const CDS_FLASH char *heading, const CDS_FLASH char *usage)
 {
     if (heading == NULL)
         return false;
+    if (heading[3] == ' ')
+        heading += sizeof "The";
     while (*usage && *usage != ' ' && ((*heading ^ *usage) & ~0x20) == 0) {
         heading++;
         usage++;
@@ -261,6 +277,8 @@ static bool help_poll(struct console *console)
 
     if (command_set.advise && console->line.choice == TOPIC_UNITS)
         return units_line(console);
+    if (command_set.has_room && console->line.choice == TOPIC_KEYS)
+        return keys_line(console);
     if (is_of_heading(console)) {
         if (is_behind_heading(console))
             return false;

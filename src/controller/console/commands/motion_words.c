@@ -35,6 +35,7 @@ static const CDS_FLASH char message_under_way[] =
     "changes its speed";
 static const CDS_FLASH char message_is_paused[] =
     "a motion is paused; 'resume' goes on with it, 'motion off' ends it; torque off always works";
+static const CDS_FLASH char message_not_paused[] = "the motion is not paused; 'pause' stops it";
 static const CDS_FLASH char message_was_ended[] =
     "the last motion did not reach its end: 'motion off' or 'cycle off' ended it";
 static const CDS_FLASH char message_was_stopped[] =
@@ -324,7 +325,10 @@ static const CDS_FLASH char *advise(struct console *console)
     switch (console->error) {
     case ERROR_MOTION:
         return motion_is_paused(console->robot) ? message_is_paused : message_under_way;
-    case ERROR_NO_MOTION: return is_wait(&console->line) ? message_was_ended : NULL;
+    case ERROR_NO_MOTION:
+        if (is_wait(&console->line))
+            return message_was_ended;
+        return robot_is_in_motion(console->robot) ? message_not_paused : NULL;
     case ERROR_STOPPED:
         return is_wait(&console->line) && !robot_is_inhibited(console->robot) ? message_was_stopped
                                                                               : NULL;

@@ -10,8 +10,8 @@
 #define RETURN_DELAY 2
 
 static const CDS_FLASH char message_search[] =
-    "step 1 of 4: search at six rates, about 4 s; a key ends it";
-static const CDS_FLASH char message_search_any[] = "not there: search at all 255 rates, about 3 s";
+    "step 1 of 4: search at six rates, about %u s; a key ends it";
+static const CDS_FLASH char message_search_any[] = "not there: search at all 255 rates";
 static const CDS_FLASH char message_mend_all[] =
     "a servo answers too early: its return delay is raised, then search again";
 static const CDS_FLASH char message_delay_written[] =
@@ -61,12 +61,16 @@ static uint8_t begin(struct console *console)
 }
 
 /* Prints what a step does. A step that was left out prints nothing. */
-static void print_step(struct printer *printer, const struct new_servo *servo, uint8_t step)
+static void print_step(struct console *console, const struct new_servo *servo, uint8_t step)
 {
+    struct printer *printer = &console->printer;
     union printer_value *values = printer->values;
 
     switch (step) {
-    case NEW_SERVO_SEARCH_LISTED: printer_line(printer, message_search); break;
+    case NEW_SERVO_SEARCH_LISTED:
+        values[0].number = (uint16_t)(9u * (1u + console->failsafe->settings->repeats) / 2);
+        printer_line(printer, message_search);
+        break;
     case NEW_SERVO_MEND_ALL:
         if (servo->mended_all)
             printer_line(printer, message_mend_all);
@@ -156,7 +160,7 @@ static bool poll(struct console *console)
     if (servo->step == NEW_SERVO_SEARCH_ANY && console->index > NEW_SERVO_CHECK)
         console->index = NEW_SERVO_SEARCH_ANY; // the servo was found, but its replies are damaged
     if (console->index <= servo->step) {
-        print_step(&console->printer, servo, console->index++);
+        print_step(console, servo, console->index++);
         return true;
     }
     return console_operates(console) || conclude(console, servo);

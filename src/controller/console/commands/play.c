@@ -122,7 +122,8 @@ static uint8_t resume_begin(struct console *console)
 {
     if (!HAS_MOTIONS)
         return ERROR_OMITTED;
-    if (!motion_may_pause(console->robot))
+    if (command_set.motion_words ? !motion_is_paused(console->robot)
+                                 : !motion_may_pause(console->robot))
         return ERROR_NO_MOTION;
     moves_resume(console->robot);
     return 0;

@@ -13,6 +13,10 @@
 static const CDS_FLASH char message_autostart_lost[] =
     "the sequence of 'settings autostart' has this pose: it plays no more";
 
+static const CDS_FLASH char message_sequence_lost[] =
+    " has this pose and plays no more: 'sequence NAME show' numbers its steps";
+static const CDS_FLASH char message_of_sequence[] = "sequence ";
+
 /* ---- save, set ---- */
 
 enum save_phase { NAME, READ, SAVE_JOINTS, SAVE_POSE } __attribute__((packed));
@@ -183,7 +187,7 @@ enum delete_phase { DELETE, LOOK } __attribute__((packed));
 struct delete_job {
     struct motion_store_record record; // of stored_delete()
     uint8_t number;                    // of the pose
-    uint8_t place;                     // of the sequence that plays after power-up
+    uint8_t place;                     // of the sequence; first that which plays after power-up
     uint8_t step;                      // that is compared next
 };
 
@@ -201,6 +205,51 @@ static uint8_t delete_begin(struct console *console)
     return stored_delete(console, MOTION_STORE_POSE);
 }
 
+/* Goes on with the next stored sequence; the one of the autostart was looked at. False: there is
+ * none. */
+static bool next_sequence(struct console *console)
+{
+    struct delete_job *job = console_job(console);
+
+    job->step = 0;
+    job->place = motion_store_next(console_store(), MOTION_STORE_SEQUENCE, console->index);
+    console->index = (uint8_t)(job->place + 1);
+    console->part = 1;
+    return job->place != MOTION_STORE_NONE;
+}
+
+/* Tells that the sequence had the pose. False: its record is damaged. */
+static bool tell_sequence(struct console *console, uint8_t place)
+{
+    char name[MOTION_STORE_NAME + 1];
+
+    if (!motion_store_read_name(console_store(), MOTION_STORE_SEQUENCE, place, name))
+        return false;
+    printer_flash(&console->printer, message_of_sequence);
+    printer_string(&console->printer, name);
+    printer_line(&console->printer, message_sequence_lost);
+    return true;
+}
+
+/* The pose is deleted. Tells of the first sequence that had it. */
+static bool look_poll(struct console *console)
+{
+    struct delete_job *job = console_job(console);
+    struct motion_store_step step;
+
+    if (stored_may_read())
+        return true;
+    if (job->place == MOTION_STORE_NONE ||
+        !motion_store_read_step(console_store(), job->place, job->step++, &step))
+        return next_sequence(console);
+    if (step.pose != job->number)
+        return true;
+    if (console->part)
+        return !tell_sequence(console, job->place);
+    printer_line(&console->printer, message_autostart_lost);
+    return false;
+}
+
 /* Deletes the pose, then tells if the sequence of the autostart had it. */
 static bool delete_poll(struct console *console)
 {
@@ -211,8 +260,10 @@ static bool delete_poll(struct console *console)
         if (stored_save_poll(console))
             return true;
         console->phase = LOOK;
-        return console->error == 0 && job->place != MOTION_STORE_NONE;
+        return console->error == 0 && (command_set.has_room || job->place != MOTION_STORE_NONE);
     }
+    if (command_set.has_room)
+        return look_poll(console);
     if (stored_may_read())
         return true;
     if (!motion_store_read_step(console_store(), job->place, job->step++, &step))
