@@ -23,6 +23,15 @@ static bool is_at_its_rate(const struct failsafe *failsafe)
     return failsafe->robot->bus->baud_reg == failsafe->settings->bus_baud;
 }
 
+/* The bus has another rate. Servos that are there were not searched for. If no servo is known, no
+ * servo has answered the stop: it begins again, for those of this rate. */
+static void begin_rate(struct robot *robot)
+{
+    robot->unlisted = ROBOT_NOT_SCANNED;
+    if (robot->stop_begun && robot->servos.count == 0)
+        robot_stop(robot);
+}
+
 bool failsafe_apply_settings(struct failsafe *failsafe)
 {
     const struct settings *settings = failsafe->settings;
@@ -30,10 +39,12 @@ bool failsafe_apply_settings(struct failsafe *failsafe)
 
     cds_bus_set_return_delay(bus, (uint16_t)(2u * settings->return_delay));
     cds_queue_set_retries(&failsafe->robot->queue, settings->repeats);
-    if (!is_at_its_rate(failsafe))
-        failsafe->robot->unlisted = ROBOT_NOT_SCANNED;
-    failsafe->unsettled =
-        !is_at_its_rate(failsafe) && cds_bus_set_baud(bus, settings->bus_baud) != CDS_OK;
+    failsafe->unsettled = false;
+    if (!is_at_its_rate(failsafe)) {
+        failsafe->unsettled = cds_bus_set_baud(bus, settings->bus_baud) != CDS_OK;
+        if (!failsafe->unsettled)
+            begin_rate(failsafe->robot);
+    }
     return !failsafe->unsettled;
 }
 
@@ -45,7 +56,7 @@ static void watch_rate(struct failsafe *failsafe)
         failsafe_apply_settings(failsafe);
     else if (!robot_is_exclusive(failsafe->robot) && !is_at_its_rate(failsafe)) {
         failsafe->settings->bus_baud = failsafe->robot->bus->baud_reg;
-        failsafe->robot->unlisted = ROBOT_NOT_SCANNED;
+        begin_rate(failsafe->robot);
     }
 }
 

@@ -375,6 +375,51 @@ void test_alarms_of_several_servos_wait_for_one_another(void)
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_VOLTAGE, failsafe.alarm);
 }
 
+/* Servos at the new rate have not heard the stop, and no other servo has confirmed it. */
+void test_unconfirmed_stop_begins_again_at_new_rate(void)
+{
+    uint8_t packets;
+
+    settings.link_loss_ms = 0;
+    robot_stop(&robot);
+    run(3000);
+    TEST_ASSERT_FALSE(robot_is_stopping(&robot));
+    packets = wire.count;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, 3));
+    run(1);
+    TEST_ASSERT_TRUE(robot_is_stopping(&robot));
+    run(3000);
+    TEST_ASSERT_FALSE(robot_is_stopping(&robot));
+    TEST_ASSERT_EQUAL_UINT8(2 * packets, wire.count);
+    settings.bus_baud = CDS_BAUD_1M; // by `settings` or a packet
+    TEST_ASSERT_TRUE(failsafe_apply_settings(&failsafe));
+    TEST_ASSERT_TRUE(robot_is_stopping(&robot));
+}
+
+void test_stop_that_is_released_does_not_begin_again_at_new_rate(void)
+{
+    settings.link_loss_ms = 0;
+    robot_stop(&robot);
+    run(3000);
+    TEST_ASSERT_TRUE(robot_release(&robot));
+    cds_bus_set_baud(&bus, 3);
+    run(10);
+    TEST_ASSERT_FALSE(robot_is_stopping(&robot));
+}
+
+/* Its servos answered at the old rate, and would be told as silent now. */
+void test_confirmed_stop_does_not_begin_again_at_new_rate(void)
+{
+    settings.link_loss_ms = 0;
+    robot_add(&robot, 1);
+    robot_stop(&robot);
+    run(3000);
+    TEST_ASSERT_FALSE(robot_is_stopping(&robot));
+    cds_bus_set_baud(&bus, 3);
+    run(10);
+    TEST_ASSERT_FALSE(robot_is_stopping(&robot));
+}
+
 void test_alarms_are_latched_without_report_by_default(void)
 {
     says(3, CDS_ERROR_OVERLOAD);

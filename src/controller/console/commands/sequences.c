@@ -201,8 +201,7 @@ static const CDS_FLASH struct command sequence_rows[] = {
     {
         .usage = FLASH_TEXT("sequence show [NAME]"),
         .what = FLASH_TEXT("lines that store a sequence again, or all sequences"),
-        .details =
-            COMMAND_DETAILS("Send them behind those of pose show to store the sequences elsewhere"),
+        .details = COMMAND_DETAILS("Send them behind those of pose show"),
         .example = COMMAND_DETAILS("sequence show walk"),
         .begin = show_begin,
         .poll = show_poll,
