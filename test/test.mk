@@ -10,12 +10,12 @@ FAULTS_NEEDS := build/host/faults $(FAULTS_BOARDS:%=build/%/firmware/transaction
 build/host/faults-obj/%.o: test/faults/%.c build/host/flags | tools
 	$(call say,CC,$@)
 	@mkdir -p $(@D)
-	$(Q)$(CC) $(SIM_FLAGS) $(INCLUDES) -O2 $(DEPFILES) -c $< -o $@
+	$(Q)$(CC) $(SIM_FLAGS) $(INCLUDES) $(SIM_FAST) $(DEPFILES) -c $< -o $@
 
 build/host/faults: $(FAULTS_SRC:test/faults/%.c=build/host/faults-obj/%.o) \
 		$(patsubst sim/%.c,build/host/sim/%.o,$(filter-out sim/main.c,$(SIM_SRC)))
 	$(call say,LD,$@)
-	$(Q)$(CC) $^ $(SIM_LIBS) -o $@
+	$(Q)$(CC) $(SIM_FAST) $^ $(SIM_LIBS) -o $@
 
 # For scripts/faults.py.
 .PHONY: list-faults-boards
