@@ -33,9 +33,9 @@ bench-docs: $(BENCH_NEEDS)
 	@scripts/bench.py --docs && scripts/account.py --docs
 
 ## bench-ci: make bench, a tenth of it again, the same to the digit, its tables up to date
-.PHONY: bench-ci
-bench-ci: $(BENCH_NEEDS)
-	$(clear)
-	@scripts/bench.py
+.PHONY: bench-ci bench-again bench-documents
+bench-ci: bench-again bench-documents
+bench-again: bench
 	@scripts/bench.py --again 1/10 --seed $(or $(SEED),0)
+bench-documents: bench
 	@scripts/bench.py --docs --check; bench=$$?; scripts/account.py --docs --check && exit $$bench

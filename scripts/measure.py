@@ -162,6 +162,12 @@ def worst(rows):
     return merged
 
 
+def side_by_side(measure, inputs):
+    """[measure(one) for one in inputs], for long jobs: else no other core works when such a job is the last."""
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(measure, inputs))
+
+
 # ---- jobs: each returns rows ------------------------------------------------------------------------
 
 READ_SIZES = (1, 2, 8, 50)  # bytes; as in test/benchmark/read.c
@@ -260,9 +266,7 @@ def polls_with(faults):
 
 
 def polls():
-    """The longest job by far, so its runs go side by side."""
-    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        return worst(list(pool.map(polls_with, POLL_FAULTS)))
+    return worst(side_by_side(polls_with, POLL_FAULTS))
 
 
 def host_traffic(seconds):
@@ -365,28 +369,30 @@ def examples():
     return found
 
 
+def off_in(board):
+    """The longest time with interrupts off in the firmware and the examples of a board. The firmware runs commands and
+    pauses, then two seconds with a host that never stops."""
+    if board in boards.UNHOSTED:  # its firmware is an example
+        runs = [Run("controller", "--seconds", "3", board=board, servos="1,2", talks=False)]
+    else:
+        with tempfile.NamedTemporaryFile("w") as script:
+            script.write("".join(line for line in COMMANDS.splitlines(True)
+                                 if line.split()[0] not in omitted(board)))
+            script.flush()
+            told = Run("controller", "--script", script.name, board=board, servos="1-18")
+        told.check(len(told.sent) > 300, "not all commands were carried out")
+        runs = [told, flooded(10, 2, "controller", board)]
+    for example in examples()[board]:
+        runs.append(Run(f"examples/{example}", "--seconds", "3", board=board, servos="1-18",
+                        talks=board != "arduino-uno"))
+    for run in runs:
+        run.check(run.sent, "nothing was sent")
+    return max(run.off for run in runs)
+
+
 def shipped(name, names):
-    """Row `name`: the longest time with interrupts off in the firmware and the examples of these boards.
-    A firmware runs commands and pauses, then two seconds with a host that never stops."""
-    longest = 0
-    for board in names:
-        if board in boards.UNHOSTED:  # its firmware is an example
-            runs = [Run("controller", "--seconds", "3", board=board, servos="1,2", talks=False)]
-        else:
-            with tempfile.NamedTemporaryFile("w") as script:
-                script.write("".join(line for line in COMMANDS.splitlines(True)
-                                     if line.split()[0] not in omitted(board)))
-                script.flush()
-                told = Run("controller", "--script", script.name, board=board, servos="1-18")
-            told.check(len(told.sent) > 300, "not all commands were carried out")
-            runs = [told, flooded(10, 2, "controller", board)]
-        for example in examples()[board]:
-            runs.append(Run(f"examples/{example}", "--seconds", "3", board=board, servos="1-18",
-                            talks=board != "arduino-uno"))
-        for run in runs:
-            run.check(run.sent, "nothing was sent")
-            longest = max(longest, run.off)
-    return {name: longest}
+    examples()  # once, for all
+    return {name: max(side_by_side(off_in, names))}
 
 
 # ---- the constructed worst case of a turnaround, test/benchmark/turnaround.c ----
@@ -466,7 +472,7 @@ def turnaround_of(activity):
 
 def turnaround():
     check_cli(Run.programs.get("controller", "build/atmega128/controller.elf"))
-    found = [turnaround_of(activity) for activity in (LOOPS, CALLS, FRAMES, WRITES_EEPROM)]
+    found = side_by_side(turnaround_of, (LOOPS, CALLS, FRAMES, WRITES_EEPROM))
     _, flood = return_delay_needed()
     return worst([*(run.everywhere() for _, run in found),
                   *({"turnaround_loaded": cycles} for cycles, _ in found),

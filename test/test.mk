@@ -10,12 +10,12 @@ FAULTS_NEEDS := build/host/faults $(FAULTS_BOARDS:%=build/%/firmware/transaction
 build/host/faults-obj/%.o: test/faults/%.c build/host/flags | tools
 	$(call say,CC,$@)
 	@mkdir -p $(@D)
-	$(Q)$(CC) $(SIM_FLAGS) $(INCLUDES) -O2 $(DEPFILES) -c $< -o $@
+	$(Q)$(CC) $(SIM_FLAGS) $(INCLUDES) $(SIM_FAST) $(DEPFILES) -c $< -o $@
 
 build/host/faults: $(FAULTS_SRC:test/faults/%.c=build/host/faults-obj/%.o) \
 		$(patsubst sim/%.c,build/host/sim/%.o,$(filter-out sim/main.c,$(SIM_SRC)))
 	$(call say,LD,$@)
-	$(Q)$(CC) $^ $(SIM_LIBS) -o $@
+	$(Q)$(CC) $(SIM_FAST) $^ $(SIM_LIBS) -o $@
 
 # For scripts/faults.py.
 .PHONY: list-faults-boards
@@ -165,7 +165,7 @@ UNIT_TESTS := $(call host_program,$(UNIT_TEST_SRC)) \
 	$(patsubst %,$(AVR_TEST)/%.elf,$(basename $(notdir $(UNIT_TEST_SRC))))
 SIM_TESTS := $(SIM_TEST_SRC:%.c=build/host/%)
 # make test-long runs these suites in full length; make test runs them, first, with fewer random inputs; CI runs one
-# of three parts in full length (is_long() of test/runs/simulator.py).
+# of four parts in full length (is_long() of test/runs/simulator.py).
 LONG_SUITES := autostart bridge bus_random console_commands diagnose example_hexapod example_robot example_teach failsafe \
 	faults_all firmware flood fuzz identity inhibit permit_random
 LONG_TESTS := $(LONG_SUITES:%=test/runs/test_%.py)

@@ -21,7 +21,7 @@ def is_long(wanted, suite):
     if not wanted:
         return False
     part, _, parts = wanted.partition("/")
-    return zlib.crc32(suite.encode()) % int(parts or 1) == int(part) - 1
+    return zlib.adler32(suite.encode()) % int(parts or 1) == int(part) - 1  # it deals out four parts evenly
 
 
 LONG = is_long(os.environ.get("TEST_LONG", ""), pathlib.Path(sys.argv[0]).stem)

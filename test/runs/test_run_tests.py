@@ -122,8 +122,8 @@ class RunTests(unittest.TestCase):
 class Long(unittest.TestCase):
     SUITES = re.search(r"^LONG_SUITES := ((?:.*\\\n)*.*)", (ROOT / "test/test.mk").read_text(), re.M)[1].replace("\\", "").split()
 
-    def test_each_long_suite_is_in_one_of_three_parts(self):
-        parts = [[suite for suite in self.SUITES if is_long(f"{part}/3", f"test_{suite}")] for part in (1, 2, 3)]
+    def test_each_long_suite_is_in_one_of_four_parts(self):
+        parts = [[suite for suite in self.SUITES if is_long(f"{part}/4", f"test_{suite}")] for part in (1, 2, 3, 4)]
 
         self.assertEqual(sorted(sum(parts, [])), sorted(self.SUITES))
         for suites in parts:
