@@ -661,7 +661,7 @@ class Scripts(unittest.TestCase):
 
     def test_time_of_the_search_depends_on_repeats(self):
         for board in ("atmega128", "arduino-mega", "atmega1284p"):
-            self.run_on(board, "servos forget\n@servos none\nsettings repeats 1\n! new 9\n" + text("six rates, about 9 s; a key"))
+            self.run_on(board, "settings repeats 1\nnew 9 within 60000\n" + text("six rates, about 9 s; a key"), "1")
 
     def test_question_mark_is_help(self):
         for board in ("atmega128", "arbotix"):
