@@ -661,7 +661,7 @@ class Scripts(unittest.TestCase):
 
     def test_time_of_the_search_depends_on_repeats(self):
         for board in ("atmega128", "arduino-mega", "atmega1284p"):
-            self.run_on(board, "settings repeats 1\nnew 9 within 60000\n" + text("six rates, about 9 s; a key"), "1")
+            self.run_on(board, "settings repeats 1\n@power 2-3 off\nservos forget\nnew 9 within 60000\n" + text("six rates, about 9 s; a key"))
 
     def test_question_mark_is_help(self):
         for board in ("atmega128", "arbotix"):
