@@ -72,13 +72,12 @@ PANEL_SUITES := $(sort $(wildcard panel/test/unit/*.test.js panel/test/session/*
 PANEL_NEEDS := $(PANEL_MODULES) build/panel/app.js build/panel.eeprom build/host/cds55xx-sim \
 	$(foreach b,atmega128 arduino-mega arbotix,build/$(b)/controller.elf) build/atmega128/bridge.elf
 
-# Four at a time for each core: a suite takes a quarter of the time of a core, since its robot is 4 times slower than real time.
 ## test-panel: the tests of the control panel, in Chromium with the firmware in the simulator (T=word)
 .PHONY: test-panel
 test-panel: $(PANEL_NEEDS)
 	@scripts/deps.sh panel-test
 	$(clear)
-	@scripts/run-tests.py --jobs $$((4 * $$(nproc))) --times build/test-panel-times.tsv \
+	@scripts/run-tests.py --times build/test-panel-times.tsv \
 	  $(if $(T),$(foreach f,$(PANEL_SUITES),$(if $(strip $(foreach w,$(T),$(findstring $(w),$(f)))),$(f))),$(PANEL_SUITES))
 
 ## panel-figures: updates a second and CPU time of the page with 1, 18 and 50 servos (2 min), in build/panel-figures.tsv
