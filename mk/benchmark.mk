@@ -11,7 +11,7 @@ BENCH_NEEDS := build/host/cds55xx-sim $(BOARDS:%=build/%/controller.elf) $(EXAMP
 .PHONY: bench
 bench: $(BENCH_NEEDS)
 	$(clear)
-	@scripts/bench.py
+	@nice scripts/bench.py
 
 ## bench-scaling: how the cost grows from 1 to 50 servos; build/bench-scaling.tsv and .svg
 .PHONY: bench-scaling
@@ -36,6 +36,6 @@ bench-docs: $(BENCH_NEEDS)
 .PHONY: bench-ci bench-again bench-documents
 bench-ci: bench-again bench-documents
 bench-again: bench
-	@scripts/bench.py --again 1/10 --seed $(or $(SEED),0)
+	@nice scripts/bench.py --again 1/10 --seed $(or $(SEED),0)
 bench-documents: bench
-	@scripts/bench.py --docs --check; bench=$$?; scripts/account.py --docs --check && exit $$bench
+	@nice scripts/bench.py --docs --check; bench=$$?; nice scripts/account.py --docs --check && exit $$bench
