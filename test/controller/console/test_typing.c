@@ -25,6 +25,9 @@ void test_tab_completes_a_unique_name_with_a_space(void)
         {"get 1 PRESENT_LOAD ", "get 1 present_L\t"},
         {"settings link_loss_ms ", "settings link_loss_m\t"},
         {"write  1  LED ", "write  1  LED\t"},
+        {"torque all ", "torque a\t"},
+        {"group all ", "group AL\t"},
+        {"release all ", "release a\t"},
     };
 
     for (uint8_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
