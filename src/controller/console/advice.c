@@ -135,7 +135,7 @@ static const CDS_FLASH char message_goes_on[] =
 static const CDS_FLASH char message_no_servo_left[] =
     "the bus changed to this rate; servos known here: %u; 'scan' looks for others";
 static const CDS_FLASH char message_silent_in_group[] =
-    "servo %u has not answered: 'ping %u'; if it is not there: 'servos forget %u', then 'group' "
+    "servo %u has not answered: 'ping %u'; if not there: 'servos forget %u', then 'group' "
     "without it";
 static const CDS_FLASH char message_is_new[] =
     "a new sequence: there was none of this name; 'sequence list' lists all";
@@ -146,7 +146,7 @@ static const CDS_FLASH char message_save_done[] =
 static const CDS_FLASH char message_save_failed_too[] =
     "stopped: driving is inhibited until 'release'; the settings are not saved: 'save' again";
 static const CDS_FLASH char message_release_all[] =
-    "stopped: driving is inhibited; remove the cause, then 'release' without an ID";
+    "stopped: driving is inhibited; remove the cause, 'release' without an ID";
 static const CDS_FLASH char message_typing_is_silence[] =
     "this setting is for a program; if you type nothing for %ums, %s; 'settings link_loss_ms 0' "
     "ends that";

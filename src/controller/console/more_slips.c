@@ -20,7 +20,7 @@ static const CDS_FLASH char message_digits[] = "too many digits; at most 3 decim
 static const CDS_FLASH char message_plus[] = "without '+': ANGLE is where it goes";
 static const CDS_FLASH char message_point[] = "digits around the point: 90.0, 0.5";
 static const CDS_FLASH char message_angle_each[] =
-    "an angle for each: 'group 1-3', then 'pose 90 120 150'";
+    "an angle for each: 'group 1-3', 'pose 90 120 150'";
 static const CDS_FLASH char message_register_first[] =
     "the ID comes first: 'get 1 PRESENT_POSITION'";
 static const CDS_FLASH char message_goal_beyond[] = "%u is %a, its limits are %a to %a";
@@ -57,7 +57,7 @@ static const CDS_FLASH struct {
     {FLASH_TEXT("watch"), FLASH_TEXT("'monitor 1'")},
     {FLASH_TEXT("where"), FLASH_TEXT("'get 1 PRESENT_POSITION'")},
     {FLASH_TEXT("temp"), FLASH_TEXT("'get 1 PRESENT_TEMPERATURE'")},
-    {FLASH_TEXT("halt|abort"), FLASH_TEXT("'stop', or Ctrl-X")},
+    {FLASH_TEXT("halt"), FLASH_TEXT("'stop', or Ctrl-X")},
 };
 
 /* `where 1` */
@@ -80,7 +80,7 @@ static const CDS_FLASH char *text_of_servo_number(struct console *console)
     const struct command_line *line = &console->line;
     uint16_t id;
 
-    if (line->words != 2 || number_whole(&console->token, CDS_ID_MAX, &id) ||
+    if (number_whole(&console->token, CDS_ID_MAX, &id) ||
         !(parse_is_command(line, scan) || parse_is_command(line, servos)))
         return NULL;
     console->printer.values[0].number = console->printer.values[1].number = id;
@@ -105,7 +105,7 @@ static const CDS_FLASH char *text_of_register_first(struct console *console)
     const struct command_line *line = &console->line;
     struct cds_register found;
 
-    return parse_is_command(line, get) && line->words == 2 && has_wrong_word(console) &&
+    return parse_is_command(line, get) && has_wrong_word(console) &&
                    cds_register_named(console->token.text, console->token.length, &found)
                ? message_register_first
                : NULL;
@@ -118,7 +118,7 @@ static const CDS_FLASH char *text_of_notation(struct console *console)
 {
     const struct token *word = &console->token;
 
-    if (!has_wrong_word(console) || console->line.argument != ARGUMENT_NUMBER || word->length < 2)
+    if (!has_wrong_word(console) || console->line.argument != ARGUMENT_NUMBER)
         return NULL;
     if (*word->text == '+')
         return message_plus;
@@ -164,7 +164,7 @@ static const CDS_FLASH char *text_of_goal(struct console *console)
     union printer_value *values = console->printer.values;
     uint16_t goal;
 
-    if (!servo || !line->command || line->command->instruction != CDS_WRITE ||
+    if (!servo || line->command->instruction != CDS_WRITE ||
         bytes[CDS_AT_PARAMETERS] != CDS_REG_GOAL_POSITION ||
         bytes[CDS_AT_LENGTH] < CDS_LENGTH_MIN + 3) // address, and both bytes
         return NULL;
@@ -200,8 +200,7 @@ static const CDS_FLASH char *text_of_lock(struct console *console)
     bool sets = parse_is_command(line, command_set_register) &&
                 line->address < CDS_REG_TORQUE_ENABLE && line->number[0].kind != NUMBER_RAW;
 
-    if (line->id > CDS_ID_MAX ||
-        !(sets || parse_is_command(line, id) || parse_is_command(line, baud)))
+    if (!(sets || parse_is_command(line, id) || parse_is_command(line, baud)))
         return NULL;
     console->printer.values[0].number = line->id;
     return message_locked;

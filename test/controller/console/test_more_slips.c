@@ -70,10 +70,9 @@ void test_notation_of_a_number_is_named(void)
 void test_angle_for_each_servo_names_group_and_pose(void)
 {
     static const char *const lines[][2] = {
-        {"move 1-3 90 120 150",
-         "error 31: an angle for each: 'group 1-3', then 'pose 90 120 150'\r\n"},
-        {"move 1,2 90 120", "error 33: SPEED 120: an angle for each: 'group 1-3', then "},
-        {"move 1,2 30 40 50", "error 31: an angle for each: 'group 1-3', then "},
+        {"move 1-3 90 120 150", "error 31: an angle for each: 'group 1-3', 'pose 90 120 150'\r\n"},
+        {"move 1,2 90 120", "error 33: SPEED 120: an angle for each: 'group 1-3', "},
+        {"move 1,2 30 40 50", "error 31: an angle for each: 'group 1-3', "},
         {"move 1,2 400 30", "error 33: ANGLE 400: beyond 300deg; steps: 400raw\r\n"},
         {"move 1,2 90 400", "error 33: SPEED 400 is out of range: 0 to 62rpm\r\n"},
     };

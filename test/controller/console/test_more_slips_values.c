@@ -42,7 +42,7 @@ void test_move_beyond_limits_of_the_servo_prints_them(void)
 
 void test_release_of_one_servo_after_a_stop_says_without_id(void)
 {
-    static const char text[] = "stopped: driving is inhibited; remove the cause, then 'release' "
+    static const char text[] = "stopped: driving is inhibited; remove the cause, 'release' "
                                "without an ID\r\n";
 
     robot_add(&robot, 1);
@@ -55,7 +55,7 @@ void test_release_of_one_servo_after_a_stop_says_without_id(void)
 
 void test_group_with_a_silent_servo_says_so_after_a_scan(void)
 {
-    static const char note[] = "group 1 9 sync\r\nservo 9 has not answered: 'ping 9'; if it is not "
+    static const char note[] = "group 1 9 sync\r\nservo 9 has not answered: 'ping 9'; if not "
                                "there: 'servos forget 9', then 'group' without it\r\nok\r\n";
 
     settings.echo = SETTINGS_ECHO_PERSON;

@@ -50,6 +50,14 @@ void test_tab_on_a_long_line_stays_within_the_editor(void)
     assert_line("get 1 LED", "get 1 LED");
 }
 
+void test_tab_completes_all_only_where_a_list_stands_and_is_begun(void)
+{
+    assert_line("torque ", "torque \t");
+    assert_line("ping a", "ping a\t");
+    assert_line("id a", "id a\t");
+    assert_line("move 1 a", "move 1 a\t");
+}
+
 void test_tab_completes_what_several_names_share(void)
 {
     assert_line("torque 1 o", "torque 1 \t");
