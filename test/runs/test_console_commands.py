@@ -104,7 +104,7 @@ def error_line(number, line, profile):
     if number in EXPLAINED or words[0] == "pose":
         return start
     cause = LINE_IS_LOW if number == 9 else ERRORS[number].removeprefix("servo: ")
-    if number in (12, 23, 40):
+    if number in (12, 21, 23, 40):
         cause = CAUSES[number].removeprefix("servo: ")  # the remedy depends on the board: advice.h
     if number in OF_SERVO and words[0] not in ("group", "sync") and len(words) > 1 \
             and words[1].isdigit():
