@@ -134,6 +134,9 @@ static const CDS_FLASH char message_goes_on[] =
     "; one that moves goes on, and 'stop' does not reach it";
 static const CDS_FLASH char message_no_servo_left[] =
     "the bus changed to this rate; servos known here: %u; 'scan' looks for others";
+static const CDS_FLASH char message_silent_in_group[] =
+    "servo %u has not answered: 'ping %u'; if not there: 'servos forget %u', then 'group' "
+    "without it";
 static const CDS_FLASH char message_is_new[] =
     "a new sequence: there was none of this name; 'sequence list' lists all";
 static const CDS_FLASH char message_save_goes_on[] =
@@ -142,6 +145,8 @@ static const CDS_FLASH char message_save_done[] =
     "stopped: driving is inhibited until 'release'; the settings are saved all the same";
 static const CDS_FLASH char message_save_failed_too[] =
     "stopped: driving is inhibited until 'release'; the settings are not saved: 'save' again";
+static const CDS_FLASH char message_release_all[] =
+    "stopped: driving is inhibited; remove the cause, 'release' without an ID";
 static const CDS_FLASH char message_typing_is_silence[] =
     "this setting is for a program; if you type nothing for %ums, %s; 'settings link_loss_ms 0' "
     "ends that";
@@ -689,6 +694,8 @@ static const CDS_FLASH char *text_of_stopped(const struct console *console)
 {
     static const CDS_FLASH char save[] = "save";
 
+    if (command_set.has_room && parse_is_command(&console->line, message_release))
+        return message_release_all;
     if (!parse_is_command(&console->line, save))
         return NULL;
     switch (console->failsafe->store->result) {
@@ -722,7 +729,9 @@ const CDS_FLASH char *advice(struct console *console)
         if (message)
             return message;
     }
-    message = slip_text(console);
+    message = command_set.more_slips ? command_set.more_slips(console) : NULL;
+    if (message == NULL)
+        message = slip_text(console);
     if (message)
         return message;
     switch (console->error) {
@@ -829,12 +838,40 @@ static const CDS_FLASH char *note_release(struct console *console)
                                                                          : NULL;
 }
 
+static bool answers(const struct cds_servo_state *servo)
+{
+    return servo->presence == CDS_PRESENCE_ONLINE || servo->presence == CDS_PRESENCE_RETURNED;
+}
+
+/* `group`: a servo of it has given no answer, although a scan has asked all IDs. */
+static const CDS_FLASH char *note_group(struct console *console)
+{
+    const struct robot *robot = console->robot;
+    union printer_value *values = console->printer.values;
+
+    if (robot->unlisted == ROBOT_NOT_SCANNED || !console_is_for_person(console))
+        return NULL;
+    for (uint8_t i = 0; i < robot->group_count; i++) {
+        const struct cds_servo_state *servo =
+            cds_servos_find(&console->robot->servos, robot->group[i]);
+
+        if (!servo || answers(servo))
+            continue;
+        values[0].number = values[1].number = values[2].number = servo->id;
+        return message_silent_in_group;
+    }
+    return NULL;
+}
+
 const CDS_FLASH char *advice_note(struct console *console)
 {
-    static const CDS_FLASH char id[] = "id", factory[] = "factory", set[] = "set", scan[] = "scan";
+    static const CDS_FLASH char id[] = "id", factory[] = "factory", set[] = "set", scan[] = "scan",
+                                group[] = "group";
     const struct command_line *line = &console->line;
     union printer_value *values = console->printer.values;
 
+    if (command_set.has_room && parse_is_command(line, group))
+        return note_group(console);
     if (explain_is_settings(line))
         return note_link_loss(console);
     if (parse_is_command(line, scan))
@@ -852,11 +889,6 @@ const CDS_FLASH char *advice_note(struct console *console)
     values[0].number = line->id;
     values[1].number = values[2].number = line->new_id;
     return message_id_twice;
-}
-
-static bool answers(const struct cds_servo_state *servo)
-{
-    return servo->presence == CDS_PRESENCE_ONLINE || servo->presence == CDS_PRESENCE_RETURNED;
 }
 
 /* Count of the servos that are known to answer at this rate. */

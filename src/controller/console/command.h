@@ -195,11 +195,12 @@ struct command_set {
     struct account *account;                     // of the counters, or NULL
     bool (*explain)(struct console *console);    // explain.h; NULL: errors have their text only
     /* Texts of advice.h. NULL: this firmware has no room for them. */
-    const CDS_FLASH char *(*advise)(struct console *console);    // advice()
-    const CDS_FLASH char *(*note)(struct console *console);      // advice_note()
-    const CDS_FLASH char *(*link_lost)(struct console *console); // advice_link_lost()
-    void (*words)(struct console *console);                      // advice_words()
-    void (*after_reset)(struct console *console);                // advice_after_reset()
+    const CDS_FLASH char *(*advise)(struct console *console);     // advice()
+    const CDS_FLASH char *(*note)(struct console *console);       // advice_note()
+    const CDS_FLASH char *(*link_lost)(struct console *console);  // advice_link_lost()
+    const CDS_FLASH char *(*more_slips)(struct console *console); // more_slips.h
+    void (*words)(struct console *console);                       // advice_words()
+    void (*after_reset)(struct console *console);                 // advice_after_reset()
     const CDS_FLASH char *(*bus_changed)(struct console *console,
                                          uint8_t old);         // advice_bus_changed()
     void (*monitor)(struct console *console, uint8_t value);   // monitor.h; NULL: lines only

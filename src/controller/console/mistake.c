@@ -215,12 +215,15 @@ static const CDS_FLASH char *const CDS_FLASH mistake_texts[] = {
     [MISTAKE_RATE] = message_at_rate,      [MISTAKE_OFFLINE] = message_not_driven,
 };
 
-/* Each advice about a servo that does not answer begins with the remedy of the error: an alarm
- * behind it need not repeat that. */
+/* Each advice about a servo that does not answer, or refuses a value, begins with the remedy of the
+ * error: an alarm behind it need not repeat that. */
 static void print_advice(struct console *console)
 {
-    if (command_set.unasked && console->error == CDS_TIMEOUT)
-        unasked_note_error(command_set.unasked, CDS_TIMEOUT);
+    bool is_told = console->error == CDS_TIMEOUT || console->error == ERROR_SERVO_RANGE ||
+                   console->error == ERROR_SERVO_ANGLE;
+
+    if (command_set.unasked && is_told)
+        unasked_note_error(command_set.unasked, console->error);
     printer_line(&console->printer, command_set.advise(console));
 }
 

@@ -130,6 +130,21 @@ static enum names_result next_word(struct names *names, const CDS_FLASH char *us
     return NAMES_FOUND;
 }
 
+bool names_list_is_due(const struct command_line *line)
+{
+    return line->argument == ARGUMENT_ID || line->argument == ARGUMENT_ID_OR_ALL ||
+           line->argument == ARGUMENT_IDS;
+}
+
+/* `all`, where a list of servos stands. A packet takes one servo, and so does the OLD of `id`. */
+static enum names_result next_all(struct names *names, const struct command_line *line)
+{
+    static const CDS_FLASH char all[] = "all", old_id[] = "OLD";
+    bool takes_list = !line->command->instruction && !parse_has_name(line->usage, old_id);
+
+    return takes_list ? next_word(names, all) : next_row(names);
+}
+
 enum names_result names_next(struct names *names, const struct command_line *line)
 {
     const CDS_FLASH struct command_group *group = command_set.groups[names->group];
@@ -147,6 +162,8 @@ enum names_result names_next(struct names *names, const struct command_line *lin
     usage = place_in(row, line);
     if (usage == NULL)
         return next_row(names);
+    if (command_set.has_room && names_list_is_due(line))
+        return next_all(names, line);
     switch (parse_argument_at(usage)) {
     case ARGUMENT_NONE: return next_word(names, usage);
     case ARGUMENT_REGISTER: return next_register(names);

@@ -347,7 +347,7 @@ static void end_servo(struct console *console)
 
     console->error = error;
     mistake = mistake_of(console, false);
-    is_own = command_set.has_room && error && mistake;
+    is_own = command_set.has_room && error && error != ERROR_STOPPED && mistake;
     console->servo_error = conditions;
     list->phase = WARN;
     if (error && !(mistake && console->printer.within))

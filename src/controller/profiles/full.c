@@ -28,6 +28,7 @@
 #include "console/servo_list.h"
 #include "console/hint_parts.h"
 #include "console/history.h"
+#include "console/more_slips.h"
 #include "console/noise.h"
 #include "console/typing.h"
 #include "console/unasked.h"
@@ -147,6 +148,7 @@ const CDS_FLASH struct command_set command_set = {
     .history = &history,
     .set_up_tries = 3,
 #if HAS_ROOM
+    .more_slips = more_slips,
     .motion_words = &motion_words,
     .ended_motion = &ended_motion,
 #endif

@@ -114,7 +114,7 @@ void test_refusal_of_limits_names_them(void)
     robot_add(&robot, 4);
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("limits 4 60 200 30rpm"));
     assert_reply("error 11: servo 4: its limits are 60.117deg to 200deg and 3",
-                 "write 4 GOAL_POSITION 1000");
+                 "write 4 MOVING_SPEED 1000");
     TEST_ASSERT_NOT_NULL(strstr(said, "rpm; 'turn': set no limits; 'torque on': its goal is beyond "
                                       "them, or not read: 'info ID'\r\n"));
     reply_to("servos");

@@ -25,6 +25,9 @@ void test_tab_completes_a_unique_name_with_a_space(void)
         {"get 1 PRESENT_LOAD ", "get 1 present_L\t"},
         {"settings link_loss_ms ", "settings link_loss_m\t"},
         {"write  1  LED ", "write  1  LED\t"},
+        {"torque all ", "torque a\t"},
+        {"group all ", "group AL\t"},
+        {"release all ", "release a\t"},
     };
 
     for (uint8_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
@@ -45,6 +48,14 @@ void test_tab_on_a_long_line_stays_within_the_editor(void)
         TEST_ASSERT_EQUAL_UINT8(length, console.editor.length);
     }
     assert_line("get 1 LED", "get 1 LED");
+}
+
+void test_tab_completes_all_only_where_a_list_stands_and_is_begun(void)
+{
+    assert_line("torque ", "torque \t");
+    assert_line("ping a", "ping a\t");
+    assert_line("id a", "id a\t");
+    assert_line("move 1 a", "move 1 a\t");
 }
 
 void test_tab_completes_what_several_names_share(void)

@@ -43,6 +43,15 @@ static uint8_t error_of(uint8_t state, uint8_t result)
     return result;
 }
 
+/* True if the servo is known to be at another rate than the bus: then the text of message_servo is
+ * that of its rate. */
+static bool is_elsewhere(struct console *console, uint8_t id)
+{
+    const struct cds_servo_state *servo = cds_servos_find(&console->robot->servos, id);
+
+    return servo && servo_put_rate(console, servo);
+}
+
 static void print_servo(struct console *console, const struct baud_change *change, uint8_t index)
 {
     union printer_value *values = console->printer.values;
@@ -58,7 +67,9 @@ static void print_servo(struct console *console, const struct baud_change *chang
         return;
     }
     console->error = ERROR_SOME;
-    if (state == CDS_IDENTITY_UNCHANGED) {
+    if (command_set.has_room && error == CDS_TIMEOUT && is_elsewhere(console, change->ids[index])) {
+        printer_line(&console->printer, message_servo);
+    } else if (state == CDS_IDENTITY_UNCHANGED) {
         values[1].number = change->from_baud_reg;
         values[2].text = error_text(error);
         printer_line(&console->printer, message_stays);

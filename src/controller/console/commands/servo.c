@@ -246,6 +246,8 @@ static bool move_poll(struct console *console)
         return command_set.explain && tell_endless(console);
     }
     console->part = bytes[LOOK_SIZE - 1]; // torque
+    if (command_set.has_room)
+        memcpy(set_job(console)->limits, bytes, sizeof set_job(console)->limits);
     console->error = looks_endless(bytes) ? ERROR_ENDLESS
                                           : servo_write(console, CDS_REG_GOAL_POSITION,
                                                         (uint8_t)(2 * console->line.numbers));

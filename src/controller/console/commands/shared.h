@@ -31,6 +31,17 @@ ALWAYS_INLINE bool servos_line_is_low(const struct cds_servos *servos)
 /* In stop.c: true if the servo is known to be at another rate than the bus. */
 bool servo_is_at_other_rate(const struct console *console, const struct cds_servo_state *servo);
 
+/* If servo_is_at_other_rate(), puts message_at_rate and its value into the values of message_servo,
+ * and returns true. */
+ALWAYS_INLINE bool servo_put_rate(struct console *console, const struct cds_servo_state *servo)
+{
+    if (!servo_is_at_other_rate(console, servo))
+        return false;
+    console->printer.values[1].text = message_at_rate;
+    console->printer.values[2].number = servo->baud_reg;
+    return true;
+}
+
 /* In controller.c: the causes of a reset that the banner tells, each behind "; reset by", which
  * has RESET_BY characters: `status` prints only what follows. */
 extern const CDS_FLASH char reset_by_brown_out[], reset_by_watchdog[];

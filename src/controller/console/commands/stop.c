@@ -72,11 +72,8 @@ static bool stop_poll(struct console *console)
             continue;
         console->printer.values[0].number = servo->id;
         console->printer.values[1].text = stop_outcomes[servo->torque_off];
-        if (command_set.explain && servo->torque_off == CDS_TORQUE_OFF_SILENT &&
-            servo_is_at_other_rate(console, servo)) {
-            console->printer.values[1].text = message_at_rate;
-            console->printer.values[2].number = servo->baud_reg;
-        }
+        if (command_set.explain && servo->torque_off == CDS_TORQUE_OFF_SILENT)
+            servo_put_rate(console, servo);
         printer_line(&console->printer, message_servo);
         return true;
     }

@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: MIT */
+/* Refusals that name the values behind them; a group with a servo that is not there. */
+#include "console_rig.h"
+
+void setUp(void)
+{
+    begin_console();
+    robot.health_pauses = true;
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+void test_value_of_a_goal_beyond_limits_is_shown_as_angle(void)
+{
+    static const char *const lines[][2] = {
+        {"write 1 GOAL_POSITION 100",
+         "error 11: servo 1: 100 is 29.326deg, its limits are 60.117deg to 239.883deg\r\n"},
+    };
+
+    robot_add(&robot, 1);
+    reply_to("limits 1 60 240");
+    ASSERT_REPLIES(lines);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
+void test_move_beyond_limits_of_the_servo_prints_them(void)
+{
+    static const uint8_t look[19] = {205, 0, 0x32, 3};
+
+    robot_add(&robot, 1);
+    reply_to("move 1 20");
+    answer(1, 0, look, sizeof look);
+    port_fake_transmit(&bus.link, 0);
+    answer(1, CDS_ERROR_ANGLE, NULL, 0);
+    TEST_ASSERT_EQUAL_STRING("error 23: servo 1: angle limit error; CW_ANGLE_LIMIT to "
+                             "CCW_ANGLE_LIMIT are 60.117deg to 239.883deg\r\n",
+                             said);
+}
+
+void test_release_of_one_servo_after_a_stop_says_without_id(void)
+{
+    static const char text[] = "stopped: driving is inhibited; remove the cause, 'release' "
+                               "without an ID\r\n";
+
+    robot_add(&robot, 1);
+    robot_add(&robot, 2);
+    robot_inhibit(&robot);
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("release 1"), text));
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("release all"), text));
+    TEST_ASSERT_NOT_NULL(strstr(said, "\nservo 2: stopped: driving is inhibited\r\nerror 87: "));
+}
+
+void test_group_with_a_silent_servo_says_so_after_a_scan(void)
+{
+    static const char note[] = "group 1 9 sync\r\nservo 9 has not answered: 'ping 9'; if not "
+                               "there: 'servos forget 9', then 'group' without it\r\nok\r\n";
+
+    settings.echo = SETTINGS_ECHO_PERSON;
+    robot_add(&robot, 1);
+    robot.states[0].presence = CDS_PRESENCE_ONLINE;
+    TEST_ASSERT_NULL(strstr(reply_to("group 1 9"), "servo 9"));
+    robot.unlisted = 0;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("group 1 9"), note));
+    robot.states[1].presence = CDS_PRESENCE_ONLINE;
+    TEST_ASSERT_NULL(strstr(reply_to("group 1 9"), "servo 9"));
+}
