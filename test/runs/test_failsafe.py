@@ -428,7 +428,7 @@ class Alarms(unittest.TestCase):
                              "@expect servo 1 torque on\n", board, "1", "--echo")
             self.assertEqual(run.status, 0, run.output)
             self.assertIn("if you type nothing for 500ms, driving is inhibited; 'settings link_loss_ms 0' ends that\nok\n", run.output)
-            self.assertIn("the host link is lost, so driving is inhibited until 'clear'\nok\n", run.output)
+            self.assertIn("robot stopped: torque off, driving inhibited until 'clear'\nok\n", run.output)
             self.assertRegex(run.output, f"error 65: the host link was lost; .*; {way}")
 
     def test_status_names_the_fault_of_the_bus(self):
