@@ -43,6 +43,12 @@ class Recovery(unittest.TestCase):
         self.assertEqual(self.told("stop\n@fault noise 20000\n@wait 1500\n@fault noise 0\n@wait 6000\n"),
                          ["bus ok again; driving is inhibited until 'release'"])
 
+    def test_noise_is_not_told_as_a_line_that_is_held_low(self):
+        for board in ("atmega128", "arduino-mega"):
+            for fault, count in (("noise 5000", 0), ("stuck low", 1)):
+                told = found_with_torque(self, "the line is held low", f"@fault {fault}\n@wait 15000\nmode program\n", board)
+                self.assertEqual(len(told), count, (board, fault))
+
     def test_line_that_is_low_again_soon_is_not_told_as_free(self):
         self.assertEqual(self.told(4 * "@fault stuck low 500\n@wait 1500\n"), [])
 
