@@ -94,6 +94,27 @@ class AlarmOver(unittest.TestCase):
         self.assertEqual(told, ["alarm of servo 2: input voltage", "alarm of servo 2: offline"])
 
 
+class Remedy(unittest.TestCase):
+    """What an alarm tells to do works as typed."""
+    def test_remedy_of_heat_is_complete(self):
+        for board in ("arduino-mega", "atmega128"):
+            run = controller("mode person\nscan\ntorque all on\n@ambient 2 90\n@wait 40000\ntorque 2 off\n@ambient 2 20\n@wait 60000\nclear\n"
+                             "release 2\nteach off 2\n@expect servo 2 torque on\n", board, "1-3", "--echo")
+            self.assertEqual(run.status, 0, run.output)
+            self.assertRegex(run.output, "alarm of servo 2: overheating; 'torque (2|ID) off', unload it; when cool, 'clear', 'release (2|ID)'")
+
+    def test_alarm_of_heat_tells_where_torque_moves_it(self):
+        told = found_with_torque(self, "overheating; .*", "@ambient 2 90\n@wait 40000\nmode program\n")
+        self.assertRegex(told[0], "then 'torque ID on' moves it to its old goal, 'teach off ID' keeps it where it is$")
+
+    def test_alarm_of_voltage_names_diagnose(self):
+        told = found_with_torque(self, "input voltage; .*|finding.*|ID 2 at.*",
+                                 "@supply 2 5.5\n@wait 2500\ndiagnose 2\nmode program\n")
+        self.assertEqual(told, ["input voltage; too low or too high: 'diagnose 2' tells which, and the volts; mend supply or limits, "
+                                "then 'clear'", "finding 14: the servo's supply is below MIN_VOLTAGE; charge the battery; check cables "
+                                "and plugs under load", "ID 2 at 1000000bps, supply 5500 mV"])
+
+
 class LostPower(unittest.TestCase):
     """A servo whose torque went off by itself: the alarm tells what is known of the cause."""
     def lost(self, script):

@@ -8,6 +8,7 @@
 #include "cds55xx/port.h"             // cds_port_now_us()
 #include "console/commands/monitor.h" // monitor_clear_table()
 #include "console/console.h"
+#include "console/errors.h"
 #include "console/line_editor.h" // line_editor_redraw()
 #include "console/messages.h"
 #include "console/reply.h"
@@ -60,6 +61,12 @@ static const CDS_FLASH char message_lost_power[] =
 static const CDS_FLASH char message_id_shared[] =
     "; check power, wiring; replies came damaged, so two servos may have its ID, or it has "
     "another rate: 'diagnose %u'";
+static const CDS_FLASH char message_unload[] =
+    "; 'torque %u off', unload it; when cool, 'clear', 'release %u'; then 'torque ID on' moves it "
+    "to its old goal, 'teach off ID' keeps it where it is";
+static const CDS_FLASH char message_supply[] =
+    "; too low or too high: 'diagnose %u' tells which, and the volts; mend supply or limits, then "
+    "'clear'";
 static const CDS_FLASH char message_level_due[] =
     "it answers no READ: 'set %u STATUS_RETURN_LEVEL 1' first";
 static const CDS_FLASH char message_release_due[] = "driving is inhibited until 'release'";
@@ -134,6 +141,10 @@ static const CDS_FLASH char *remedy_of_cause(const struct unasked *unasked,
 
     if (has_lost_power(console, condition))
         return message_lost_power;
+    if (1 << condition == CDS_ERROR_VOLTAGE)
+        return message_supply;
+    if (reply_remedy_error(condition) == ERROR_ALARM)
+        return message_unload;
     return condition == REPLY_OFFLINE && damaged >= SHARED_DAMAGED ? message_id_shared : NULL;
 }
 

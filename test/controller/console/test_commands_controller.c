@@ -69,10 +69,11 @@ void test_alarm_report_prints_lines_between_replies(void)
     said[0] = '\0';
     says(7, 0x24);
     turns(44);
-    TEST_ASSERT_EQUAL_STRING(
-        "alarm of servo 7: overheating; 'torque ID off', unload it; when cool, 'clear'\r\n"
-        "alarm of servo 7: overload; 'torque ID off', unload it; when cool, 'clear'\r\n",
-        said);
+    TEST_ASSERT_EQUAL_STRING("alarm of servo 7: overheating; 'torque ID off', unload it; when "
+                             "cool, 'clear', 'release ID'\r\n"
+                             "alarm of servo 7: overload; 'torque ID off', unload it; when cool, "
+                             "'clear', 'release ID'\r\n",
+                             said);
     eeprom_fake.slow = 3;
     reply_to("save");
     says(8, 0x01);
