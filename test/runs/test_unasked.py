@@ -140,6 +140,19 @@ class SharedId(unittest.TestCase):
                           "'diagnose 3'"])
 
 
+    def test_servo_that_shares_its_id_is_not_told_as_well(self):
+        """After a stop both answer alike."""
+        run = controller("mode person\nscan\ntorque all on\n@power 3 off\n@wait 2500\nservos forget 3\nid 2 3\ntorque 3 on\n@power 3 on\n"
+                         "@wait 6000\nstop\n@wait 6000\nmode program\n", "arduino-mega", "1-3", "--echo", "--rules", "warn")
+        self.assertEqual(re.findall("servo 3 answers again.*", run.output),
+                         ["servo 3 answers again, torque off; two servos may have its ID: 'diagnose 3'"])
+
+    def test_noise_is_not_taken_for_a_shared_id(self):
+        for board in ("arduino-mega", "atmega128"):
+            told = found_with_torque(self, ".*two servos.*", "@fault noise 5000\n" + 40 * "@wait 500\nservos\n" + "mode program\n", board)
+            self.assertEqual(told, [], board)
+
+
 class Advised(unittest.TestCase):
     """Alarms on a board without RAM for what was told: what damaged bytes mean, and no remedy twice in a row."""
     def told(self, script, board="atmega128"):

@@ -68,7 +68,7 @@ void test_alarm_report_prints_lines_between_replies(void)
     settings.alarm_report = 1;
     said[0] = '\0';
     says(7, 0x24);
-    turns(44);
+    turns(50);
     TEST_ASSERT_EQUAL_STRING("alarm of servo 7: overheating; 'torque ID off', unload it; when "
                              "cool, 'clear', 'release ID'\r\n"
                              "alarm of servo 7: overload; 'torque ID off', unload it; when cool, "

@@ -30,7 +30,7 @@ static const char *stop_reply(const char *keys)
 void test_stop_without_servos_tells_that_none_was_read(void)
 {
     static const char line[] =
-        "torque off was sent to all IDs; no servo is known, so none was read back: 'scan', or "
+        "torque off was sent to all IDs; no servo is known, none was read back: 'scan', or "
         "'scan all' for other rates; driving inhibited until 'release'\r\nok\r\n";
 
     settings.echo = SETTINGS_ECHO_PERSON;

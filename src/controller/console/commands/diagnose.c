@@ -11,7 +11,7 @@
 static const CDS_FLASH char message_waits[] = ", return delay %u us";
 static const CDS_FLASH char message_supply[] = ", supply %u mV";
 static const CDS_FLASH char message_hot[] = ", temperature %u C";
-static const CDS_FLASH char message_is_there[] = ": 'bus %b' reaches it";
+static const CDS_FLASH char message_is_there[] = ": 'bus %b' first";
 static const CDS_FLASH char message_another[] = ": another";
 static const CDS_FLASH char message_finding_place[] = "ID %u at %b%s";
 static const CDS_FLASH char message_tally[] = "asked %u, answered %u, damaged %u, silent %u";

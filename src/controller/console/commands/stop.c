@@ -17,7 +17,7 @@ static const CDS_FLASH char message_stop_done[] =
 static const CDS_FLASH char message_stop_failed[] =
     "torque may still be on: switch off the supply; inhibited until '%s'";
 static const CDS_FLASH char message_stop_unread[] =
-    "torque off was sent to all IDs; no servo is known, so none was read back: 'scan', or 'scan "
+    "torque off was sent to all IDs; no servo is known, none was read back: 'scan', or 'scan "
     "all' for other rates; driving inhibited until '%s'";
 
 /* ---- stop ---- */
@@ -103,7 +103,7 @@ static uint8_t release_begin(struct console *console)
 
     if (robot_is_stopping(robot))
         return ERROR_STOPPING;
-    if (console->failsafe->link_lost)
+    if (console->failsafe->link_lost && (!command_set.has_room || robot_is_inhibited(robot)))
         return ERROR_LINK_LOST;
     if (console->line.id == CDS_BROADCAST_ID) {
         robot_release(robot);
