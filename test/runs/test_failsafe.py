@@ -435,9 +435,10 @@ class Alarms(unittest.TestCase):
         run = controller("mode person\nscan\nsettings link_loss_action 0\nsettings link_loss_ms 500\n@wait 1000\nrelease\nrelease 1\n",
                          "arduino-mega", "1", "--echo")
         self.assertEqual(run.status, 0, run.output)
+        self.assertIn("link_loss_ms: driving goes on, as link_loss_action is 0", run.output)
 
     def test_status_counts_torque_that_was_read_as_off_since(self):
-        run = controller("scan\ntorque all on\n@fault baud 1-3 34\n! stop\n@fault baud 1-3 1\n@wait 4000\nstatus\n", "arduino-mega", "1-3",
+        run = controller("scan\ntorque all on\n@power off\n! stop\n@power on\n@wait 4000\nstatus\n", "arduino-mega", "1-3",
                          "--echo")
         self.assertIn("last stop: 3 of 3 servos read back as off", run.output)
 
