@@ -54,7 +54,8 @@ The text interface of the firmware on the host link: 8N1, at the rate of the boa
 the rows of `src/controller/console/commands/` and from a real run in the simulator.
 
 One command a line, ended by Enter. The reply has zero or more lines, then `ok`, or `error N: text; remedy`
-([errors.md](errors.md)); the profile `console` leaves the remedy out. Lines that begin with `warning:` report a
+([errors.md](errors.md)); the profile `console` leaves the remedy out. Text and remedy may be others than in that list where the firmware
+knows more, as `error 2: noise on the line, ...` while it finds noise. Lines that begin with `warning:` report a
 condition, with a list of servos also the servo; the command has worked. `help` or `?` lists the commands, `help COMMAND` explains one, `help units` the units, `help keys` the keys (`arduino-mega`, `cm510`).
 Press Ctrl-C when you open the terminal: another terminal may have left a line half typed, and Enter would run it. `stop` stops, whatever
 stands behind it.
@@ -100,7 +101,7 @@ stands behind it.
   In mode person on `arduino-mega` and `cm510` (profile `full`) the line also comes during `monitor`, above its table, and while a line
   of up to 80 characters is half typed, above that line; else, and during other commands, it waits.
 - On the same boards the console also tells a person, once, that a fault it has told is over for 1.5 s (a fault of the line: 2 s), and what to do next:
-  `servo 2 answers again, torque on; it may be driven`, `bus ok again; driving is inhibited until 'release'`,
+  `servo 2 answers again, torque on; it may be driven` (or `two servos may have its ID`, if its replies came damaged before), `bus ok again; driving is inhibited until 'release'`,
   `stop: torque read back as off at all servos; ...` if `stop` could not say so (without a known servo: `stop: sent; ...`). A remedy that was printed just before, as by the error of
   the same command, is left out of the next warning or alarm: `alarm of servo 1: range`. A servo that comes and goes within that time
   is told as offline once. After the first command a line says if the sequence of the autostart does not play.

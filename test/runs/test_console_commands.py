@@ -440,13 +440,13 @@ class Scripts(unittest.TestCase):
 
     def test_servos_names_a_doubled_id_as_a_cause(self):
         run = self.run_on("arduino-mega", "@servos 1,2\ntorque 2 on\nservos forget\nwrite 2 ID 1\nservos forget\ngroup 1\n@wait 2500\nservos\n"
-                          + text("servo 1: returned, replies damaged as if two servos had this ID") + "@expect rule collision\n")
+                          + text("servo 1: replies damaged as if two servos had this ID") + "@expect rule collision\n")
         self.assertNotIn("being checked", run.output)
 
     def test_scan_all_notes_the_rate_of_an_offline_servo(self):
         self.run_on("arduino-mega", "baud 2 117647\nbus 1Mbps\nservos forget\ngroup 1 2\n@wait 4000\nservos\n"
                     + text("servo 2: offline") + "scan all\nservos\n" + text("servo 2: not at the rate of the bus but at 117647bps, torque unknown")
-                    + "diagnose 2\n" + text("finding 10: ") + text("ID 2 at 117647bps") + "group 1 2 3\n! factory 2\n"
+                    + "diagnose 2\n" + text("finding 10: ") + text("ID 2 at 117647bps: 'bus 117647bps' first") + "group 1 2 3\n! factory 2\n"
                     + text("error 50: servo 2: not at the rate of the bus: 'bus 117647bps' first") + "@expect rule collision\n")
 
     def test_set_refuses_limits_that_contradict_each_other(self):

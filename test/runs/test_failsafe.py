@@ -428,8 +428,19 @@ class Alarms(unittest.TestCase):
                              "@expect servo 1 torque on\n", board, "1", "--echo")
             self.assertEqual(run.status, 0, run.output)
             self.assertIn("if you type nothing for 500ms, driving is inhibited; 'settings link_loss_ms 0' ends that\nok\n", run.output)
-            self.assertIn("the host link is lost, so driving is inhibited until 'clear'\nok\n", run.output)
+            self.assertIn("robot stopped: torque off, driving inhibited until 'clear'\nok\n", run.output)
             self.assertRegex(run.output, f"error 65: the host link was lost; .*; {way}")
+
+    def test_release_works_on_a_lost_link_that_inhibits_nothing(self):
+        run = controller("mode person\nscan\nsettings link_loss_action 0\nsettings link_loss_ms 500\n@wait 1000\nrelease\nrelease 1\n",
+                         "arduino-mega", "1", "--echo")
+        self.assertEqual(run.status, 0, run.output)
+        self.assertIn("link_loss_ms: driving goes on, as link_loss_action is 0", run.output)
+
+    def test_status_counts_torque_that_was_read_as_off_since(self):
+        run = controller("scan\ntorque all on\n@power off\n! stop\n@power on\n@wait 4000\nstatus\n", "arduino-mega", "1-3",
+                         "--echo")
+        self.assertIn("last stop: 3 of 3 servos read back as off", run.output)
 
     def test_status_names_the_fault_of_the_bus(self):
         for board in boards.CONSOLES:

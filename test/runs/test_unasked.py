@@ -43,6 +43,12 @@ class Recovery(unittest.TestCase):
         self.assertEqual(self.told("stop\n@fault noise 20000\n@wait 1500\n@fault noise 0\n@wait 6000\n"),
                          ["bus ok again; driving is inhibited until 'release'"])
 
+    def test_noise_is_not_told_as_a_line_that_is_held_low(self):
+        for board in ("atmega128", "arduino-mega"):
+            for fault, count in (("noise 5000", 0), ("stuck low", 1)):
+                told = found_with_torque(self, "the line is held low", f"@fault {fault}\n@wait 15000\nmode program\n", board)
+                self.assertEqual(len(told), count, (board, fault))
+
     def test_line_that_is_low_again_soon_is_not_told_as_free(self):
         self.assertEqual(self.told(4 * "@fault stuck low 500\n@wait 1500\n"), [])
 
@@ -88,6 +94,27 @@ class AlarmOver(unittest.TestCase):
         self.assertEqual(told, ["alarm of servo 2: input voltage", "alarm of servo 2: offline"])
 
 
+class Remedy(unittest.TestCase):
+    """What an alarm tells to do works as typed."""
+    def test_remedy_of_heat_is_complete(self):
+        for board in ("arduino-mega", "atmega128"):
+            run = controller("mode person\nscan\ntorque all on\n@ambient 2 90\n@wait 40000\ntorque 2 off\n@ambient 2 20\n@wait 60000\nclear\n"
+                             "release 2\nteach off 2\n@expect servo 2 torque on\n", board, "1-3", "--echo")
+            self.assertEqual(run.status, 0, run.output)
+            self.assertRegex(run.output, "alarm of servo 2: overheating; 'torque (2|ID) off', unload it; when cool, 'clear', 'release (2|ID)'")
+
+    def test_alarm_of_heat_tells_where_torque_moves_it(self):
+        told = found_with_torque(self, "overheating; .*", "@ambient 2 90\n@wait 40000\nmode program\n")
+        self.assertRegex(told[0], "then 'torque ID on' moves it to its old goal, 'teach off ID' keeps it where it is$")
+
+    def test_alarm_of_voltage_names_diagnose(self):
+        told = found_with_torque(self, "input voltage; .*|finding.*|ID 2 at.*",
+                                 "@supply 2 5.5\n@wait 2500\ndiagnose 2\nmode program\n")
+        self.assertEqual(told, ["input voltage; too low or too high: 'diagnose 2' tells which, and the volts; mend supply or limits, "
+                                "then 'clear'", "finding 14: the servo's supply is below MIN_VOLTAGE; charge the battery; check cables "
+                                "and plugs under load", "ID 2 at 1000000bps, supply 5500 mV"])
+
+
 class LostPower(unittest.TestCase):
     """A servo whose torque went off by itself: the alarm tells what is known of the cause."""
     def lost(self, script):
@@ -113,6 +140,19 @@ class SharedId(unittest.TestCase):
                           "'diagnose 3'"])
 
 
+    def test_servo_that_shares_its_id_is_not_told_as_well(self):
+        """After a stop both answer alike."""
+        run = controller("mode person\nscan\ntorque all on\n@power 3 off\n@wait 2500\nservos forget 3\nid 2 3\ntorque 3 on\n@power 3 on\n"
+                         "@wait 6000\nstop\n@wait 6000\nmode program\n", "arduino-mega", "1-3", "--echo", "--rules", "warn")
+        self.assertEqual(re.findall("servo 3 answers again.*", run.output),
+                         ["servo 3 answers again, torque off; two servos may have its ID: 'diagnose 3'"])
+
+    def test_noise_is_not_taken_for_a_shared_id(self):
+        for board in ("arduino-mega", "atmega128"):
+            told = found_with_torque(self, ".*two servos.*", "@fault noise 5000\n" + 40 * "@wait 500\nservos\n" + "mode program\n", board)
+            self.assertEqual(told, [], board)
+
+
 class Advised(unittest.TestCase):
     """Alarms on a board without RAM for what was told: what damaged bytes mean, and no remedy twice in a row."""
     def told(self, script, board="atmega128"):
@@ -135,7 +175,7 @@ class Advised(unittest.TestCase):
     def test_bus_counts_a_servo_found_at_another_rate_once(self):
         for board in ("atmega128", "arduino-mega"):
             told = self.told("@fault baud 2 34\nscan all\nbus 57143\nmode program\n", board)
-            self.assertEqual(told, ["the bus changed to this rate; servos known here: 1; at the old rate: 2, they answer again after "
+            self.assertEqual(told, ["the bus changed to this rate, 'save' keeps it over a reset; servos known here: 1; at the old rate: 2, they answer again after "
                                     "'bus 1000000bps'; one that moves goes on, and 'stop' does not reach it"])
 
     def test_diagnose_without_power_tells_what_it_sent(self):

@@ -127,16 +127,16 @@ static const CDS_FLASH char message_restarted[] =
     "them\r\n";
 static const CDS_FLASH char message_still_inhibited[] =
     "driving is inhibited: 'release' allows it\r\n";
+static const CDS_FLASH char message_rate_changed[] =
+    "the bus changed to this rate, 'save' keeps it over a reset; servos known here: %u; %s";
 static const CDS_FLASH char message_servos_left[] =
-    "the bus changed to this rate; servos known here: %u; at the old rate: %u, they answer again "
-    "after 'bus %b'%s";
+    "at the old rate: %u, they answer again after 'bus %b'%s";
 static const CDS_FLASH char message_goes_on[] =
     "; one that moves goes on, and 'stop' does not reach it";
-static const CDS_FLASH char message_no_servo_left[] =
-    "the bus changed to this rate; servos known here: %u; 'scan' looks for others";
 static const CDS_FLASH char message_silent_in_group[] =
     "servo %u has not answered: 'ping %u'; if not there: 'servos forget %u', then 'group' "
     "without it";
+static const CDS_FLASH char message_scan_for_others[] = "'scan' looks for others";
 static const CDS_FLASH char message_is_new[] =
     "a new sequence: there was none of this name; 'sequence list' lists all";
 static const CDS_FLASH char message_save_goes_on[] =
@@ -921,10 +921,11 @@ const CDS_FLASH char *advice_bus_changed(struct console *console, uint8_t old)
 
     values[0].number = count_at_rate(console, failsafe->unsettled ? failsafe->settings->bus_baud
                                                                   : console->bus->baud_reg);
-    values[1].number = count_at_rate(console, old);
-    values[2].number = old;
-    values[3].text = may_move_at_rate(console, old) ? message_goes_on : message_nothing;
-    return values[1].number ? message_servos_left : message_no_servo_left;
+    values[2].number = count_at_rate(console, old);
+    values[1].text = values[2].number ? message_servos_left : message_scan_for_others;
+    values[3].number = old;
+    values[4].text = may_move_at_rate(console, old) ? message_goes_on : message_nothing;
+    return message_rate_changed;
 }
 
 void advice_after_reset(struct console *console)

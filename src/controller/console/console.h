@@ -85,7 +85,8 @@ struct console {
     bool new_is_refused : 1; // the last `sequence NAME new` was refused: so is `add` (sequences.c)
     uint8_t explained;       // parts of the error's line that are printed; without an error: of the
                              // note before `ok`
-    uint8_t faults_told;     // FAULT_* bits
+    uint8_t faults_told;     // FAULT_* bits, and in the upper five bits FAULT_LOW_LOOK times the
+                             // looks in a row that have found the line low
     uint8_t fed;             // locked characters that the parser has taken
     uint8_t looked;          // position in the input ring: there is no Ctrl-X before it
     struct token token;      // the word that comes, or the one that is wrong
@@ -177,6 +178,7 @@ struct cds_servo_state *console_servo(const struct console *console);
 #define FAULT_LINK_LOST 1
 #define FAULT_LINE_LOW  2
 #define FAULT_NOISE     4
+#define FAULT_LOW_LOOK  8 // only in faults_told
 uint8_t console_faults(const struct console *console);
 
 /* True if a key was pressed since the command began. The key stays in the input: it is the first

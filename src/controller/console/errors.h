@@ -93,7 +93,7 @@
     X(ERROR_TORQUE_OFF, 84, "torque of a servo is off",                                            \
       "switch it on where the servos are, as by 'teach off 1 2 3'")                                \
     X(ERROR_ALARM, 85, "the servo reports an alarm",                                               \
-      "'torque ID off', unload it; when cool, 'clear'")                                            \
+      "'torque ID off', unload it; when cool, 'clear', 'release ID'")                              \
     X(ERROR_VOLTAGE, 86, "voltage outside of the servo's limits",                                  \
       "compare PRESENT_VOLTAGE, MIN_VOLTAGE, MAX_VOLTAGE; mend supply or limits, then 'clear'")    \
     X(ERROR_OVERRIDE, 82, "percentage of the speed out of range", "give 10 to 200%")               \
@@ -103,7 +103,7 @@
     X(ERROR_NO_SERVO, 88, "no servo answers at any rate",                                          \
       "check power, plug, wiring; then 'new' with this servo alone, 'scan rescue' or 'diagnose'")  \
     X(ERROR_NOT_ALONE, 89, "the new servo is not alone, nothing was written",                      \
-      "leave only the new servo connected, then 'new' again")                                      \
+      "connect only the new servo, then 'new'")                                                    \
     X(ERROR_DAMAGED, 90, "the replies of the servo stay damaged",                                  \
       "two servos have one ID, or noise: see 'diagnose'")                                          \
     X(ERROR_TIME_STEP, 91, "the time is not a multiple of 10 ms, nothing was stored",              \

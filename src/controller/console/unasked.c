@@ -8,8 +8,10 @@
 #include "cds55xx/port.h"             // cds_port_now_us()
 #include "console/commands/monitor.h" // monitor_clear_table()
 #include "console/console.h"
+#include "console/errors.h"
 #include "console/line_editor.h" // line_editor_redraw()
 #include "console/messages.h"
+#include "console/noise.h" // struct noise
 #include "console/reply.h"
 #include "robot/autostart.h" // AUTOSTART_RESET
 #include "robot/moves.h"     // struct moves
@@ -60,6 +62,13 @@ static const CDS_FLASH char message_lost_power[] =
 static const CDS_FLASH char message_id_shared[] =
     "; check power, wiring; replies came damaged, so two servos may have its ID, or it has "
     "another rate: 'diagnose %u'";
+static const CDS_FLASH char message_unload[] =
+    "; 'torque %u off', unload it; when cool, 'clear', 'release %u'; then 'torque ID on' moves it "
+    "to its old goal, 'teach off ID' keeps it where it is";
+static const CDS_FLASH char message_supply[] =
+    "; too low or too high: 'diagnose %u' tells which, and the volts; mend supply or limits, then "
+    "'clear'";
+static const CDS_FLASH char message_may_share[] = "two servos may have its ID: 'diagnose %u'";
 static const CDS_FLASH char message_level_due[] =
     "it answers no READ: 'set %u STATUS_RETURN_LEVEL 1' first";
 static const CDS_FLASH char message_release_due[] = "driving is inhibited until 'release'";
@@ -134,7 +143,13 @@ static const CDS_FLASH char *remedy_of_cause(const struct unasked *unasked,
 
     if (has_lost_power(console, condition))
         return message_lost_power;
-    return condition == REPLY_OFFLINE && damaged >= SHARED_DAMAGED ? message_id_shared : NULL;
+    if (1 << condition == CDS_ERROR_VOLTAGE)
+        return message_supply;
+    if (reply_remedy_error(condition) == ERROR_ALARM)
+        return message_unload;
+    return condition == REPLY_OFFLINE && damaged >= SHARED_DAMAGED && !command_set.noise->is_there
+               ? message_id_shared
+               : NULL;
 }
 
 const CDS_FLASH char *unasked_alarm_remedy(struct unasked *unasked, struct console *console,
@@ -146,6 +161,8 @@ const CDS_FLASH char *unasked_alarm_remedy(struct unasked *unasked, struct conso
         condition = reply_condition(CDS_ERROR_CHECKSUM);
     remedy = unasked_remedy(unasked, console, condition);
     known = remedy_of_cause(unasked, console, condition);
+    if (condition == REPLY_OFFLINE)
+        unasked->alarms[console->failsafe->next].is_shared = known != NULL;
     if (remedy == message_nothing || !known)
         return remedy;
     console->printer.values[4].number = console->printer.values[5].number =
@@ -376,14 +393,15 @@ static void note_loss(struct cds_servo_state *servo, const CDS_FLASH char *step)
         servo->held |= CDS_HELD_LOSS_TOLD;
 }
 
-/* "servo 2 answers again, torque on; it may be driven" */
-static void say_back(struct console *console, struct cds_servo_state *servo)
+/* "servo 2 answers again, torque on; it may be driven". Servos that share an ID answer as one while
+ * their states agree, as after a stop: `is_shared`. */
+static void say_back(struct console *console, struct cds_servo_state *servo, bool is_shared)
 {
     union printer_value *values = console->printer.values;
 
     values[0].number = values[3].number = values[4].number = values[5].number = servo->id;
     values[1].text = text_of_torque(servo);
-    values[2].text = next_step(console, step_of_servo(servo));
+    values[2].text = is_shared ? message_may_share : next_step(console, step_of_servo(servo));
     say_line(console, message_back);
     note_loss(servo, values[2].text);
 }
@@ -395,7 +413,7 @@ static bool report_back(struct unasked *unasked, struct console *console)
         if (unasked->away[i] <= SERVO_TICKS)
             continue;
         unasked->away[i] = 0;
-        say_back(console, &console->robot->states[i]);
+        say_back(console, &console->robot->states[i], unasked->alarms[i].is_shared);
         return true;
     }
     return false;

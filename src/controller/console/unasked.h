@@ -25,6 +25,7 @@ struct unasked_alarms {
     uint8_t seen;    // conditions in replies to the state check since the window began
     uint8_t lasts;   // `seen` at the end of the last window
     uint8_t damaged; // damaged replies, modulo 256, when the servo last answered well
+    bool is_shared;  // it was told as offline, and that two servos may have its ID
 };
 
 /* Zero it (static storage is). The fields are internal. */

@@ -63,23 +63,25 @@ void test_clear_while_torque_off_is_under_way_is_an_error(void)
     TEST_ASSERT_EQUAL_HEX8(0x20, robot.servos.alarms);
 }
 
+#define UNLOAD                                                                                     \
+    "; 'torque 7 off', unload it; when cool, 'clear', 'release 7'; then 'torque ID on' moves it "  \
+    "to its old goal, 'teach off ID' keeps it where it is\r\n"
+
 void test_alarm_report_prints_lines_between_replies(void)
 {
     settings.alarm_report = 1;
     said[0] = '\0';
     says(7, 0x24);
-    turns(44);
+    turns(90);
     TEST_ASSERT_EQUAL_STRING(
-        "alarm of servo 7: overheating; 'torque ID off', unload it; when cool, 'clear'\r\n"
-        "alarm of servo 7: overload; 'torque ID off', unload it; when cool, 'clear'\r\n",
-        said);
+        "alarm of servo 7: overheating" UNLOAD "alarm of servo 7: overload" UNLOAD, said);
     eeprom_fake.slow = 3;
     reply_to("save");
     says(8, 0x01);
     turns(400);
     TEST_ASSERT_EQUAL_STRING(
-        "ok\r\nalarm of servo 8: input voltage; compare PRESENT_VOLTAGE, MIN_VOLTAGE, "
-        "MAX_VOLTAGE; mend supply or limits, then 'clear'\r\n",
+        "ok\r\nalarm of servo 8: input voltage; too low or too high: 'diagnose 8' "
+        "tells which, and the volts; mend supply or limits, then 'clear'\r\n",
         said);
 }
 

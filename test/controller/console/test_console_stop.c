@@ -27,14 +27,16 @@ static const char *stop_reply(const char *keys)
     return said;
 }
 
-void test_stop_tells_a_person_that_the_robot_is_stopped(void)
+void test_stop_without_servos_tells_that_none_was_read(void)
 {
     static const char line[] =
-        "robot stopped: torque off, driving inhibited until 'release'\r\nok\r\n";
+        "torque off was sent to all IDs; no servo is known, none was read back: 'scan', or "
+        "'scan all' for other rates; driving inhibited until 'release'\r\nok\r\n";
 
     settings.echo = SETTINGS_ECHO_PERSON;
     TEST_ASSERT_NOT_NULL(strstr(stop_reply("stop\r"), line));
     TEST_ASSERT_NOT_NULL(strstr(stop_reply("\x18"), line));
+    TEST_ASSERT_NULL(strstr(said, "robot stopped"));
 }
 
 void test_release_counts_servos_that_the_stop_did_not_reach(void)
@@ -64,9 +66,8 @@ void test_stop_while_the_link_is_lost_names_clear(void)
     failsafe.link_lost = true;
     console.faults_told = FAULT_LINK_LOST;
     robot_inhibit(&robot);
-    TEST_ASSERT_NOT_NULL(strstr(stop_reply("stop\r"),
-                                "robot stopped: torque off; the host link is lost, so driving "
-                                "is inhibited until 'clear'\r\nok\r\n"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(stop_reply("stop\r"), "other rates; driving inhibited until 'clear'\r\nok\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(reply_to("release"), "\r\nerror 65: "));
     TEST_ASSERT_NOT_NULL(strstr(reply_to("clear"), "\r\nok\r\n"));
     TEST_ASSERT_FALSE(robot_is_inhibited(&robot));
@@ -74,9 +75,9 @@ void test_stop_while_the_link_is_lost_names_clear(void)
 
 void test_stop_answers_a_program_with_ok(void)
 {
-    TEST_ASSERT_NULL(strstr(stop_reply("stop\r"), "robot"));
+    TEST_ASSERT_NULL(strstr(stop_reply("stop\r"), "torque off"));
     TEST_ASSERT_NOT_NULL(strstr(said, "ok\r\n"));
-    TEST_ASSERT_NULL(strstr(stop_reply("\x18"), "robot"));
+    TEST_ASSERT_NULL(strstr(stop_reply("\x18"), "torque off"));
 }
 
 void test_teach_off_after_a_stop_names_the_stop_only(void)

@@ -2,6 +2,7 @@
 /* status, alarms, clear, settings, save, defaults: the controller itself. */
 #include <stddef.h>
 
+#include "cds55xx/port.h"   // cds_port_line_is_high()
 #include "console/advice.h" // advice_alarm_remedy()
 #include "console/console.h"
 #include "console/errors.h"
@@ -368,13 +369,27 @@ static const CDS_FLASH char *fault_text(struct console *console, uint8_t fault)
     return command_set.link_lost ? command_set.link_lost(console) : error_text(ERROR_LINK_LOST);
 }
 
+#define LOW_LOOKS (4 * FAULT_LOW_LOOK)
+
+/* True if the line was low at 4 calls in a row. In noise the bus meets a low bit now and then. */
+static bool stays_low(struct console *console)
+{
+    if (cds_port_line_is_high(console->bus->port))
+        console->faults_told &= FAULT_LOW_LOOK - 1;
+    else if (console->faults_told < LOW_LOOKS)
+        console->faults_told = (uint8_t)(console->faults_told + FAULT_LOW_LOOK);
+    return console->faults_told >= LOW_LOOKS;
+}
+
 /* In mode person: prints a fault of the whole robot, once until a command finds it over. Returns
  * false if there is none to print. */
 static bool report_fault(struct console *console)
 {
-    uint8_t untold = console_faults(console) & (uint8_t)~console->faults_told;
-    uint8_t fault = untold & FAULT_LINE_LOW ? FAULT_LINE_LOW : FAULT_LINK_LOST;
+    uint8_t untold = console_faults(console) & (uint8_t)~console->faults_told, fault;
 
+    if (command_set.advise && !stays_low(console))
+        untold &= (uint8_t)~FAULT_LINE_LOW;
+    fault = untold & FAULT_LINE_LOW ? FAULT_LINE_LOW : FAULT_LINK_LOST;
     if (command_set.noise && untold & FAULT_NOISE)
         fault = FAULT_NOISE;
     if (!untold || !console_is_for_person(console))
@@ -479,6 +494,16 @@ static bool joined_since_stop(const struct robot *robot, const struct cds_servo_
            robot->stop.steps.result != CDS_LINE_BUSY;
 }
 
+/* True if the torque of the servo was read as off by the stop or, where the flash has room, by the
+ * state check since: the stop itself has missed a reply of a servo that did not answer it. */
+static bool is_read_as_off(const struct cds_servo_state *servo)
+{
+    return servo->torque_off == CDS_TORQUE_OFF_OFF ||
+           (command_set.has_room && servo->torque_off == CDS_TORQUE_OFF_SILENT &&
+            servo->presence == CDS_PRESENCE_ONLINE && !servo->misses && !servo->torque &&
+            servo->status_return_level); // 0: no READ
+}
+
 /* "last stop: 2 of 3 servos read back as off; IDs not checked: 251". Where the flash has room, a
  * servo that joined the robot after the stop does not count; elsewhere it was not read back. */
 static void print_torque(struct printer *printer, const struct robot *robot)
@@ -487,7 +512,7 @@ static void print_torque(struct printer *printer, const struct robot *robot)
     uint8_t unlisted = robot_unlisted(robot), off = 0, count = robot->servos.count;
 
     for (uint8_t left = count; left; left--, servo++) {
-        if (servo->torque_off == CDS_TORQUE_OFF_OFF)
+        if (is_read_as_off(servo))
             off++;
         if (joined_since_stop(robot, servo))
             count--;

@@ -11,6 +11,7 @@
 static const CDS_FLASH char message_waits[] = ", return delay %u us";
 static const CDS_FLASH char message_supply[] = ", supply %u mV";
 static const CDS_FLASH char message_hot[] = ", temperature %u C";
+static const CDS_FLASH char message_is_there[] = ": 'bus %b' first";
 static const CDS_FLASH char message_another[] = ": another";
 static const CDS_FLASH char message_finding_place[] = "ID %u at %b%s";
 static const CDS_FLASH char message_tally[] = "asked %u, answered %u, damaged %u, silent %u";
@@ -85,6 +86,10 @@ static void print_who(struct printer *printer, const struct cds_diagnose *diagno
     printer->values[1].number = diagnose->found_baud_reg;
     printer->values[2].text = value_text(diagnose->finding, diagnose->value);
     printer->values[3].number = diagnose->value;
+    if (command_set.advise && diagnose->finding == CDS_FINDING_OTHER_RATE) {
+        printer->values[2].text = message_is_there;
+        printer->values[3].number = diagnose->found_baud_reg;
+    }
     printer_line(printer, message_finding_place);
 }
 

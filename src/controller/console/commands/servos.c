@@ -17,7 +17,7 @@ static const CDS_FLASH char message_presence_busy[] = "line not quiet";
 static const CDS_FLASH char message_presence_rate[] = "not at the rate of the bus";
 static const CDS_FLASH char message_presence_at[] = "not at the rate of the bus but at %b";
 static const CDS_FLASH char message_presence_id_twice[] =
-    "returned, replies damaged as if two servos had this ID ('diagnose ID')";
+    "replies damaged as if two servos had this ID ('diagnose ID')";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", latched alarms: %s";
 static const CDS_FLASH char message_alarms_more_age[] = " + %s%s";
@@ -92,7 +92,8 @@ static void print_alarm(struct console *console, const struct cds_servo_state *s
     printer_text(printer, is_first ? message_alarms_age : message_alarms_more_age);
 }
 
-/* Damaged replies of a servo that has returned: noise alone seldom gives so many. */
+/* Damaged replies of a servo that has returned. In noise, which also damages packets to the servos,
+ * they tell nothing of its ID. */
 #define MANY_DAMAGED 8
 
 /* "servo 1: online, torque on". The profile `full`, which has command_set.explain, also tells the
@@ -109,7 +110,9 @@ ALWAYS_INLINE void print_presence(struct console *console, const struct cds_serv
                         console->robot->chosen); // the state check reads no servo yet
 
     if (command_set.advise && servo->presence == CDS_PRESENCE_RETURNED &&
-        servo->counters.corrupt >= MANY_DAMAGED)
+        servo->counters.corrupt >= MANY_DAMAGED &&
+        !(console->robot->servos.alarms & CDS_ERROR_CHECKSUM) &&
+        !(console_faults(console) & FAULT_NOISE))
         presence = message_presence_id_twice;
     if (command_set.explain && servo_is_at_other_rate(console, servo)) {
         presence = command_set.advise ? message_presence_at : message_presence_rate;

@@ -13,13 +13,12 @@
 #include "console/unasked.h"
 
 static const CDS_FLASH char message_stop_done[] =
-    "robot stopped: torque off, driving inhibited until 'release'";
+    "robot stopped: torque off, driving inhibited until '%s'";
 static const CDS_FLASH char message_stop_failed[] =
-    "torque may still be on: switch off the supply; inhibited until 'release'";
-static const CDS_FLASH char message_stop_done_unlinked[] =
-    "robot stopped: torque off; the host link is lost, so driving is inhibited until 'clear'";
-static const CDS_FLASH char message_stop_failed_unlinked[] =
-    "torque may still be on: switch off the supply; inhibited until 'clear'";
+    "torque may still be on: switch off the supply; inhibited until '%s'";
+static const CDS_FLASH char message_stop_unread[] =
+    "torque off was sent to all IDs; no servo is known, none was read back: 'scan', or 'scan "
+    "all' for other rates; driving inhibited until '%s'";
 
 /* ---- stop ---- */
 
@@ -42,12 +41,16 @@ NOINLINE bool servo_is_at_other_rate(const struct console *console,
     return servo->baud_reg != CDS_SERVOS_UNKNOWN && servo->baud_reg != console->bus->baud_reg;
 }
 
-/* What the stop has done. While the host link is lost, `release` is refused: `clear` ends both. */
-static const CDS_FLASH char *stop_message(const struct console *console)
+/* What the stop has done, with what ends its inhibit as value. While the host link is lost,
+ * `release` is refused: `clear` ends both. */
+static const CDS_FLASH char *stop_message(struct console *console)
 {
-    if (command_set.advise && console->failsafe->link_lost)
-        return console->error ? message_stop_failed_unlinked : message_stop_done_unlinked;
-    return console->error ? message_stop_failed : message_stop_done;
+    console->printer.values[0].text =
+        command_set.advise && console->failsafe->link_lost ? message_clear : message_release;
+    if (console->error)
+        return message_stop_failed;
+    return command_set.advise && console->robot->servos.count == 0 ? message_stop_unread
+                                                                   : message_stop_done;
 }
 
 /* Waits until the stop is over, then prints the servos whose torque was not read as off. The
@@ -97,7 +100,7 @@ static uint8_t release_begin(struct console *console)
 
     if (robot_is_stopping(robot))
         return ERROR_STOPPING;
-    if (console->failsafe->link_lost)
+    if (console->failsafe->link_lost && (!command_set.has_room || robot_is_inhibited(robot)))
         return ERROR_LINK_LOST;
     if (console->line.id == CDS_BROADCAST_ID) {
         robot_release(robot);
