@@ -9,7 +9,7 @@
 #include "console/messages.h"
 
 static const CDS_FLASH char message_waits[] = ", return delay %u us";
-static const CDS_FLASH char message_supply[] = ", supply %u mV";
+static const CDS_FLASH char message_supply_mv[] = ", supply %u mV";
 static const CDS_FLASH char message_hot[] = ", temperature %u C";
 static const CDS_FLASH char message_is_there[] = ": 'bus %b' first";
 static const CDS_FLASH char message_another[] = ": another";
@@ -73,7 +73,7 @@ static const CDS_FLASH char *value_text(uint8_t finding, uint16_t value)
     if (finding == CDS_FINDING_SLOW)
         return value ? message_waits : message_nothing;
     if (finding == CDS_FINDING_LOW_SUPPLY || finding == CDS_FINDING_HIGH_SUPPLY)
-        return message_supply;
+        return message_supply_mv;
     if (finding == CDS_FINDING_OTHER_ID)
         return message_another;
     return finding == CDS_FINDING_OVERHEATED ? message_hot : message_nothing;
