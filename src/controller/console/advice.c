@@ -3,16 +3,13 @@
 #include "console/advice.h"
 
 #include <stddef.h> // NULL
-#include <string.h> // memchr()
 
 #include "cds55xx/packet.h"          // CDS_PING
 #include "console/commands/shared.h" // servo_is_at_other_rate()
-#include "console/commands/stored.h" // stored_find()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/explain.h"
 #include "console/messages.h"
-#include "console/reply.h" // reply_remedy()
 #include "console/slips.h"
 #include "console/unit_names.h" // unit_shown
 #include "robot/settings.h"     // settings_table
@@ -56,15 +53,6 @@ static const CDS_FLASH char message_several[] =
     "several servos answer at the same time on one wire, so their replies mix; 'scan' asks each";
 static const CDS_FLASH char message_late[] =
     "%s; replies that came late so far: %u, see 'diagnose %u'";
-/* Of alarms, behind their condition. */
-static const CDS_FLASH char message_may_be_damaged[] =
-    "; bytes on the line may be damaged, by noise or a loose plug: 'diagnose %u'";
-static const CDS_FLASH char message_offline_damaged[] =
-    "; check power, wiring, ID and baud rate of the servo; packets came damaged since the last "
-    "'clear', by noise or a loose plug: 'diagnose %u'";
-static const CDS_FLASH char message_stays_off[] =
-    "; torque stays off: 'servos' tells why; mend power, load, plug or heat, '%s', then "
-    "'teach off ID' holds it where it is";
 static const CDS_FLASH char message_stray[] =
     "%s; bytes without a packet so far, of noise or echoes: %u, see 'diagnose %u'";
 static const CDS_FLASH char message_damaged_there[] =
@@ -73,11 +61,6 @@ static const CDS_FLASH char message_damaged_there[] =
 static const CDS_FLASH char message_factory_id[] =
     "another servo has ID 1, nothing was written; 'id 1 NEW' first, or connect this one alone";
 static const CDS_FLASH char message_search_rates[] = "%s; 'scan all' looks at other rates";
-static const CDS_FLASH char message_none_found[] =
-    "check power, plugs, wiring; then %s'new 1' with one servo, or 'diagnose'";
-static const CDS_FLASH char message_scan_all[] = "'scan all', ";
-static const CDS_FLASH char message_missing[] =
-    "of the list %u did not answer, as servo %u: 'diagnose %u'";
 static const CDS_FLASH char message_one[] =
     "254 means all servos at once; this command takes an ID from 0 to 253%s";
 static const CDS_FLASH char message_or_each[] = ", or 'all': each in turn";
@@ -88,13 +71,6 @@ static const CDS_FLASH char message_state_cause[] =
     "it lost its state by power, plug or an alarm: mend that";
 static const CDS_FLASH char message_supply_cause[] =
     "its input voltage is an alarm: mend the supply, 'clear'";
-
-static const CDS_FLASH char message_id_twice[] =
-    "a second servo of ID %u would have ID %u now, too: 'diagnose %u' finds it, unless both agree "
-    "in every bit";
-static const CDS_FLASH char message_all_told[] =
-    "all servos were told, and none answers to it: each that heard it has ID 1 now; connect one "
-    "alone, then 'id 1 NEW'";
 static const CDS_FLASH char message_would_turn[] =
     "with both limits 0 it would turn at once, without end: 'torque %u off' first; 'turn %u SPEED' "
     "sets limits and speed";
@@ -111,7 +87,6 @@ static const CDS_FLASH char message_goal_unread[] =
 static const CDS_FLASH char message_goal_due[] =
     "it would leave the endless turn for its goal, not read yet or beyond its limits, %a to %a: "
     "'set %u GOAL_POSITION ANGLE', 'get %u GOAL_POSITION' reads it, then send this line again";
-static const CDS_FLASH char message_not_reached[] = "servos not reached by 'stop', may go on: %u";
 static const CDS_FLASH char message_list_full[] =
     "the list of servos is full: 'servos forget', then this line again";
 static const CDS_FLASH char message_mode[] = "the mode is %s; usage: %s";
@@ -120,36 +95,13 @@ static const CDS_FLASH char *const CDS_FLASH modes[] = {
     [SETTINGS_ECHO_ON] = FLASH_TEXT("echo"),
     [SETTINGS_ECHO_PERSON] = FLASH_TEXT("person"),
 };
-static const CDS_FLASH char message_max_torque[] =
-    "MAX_TORQUE acts from the servo's next power-up on: switch its power off and on";
-static const CDS_FLASH char message_restarted[] =
-    "servos may be moving or turning, and none is watched: Ctrl-X stops them, 'scan' finds "
-    "them\r\n";
-static const CDS_FLASH char message_still_inhibited[] =
-    "driving is inhibited: 'release' allows it\r\n";
-static const CDS_FLASH char message_rate_changed[] =
-    "the bus changed to this rate, 'save' keeps it over a reset; servos known here: %u; %s";
-static const CDS_FLASH char message_servos_left[] =
-    "at the old rate: %u, they answer again after 'bus %b'%s";
-static const CDS_FLASH char message_goes_on[] =
-    "; one that moves goes on, and 'stop' does not reach it";
-static const CDS_FLASH char message_silent_in_group[] =
-    "servo %u has not answered: 'ping %u'; if not there: 'servos forget %u', then 'group' "
-    "without it";
-static const CDS_FLASH char message_scan_for_others[] = "'scan' looks for others";
-static const CDS_FLASH char message_is_new[] =
-    "a new sequence: there was none of this name; 'sequence list' lists all";
-static const CDS_FLASH char message_save_goes_on[] =
-    "stopped: driving is inhibited until 'release'; the save goes on, 'settings' tells how it ends";
-static const CDS_FLASH char message_save_done[] =
-    "stopped: driving is inhibited until 'release'; the settings are saved all the same";
-static const CDS_FLASH char message_save_failed_too[] =
-    "stopped: driving is inhibited until 'release'; the settings are not saved: 'save' again";
+static const CDS_FLASH char message_save_stopped[] =
+    "stopped: driving is inhibited until 'release'; the %s";
+static const CDS_FLASH char message_save_goes_on[] = "save goes on, 'settings' tells how it ends";
+static const CDS_FLASH char message_save_done[] = "settings are saved all the same";
+static const CDS_FLASH char message_save_failed_too[] = "settings are not saved: 'save' again";
 static const CDS_FLASH char message_release_all[] =
     "stopped: driving is inhibited; remove the cause, 'release' without an ID";
-static const CDS_FLASH char message_typing_is_silence[] =
-    "this setting is for a program; if you type nothing for %ums, %s; 'settings link_loss_ms 0' "
-    "ends that";
 static const CDS_FLASH char message_loss[] =
     "the host link was lost; no byte for link_loss_ms: %s; %s%s";
 static const CDS_FLASH char message_loss_shown[] = "driving goes on, as link_loss_action is 0";
@@ -159,13 +111,6 @@ static const CDS_FLASH char message_clear_if_back[] = "'clear' when it is back";
 static const CDS_FLASH char message_clear_to_type[] = "to type: 'settings link_loss_ms 0', 'clear'";
 static const CDS_FLASH char message_torque_again[] =
     ", then 'torque ID on' moves to the last goal, 'teach off ID' does not";
-
-/* What happens then, by link_loss_action. */
-static const CDS_FLASH char *const CDS_FLASH loss_actions[] = {
-    FLASH_TEXT("the link counts as lost"),
-    FLASH_TEXT("driving is inhibited"),
-    FLASH_TEXT("torque goes off, and driving is inhibited"),
-};
 
 /* ---- units ---- */
 
@@ -690,19 +635,21 @@ static const CDS_FLASH char *text_of_supply(const struct console *console)
 }
 
 /* A stop ends the wait for a save, not the save. */
-static const CDS_FLASH char *text_of_stopped(const struct console *console)
+static const CDS_FLASH char *text_of_stopped(struct console *console)
 {
     static const CDS_FLASH char save[] = "save";
+    const CDS_FLASH char **outcome = &console->printer.values[0].text;
 
     if (command_set.has_room && parse_is_command(&console->line, message_release))
         return message_release_all;
     if (!parse_is_command(&console->line, save))
         return NULL;
     switch (console->failsafe->store->result) {
-    case SETTINGS_SAVING: return message_save_goes_on;
-    case SETTINGS_SAVED: return message_save_done;
-    default: return message_save_failed_too;
+    case SETTINGS_SAVING: *outcome = message_save_goes_on; break;
+    case SETTINGS_SAVED: *outcome = message_save_done; break;
+    default: *outcome = message_save_failed_too; break;
     }
+    return message_save_stopped;
 }
 
 static const CDS_FLASH char *text_of_count(struct console *console)
@@ -757,259 +704,4 @@ const CDS_FLASH char *advice(struct console *console)
     case ERROR_LINK_LOST: return advice_link_lost(console);
     default: return NULL;
     }
-}
-
-/* `scan` has found no servo at all. */
-static const CDS_FLASH char *note_none(struct console *console)
-{
-    console->printer.values[0].text = console->line.choice ? message_nothing : message_scan_all;
-    return message_none_found;
-}
-
-/* Servos of the robot that did not answer the scan at the rate of the bus. */
-static const CDS_FLASH char *note_missing(struct console *console)
-{
-    const struct cds_servos *servos = &console->robot->servos;
-    const struct after_scan *job = after_scan_job(console);
-    union printer_value *values = console->printer.values;
-
-    values[0].number = 0;
-    for (uint8_t i = 0; i < servos->count; i++) {
-        const struct cds_servo_state *servo = &servos->states[i];
-
-        if (memchr(job->ids, servo->id, job->count) || servo_is_at_other_rate(console, servo))
-            continue;
-        values[1].number = values[2].number = servo->id;
-        values[0].number++;
-    }
-    return values[0].number ? message_missing : NULL;
-}
-
-/* What a scan means if it found no servo, or not all of the robot. */
-static const CDS_FLASH char *note_scan(struct console *console)
-{
-    if (!console_is_for_person(console))
-        return NULL;
-    if (after_scan_job(console)->count == 0 && console->index == 0)
-        return note_none(console);
-    return console->line.choice ? NULL : note_missing(console);
-}
-
-/* A person has set a link_loss_ms: what it does to one who types. */
-static const CDS_FLASH char *note_link_loss(struct console *console)
-{
-    const struct settings *settings = console->failsafe->settings;
-    union printer_value *values = console->printer.values;
-
-    if (console->line.setting != SETTINGS_AT_link_loss_ms || !console->line.numbers ||
-        !settings->link_loss_ms || !console_is_for_person(console))
-        return NULL;
-    values[0].number = settings->link_loss_ms;
-    values[1].text = loss_actions[settings->link_loss_action];
-    return message_typing_is_silence;
-}
-
-/* `sequence walk add ...` begins a sequence if there is none of that name: it may be misspelt. */
-static const CDS_FLASH char *note_sequence(const struct console *console)
-{
-    const struct command_line *line = &console->line;
-    uint8_t place = stored_find(console, MOTION_STORE_SEQUENCE, 0);
-
-    return console_is_for_person(console) && line->names == 2 && line->choice == 2 &&
-                   place != MOTION_STORE_NONE &&
-                   motion_store_number(console_store(), MOTION_STORE_SEQUENCE, place) == 1
-               ? message_is_new
-               : NULL;
-}
-
-/* After `release`: the last stop could not be sent to a servo, or was not read back from it. */
-static const CDS_FLASH char *note_release(struct console *console)
-{
-    const struct robot *robot = console->robot;
-    const struct cds_servo_state *servo = robot->states;
-    uint8_t count = 0;
-
-    for (uint8_t left = robot->servos.count; left; left--, servo++)
-        if (servo->torque_off != CDS_TORQUE_OFF_OFF &&
-            (servo->presence != CDS_PRESENCE_ONLINE || servo->torque))
-            count++;
-    console->printer.values[0].number = count;
-    return count && robot->stop.servos && console_is_for_person(console) ? message_not_reached
-                                                                         : NULL;
-}
-
-static bool answers(const struct cds_servo_state *servo)
-{
-    return servo->presence == CDS_PRESENCE_ONLINE || servo->presence == CDS_PRESENCE_RETURNED;
-}
-
-/* `group`: a servo of it has given no answer, although a scan has asked all IDs. */
-static const CDS_FLASH char *note_group(struct console *console)
-{
-    const struct robot *robot = console->robot;
-    union printer_value *values = console->printer.values;
-
-    if (robot->unlisted == ROBOT_NOT_SCANNED || !console_is_for_person(console))
-        return NULL;
-    for (uint8_t i = 0; i < robot->group_count; i++) {
-        const struct cds_servo_state *servo =
-            cds_servos_find(&console->robot->servos, robot->group[i]);
-
-        if (!servo || answers(servo))
-            continue;
-        values[0].number = values[1].number = values[2].number = servo->id;
-        return message_silent_in_group;
-    }
-    return NULL;
-}
-
-const CDS_FLASH char *advice_note(struct console *console)
-{
-    static const CDS_FLASH char id[] = "id", factory[] = "factory", set[] = "set", scan[] = "scan",
-                                group[] = "group";
-    const struct command_line *line = &console->line;
-    union printer_value *values = console->printer.values;
-
-    if (command_set.has_room && parse_is_command(line, group))
-        return note_group(console);
-    if (explain_is_settings(line))
-        return note_link_loss(console);
-    if (parse_is_command(line, scan))
-        return note_scan(console);
-    if (parse_is_command(line, message_release))
-        return note_release(console);
-    if (parse_is_command(line, factory))
-        return line->id == CDS_BROADCAST_ID ? message_all_told : NULL;
-    if (parse_is_command(line, set))
-        return (line->address | 1) == (CDS_REG_MAX_TORQUE | 1) ? message_max_torque : NULL;
-    if (parse_is_command(line, name_of_sequence))
-        return note_sequence(console);
-    if (!parse_is_command(line, id) || line->id == line->new_id || !console_is_for_person(console))
-        return NULL;
-    values[0].number = line->id;
-    values[1].number = values[2].number = line->new_id;
-    return message_id_twice;
-}
-
-/* Count of the servos that are known to answer at this rate. */
-static uint8_t count_at_rate(const struct console *console, uint8_t baud_reg)
-{
-    const struct cds_servos *servos = &console->robot->servos;
-    uint8_t count = 0;
-
-    for (uint8_t i = 0; i < servos->count; i++)
-        count = (uint8_t)(count +
-                          (servos->states[i].baud_reg == baud_reg && answers(&servos->states[i])));
-    return count;
-}
-
-/* True if a servo that is left at the rate of this register value may move. */
-static bool may_move_at_rate(const struct console *console, uint8_t baud_reg)
-{
-    const struct cds_servos *servos = &console->robot->servos;
-
-    for (uint8_t i = 0; i < servos->count; i++)
-        if (servos->states[i].baud_reg == baud_reg && servos->states[i].torque)
-            return true;
-    return false;
-}
-
-const CDS_FLASH char *advice_bus_changed(struct console *console, uint8_t old)
-{
-    const struct failsafe *failsafe = console->failsafe;
-    union printer_value *values = console->printer.values;
-
-    values[0].number = count_at_rate(console, failsafe->unsettled ? failsafe->settings->bus_baud
-                                                                  : console->bus->baud_reg);
-    values[2].number = count_at_rate(console, old);
-    values[1].text = values[2].number ? message_servos_left : message_scan_for_others;
-    values[3].number = old;
-    values[4].text = may_move_at_rate(console, old) ? message_goes_on : message_nothing;
-    return message_rate_changed;
-}
-
-void advice_after_reset(struct console *console)
-{
-    union printer_value *values = console->printer.values;
-
-    values[2].text =
-        console->failsafe->reset_cause & FAILSAFE_RESET_POWER ? message_nothing : message_restarted;
-    values[3].text = robot_is_inhibited(console->robot) ? message_still_inhibited : message_nothing;
-}
-
-/* ---- alarms ---- */
-
-/* True if a servo has received a damaged packet since the last `clear`. The counters go back to the
- * reset: they may be of a fault that is over. */
-static bool has_damage(const struct console *console)
-{
-    return console->robot->servos.alarms & CDS_ERROR_CHECKSUM;
-}
-
-/* True if the remedy of lost torque was told of another servo, which has not been released. */
-static bool loss_was_told(const struct console *console)
-{
-    const struct cds_servos *servos = &console->robot->servos;
-
-    for (uint8_t i = 0; i < servos->count; i++)
-        if (i != console->failsafe->next && servos->states[i].inhibits & CDS_INHIBIT_STATE_LOST &&
-            servos->states[i].held & CDS_HELD_LOSS_TOLD)
-            return true;
-    return false;
-}
-
-/* True if the remedy of damaged bytes was told since the last `clear`. Each checksum error that is
- * told has it. An instruction error may have another one; `bit` is that of the alarm. */
-static bool damage_was_told(const struct console *console, uint8_t bit)
-{
-    const struct failsafe *failsafe = console->failsafe;
-
-    for (uint8_t i = 0; i < console->robot->servos.count; i++)
-        if (failsafe->reported[i] & CDS_ERROR_CHECKSUM &&
-            (i != failsafe->next || bit != CDS_ERROR_CHECKSUM))
-            return true;
-    return false;
-}
-
-/* What to do about torque that went off by itself. While the host link is lost, `release` is
- * refused: `clear` ends both inhibits. */
-static const CDS_FLASH char *remedy_of_loss(struct console *console)
-{
-    console->printer.values[4].text =
-        console->failsafe->link_lost ? message_clear : message_release;
-    return loss_was_told(console) ? message_nothing : message_stays_off;
-}
-
-const CDS_FLASH char *advice_alarm_remedy(struct console *console, uint8_t condition)
-{
-    uint8_t bit = (uint8_t)(1u << condition);
-
-    if (!console_is_for_person(console))
-        return reply_remedy(condition);
-    if (condition == REPLY_TORQUE_LOST)
-        return remedy_of_loss(console);
-    console->printer.values[4].number = console->failsafe->alarm_id;
-    if (!has_damage(console))
-        return reply_remedy(condition);
-    if (condition == REPLY_OFFLINE)
-        return message_offline_damaged;
-    if (!(bit & (CDS_ERROR_CHECKSUM | CDS_ERROR_INSTRUCTION)))
-        return reply_remedy(condition);
-    return damage_was_told(console, bit) ? message_nothing : message_may_be_damaged;
-}
-
-void advice_note_refused(struct console *console, uint8_t error)
-{
-    struct failsafe *failsafe = console->failsafe;
-    const struct cds_servo_state *servo = console_servo(console);
-    uint8_t bit = 0;
-
-    for (uint8_t i = 0; i < REPLY_TORQUE_LOST; i++)
-        if (reply_remedy_error(i) == error)
-            bit = (uint8_t)(1u << i);
-    if (!servo || !(bit & (uint8_t)~CDS_ERRORS_OF_CONDITION) || !console_is_for_person(console))
-        return;
-    failsafe->reported[servo - console->robot->states] |= bit;
-    if (failsafe->alarm_id == servo->id)
-        failsafe->alarm &= (uint8_t)~bit;
 }

@@ -6,7 +6,7 @@
 
 #include "cds55xx/control_table.h"    // cds_register_at()
 #include "cds55xx/motion.h"           // CDS_MOTION_OVERRIDE_MIN
-#include "console/advice.h"           // advice_note_refused()
+#include "console/advice_alarms.h"    // advice_note_refused()
 #include "console/commands/monitor.h" // MONITOR_MS_MIN
 #include "console/commands/shared.h"  // setting_is_rate()
 #include "console/commands/stored.h"  // stored_unknown_name()

@@ -17,6 +17,7 @@
 #define HAS_ADVICE (HAS_ROOM || !HAS_MOTION)
 
 #include "console/advice.h"
+#include "console/advice_notes.h"
 #include "console/commands/command_groups.h"
 #include "console/commands/monitor.h"
 #include "console/commands/shared.h"

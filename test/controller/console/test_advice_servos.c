@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Errors whose remedy depends on what is known of the servos. */
-#include "console/advice.h" // advice_alarm_remedy()
-#include "console/reply.h"  // REPLY_OFFLINE
+#include "console/advice_alarms.h" // advice_alarm_remedy()
+#include "console/reply.h"         // REPLY_OFFLINE
 #include "console_rig.h"
 #include "eeprom_fake.h"
 

@@ -2,8 +2,8 @@
 /* status, alarms, clear, settings, save, defaults: the controller itself. */
 #include <stddef.h>
 
-#include "cds55xx/port.h"   // cds_port_line_is_high()
-#include "console/advice.h" // advice_alarm_remedy()
+#include "cds55xx/port.h"          // cds_port_line_is_high()
+#include "console/advice_alarms.h" // advice_alarm_remedy()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
@@ -371,10 +371,11 @@ static const CDS_FLASH char *fault_text(struct console *console, uint8_t fault)
 
 #define LOW_LOOKS (4 * FAULT_LOW_LOOK)
 
-/* True if the line was low at 4 calls in a row. In noise the bus meets a low bit now and then. */
-static bool stays_low(struct console *console)
+/* True if the bus has found the line low, and it was low at 4 calls in a row: in noise the bus
+ * meets a low bit now and then. */
+static bool stays_low(struct console *console, bool is_found)
 {
-    if (cds_port_line_is_high(console->bus->port))
+    if (!is_found || cds_port_line_is_high(console->bus->port))
         console->faults_told &= FAULT_LOW_LOOK - 1;
     else if (console->faults_told < LOW_LOOKS)
         console->faults_told = (uint8_t)(console->faults_told + FAULT_LOW_LOOK);
@@ -387,7 +388,7 @@ static bool report_fault(struct console *console)
 {
     uint8_t untold = console_faults(console) & (uint8_t)~console->faults_told, fault;
 
-    if (command_set.advise && !stays_low(console))
+    if (command_set.advise && !stays_low(console, untold & FAULT_LINE_LOW))
         untold &= (uint8_t)~FAULT_LINE_LOW;
     fault = untold & FAULT_LINE_LOW ? FAULT_LINE_LOW : FAULT_LINK_LOST;
     if (command_set.noise && untold & FAULT_NOISE)
