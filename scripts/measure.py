@@ -163,7 +163,7 @@ def worst(rows):
 
 
 def side_by_side(measure, inputs):
-    """[measure(one) for one in inputs], for long jobs: else no other core works when such a job is the last."""
+    """[measure(one) for one in inputs], in parallel: a long job that is the last one uses all cores."""
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(measure, inputs))
 

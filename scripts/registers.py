@@ -14,8 +14,8 @@ MEANINGS = """
 - `STATUS_RETURN_LEVEL`: 0: the servo answers PING only; 1: PING and READ; 2: every packet but those to all servos.
 - `LOCK`: with 1 the servo takes only 0x18 to 0x23, until its power goes off.
 - `CW_ANGLE_LIMIT` and `CCW_ANGLE_LIMIT` both 0: endless turn. Then bit 10 of `MOVING_SPEED` is the direction, 1 is clockwise, and speed 0 stops.
-- `GOAL_POSITION` and the `PRESENT_...` registers: 0 stands in the manual's table. A servo with power measures the present
-  values; the goal of a simulated servo is at first its present position.
+- `GOAL_POSITION` and the `PRESENT_...` registers: the initial value 0 is the manual's. A servo with power measures its
+  present values; the goal of a simulated servo is at first its present position.
 - `MOVING_SPEED` with an angle limit: 0 is as fast as the supply allows.
 - `ALARM_LED` and `ALARM_SHUTDOWN`: the sum of the values below. An error blinks the LED while it lasts, if its bit is set in `ALARM_LED`. It
   switches torque off until `TORQUE_ENABLE` is written 1, if its bit is set in `ALARM_SHUTDOWN`; overload lowers the torque instead. So

@@ -7,7 +7,7 @@ SANITIZE := -O1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit
 SIM_FLAGS := $(HOST_COMMON) -Isim -DSIM_VERSION=$(VERSION)
 # simavr linked statically: the simulator takes 12 to 18 % less CPU time than with calls through the PLT.
 SIM_LIBS := -l:libsimavr.a -lelf -lm
-# -flto: 4 to 7 % less.
+# -flto: the simulator takes 4 to 7 % less CPU time.
 SIM_FAST := -O2 -flto=auto
 SIM_SRC := $(wildcard sim/*.c sim/*/*.c)
 

@@ -68,7 +68,7 @@ struct cds_health {
  * after CDS_SERVOS_MISSES failures, it answers no READ, and is taken for a servo that lost its
  * state, unless its torque was off. Noise may have been the reason: while its state counts as lost,
  * or its torque is off, READ and PING alternate. A READ that it answers makes its status return
- * level unknown again, and if torque is on, its state was not lost.
+ * level unknown again, and if torque is on, CDS_INHIBIT_STATE_LOST ends.
  *
  * A servo that gives no good answer is asked again within CDS_HEALTH_AGAIN_US, until it is OFFLINE.
  *

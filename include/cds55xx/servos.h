@@ -46,7 +46,8 @@ enum cds_presence {
 
 /* Why a servo must not be driven: bits. */
 enum cds_inhibit {
-    CDS_INHIBIT_STATE_LOST = 1, // its torque was on and is off: its RAM area is at initial values
+    CDS_INHIBIT_STATE_LOST = 1, // its torque was on and is off: its RAM area is at initial values;
+                                // or it answered no READ, so nobody knows (health.h)
     CDS_INHIBIT_STOPPED = 2,    // the caller has inhibited it
 } __attribute__((packed));
 
@@ -242,7 +243,8 @@ static inline uint8_t cds_servos_inhibits(const struct cds_servos *servos,
  *   cds_servos_release_all()        ends           ends, each servo  ends, each servo
  *
  * They send nothing. A packet that was refused stays refused. A RETURNED servo stays inhibited
- * until its TORQUE_ENABLE was read. */
+ * until its TORQUE_ENABLE was read. INHIBIT_STATE_LOST of a servo that was taken to answer no READ
+ * also ends by itself: a READ shows that its torque is on. */
 
 /* Ends both inhibits of `servo`, an entry. Torque may be on or off: the caller sets speed, goal and
  * torque again. */

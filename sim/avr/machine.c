@@ -323,9 +323,9 @@ static void interrupts_changed(struct machine *machine)
     }
 }
 
-/* What avr_run() does, at 9/10 of its CPU time: simavr looks at its timers after each instruction,
- * and most instructions reach none. Its run function stays for sleep, and for a reset by the
- * watchdog. */
+/* What avr_callback_run_raw() of simavr 1.6 does, at 9/10 of its CPU time: that looks at the timers
+ * after each instruction, and most instructions reach none. It stays for sleep, and for a reset by
+ * the watchdog. */
 static int run_instruction(struct machine *machine)
 {
     avr_t *avr = machine->avr;

@@ -360,7 +360,7 @@ ADVICE = {
     "settings repeats 1V": "error 39: VALUE 1V: wrong unit; this number has no unit",
     "move 1 x": "error 32: servo 1: ANGLE 'x': not a number; write an angle: 90, 90.5deg or 512raw",
     "get 1 temp": f"error 34: servo 1: REG 'temp': {ERRORS[34]}; did you mean MAX_TEMPERATURE or PRESENT_TEMPERATURE?",
-    "get 254 LED": "error 33: ID '254': 254 means all servos at once; this command takes an ID from 0 to 253, or 'all': each in turn",
+    "get 254 LED": "error 33: ID '254': 254 means all servos; this command takes an ID from 0 to 253, or 'all': each in turn",
 }
 WITHOUT_ADVICE = {
     "factory 3": f"error 50: servo 3: {ERRORS[50]}",
@@ -415,7 +415,7 @@ class Scripts(unittest.TestCase):
 
     def test_what_the_wire_cannot_show_is_told(self):
         self.run_on("arduino-mega", "mode person\nid 1 5\n" + text("a second servo of ID 1 would have ID 5 now, too")
-                    + "factory 254 force\n" + text("all servos were told, and none answers to it")
+                    + "factory 254 force\n" + text("none answers to this: each servo that heard it has ID 1 now")
                     + "@expect rule collision\n")
 
     def test_mode_alone_tells_the_present_mode(self):

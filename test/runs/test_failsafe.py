@@ -440,6 +440,7 @@ class Alarms(unittest.TestCase):
     def test_status_counts_torque_that_was_read_as_off_since(self):
         run = controller("scan\ntorque all on\n@power off\n! stop\n@power on\n@wait 4000\nstatus\n", "arduino-mega", "1-3",
                          "--echo")
+        self.assertEqual(run.status, 0, run.output)
         self.assertIn("last stop: 3 of 3 servos read back as off", run.output)
 
     def test_status_names_the_fault_of_the_bus(self):

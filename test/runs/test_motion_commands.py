@@ -208,7 +208,8 @@ class Stored(Motion):
 
     def test_refused_line_that_is_no_new_lets_add_go_on(self):
         """`sequence walk play` is a slip of a person, and no line of an import."""
-        for line in ("walk", "walk play", "play walk", "walk loop", "new", "walk addd low 1s"):
+        for line in ("walk", "walk play", "play walk", "walk loop", "new", "walk addd low 1s", "walk delte 1", "walk insret 1 low 1s",
+                     "walk set 1", "walk seet 1 low 1s"):
             self.run_on(POSES + WALK + f"! sequence {line}\nsequence walk add low 1s\n")
 
     def test_pose_with_a_joint_outside_the_group_is_refused(self):

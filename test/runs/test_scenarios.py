@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Every test/scenario/*.script: with the firmware on both boards, or on a bus of its own.
 
-A line `# run: bus` says that it needs no firmware; `# options: ...` adds options.
+A line `# run: bus` says that it needs no firmware; `# board: ...` names the only board; `# options: ...` adds options.
 """
 # needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega arduino-uno) build/atmega128/firmware/busy.elf
 import re
@@ -29,7 +29,8 @@ class Scenarios(unittest.TestCase):
         text = path.read_text()
         on_bus = re.search(r"^# run: bus$", text, re.M)
         options = re.search(r"^# options: (.*)$", text, re.M)
-        for way in [["bus"]] if on_bus else [firmware(board) for board in BOARDS]:
+        board = re.search(r"^# board: (.*)$", text, re.M)
+        for way in [["bus"]] if on_bus else [firmware(name) for name in ([board[1]] if board else BOARDS)]:
             status, output = simulate(*way, "--servos", "1", *(options[1].split() if options else []),
                                       "--script", path)
             self.assertEqual(status, 0, output)

@@ -50,7 +50,7 @@ static const CDS_FLASH char message_beyond_voltage[] =
 static const CDS_FLASH char *const CDS_FLASH names_of_pairs[] = {
     FLASH_TEXT("CCW"), FLASH_TEXT("CW"), FLASH_TEXT("MAX"), FLASH_TEXT("MIN")};
 static const CDS_FLASH char message_several[] =
-    "several servos answer at the same time on one wire, so their replies mix; 'scan' asks each";
+    "several servos answer at the same time, so their replies mix; 'scan' asks each";
 static const CDS_FLASH char message_late[] =
     "%s; replies that came late so far: %u, see 'diagnose %u'";
 static const CDS_FLASH char message_stray[] =
@@ -62,7 +62,7 @@ static const CDS_FLASH char message_factory_id[] =
     "another servo has ID 1, nothing was written; 'id 1 NEW' first, or connect this one alone";
 static const CDS_FLASH char message_search_rates[] = "%s; 'scan all' looks at other rates";
 static const CDS_FLASH char message_one[] =
-    "254 means all servos at once; this command takes an ID from 0 to 253%s";
+    "254 means all servos; this command takes an ID from 0 to 253%s";
 static const CDS_FLASH char message_or_each[] = ", or 'all': each in turn";
 static const CDS_FLASH char message_state_lost[] =
     "the servo may not be driven; %s, 'release %u', then 'torque %u on' moves it to its goal, "
@@ -559,7 +559,7 @@ static bool writes_zeros(const uint8_t *bytes)
 /* Why the limits of the servo refuse what the line writes. With torque on, or out of an endless
  * turn, a servo goes to its goal: MOVING_SPEED is 0, as fast as it can; or goal or speed are not
  * known to be within the limits. `torque on`, `turn` and angle limits of 0: an endless turn would
- * leave the limits. NULL for other registers. */
+ * leave the limits. A new ID has no place in a full list. NULL for other registers. */
 static const CDS_FLASH char *text_of_limits(struct console *console)
 {
     const struct cds_servo_state *servo = console_servo(console);
@@ -634,7 +634,7 @@ static const CDS_FLASH char *text_of_supply(const struct console *console)
     return servo && servo->alarms == CDS_ERROR_VOLTAGE ? error_text(ERROR_VOLTAGE) : NULL;
 }
 
-/* A stop ends the wait for a save, not the save. */
+/* A stop ends the wait for a save, not the save. `release` with an ID does not end a stop. */
 static const CDS_FLASH char *text_of_stopped(struct console *console)
 {
     static const CDS_FLASH char save[] = "save";

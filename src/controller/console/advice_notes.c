@@ -21,9 +21,8 @@ static const CDS_FLASH char message_id_twice[] =
     "a second servo of ID %u would have ID %u now, too: 'diagnose %u' finds it, unless both agree "
     "in every bit";
 static const CDS_FLASH char message_all_told[] =
-    "all servos were told, and none answers to it: each that heard it has ID 1 now; connect one "
-    "alone, then 'id 1 NEW'";
-static const CDS_FLASH char message_not_reached[] = "servos not reached by 'stop', may go on: %u";
+    "none answers to this: each servo that heard it has ID 1 now; connect one alone, 'id 1 NEW'";
+static const CDS_FLASH char message_not_confirmed[] = "'stop' is not confirmed by servos: %u";
 static const CDS_FLASH char message_max_torque[] =
     "MAX_TORQUE acts from the servo's next power-up on: switch its power off and on";
 static const CDS_FLASH char message_restarted[] =
@@ -33,8 +32,7 @@ static const CDS_FLASH char message_still_inhibited[] =
     "driving is inhibited: 'release' allows it\r\n";
 static const CDS_FLASH char message_rate_changed[] =
     "the bus changed to this rate, 'save' keeps it over a reset; servos known here: %u; %s";
-static const CDS_FLASH char message_servos_left[] =
-    "at the old rate: %u, they answer again after 'bus %b'%s";
+static const CDS_FLASH char message_servos_left[] = "at the old rate: %u, until 'bus %b'%s";
 static const CDS_FLASH char message_goes_on[] =
     "; one that moves goes on, and 'stop' does not reach it";
 static const CDS_FLASH char message_silent_in_group[] =
@@ -116,7 +114,7 @@ static const CDS_FLASH char *note_sequence(const struct console *console)
                : NULL;
 }
 
-/* After `release`: the last stop could not be sent to a servo, or was not read back from it. */
+/* `release` has ended a stop (console->part): servos that have not confirmed it. */
 static const CDS_FLASH char *note_release(struct console *console)
 {
     const struct robot *robot = console->robot;
@@ -124,12 +122,10 @@ static const CDS_FLASH char *note_release(struct console *console)
     uint8_t count = 0;
 
     for (uint8_t left = robot->servos.count; left; left--, servo++)
-        if (servo->torque_off != CDS_TORQUE_OFF_OFF &&
-            (servo->presence != CDS_PRESENCE_ONLINE || servo->torque))
+        if (!stop_is_confirmed(servo) && !joined_since_stop(robot, servo))
             count++;
     console->printer.values[0].number = count;
-    return count && robot->stop.servos && console_is_for_person(console) ? message_not_reached
-                                                                         : NULL;
+    return console->part && count && console_is_for_person(console) ? message_not_confirmed : NULL;
 }
 
 static bool answers(const struct cds_servo_state *servo)

@@ -23,9 +23,9 @@ static bool is_at_its_rate(const struct failsafe *failsafe)
     return failsafe->robot->bus->baud_reg == failsafe->settings->bus_baud;
 }
 
-/* The bus has another rate. Servos that are there were not searched for. If no servo is known, no
- * servo has answered the stop: it begins again, for those of this rate. */
-static void begin_rate(struct robot *robot)
+/* The bus has another rate, at which the robot has not scanned. If no servo is in the list, nobody
+ * has answered the stop: it is sent again, to servos of this rate. */
+static void note_new_rate(struct robot *robot)
 {
     robot->unlisted = ROBOT_NOT_SCANNED;
     if (robot->stop_begun && robot->servos.count == 0)
@@ -43,7 +43,7 @@ bool failsafe_apply_settings(struct failsafe *failsafe)
     if (!is_at_its_rate(failsafe)) {
         failsafe->unsettled = cds_bus_set_baud(bus, settings->bus_baud) != CDS_OK;
         if (!failsafe->unsettled)
-            begin_rate(failsafe->robot);
+            note_new_rate(failsafe->robot);
     }
     return !failsafe->unsettled;
 }
@@ -56,7 +56,7 @@ static void watch_rate(struct failsafe *failsafe)
         failsafe_apply_settings(failsafe);
     else if (!robot_is_exclusive(failsafe->robot) && !is_at_its_rate(failsafe)) {
         failsafe->settings->bus_baud = failsafe->robot->bus->baud_reg;
-        begin_rate(failsafe->robot);
+        note_new_rate(failsafe->robot);
     }
 }
 

@@ -76,7 +76,8 @@ void failsafe_heard(struct failsafe *failsafe);
 void failsafe_poll(struct failsafe *failsafe);
 
 /* Applies the settings of the bus: rate, return delay and retries. Call it when they have changed.
- * False: the bus is busy, and failsafe_poll() tries again. */
+ * At another rate a stop is sent again if no servo is in the list: nobody has answered it. False:
+ * the bus is busy, and failsafe_poll() tries again. */
 bool failsafe_apply_settings(struct failsafe *failsafe);
 
 /* Servo `id` has left the list of the robot, and entry `from`, the last one, has moved to entry

@@ -40,12 +40,12 @@ void test_bare_time_out_of_range_is_shown_with_its_unit(void)
 void test_id_254_where_one_servo_must_reply_says_why(void)
 {
     static const char *const lines[][2] = {
-        {"info 254", "error 33: ID '254': 254 means all servos at once; this command takes an ID "
+        {"info 254", "error 33: ID '254': 254 means all servos; this command takes an ID "
                      "from 0 to 253, or 'all': each in turn\r\n"},
-        {"reset 254", "error 33: ID '254': 254 means all servos at once; this command takes an ID "
+        {"reset 254", "error 33: ID '254': 254 means all servos; this command takes an ID "
                       "from 0 to 253\r\n"},
-        {"group 254", "error 33: ID... '254': 254 means all servos at once; "},
-        {"id 254 5", "error 33: OLD '254': 254 means all servos at once; "},
+        {"group 254", "error 33: ID... '254': 254 means all servos; "},
+        {"id 254 5", "error 33: OLD '254': 254 means all servos; "},
         {"info 255", "error 33: ID 255 is out of range: 0 to 253\r\n"},
     };
 

@@ -37,7 +37,7 @@ static const char *ping_all(void)
 void test_ping_254_with_several_servos_says_they_answer_at_once(void)
 {
     know_servos(2);
-    TEST_ASSERT_EQUAL_STRING("error 2: several servos answer at the same time on one wire, so "
+    TEST_ASSERT_EQUAL_STRING("error 2: several servos answer at the same time, so "
                              "their replies mix; 'scan' asks each\r\n",
                              ping_all());
 }

@@ -102,13 +102,18 @@ void test_status_tells_all_there_is(void)
                              reply_to("status"));
 }
 
-/* As after Ctrl-X and `servos forget`: driving is inhibited, and no servo of the stop is left. */
+/* A stop sets stop_begun: driving is inhibited, and no servo of the stop is left. */
 void test_status_after_a_stop_and_forget_tells_the_stop(void)
 {
     static const char told[] = "last stop: sent; its servos are no longer in the list\r\n";
 
     TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "last stop: none\r\n"));
+    cds_servos_add(&robot.servos, 7);
+    robot.states[0].torque_off = CDS_TORQUE_OFF_OFF;
     robot.stop_begun = true;
+    robot.stop.servos = &robot.servos;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "last stop: 1 of 1 servos"));
+    TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("servos forget"));
     TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), told));
     robot.stop_begun = false; // as `release` does
     TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "last stop: none\r\n"));

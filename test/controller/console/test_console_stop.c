@@ -39,25 +39,37 @@ void test_stop_without_servos_tells_that_none_was_read(void)
     TEST_ASSERT_NULL(strstr(said, "robot stopped"));
 }
 
-void test_release_counts_servos_that_the_stop_did_not_reach(void)
+/* The reply to `release` after a stop. */
+static const char *release_reply(void)
 {
+    robot.stop_begun = true;
+    return reply_to("release");
+}
+
+void test_release_counts_servos_that_have_not_confirmed_the_stop(void)
+{
+    static const char told[] = "'stop' is not confirmed by servos: 1\r\nok\r\n";
+
     settings.echo = SETTINGS_ECHO_PERSON;
     cds_servos_add(&robot.servos, 7);
     cds_servos_add(&robot.servos, 8);
-    robot.states[1].torque = true;
-    TEST_ASSERT_NULL(strstr(reply_to("release"), "not reached")); // there was no stop
     stop_reply("stop\r");
     robot.states[0].torque_off = CDS_TORQUE_OFF_OFF;
     robot.states[1].torque_off = CDS_TORQUE_OFF_SILENT;
     robot.states[1].presence = CDS_PRESENCE_OFFLINE;
-    TEST_ASSERT_NOT_NULL(
-        strstr(reply_to("release"), "servos not reached by 'stop', may go on: 1\r\nok\r\n"));
-    robot.states[1].presence = CDS_PRESENCE_ONLINE; // its torque was read as off since
-    TEST_ASSERT_NULL(strstr(reply_to("release"), "not reached"));
+    TEST_ASSERT_NOT_NULL(strstr(release_reply(), told));
+    TEST_ASSERT_NULL(strstr(reply_to("release"), "confirmed")); // there is no stop any more
+    robot.states[1].presence = CDS_PRESENCE_ONLINE;
+    robot.states[1].status_return_level = CDS_LEVEL_UNKNOWN; // it is READ
+    robot.states[1].misses = 0;
+    TEST_ASSERT_NULL(strstr(release_reply(), "confirmed"));
     robot.states[1].torque = true;
-    TEST_ASSERT_NOT_NULL(strstr(reply_to("release"), "not reached"));
+    TEST_ASSERT_NOT_NULL(strstr(release_reply(), told));
+    robot.states[1].torque_off = CDS_TORQUE_OFF_UNKNOWN; // it has joined since
+    TEST_ASSERT_NULL(strstr(release_reply(), "confirmed"));
+    robot.states[1].torque_off = CDS_TORQUE_OFF_SILENT;
     settings.echo = SETTINGS_ECHO_ON;
-    TEST_ASSERT_NULL(strstr(reply_to("release"), "not reached"));
+    TEST_ASSERT_NULL(strstr(release_reply(), "confirmed"));
 }
 
 void test_stop_while_the_link_is_lost_names_clear(void)

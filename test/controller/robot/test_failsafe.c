@@ -375,8 +375,8 @@ void test_alarms_of_several_servos_wait_for_one_another(void)
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_VOLTAGE, failsafe.alarm);
 }
 
-/* Servos at the new rate have not heard the stop, and no other servo has confirmed it. */
-void test_unconfirmed_stop_begins_again_at_new_rate(void)
+/* Servos at the new rate have not heard the stop. */
+void test_stop_without_known_servos_begins_again_at_new_rate(void)
 {
     uint8_t packets;
 
@@ -407,14 +407,15 @@ void test_stop_that_is_released_does_not_begin_again_at_new_rate(void)
     TEST_ASSERT_FALSE(robot_is_stopping(&robot));
 }
 
-/* Its servos answered at the old rate, and would be told as silent now. */
-void test_confirmed_stop_does_not_begin_again_at_new_rate(void)
+/* A servo of the list would be told as silent, at a rate that is not its own. */
+void test_stop_of_known_servos_does_not_begin_again_at_new_rate(void)
 {
     settings.link_loss_ms = 0;
     robot_add(&robot, 1);
     robot_stop(&robot);
     run(3000);
     TEST_ASSERT_FALSE(robot_is_stopping(&robot));
+    TEST_ASSERT_EQUAL(CDS_TORQUE_OFF_OFF, known(1)->torque_off);
     cds_bus_set_baud(&bus, 3);
     run(10);
     TEST_ASSERT_FALSE(robot_is_stopping(&robot));

@@ -369,17 +369,18 @@ static const CDS_FLASH char *fault_text(struct console *console, uint8_t fault)
     return command_set.link_lost ? command_set.link_lost(console) : error_text(ERROR_LINK_LOST);
 }
 
-#define LOW_LOOKS (4 * FAULT_LOW_LOOK)
+#define LOW_FOR_LONG (4 * FAULT_LOW_LOOK)
 
-/* True if the bus has found the line low, and it was low at 4 calls in a row: in noise the bus
- * meets a low bit now and then. */
-static bool stays_low(struct console *console, bool is_found)
+/* Counts, in the upper bits of faults_told since the RAM of an ATmega128 is full, how often in a
+ * row the line was low. True: 4 times, so it is held low: in noise the bus meets a low bit now and
+ * then. `is_found`: the bus has found it low. */
+static bool count_low(struct console *console, bool is_found)
 {
     if (!is_found || cds_port_line_is_high(console->bus->port))
         console->faults_told &= FAULT_LOW_LOOK - 1;
-    else if (console->faults_told < LOW_LOOKS)
+    else if (console->faults_told < LOW_FOR_LONG)
         console->faults_told = (uint8_t)(console->faults_told + FAULT_LOW_LOOK);
-    return console->faults_told >= LOW_LOOKS;
+    return console->faults_told >= LOW_FOR_LONG;
 }
 
 /* In mode person: prints a fault of the whole robot, once until a command finds it over. Returns
@@ -388,7 +389,7 @@ static bool report_fault(struct console *console)
 {
     uint8_t untold = console_faults(console) & (uint8_t)~console->faults_told, fault;
 
-    if (command_set.advise && !stays_low(console, untold & FAULT_LINE_LOW))
+    if (command_set.advise && !count_low(console, untold & FAULT_LINE_LOW))
         untold &= (uint8_t)~FAULT_LINE_LOW;
     fault = untold & FAULT_LINE_LOW ? FAULT_LINE_LOW : FAULT_LINK_LOST;
     if (command_set.noise && untold & FAULT_NOISE)
@@ -487,17 +488,13 @@ static const CDS_FLASH char *stop_text(const struct robot *robot)
     return message_torque_read;
 }
 
-/* True if the servo joined the robot after the last stop. A stop that gave up on a line in use has
- * not read all servos. */
-static bool joined_since_stop(const struct robot *robot, const struct cds_servo_state *servo)
+bool joined_since_stop(const struct robot *robot, const struct cds_servo_state *servo)
 {
     return command_set.advise && servo->torque_off == CDS_TORQUE_OFF_UNKNOWN &&
            robot->stop.steps.result != CDS_LINE_BUSY;
 }
 
-/* True if the torque of the servo was read as off by the stop or, where the flash has room, by the
- * state check since: the stop itself has missed a reply of a servo that did not answer it. */
-static bool is_read_as_off(const struct cds_servo_state *servo)
+bool stop_is_confirmed(const struct cds_servo_state *servo)
 {
     return servo->torque_off == CDS_TORQUE_OFF_OFF ||
            (command_set.has_room && servo->torque_off == CDS_TORQUE_OFF_SILENT &&
@@ -513,7 +510,7 @@ static void print_torque(struct printer *printer, const struct robot *robot)
     uint8_t unlisted = robot_unlisted(robot), off = 0, count = robot->servos.count;
 
     for (uint8_t left = count; left; left--, servo++) {
-        if (is_read_as_off(servo))
+        if (stop_is_confirmed(servo))
             off++;
         if (joined_since_stop(robot, servo))
             count--;

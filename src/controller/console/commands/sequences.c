@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* sequence: sequences of stored poses. */
+#include <string.h> // memchr()
+
 #include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
 #include "console/commands/stored.h"
@@ -243,19 +245,19 @@ static bool is_of_group(const CDS_FLASH struct command *command)
            command < sequence_rows + sizeof sequence_rows / sizeof sequence_rows[0];
 }
 
-/* True if the word that is no word of the command may be "new": two letters of it, or the "step" of
- * an exported step without a pose. */
+/* True if the word that is no word of the command may be "new": it has two of its letters, and does
+ * not begin as add, insert or delete do. Or it is the "step" of an exported step without a pose. */
 static bool resembles_new(const struct token *token)
 {
-    static const CDS_FLASH char step[] = "step";
-    uint8_t shared = 0;
+    static const CDS_FLASH char step[] = "step", new[] = "new", others[] = "aid";
+    uint8_t length = token->length < TOKEN_MAX ? token->length : TOKEN_MAX, shared = 0;
 
-    for (uint8_t i = 0; i < token->length && i < TOKEN_MAX; i++) {
-        char letter = (char)(token->text[i] | 0x20);
-
-        if (letter == 'n' || letter == 'e' || letter == 'w')
+    for (const CDS_FLASH char *letter = others; *letter; letter++)
+        if (token->text[0] == *letter)
+            return false;
+    for (const CDS_FLASH char *letter = new; *letter; letter++)
+        if (memchr(token->text, *letter, length))
             shared++;
-    }
     return shared >= 2 || parse_choice(step, token);
 }
 

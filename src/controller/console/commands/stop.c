@@ -103,6 +103,8 @@ static uint8_t release_begin(struct console *console)
     if (console->failsafe->link_lost && (!command_set.has_room || robot_is_inhibited(robot)))
         return ERROR_LINK_LOST;
     if (console->line.id == CDS_BROADCAST_ID) {
+        if (command_set.advise)
+            console->part = robot->stop_begun; // note_release() tells who has not confirmed it
         robot_release(robot);
         return 0;
     }
