@@ -375,6 +375,15 @@ class Play(Motion):
             with self.subTest(board):
                 self.assertRegex(self.told("torque 2 off\n", board)[-1], "^motion: .*servo 2: error 84: torque of a servo is off")
 
+    def test_torque_off_near_the_goal_ends_the_motion(self):
+        """Also a servo that is as near to its goals as a blocked one may be, and in a pause."""
+        for board in MOVING:
+            for script in ("torque 2 off\n", "pause\n@wait 500\ntorque 2 off\n@wait 100\n! resume\n"):
+                with self.subTest(script=script, board=board):
+                    self.run_on(READY + "pose set near 150 150 150\npose set by 150 155 150\nsequence sway new near 3s\n"
+                                "sequence sway add by 3s\nplay sway\n@wait 3500\n" + script
+                                + "! motion wait\n@expect text servo 2 is the cause\n@expect text error 84:\n", board)
+
     def test_end_of_a_motion_by_a_low_line_names_no_servo(self):
         for board in MOVING:
             with self.subTest(board=board):

@@ -83,7 +83,15 @@ static void count_unsent_periods(struct moves *moves, uint8_t sent)
     moves->sent = sent;
 }
 
-/* In each period counts whether a packet has left, and compares one joint: the poll, which comes
+/* True if the torque of a joint that takes part in the move was switched off since its start. */
+static bool is_limp(struct robot *robot, uint8_t joint)
+{
+    const struct cds_servo_state *servo = cds_servos_find(&robot->servos, robot->group[joint]);
+
+    return robot->moves->joints[joint].is_moving && servo && !servo->torque;
+}
+
+/* In each period counts whether a packet has left, and looks at one joint: the poll, which comes
  * several times in a turn, stays short. */
 static void watch_period(struct robot *robot)
 {
@@ -94,7 +102,11 @@ static void watch_period(struct robot *robot)
         return;
     moves->watched = period;
     count_unsent_periods(moves, (uint8_t)robot->bus->stats.sent);
-    if (moves->follow.result == CDS_PENDING && cds_follow_poll(&moves->follow) == CDS_TIMEOUT)
+    if (moves->follow.result != CDS_PENDING)
+        return;
+    if (is_limp(robot, moves->follow.joint))
+        moves->follow.result = CDS_TIMEOUT; // however near to its goal
+    if (cds_follow_poll(&moves->follow) == CDS_TIMEOUT)
         moves_end(robot);
 }
 

@@ -192,8 +192,8 @@ static const CDS_FLASH struct command autostart_rows[] = {
         .usage = FLASH_TEXT("settings autostart NAME [DELAY]"),
         .what = FLASH_TEXT("play a sequence after power-up"),
         .details = COMMAND_DETAILS(
-            "DELAY: 1s to 127s, default 3s. Only after power-on, if no byte comes before it, "
-            "every servo passes its check, and each pose is within its angle limits"),
+            "DELAY: 1s to 127s, default 3s. Only after power-on, if no byte comes before it "
+            "and every servo passes its check"),
         .example = COMMAND_DETAILS("settings autostart walk 5s"),
         .begin = once_begin,
         .poll = stored_save_poll,

@@ -367,7 +367,7 @@ static const CDS_FLASH struct command bus_rows[] = {
     {
         .usage = FLASH_TEXT("counters [ID]"),
         .what = FLASH_TEXT("packets sent and lost"),
-        .details = COMMAND_DETAILS("Of the bus since the reset; of a servo since it joined. "
+        .details = COMMAND_DETAILS("Of the bus since reset, of a servo since it joined. "
                                    "Modulo 65536, some to 255"),
         .example = COMMAND_DETAILS("counters"),
         .begin = counters_begin,

@@ -644,8 +644,8 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = message_clear,
         .what = FLASH_TEXT("end alarms, lost link"),
-        .details = COMMAND_DETAILS(
-            "Servos inhibited for that or by stop may be driven again; nothing moves"),
+        .details =
+            COMMAND_DETAILS("Servos inhibited by that or stop may be driven again; nothing moves"),
         .begin = clear_begin,
     },
     {
