@@ -63,7 +63,7 @@ static const CDS_FLASH char message_id_shared[] =
     "; check power, wiring; replies came damaged, so two servos may have its ID, or it has "
     "another rate: 'diagnose %u'";
 static const CDS_FLASH char message_unload[] =
-    "; 'torque %u off', unload it; when cool, 'clear', 'release %u'; then 'torque ID on' moves it "
+    "; 'torque ID off', unload it; when cool, 'clear', 'release ID'; then 'torque ID on' moves it "
     "to its old goal, 'teach off ID' keeps it where it is";
 static const CDS_FLASH char message_supply[] =
     "; too low or too high: 'diagnose %u' tells which, and the volts; mend supply or limits, then "
@@ -133,7 +133,8 @@ static bool has_lost_power(const struct console *console, uint8_t condition)
            !(failsafe->reported[failsafe->next] & CDS_ERRORS_OF_CONDITION);
 }
 
-/* The remedy of an alarm whose cause is known, with %u for the ID; NULL: it is not known. */
+/* The remedy of an alarm whose cause is known, with ID or at most two %u for the ID; NULL: it is
+ * not known. */
 static const CDS_FLASH char *remedy_of_cause(const struct unasked *unasked,
                                              const struct console *console, uint8_t condition)
 {
