@@ -17,7 +17,8 @@ static const CDS_FLASH char message_unknown_try[] = "unknown command; try %s";
 static const CDS_FLASH char message_one_command[] = "one command a line, no ';'";
 static const CDS_FLASH char message_of_one[] = "one servo: 'ping %u', 'info %u'";
 static const CDS_FLASH char message_digits[] = "too many digits; at most 3 decimals";
-static const CDS_FLASH char message_plus[] = "without '+': ANGLE is where it goes";
+static const CDS_FLASH char message_plus[] = "without '+'";
+static const CDS_FLASH char message_plus_angle[] = "without '+': ANGLE is where it goes";
 static const CDS_FLASH char message_point[] = "digits around the point: 90.0, 0.5";
 static const CDS_FLASH char message_angle_each[] =
     "an angle for each: 'group 1-3', 'pose 90 120 150'";
@@ -113,7 +114,7 @@ static const CDS_FLASH char *text_of_register_first(struct console *console)
 
 /* ---- numbers ---- */
 
-/* `move 1 +10`, `move 1 90.`, `move 1 .5` */
+/* `move 1 +10`, `turn 1 +10`, `move 1 90.`, `move 1 .5` */
 static const CDS_FLASH char *text_of_notation(struct console *console)
 {
     const struct token *word = &console->token;
@@ -121,7 +122,9 @@ static const CDS_FLASH char *text_of_notation(struct console *console)
     if (!has_wrong_word(console) || console->line.argument != ARGUMENT_NUMBER)
         return NULL;
     if (*word->text == '+')
-        return message_plus;
+        return parse_is_command(&console->line, command_move) && console->line.numbers == 1
+                   ? message_plus_angle
+                   : message_plus;
     return *word->text == '.' || word->text[word->length - 1] == '.' ? message_point : NULL;
 }
 
@@ -177,7 +180,7 @@ static const CDS_FLASH char *text_of_goal(struct console *console)
     return message_goal_beyond;
 }
 
-/* `move` beyond the angle limits that the servo keeps itself; it has read them. */
+/* `move` beyond the angle limits that the servo keeps itself: `move` has read them (servo.c). */
 static const CDS_FLASH char *text_of_own_limits(struct console *console)
 {
     const uint8_t *limits = set_job(console)->limits;
@@ -191,8 +194,8 @@ static const CDS_FLASH char *text_of_own_limits(struct console *console)
     return message_own_limits;
 }
 
-/* `set` of an EEPROM register, `id` and `baud` take no value out of range: the servo may be locked.
- */
+/* `set` of an EEPROM register, `id`, `baud`: the console has checked the value, so the servo may be
+ * locked (LOCK = 1). */
 static const CDS_FLASH char *text_of_lock(struct console *console)
 {
     static const CDS_FLASH char id[] = "id", baud[] = "baud";
