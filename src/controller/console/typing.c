@@ -107,8 +107,7 @@ static bool decide(struct console *console)
     struct completion *job = completion(console);
     uint8_t length = length_of_word(console);
 
-    if (!job->is_found ||
-        (command_set.has_room && length == 0 && names_list_is_due(&console->line)))
+    if (!job->is_found || (command_set.has_room && length == 0 && names_id_is_due(&console->line)))
         return ring_bell(console); // a Tab alone types no `all`
     if (job->common.length > length || job->is_unique) {
         uint8_t added = (uint8_t)(job->common.length - length + job->is_unique);
