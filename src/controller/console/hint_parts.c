@@ -22,8 +22,8 @@ enum search {
     SEARCH_TYPO, // names with a part near the word
 } __attribute__((packed));
 
-/* console->phase; below COUNT_NAMES: those of typing.c. */
-enum { COUNT_NAMES = 3, LIST_NAMES, HINT_ENDS };
+/* console->phase; below COUNT_NAMES: enum typing_phase. */
+enum { COUNT_NAMES = TYPING_ENDED + 1, LIST_NAMES, HINT_ENDS };
 
 struct parts {
     struct names names;
@@ -112,7 +112,7 @@ static bool begin_next(struct console *console)
     struct parts *job = parts(console);
 
     if (job->search == SEARCH_WORD) {
-        console->phase = 0; // of typing.c
+        console->phase = TYPING_BEGINS;
         return typing.search(console);
     }
     if (job->search == SEARCH_REST && shorten(console))
@@ -163,11 +163,11 @@ static void take_unknown_name(struct console *console)
 
 static bool search_parts(struct console *console)
 {
-    if (console->phase == 0)
+    if (console->phase == TYPING_BEGINS)
         take_unknown_name(console);
     if (!may_be_part(console))
         return typing.search(console);
-    if (console->phase == 0)
+    if (console->phase == TYPING_BEGINS)
         begin_search(console, SEARCH_WORD);
     if (console->phase == COUNT_NAMES)
         return count_names(console);

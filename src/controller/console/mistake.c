@@ -215,8 +215,7 @@ static const CDS_FLASH char *const CDS_FLASH mistake_texts[] = {
     [MISTAKE_RATE] = message_at_rate,      [MISTAKE_OFFLINE] = message_not_driven,
 };
 
-/* Each advice about a servo that does not answer, or refuses a value, begins with the remedy of the
- * error: an alarm behind it need not repeat that. */
+/* The advice for these errors has a remedy: an alarm behind it need not repeat one. */
 static void print_advice(struct console *console)
 {
     bool is_told = console->error == CDS_TIMEOUT || console->error == ERROR_SERVO_RANGE ||

@@ -11,13 +11,14 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
+#include "console/slips.h"  // struct slip
+#include "console/typing.h" // TYPING_NO_SEARCH
 
-static const CDS_FLASH char message_unknown_try[] = "unknown command; try %s";
-#define MESSAGE_TRY_LINE (message_unknown_try + sizeof "unknown command;")
 static const CDS_FLASH char message_one_command[] = "one command a line, no ';'";
 static const CDS_FLASH char message_of_one[] = "one servo: 'ping %u', 'info %u'";
 static const CDS_FLASH char message_digits[] = "too many digits; at most 3 decimals";
-static const CDS_FLASH char message_plus[] = "without '+': ANGLE is where it goes";
+static const CDS_FLASH char message_plus[] = "without '+'";
+static const CDS_FLASH char message_plus_angle[] = "without '+': ANGLE is where it goes";
 static const CDS_FLASH char message_point[] = "digits around the point: 90.0, 0.5";
 static const CDS_FLASH char message_angle_each[] =
     "an angle for each: 'group 1-3', 'pose 90 120 150'";
@@ -49,28 +50,24 @@ static const CDS_FLASH char *text_of_semicolon(struct console *console)
                : NULL;
 }
 
-/* Words of other consoles, and lines to type. */
-static const CDS_FLASH struct {
-    const CDS_FLASH char *words;
-    const CDS_FLASH char *lines;
-} words_of_others[] = {
-    {FLASH_TEXT("watch"), FLASH_TEXT("'monitor 1'")},
-    {FLASH_TEXT("where"), FLASH_TEXT("'get 1 PRESENT_POSITION'")},
-    {FLASH_TEXT("temp"), FLASH_TEXT("'get 1 PRESENT_TEMPERATURE'")},
-    {FLASH_TEXT("halt"), FLASH_TEXT("'stop', or Ctrl-X")},
+/* Words of other consoles. */
+static const CDS_FLASH struct slip_word words_of_others[] = {
+    {NULL, FLASH_TEXT("watch"), FLASH_TEXT("'monitor 1'")},
+    {NULL, FLASH_TEXT("where"), FLASH_TEXT("'get 1 PRESENT_POSITION'")},
+    {NULL, FLASH_TEXT("temp"), FLASH_TEXT("'get 1 PRESENT_TEMPERATURE'")},
+    {NULL, FLASH_TEXT("halt"), FLASH_TEXT("'stop', or Ctrl-X")},
+    {command_move, FLASH_TEXT("to"), FLASH_TEXT("'move 1 90'")},
 };
 
-/* `where 1` */
+/* `where 1`, `move 1 to 90` */
 static const CDS_FLASH char *text_of_other_word(struct console *console)
 {
-    for (uint8_t i = 0; i < sizeof words_of_others / sizeof words_of_others[0]; i++) {
-        if (!parse_choice(words_of_others[i].words, &console->token))
-            continue;
-        console->phase = UINT8_MAX; // no name that is near (hint_parts.c)
-        console->printer.values[0].text = words_of_others[i].lines;
-        return message_unknown_try;
-    }
-    return NULL;
+    const CDS_FLASH char *message = slip_word_text(
+        words_of_others, sizeof words_of_others / sizeof words_of_others[0], console);
+
+    if (message)
+        console->phase = TYPING_NO_SEARCH; // the message names the line to type
+    return message;
 }
 
 /* `scan 1`, `servos 1` */
@@ -85,17 +82,6 @@ static const CDS_FLASH char *text_of_servo_number(struct console *console)
         return NULL;
     console->printer.values[0].number = console->printer.values[1].number = id;
     return message_of_one;
-}
-
-/* `move 1 to 90` */
-static const CDS_FLASH char *text_of_to(struct console *console)
-{
-    static const CDS_FLASH char to[] = "to", move_line[] = "'move 1 90'";
-
-    if (!parse_is_command(&console->line, command_move) || !parse_choice(to, &console->token))
-        return NULL;
-    console->printer.values[0].text = move_line;
-    return MESSAGE_TRY_LINE;
 }
 
 /* `get PRESENT_POSITION 1` */
@@ -113,7 +99,7 @@ static const CDS_FLASH char *text_of_register_first(struct console *console)
 
 /* ---- numbers ---- */
 
-/* `move 1 +10`, `move 1 90.`, `move 1 .5` */
+/* `move 1 +10`, `turn 1 +10`, `move 1 90.`, `move 1 .5` */
 static const CDS_FLASH char *text_of_notation(struct console *console)
 {
     const struct token *word = &console->token;
@@ -121,7 +107,9 @@ static const CDS_FLASH char *text_of_notation(struct console *console)
     if (!has_wrong_word(console) || console->line.argument != ARGUMENT_NUMBER)
         return NULL;
     if (*word->text == '+')
-        return message_plus;
+        return parse_is_command(&console->line, command_move) && console->line.numbers == 1
+                   ? message_plus_angle
+                   : message_plus;
     return *word->text == '.' || word->text[word->length - 1] == '.' ? message_point : NULL;
 }
 
@@ -177,7 +165,7 @@ static const CDS_FLASH char *text_of_goal(struct console *console)
     return message_goal_beyond;
 }
 
-/* `move` beyond the angle limits that the servo keeps itself; it has read them. */
+/* `move` beyond the angle limits that the servo keeps itself: `move` has read them (servo.c). */
 static const CDS_FLASH char *text_of_own_limits(struct console *console)
 {
     const uint8_t *limits = set_job(console)->limits;
@@ -191,8 +179,8 @@ static const CDS_FLASH char *text_of_own_limits(struct console *console)
     return message_own_limits;
 }
 
-/* `set` of an EEPROM register, `id` and `baud` take no value out of range: the servo may be locked.
- */
+/* `set` of an EEPROM register, `id`, `baud`: the console has checked the value, so the servo may be
+ * locked (LOCK = 1). */
 static const CDS_FLASH char *text_of_lock(struct console *console)
 {
     static const CDS_FLASH char id[] = "id", baud[] = "baud";
@@ -206,17 +194,13 @@ static const CDS_FLASH char *text_of_lock(struct console *console)
     return message_locked;
 }
 
-/* In this order: the first function that returns a text decides. */
-static const CDS_FLASH struct {
-    uint8_t error;
-    const CDS_FLASH char *(*text)(struct console *console);
-} more[] = {
+static const CDS_FLASH struct slip more[] = {
     {ERROR_UNKNOWN_COMMAND, text_of_semicolon},
     {ERROR_UNKNOWN_COMMAND, text_of_other_word},
     {ERROR_UNKNOWN_WORD, text_of_semicolon},
     {ERROR_UNKNOWN_WORD, text_of_servo_number},
     {ERROR_NOT_A_NUMBER, text_of_semicolon},
-    {ERROR_NOT_A_NUMBER, text_of_to},
+    {ERROR_NOT_A_NUMBER, text_of_other_word},
     {ERROR_NOT_A_NUMBER, text_of_register_first},
     {ERROR_NOT_A_NUMBER, text_of_notation},
     {ERROR_UNIT, text_of_semicolon},
@@ -230,10 +214,5 @@ static const CDS_FLASH struct {
 
 const CDS_FLASH char *more_slips(struct console *console)
 {
-    const CDS_FLASH char *message = NULL;
-
-    for (uint8_t i = 0; !message && i < sizeof more / sizeof more[0]; i++)
-        if (more[i].error == console->error)
-            message = more[i].text(console);
-    return message;
+    return slip_first_text(more, sizeof more / sizeof more[0], console);
 }

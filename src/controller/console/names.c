@@ -130,13 +130,14 @@ static enum names_result next_word(struct names *names, const CDS_FLASH char *us
     return NAMES_FOUND;
 }
 
-bool names_list_is_due(const struct command_line *line)
+bool names_id_is_due(const struct command_line *line)
 {
     return line->argument == ARGUMENT_ID || line->argument == ARGUMENT_ID_OR_ALL ||
            line->argument == ARGUMENT_IDS;
 }
 
-/* `all`, where a list of servos stands. A packet takes one servo, and so does the OLD of `id`. */
+/* `all`, where a list of servos stands. Commands that send one packet, and `id`, take one servo: no
+ * `all`. */
 static enum names_result next_all(struct names *names, const struct command_line *line)
 {
     static const CDS_FLASH char all[] = "all", old_id[] = "OLD";
@@ -154,15 +155,16 @@ enum names_result names_next(struct names *names, const struct command_line *lin
     if (group == NULL)
         return NAMES_END;
     row = &group->rows[names->row];
+    /* Tab and `help` skip a command that this firmware only names; a hint does not. */
     if ((line->command ? line->argument == ARGUMENT_COMMAND : !line->error) &&
         command_is_only_named(group))
-        return next_row(names); // `help` and Tab leave out a command that this firmware only names
+        return next_row(names);
     if (line->command == NULL || line->argument == ARGUMENT_COMMAND)
         return next_command(names, row);
     usage = place_in(row, line);
     if (usage == NULL)
         return next_row(names);
-    if (command_set.has_room && names_list_is_due(line))
+    if (command_set.has_room && names_id_is_due(line))
         return next_all(names, line);
     switch (parse_argument_at(usage)) {
     case ARGUMENT_NONE: return next_word(names, usage);

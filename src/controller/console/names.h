@@ -31,7 +31,7 @@ enum names_result {
 enum names_result names_next(struct names *names, const struct command_line *line);
 
 /* True if an ID or a list of servos is due. */
-bool names_list_is_due(const struct command_line *line);
+bool names_id_is_due(const struct command_line *line);
 
 /* True if the name begins with the `length` characters at `text`, in any case. */
 bool names_begin_alike(const struct token *name, const char *text, uint8_t length);

@@ -347,6 +347,7 @@ static void end_servo(struct console *console)
 
     console->error = error;
     mistake = mistake_of(console, false);
+    /* A stop concerns all servos: its advice does, too. */
     is_own = command_set.has_room && error && error != ERROR_STOPPED && mistake;
     console->servo_error = conditions;
     list->phase = WARN;

@@ -13,6 +13,7 @@
 #include "console/explain.h"
 #include "console/messages.h"
 #include "console/parse.h"
+#include "console/typing.h" // TYPING_NO_SEARCH
 
 static const CDS_FLASH char message_id_first[] = "the ID comes first: '%s'";
 static const CDS_FLASH char message_no_number[] = "no number here, as in '%s'";
@@ -48,13 +49,14 @@ static const CDS_FLASH char message_has_limits[] =
     "limits of servo %u: %a to %a, %r; 'limits %u LOW HIGH' changes them";
 static const CDS_FLASH char message_has_no_limits[] =
     "servo %u has none; 'limits %u LOW HIGH' sets some, 'info %u' shows those of its own";
-static const CDS_FLASH char message_known_as[] = "unknown command; try %s";
-#define MESSAGE_TRY (message_known_as + sizeof "unknown command;")
 static const CDS_FLASH char message_in_line_at_most[] =
     "too many servos or angles; at most %u in a line";
 static const CDS_FLASH char message_at_most[] = "too many servos; at most %u";
 static const CDS_FLASH char message_robot_at_most[] =
     "too many servos; the robot has at most %u: 'servos forget' empties its list";
+
+#define MESSAGE_TRY (message_try + sizeof "unknown command;") // behind a known command
+const CDS_FLASH char message_try[] = "unknown command; try %s";
 
 static const CDS_FLASH char name_of_led[] = "led";
 static const CDS_FLASH char name_of_torque[] = "torque";
@@ -428,12 +430,7 @@ static const CDS_FLASH char *text_of_stored(struct console *console)
                : NULL;
 }
 
-/* Words that people try, and lines to type. */
-static const CDS_FLASH struct {
-    const CDS_FLASH char *command; // NULL: the word is the first one of the line
-    const CDS_FLASH char *words;
-    const CDS_FLASH char *lines;
-} tried[] = {
+static const CDS_FLASH struct slip_word tried[] = {
     {NULL, FLASH_TEXT("goto|go|goal"), FLASH_TEXT("'move 1 90deg'")},
     {NULL, FLASH_TEXT("speed"), FLASH_TEXT("'move 1 90deg 30rpm'")},
     {NULL, FLASH_TEXT("delete|remove|erase"),
@@ -450,21 +447,27 @@ static const CDS_FLASH struct {
     {name_of_pose, WORD_AT, FLASH_TEXT("'pose NAME in 2s'")},
 };
 
-/* `goto 1 90`, `turn 1 off` */
-static const CDS_FLASH char *text_of_tried(struct console *console)
+const CDS_FLASH char *slip_word_text(const CDS_FLASH struct slip_word *rows, uint8_t count,
+                                     struct console *console)
 {
     const struct command_line *line = &console->line;
 
-    for (uint8_t i = 0; i < sizeof tried / sizeof tried[0]; i++) {
-        const CDS_FLASH char *command = tried[i].command;
+    for (; count; count--, rows++) {
+        const CDS_FLASH char *command = rows->command;
         bool is_of_row = command ? parse_is_command(line, command) : line->command == NULL;
 
-        if (!is_of_row || !parse_choice(tried[i].words, &console->token))
+        if (!is_of_row || !parse_choice(rows->words, &console->token))
             continue;
-        console->printer.values[0].text = tried[i].lines;
-        return line->command ? MESSAGE_TRY : message_known_as;
+        console->printer.values[0].text = rows->lines;
+        return line->command ? MESSAGE_TRY : message_try;
     }
     return NULL;
+}
+
+/* `goto 1 90`, `turn 1 off` */
+static const CDS_FLASH char *text_of_tried(struct console *console)
+{
+    return slip_word_text(tried, sizeof tried / sizeof tried[0], console);
 }
 
 /* `wave`: the name of a stored sequence */
@@ -477,7 +480,7 @@ static const CDS_FLASH char *text_of_sequence(struct console *console)
         motion_store_find(console_store(), MOTION_STORE_SEQUENCE, word->text, word->length) ==
             MOTION_STORE_NONE)
         return NULL;
-    console->phase = UINT8_MAX; // no name that is near (hint_parts.c): this one is right
+    console->phase = TYPING_NO_SEARCH; // this name is right
     return message_is_sequence;
 }
 
@@ -513,11 +516,7 @@ static const CDS_FLASH char *text_of_many(struct console *console)
     return message_robot_at_most;
 }
 
-/* In this order: the first function that returns a text decides. */
-static const CDS_FLASH struct {
-    uint8_t error;
-    const CDS_FLASH char *(*text)(struct console *console);
-} slips[] = {
+static const CDS_FLASH struct slip slips[] = {
     {ERROR_UNKNOWN_COMMAND, text_of_sequence},
     {ERROR_UNKNOWN_COMMAND, text_of_tried},
     {ERROR_UNKNOWN_WORD, text_of_tried},
@@ -549,12 +548,18 @@ static const CDS_FLASH struct {
     {ERROR_NO_SEQUENCE, text_of_kind},
 };
 
-const CDS_FLASH char *slip_text(struct console *console)
+const CDS_FLASH char *slip_first_text(const CDS_FLASH struct slip *rows, uint8_t count,
+                                      struct console *console)
 {
     const CDS_FLASH char *message = NULL;
 
-    for (uint8_t i = 0; !message && i < sizeof slips / sizeof slips[0]; i++)
-        if (slips[i].error == console->error)
-            message = slips[i].text(console);
+    for (; !message && count; count--, rows++)
+        if (rows->error == console->error)
+            message = rows->text(console);
     return message;
+}
+
+const CDS_FLASH char *slip_text(struct console *console)
+{
+    return slip_first_text(slips, sizeof slips / sizeof slips[0], console);
 }

@@ -9,9 +9,35 @@
 #ifndef CONTROLLER_SLIPS_H
 #define CONTROLLER_SLIPS_H
 
+#include <stdint.h>
+
 #include "flash.h" // CDS_FLASH
 
 struct console;
+
+/* Words that people try behind `command`, and the lines to type instead. */
+struct slip_word {
+    const CDS_FLASH char *command; // NULL: the word is the first one of the line, and unknown
+    const CDS_FLASH char *words;   // "goto|go"
+    const CDS_FLASH char *lines;   // "'move 1 90deg'"
+};
+
+/* A slip that causes `error`; `text` returns its message, or NULL: the line does not have it. */
+struct slip {
+    uint8_t error;
+    const CDS_FLASH char *(*text)(struct console *console);
+};
+
+extern const CDS_FLASH char message_try[]; // "unknown command; try %s"
+
+/* Returns the message that names the lines of the first row that has console->token; NULL: no row
+ * has it. */
+const CDS_FLASH char *slip_word_text(const CDS_FLASH struct slip_word *rows, uint8_t count,
+                                     struct console *console);
+
+/* Returns the text of the first row of console->error that has one; NULL: none has. */
+const CDS_FLASH char *slip_first_text(const CDS_FLASH struct slip *rows, uint8_t count,
+                                      struct console *console);
 
 /* Returns the message for console->error, with its values in the printer; NULL: the line has none
  * of these slips. The printer must be ready. */

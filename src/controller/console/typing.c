@@ -107,15 +107,15 @@ static bool decide(struct console *console)
     struct completion *job = completion(console);
     uint8_t length = length_of_word(console);
 
-    if (!job->is_found ||
-        (command_set.has_room && length == 0 && names_list_is_due(&console->line)))
+    if (!job->is_found || (command_set.has_room && length == 0 && names_id_is_due(&console->line)))
         return ring_bell(console); // a Tab alone types no `all`
     if (job->common.length > length || job->is_unique) {
         uint8_t added = (uint8_t)(job->common.length - length + job->is_unique);
 
         if (console->editor.length + added >= EDITOR_SIZE)
             return ring_bell(console);
-        for (uint8_t i = 0; command_set.advise && i < length; i++) // PREsent, all in one case
+        /* `pre` becomes `PRESENT_`: the typed part takes the case of the name. */
+        for (uint8_t i = 0; command_set.advise && i < length; i++)
             line_editor_replace(&console->editor, (uint8_t)(job->begin + i), job->common.text[i]);
         for (uint8_t i = length; i < job->common.length; i++)
             line_editor_insert(&console->editor, job->common.text[i]);
@@ -255,14 +255,14 @@ static bool search(struct console *console)
     uint8_t errors;
 
     if (!typing_has_unknown_name(console) || console->token.length > TOKEN_MAX ||
-        console->phase >= 2)
+        console->phase >= TYPING_ENDED)
         return false;
-    if (console->phase == 0) {
+    if (console->phase == TYPING_BEGINS) {
         typing_begin(console);
         job->least = console->token.length < 5 ? 2 : ERRORS_MAX + 1;
         if (console->token.length == 1)
             job->least = 1; // no hint: any name of two letters has one error
-        console->phase = 1;
+        console->phase = TYPING_SEARCHES;
     }
     result = names_next(&job->names, &console->line);
     if (result == NAMES_FOUND) {
@@ -273,13 +273,14 @@ static bool search(struct console *console)
         }
     }
     if (result == NAMES_END)
-        console->phase = 2;
+        console->phase = TYPING_ENDED;
     return result != NAMES_END;
 }
 
 static bool has_hint(struct console *console)
 {
-    return console->phase == 2 && typing_has_unknown_name(console) && hint(console)->nearest.length;
+    return console->phase == TYPING_ENDED && typing_has_unknown_name(console) &&
+           hint(console)->nearest.length;
 }
 
 static void print_hint(struct console *console)

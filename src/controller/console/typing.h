@@ -9,6 +9,7 @@
 #define CONTROLLER_TYPING_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "console/token.h" // struct token
 #include "flash.h"         // CDS_FLASH
@@ -32,6 +33,15 @@ struct command_typing {
 };
 
 extern const CDS_FLASH struct command_typing typing;
+
+/* console->phase while the error of a line waits for search(). hint_parts.c has phases of its own
+ * behind TYPING_ENDED. */
+enum typing_phase {
+    TYPING_BEGINS, // a command begins in this phase
+    TYPING_SEARCHES,
+    TYPING_ENDED,
+    TYPING_NO_SEARCH = UINT8_MAX, // the text of the error names what to type: search no near name
+};
 
 /* Begin and complete of `typing`. */
 void typing_begin(struct console *console);

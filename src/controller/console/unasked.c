@@ -63,7 +63,7 @@ static const CDS_FLASH char message_id_shared[] =
     "; check power, wiring; replies came damaged, so two servos may have its ID, or it has "
     "another rate: 'diagnose %u'";
 static const CDS_FLASH char message_unload[] =
-    "; 'torque %u off', unload it; when cool, 'clear', 'release %u'; then 'torque ID on' moves it "
+    "; 'torque ID off', unload it; when cool, 'clear', 'release ID'; then 'torque ID on' moves it "
     "to its old goal, 'teach off ID' keeps it where it is";
 static const CDS_FLASH char message_supply[] =
     "; too low or too high: 'diagnose %u' tells which, and the volts; mend supply or limits, then "
@@ -133,7 +133,8 @@ static bool has_lost_power(const struct console *console, uint8_t condition)
            !(failsafe->reported[failsafe->next] & CDS_ERRORS_OF_CONDITION);
 }
 
-/* The remedy of an alarm whose cause is known, with %u for the ID; NULL: it is not known. */
+/* The remedy of an alarm whose cause is known, with ID or at most two %u for the ID; NULL: it is
+ * not known. */
 static const CDS_FLASH char *remedy_of_cause(const struct unasked *unasked,
                                              const struct console *console, uint8_t condition)
 {
@@ -162,7 +163,7 @@ const CDS_FLASH char *unasked_alarm_remedy(struct unasked *unasked, struct conso
     remedy = unasked_remedy(unasked, console, condition);
     known = remedy_of_cause(unasked, console, condition);
     if (condition == REPLY_OFFLINE)
-        unasked->alarms[console->failsafe->next].is_shared = known != NULL;
+        unasked->alarms[console->failsafe->next].may_share_id = known == message_id_shared;
     if (remedy == message_nothing || !known)
         return remedy;
     console->printer.values[4].number = console->printer.values[5].number =
@@ -394,14 +395,14 @@ static void note_loss(struct cds_servo_state *servo, const CDS_FLASH char *step)
 }
 
 /* "servo 2 answers again, torque on; it may be driven". Servos that share an ID answer as one while
- * their states agree, as after a stop: `is_shared`. */
-static void say_back(struct console *console, struct cds_servo_state *servo, bool is_shared)
+ * their states agree, as after a stop: `may_share_id`. */
+static void say_back(struct console *console, struct cds_servo_state *servo, bool may_share_id)
 {
     union printer_value *values = console->printer.values;
 
     values[0].number = values[3].number = values[4].number = values[5].number = servo->id;
     values[1].text = text_of_torque(servo);
-    values[2].text = is_shared ? message_may_share : next_step(console, step_of_servo(servo));
+    values[2].text = may_share_id ? message_may_share : next_step(console, step_of_servo(servo));
     say_line(console, message_back);
     note_loss(servo, values[2].text);
 }
@@ -413,7 +414,7 @@ static bool report_back(struct unasked *unasked, struct console *console)
         if (unasked->away[i] <= SERVO_TICKS)
             continue;
         unasked->away[i] = 0;
-        say_back(console, &console->robot->states[i], unasked->alarms[i].is_shared);
+        say_back(console, &console->robot->states[i], unasked->alarms[i].may_share_id);
         return true;
     }
     return false;

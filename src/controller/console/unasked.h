@@ -20,12 +20,13 @@ struct console;
 /* Of one servo: sets of conditions, CDS_ERRORS_OF_CONDITION. `seen` and `lasts` have a bit more:
  * the servo has replied. */
 struct unasked_alarms {
-    uint8_t told;    // alarms that were told and have not ended
-    uint8_t ended;   // told alarms that have ended; their end is to be told
-    uint8_t seen;    // conditions in replies to the state check since the window began
-    uint8_t lasts;   // `seen` at the end of the last window
-    uint8_t damaged; // damaged replies, modulo 256, when the servo last answered well
-    bool is_shared;  // it was told as offline, and that two servos may have its ID
+    uint8_t told;      // alarms that were told and have not ended
+    uint8_t ended;     // told alarms that have ended; their end is to be told
+    uint8_t seen;      // conditions in replies to the state check since the window began
+    uint8_t lasts;     // `seen` at the end of the last window
+    uint8_t damaged;   // damaged replies, modulo 256, when the servo last answered well
+    bool may_share_id; // its replies came damaged before it was told as offline, so two servos may
+                       // have its ID
 };
 
 /* Zero it (static storage is). The fields are internal. */

@@ -43,9 +43,9 @@ static uint8_t error_of(uint8_t state, uint8_t result)
     return result;
 }
 
-/* True if the servo is known to be at another rate than the bus: then the text of message_servo is
- * that of its rate. */
-static bool is_elsewhere(struct console *console, uint8_t id)
+/* If the servo is known at another rate than the bus, puts that rate into the values of
+ * message_servo and returns true. */
+static bool put_other_rate(struct console *console, uint8_t id)
 {
     const struct cds_servo_state *servo = cds_servos_find(&console->robot->servos, id);
 
@@ -67,7 +67,8 @@ static void print_servo(struct console *console, const struct baud_change *chang
         return;
     }
     console->error = ERROR_SOME;
-    if (command_set.has_room && error == CDS_TIMEOUT && is_elsewhere(console, change->ids[index])) {
+    if (command_set.has_room && error == CDS_TIMEOUT &&
+        put_other_rate(console, change->ids[index])) {
         printer_line(&console->printer, message_servo);
     } else if (state == CDS_IDENTITY_UNCHANGED) {
         values[1].number = change->from_baud_reg;

@@ -68,6 +68,7 @@ static void print_step(struct console *console, const struct new_servo *servo, u
 
     switch (step) {
     case NEW_SERVO_SEARCH_LISTED:
+        /* 4.5 s for each try of the search */
         values[0].number = (uint16_t)(9u * (1u + console->failsafe->settings->repeats) / 2);
         printer_line(printer, message_search);
         break;

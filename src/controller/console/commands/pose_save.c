@@ -187,8 +187,8 @@ enum delete_phase { DELETE, LOOK } __attribute__((packed));
 struct delete_job {
     struct motion_store_record record; // of stored_delete()
     uint8_t number;                    // of the pose
-    uint8_t place;                     // of the sequence; first that which plays after power-up
-    uint8_t step;                      // that is compared next
+    uint8_t place; // of the sequence that is looked at; the sequence of the autostart is the first
+    uint8_t step;  // that is compared next
 };
 
 static uint8_t delete_begin(struct console *console)
@@ -205,8 +205,8 @@ static uint8_t delete_begin(struct console *console)
     return stored_delete(console, MOTION_STORE_POSE);
 }
 
-/* Goes on with the next stored sequence; the one of the autostart was looked at. False: there is
- * none. */
+/* Goes on with the next stored sequence. Sets console->part: the sequence of the autostart has been
+ * looked at. False: there is none. */
 static bool next_sequence(struct console *console)
 {
     struct delete_job *job = console_job(console);
@@ -231,7 +231,8 @@ static bool tell_sequence(struct console *console, uint8_t place)
     return true;
 }
 
-/* The pose is deleted. Tells of the first sequence that had it. */
+/* The pose is deleted. Tells of the first sequence that had it: that of the autostart, else a
+ * stored one. Without room in the flash it looks only at the sequence of the autostart. */
 static bool look_poll(struct console *console)
 {
     struct delete_job *job = console_job(console);
@@ -239,22 +240,21 @@ static bool look_poll(struct console *console)
 
     if (stored_may_read())
         return true;
-    if (job->place == MOTION_STORE_NONE ||
+    if ((command_set.has_room && job->place == MOTION_STORE_NONE) ||
         !motion_store_read_step(console_store(), job->place, job->step++, &step))
-        return next_sequence(console);
+        return command_set.has_room && next_sequence(console);
     if (step.pose != job->number)
         return true;
-    if (console->part)
+    if (command_set.has_room && console->part)
         return !tell_sequence(console, job->place);
     printer_line(&console->printer, message_autostart_lost);
     return false;
 }
 
-/* Deletes the pose, then tells if the sequence of the autostart had it. */
+/* Deletes the pose, then tells if a sequence had it. */
 static bool delete_poll(struct console *console)
 {
-    struct delete_job *job = console_job(console);
-    struct motion_store_step step;
+    const struct delete_job *job = console_job(console);
 
     if (console->phase == DELETE) {
         if (stored_save_poll(console))
@@ -262,16 +262,7 @@ static bool delete_poll(struct console *console)
         console->phase = LOOK;
         return console->error == 0 && (command_set.has_room || job->place != MOTION_STORE_NONE);
     }
-    if (command_set.has_room)
-        return look_poll(console);
-    if (stored_may_read())
-        return true;
-    if (!motion_store_read_step(console_store(), job->place, job->step++, &step))
-        return false;
-    if (step.pose != job->number)
-        return true;
-    printer_line(&console->printer, message_autostart_lost);
-    return false;
+    return look_poll(console);
 }
 
 static const CDS_FLASH struct command pose_save_rows[] = {

@@ -148,7 +148,7 @@ uint8_t torque_on_error(uint8_t reason);
 struct set_job {
     struct cds_setup setup;
     uint8_t data[4];   // what servo_write() writes
-    uint8_t limits[4]; // of `turn`: the angle limits that the servo had
+    uint8_t limits[4]; // of `turn` and `move`: the angle limits that the servo has
     uint8_t bound_at;  // of `set`: address of the register that the value contradicts, or 0
     uint16_t bound;    // its value
 };
