@@ -486,7 +486,7 @@ class Scripts(unittest.TestCase):
                 self.assertNotRegex(run.output, r"servo \d+: finding 6")
 
     def test_several_servos_that_answer_at_once_are_named(self):
-        self.run_on("arduino-mega", "scan\n! ping 254\n" + text("several servos answer at the same time on one wire")
+        self.run_on("arduino-mega", "scan\n! ping 254\n" + text("several servos answer at the same time, so")
                     + "@expect rule collision\n")
 
     def test_two_of_one_id(self):

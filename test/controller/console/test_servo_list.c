@@ -271,27 +271,6 @@ void test_monitor_and_group_take_ranges(void)
     assert_error(ERROR_TOO_MANY, "monitor 1-9");
 }
 
-void test_warning_of_list_names_its_servo(void)
-{
-    reply_to("led 1 2 on");
-    port_fake_transmit(&bus.link, 0);
-    answer(1, CDS_ERROR_OVERHEATING, NULL, 0);
-    acknowledge(2);
-    TEST_ASSERT_EQUAL_STRING(
-        "servo 1: ok\r\nwarning: servo 1: overheating; 'torque ID off', unload "
-        "it; when cool, 'clear'\r\nservo 2: ok\r\nok\r\n",
-        said);
-}
-
-void test_refusal_in_list_names_servo_once(void)
-{
-    reply_to("led 1 2 on");
-    port_fake_transmit(&bus.link, 0);
-    answer(1, CDS_ERROR_RANGE, NULL, 0);
-    acknowledge(2);
-    TEST_ASSERT_EQUAL_STRING_LEN("servo 1: range error; ", said, 22);
-}
-
 void test_id_254_is_packet_to_all_servos(void)
 {
     reply_to("led 254 on");

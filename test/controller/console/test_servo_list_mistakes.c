@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Lists of servos in a line: what is refused, and what a user may have meant. */
+/* Lists of servos in a line: what is refused, warnings, and what a user may have meant. */
 #include "console_rig.h"
 
 void setUp(void)
@@ -100,4 +100,27 @@ void test_each_refusal_in_a_list_counts_as_told(void)
     refuse(1);
     refuse(2);
     TEST_ASSERT_NOT_NULL(strstr(said, "\r\nservo 2: "));
+}
+
+void test_warning_of_list_names_its_servo(void)
+{
+    reply_to("led 1 2 on");
+    port_fake_transmit(&bus.link, 0);
+    answer(1, CDS_ERROR_OVERHEATING, NULL, 0);
+    port_fake_transmit(&bus.link, 0);
+    answer(2, 0, NULL, 0);
+    TEST_ASSERT_EQUAL_STRING(
+        "servo 1: ok\r\nwarning: servo 1: overheating; 'torque ID off', unload "
+        "it; when cool, 'clear', 'release ID'\r\nservo 2: ok\r\nok\r\n",
+        said);
+}
+
+void test_refusal_in_list_names_servo_once(void)
+{
+    reply_to("led 1 2 on");
+    port_fake_transmit(&bus.link, 0);
+    answer(1, CDS_ERROR_RANGE, NULL, 0);
+    port_fake_transmit(&bus.link, 0);
+    answer(2, 0, NULL, 0);
+    TEST_ASSERT_EQUAL_STRING_LEN("servo 1: range error; ", said, 22);
 }
