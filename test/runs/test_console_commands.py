@@ -655,6 +655,16 @@ class Scripts(unittest.TestCase):
                           "pose delete far\n" + text("sequence wave has this pose and plays no more: "))
         self.assertEqual(run.output.count("has this pose"), 1)
 
+    def test_deleted_pose_names_each_sequence_that_had_it(self):
+        run = self.run_on("arduino-mega", "scan\ngroup 1 2\npose set rest 90 90\nsequence nod new rest 1s\nsequence wave new rest 1s\n"
+                          "sequence sway new rest 1s\nsettings autostart wave\npose delete rest\n@wait 300\n")
+        self.assertEqual(sorted(re.findall(r"sequence (\w+) has this pose", run.output)), ["nod", "sway"])
+        self.assertIn("autostart", run.output[run.output.index("pose delete rest"):])
+
+    def test_rate_of_a_list_names_save(self):
+        run = self.run_on("arduino-mega", "mode person\nscan\nbaud all 500000\n")
+        self.assertIn("bus at 500000bps: 'save' keeps it over a reset", run.output)
+
     def test_resume_without_a_pause_is_refused(self):
         self.run_on("arduino-mega", "scan\ntorque 1,2 on\nmove 1,2 90 0\n@wait 1000\ngroup 1 2\npose set rest 150 150\n@wait 300\n"
                     "pose rest in 3s\npause\nresume\n! resume\n" + text("error 79: the motion is not paused; 'pause' stops it"))

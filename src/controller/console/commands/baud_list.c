@@ -8,6 +8,7 @@
 static const CDS_FLASH char message_followed[] = "servo %u: at %b%s";
 static const CDS_FLASH char message_stays[] = "servo %u: stays at %b: %s";
 static const CDS_FLASH char message_bus[] = "bus at %b";
+static const CDS_FLASH char message_bus_unsaved[] = "bus at %b: 'save' keeps it over a reset";
 
 static enum cds_result begin_change(struct robot *robot, const void *config)
 {
@@ -93,7 +94,9 @@ static bool poll(struct console *console)
         return true;
     }
     console->printer.values[0].number = console->bus->baud_reg;
-    printer_line(&console->printer, message_bus);
+    printer_line(&console->printer, command_set.has_room && console_is_for_person(console)
+                                        ? message_bus_unsaved
+                                        : message_bus);
     return false;
 }
 

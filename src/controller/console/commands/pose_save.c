@@ -218,21 +218,26 @@ static bool next_sequence(struct console *console)
     return job->place != MOTION_STORE_NONE;
 }
 
-/* Tells that the sequence had the pose. False: its record is damaged. */
-static bool tell_sequence(struct console *console, uint8_t place)
+/* Tells that the sequence had the pose. */
+static void tell_sequence(struct console *console, uint8_t place)
 {
     char name[MOTION_STORE_NAME + 1];
 
     if (!motion_store_read_name(console_store(), MOTION_STORE_SEQUENCE, place, name))
-        return false;
+        return; // its record is damaged
     printer_flash(&console->printer, message_of_sequence);
     printer_string(&console->printer, name);
     printer_line(&console->printer, message_sequence_lost);
-    return true;
 }
 
-/* The pose is deleted. Tells of the first sequence that had it: that of the autostart, else a
- * stored one. Without room in the flash it looks only at the sequence of the autostart. */
+/* True if there is no such sequence, or it is that of the autostart again. */
+static bool is_skipped(const struct console *console, uint8_t place)
+{
+    return place == MOTION_STORE_NONE || (console->part && place == stored_autostart());
+}
+
+/* The pose is deleted. Tells of each sequence that had it: that of the autostart, then the others.
+ * Without room in the flash it looks only at the sequence of the autostart. */
 static bool look_poll(struct console *console)
 {
     struct delete_job *job = console_job(console);
@@ -240,18 +245,19 @@ static bool look_poll(struct console *console)
 
     if (stored_may_read())
         return true;
-    if ((command_set.has_room && job->place == MOTION_STORE_NONE) ||
+    if ((command_set.has_room && is_skipped(console, job->place)) ||
         !motion_store_read_step(console_store(), job->place, job->step++, &step))
         return command_set.has_room && next_sequence(console);
     if (step.pose != job->number)
         return true;
     if (command_set.has_room && console->part)
-        return !tell_sequence(console, job->place);
-    printer_line(&console->printer, message_autostart_lost);
-    return false;
+        tell_sequence(console, job->place);
+    else
+        printer_line(&console->printer, message_autostart_lost);
+    return command_set.has_room && next_sequence(console);
 }
 
-/* Deletes the pose, then tells if a sequence had it. */
+/* Deletes the pose, then tells which sequences had it. */
 static bool delete_poll(struct console *console)
 {
     const struct delete_job *job = console_job(console);
