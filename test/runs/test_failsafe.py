@@ -437,11 +437,13 @@ class Alarms(unittest.TestCase):
         self.assertEqual(run.status, 0, run.output)
         self.assertIn("link_loss_ms: driving goes on, as link_loss_action is 0", run.output)
 
-    def test_status_counts_torque_that_was_read_as_off_since(self):
-        run = controller("scan\ntorque all on\n@power off\n! stop\n@power on\n@wait 4000\nstatus\n", "arduino-mega", "1-3",
+    def test_status_counts_no_servo_at_another_rate_as_stopped(self):
+        """It has not heard the stop, and its torque is on."""
+        run = controller("scan\nteach off all\nbaud 3 57600bps\n! stop\n@wait 3000\nstatus\nmode person\nrelease\n", "arduino-mega", "1-3",
                          "--echo")
         self.assertEqual(run.status, 0, run.output)
-        self.assertIn("last stop: 3 of 3 servos read back as off", run.output)
+        self.assertIn("last stop: 1 of 3 servos read back as off", run.output)
+        self.assertIn("'stop' is not confirmed by servos: 2\nok\n", run.output)
 
     def test_status_names_the_fault_of_the_bus(self):
         for board in boards.CONSOLES:

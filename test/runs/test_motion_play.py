@@ -384,6 +384,10 @@ class Play(Motion):
                                 "sequence sway add by 3s\nplay sway\n@wait 3500\n" + script
                                 + "! motion wait\n@expect text servo 2 is the cause\n@expect text error 84:\n", board)
 
+    def test_servo_at_another_rate_is_named_with_its_rate(self):
+        self.run_on("scan\nteach off all\nbaud 3 57600\ngroup 1 2\n! pose 100 100 in 2s\n"
+                    "@expect text servo 1 is the cause: not at the rate of the bus: 'bus 1000000bps' first\n", TWO_BOARDS[0])
+
     def test_end_of_a_motion_by_a_low_line_names_no_servo(self):
         for board in MOVING:
             with self.subTest(board=board):

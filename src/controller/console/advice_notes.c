@@ -122,7 +122,7 @@ static const CDS_FLASH char *note_release(struct console *console)
     uint8_t count = 0;
 
     for (uint8_t left = robot->servos.count; left; left--, servo++)
-        if (!stop_is_confirmed(servo) && !joined_since_stop(robot, servo))
+        if (servo->torque_off != CDS_TORQUE_OFF_OFF && !joined_since_stop(robot, servo))
             count++;
     console->printer.values[0].number = count;
     return console->part && count && console_is_for_person(console) ? message_not_confirmed : NULL;

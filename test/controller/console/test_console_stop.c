@@ -59,11 +59,8 @@ void test_release_counts_servos_that_have_not_confirmed_the_stop(void)
     robot.states[1].presence = CDS_PRESENCE_OFFLINE;
     TEST_ASSERT_NOT_NULL(strstr(release_reply(), told));
     TEST_ASSERT_NULL(strstr(reply_to("release"), "confirmed")); // there is no stop any more
-    robot.states[1].presence = CDS_PRESENCE_ONLINE;
-    robot.states[1].status_return_level = CDS_LEVEL_UNKNOWN; // it is READ
-    robot.states[1].misses = 0;
-    TEST_ASSERT_NULL(strstr(release_reply(), "confirmed"));
-    robot.states[1].torque = true;
+    robot.states[1].presence =
+        CDS_PRESENCE_ONLINE; // it may not have heard the stop, at another rate
     TEST_ASSERT_NOT_NULL(strstr(release_reply(), told));
     robot.states[1].torque_off = CDS_TORQUE_OFF_UNKNOWN; // it has joined since
     TEST_ASSERT_NULL(strstr(release_reply(), "confirmed"));

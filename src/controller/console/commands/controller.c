@@ -494,14 +494,6 @@ bool joined_since_stop(const struct robot *robot, const struct cds_servo_state *
            robot->stop.steps.result != CDS_LINE_BUSY;
 }
 
-bool stop_is_confirmed(const struct cds_servo_state *servo)
-{
-    return servo->torque_off == CDS_TORQUE_OFF_OFF ||
-           (command_set.has_room && servo->torque_off == CDS_TORQUE_OFF_SILENT &&
-            servo->presence == CDS_PRESENCE_ONLINE && !servo->misses && !servo->torque &&
-            servo->status_return_level); // 0: no READ
-}
-
 /* "last stop: 2 of 3 servos read back as off; IDs not checked: 251". Where the flash has room, a
  * servo that joined the robot after the stop does not count; elsewhere it was not read back. */
 static void print_torque(struct printer *printer, const struct robot *robot)
@@ -510,7 +502,7 @@ static void print_torque(struct printer *printer, const struct robot *robot)
     uint8_t unlisted = robot_unlisted(robot), off = 0, count = robot->servos.count;
 
     for (uint8_t left = count; left; left--, servo++) {
-        if (stop_is_confirmed(servo))
+        if (servo->torque_off == CDS_TORQUE_OFF_OFF)
             off++;
         if (joined_since_stop(robot, servo))
             count--;

@@ -42,11 +42,6 @@ ALWAYS_INLINE bool servo_put_rate(struct console *console, const struct cds_serv
     return true;
 }
 
-/* In controller.c: true if the torque of the servo was read as off by the last stop or, where the
- * flash has room, is off and the servo has answered since: the state check READs it within a
- * second. */
-bool stop_is_confirmed(const struct cds_servo_state *servo);
-
 /* In controller.c: true if the servo joined the robot after the last stop. A stop that gave up on a
  * line in use has not read all servos. */
 bool joined_since_stop(const struct robot *robot, const struct cds_servo_state *servo);
