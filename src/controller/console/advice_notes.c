@@ -22,7 +22,7 @@ static const CDS_FLASH char message_id_twice[] =
     "in every bit";
 static const CDS_FLASH char message_all_told[] =
     "none answers to this: each servo that heard it has ID 1 now; connect one alone, 'id 1 NEW'";
-static const CDS_FLASH char message_not_confirmed[] = "'stop' is not confirmed by servos: %u";
+static const CDS_FLASH char message_stop_unconfirmed[] = "'stop' is not confirmed by servos: %u";
 static const CDS_FLASH char message_max_torque[] =
     "MAX_TORQUE acts from the servo's next power-up on: switch its power off and on";
 static const CDS_FLASH char message_restarted[] =
@@ -125,7 +125,8 @@ static const CDS_FLASH char *note_release(struct console *console)
         if (servo->torque_off != CDS_TORQUE_OFF_OFF && !joined_since_stop(robot, servo))
             count++;
     console->printer.values[0].number = count;
-    return console->part && count && console_is_for_person(console) ? message_not_confirmed : NULL;
+    return console->part && count && console_is_for_person(console) ? message_stop_unconfirmed
+                                                                    : NULL;
 }
 
 static bool answers(const struct cds_servo_state *servo)
