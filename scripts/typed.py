@@ -75,7 +75,7 @@ def lines(*typed, prompt=">"):
     return [(f"{line}[Enter]", rf"(ok|error \d+: [^\n]*(\n[^>\n][^\n]*)*)\n{prompt}") for line in typed]
 
 
-def screens(steps, board="atmega128", servos="1-3"):
+def screens(steps, board="arduino-mega", servos="1-3"):
     """Types steps (keys, what the rows end with then). For each: its keys, and the rows from that line on in which it
     was typed."""
     with Tmux(board, servos) as tmux:
