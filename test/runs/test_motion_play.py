@@ -226,7 +226,7 @@ class Play(Motion):
                     ("id 1 5", 58), ("baud 1 57600bps", 58), ("baud 1-3 57600bps", 58), ("factory 1", 58),
                     ("group 1 2", 58), ("group 4", 58), ("servos forget", 58), ("scan", 58)])
             + "write 4 GOAL_POSITION 600\nget 1 PRESENT_POSITION\nled 1 on\n"
-            "torque 3 off\n@expect servo 3 torque off\nmotion\n@expect text walk\nmotion off\n"
+            "motion\n@expect text walk\ntorque 3 off\n@expect servo 3 torque off\n! motion wait\n@expect text error 84:\n"
             "write 1 GOAL_POSITION 100\n", MOVING[0], "--servos", "1-4")
         self.assertIn("03 1E 64 00", run.transcript)
 
