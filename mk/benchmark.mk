@@ -9,6 +9,7 @@ BENCH_NEEDS := build/host/cds55xx-sim $(BOARDS:%=build/%/controller.elf) $(EXAMP
 
 ## bench: what the hot path costs, in cycles, beside limits and goals; build/bench.tsv
 .PHONY: bench
+# nice: it may run beside tests that wait in real time (.ci/run); cycles of the simulator do not depend on it.
 bench: $(BENCH_NEEDS)
 	$(clear)
 	@nice scripts/bench.py

@@ -54,8 +54,8 @@ The text interface of the firmware on the host link: 8N1, at the rate of the boa
 the rows of `src/controller/console/commands/` and from a real run in the simulator.
 
 One command a line, ended by Enter. The reply has zero or more lines, then `ok`, or `error N: text; remedy`
-([errors.md](errors.md)); the profile `console` leaves the remedy out. Text and remedy may be others than in that list where the firmware
-knows more, as `error 2: noise on the line, ...` while it finds noise. Lines that begin with `warning:` report a
+([errors.md](errors.md)); the profile `console` leaves the remedy out. Text and remedy may differ from that list: while there is
+noise, error 2 reads `error 2: noise on the line, ...`. Lines that begin with `warning:` report a
 condition, with a list of servos also the servo; the command has worked. `help` or `?` lists the commands, `help COMMAND` explains one, `help units` the units, `help keys` the keys (`arduino-mega`, `cm510`).
 Press Ctrl-C when you open the terminal: another terminal may have left a line half typed, and Enter would run it. `stop` stops, whatever
 stands behind it.

@@ -29,7 +29,8 @@ struct moves {
     const struct motion_store *store;
     const struct settings *settings;
     struct motion_outcome outcome; // of the last motion: written by moves_note_outcome() only
-    struct cds_follow follow; // result CDS_TIMEOUT: its joint did not follow, and ended the motion
+    struct cds_follow follow; // result CDS_TIMEOUT: its joint did not follow, or its torque went
+                              // off, and ended the motion
     uint8_t percent;          // the override: of the motion under way, or of the next sequence
     bool end_is_unreported;   // the last motion has ended, and no command has told how
     bool group_is_tried;      // the group was chosen for a motion that has not begun

@@ -135,9 +135,6 @@ void robot_resume(struct robot *robot, struct inhibit_copy *copy, bool powered_o
 /* Inhibits driving, also after a reset: no packet that can drive a servo is sent to any ID. */
 void robot_inhibit(struct robot *robot);
 
-/* Returns the servo of lowest ID, from `id` on, or NULL: the list is in the order of joining. */
-const struct cds_servo_state *robot_servo_from(const struct robot *robot, uint8_t id);
-
 /* Ends the inhibit of the robot. Servos that lost their state stay inhibited. Sends nothing. False:
  * torque off is under way, and nothing was done. */
 bool robot_allow(struct robot *robot);
@@ -223,6 +220,10 @@ bool robot_add(struct robot *robot, uint8_t id);
 /* Chooses `count` servos, 1 to ROBOT_SERVOS, as the group, moved by SYNC WRITE. Returns 0; or an
  * enum robot_refusal, and the group stays as it was. */
 uint8_t robot_choose_group(struct robot *robot, const uint8_t *ids, uint8_t count);
+
+/* Returns the servo of lowest ID among those with ID `id` or above, or NULL: there is none. The
+ * list itself is in the order of joining. */
+const struct cds_servo_state *robot_servo_from(const struct robot *robot, uint8_t id);
 
 /* Call it after servo `id` was given the ID `new_id`: replaces `id` by `new_id` in the group, if it
  * is there. Sends nothing. */

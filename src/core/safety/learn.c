@@ -171,7 +171,7 @@ static void learn_torque(struct cds_servos *servos, struct cds_servo_state *serv
     servo->torque = is_on != 0;
     if (is_on || !was_on) {
         if (servo->presence != CDS_PRESENCE_RETURNED)
-            return; // the permit uses none of this
+            return; // no event: the permit uses neither torque nor this presence
     } else {
         servo->inhibits |= CDS_INHIBIT_STATE_LOST;
         servos->move_is_valid = false;

@@ -164,22 +164,19 @@ static void print_limits(struct console *console, const struct step_at *at, uint
     printer_line(printer, values == printer->values ? message_rests : message_goal_range);
 }
 
-/* True if the servo did not answer, and is known at another rate than that of the bus. */
-static bool is_at_other_rate(const struct console *console, const struct motion_outcome *outcome)
+/* If the servo did not answer and is known at another rate than the bus, prints ": not at the rate
+ * of the bus: 'bus 1000000bps' first" and returns true. */
+static bool print_rate(struct console *console, const struct motion_outcome *outcome)
 {
     const struct cds_servo_state *servo = cds_servos_find(&console->robot->servos, outcome->id);
-
-    return outcome->result == CDS_TIMEOUT && servo && servo_is_at_other_rate(console, servo);
-}
-
-/* ": not at the rate of the bus: 'bus 1000000bps' first" */
-static void print_rate(struct console *console, uint8_t id)
-{
     struct printer *printer = &console->printer;
 
+    if (outcome->result != CDS_TIMEOUT || !servo || !servo_is_at_other_rate(console, servo))
+        return false;
     printer_flash(printer, message_colon);
-    printer->values[0].number = cds_servos_find(&console->robot->servos, id)->baud_reg;
+    printer->values[0].number = servo->baud_reg;
     printer_line(printer, message_at_rate);
+    return true;
 }
 
 static void print_cause_at(struct console *console, const struct motion_outcome *outcome,
@@ -205,9 +202,7 @@ static void print_cause_at(struct console *console, const struct motion_outcome 
     }
     if (outcome->result == CDS_LIMIT)
         print_limits(console, at, id);
-    else if (is_at_other_rate(console, outcome))
-        print_rate(console, id);
-    else
+    else if (!print_rate(console, outcome))
         printer_end_of_line(printer);
 }
 

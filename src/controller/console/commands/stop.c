@@ -104,7 +104,7 @@ static uint8_t release_begin(struct console *console)
         return ERROR_LINK_LOST;
     if (console->line.id == CDS_BROADCAST_ID) {
         if (command_set.advise)
-            console->part = robot->stop_begun; // note_release() tells who has not confirmed it
+            console->part = robot->stop_begun; // advice_note() tells who has not confirmed it
         robot_release(robot);
         return 0;
     }
