@@ -108,9 +108,10 @@ static const CDS_FLASH char message_loss_shown[] = "driving goes on, as link_los
 static const CDS_FLASH char message_loss_inhibits[] = "driving is inhibited, torque stays as it is";
 static const CDS_FLASH char message_loss_stops[] = "torque off, driving is inhibited";
 static const CDS_FLASH char message_clear_if_back[] = "'clear' when it is back";
-static const CDS_FLASH char message_clear_to_type[] = "to type: 'settings link_loss_ms 0', 'clear'";
+static const CDS_FLASH char message_clear_to_type[] =
+    "to work by hand: 'settings link_loss_ms 0', 'clear'";
 static const CDS_FLASH char message_torque_again[] =
-    ", then 'torque ID on' moves to the last goal, 'teach off ID' does not";
+    ", then 'torque all on' moves to the last goals, 'teach off all' does not";
 
 /* ---- units ---- */
 

@@ -49,28 +49,28 @@ static const CDS_FLASH char message_stop_sent[] =
     "stop: sent; no servo is known, so none was read back: 'scan' finds servos; %s";
 static const CDS_FLASH char message_may_drive[] = "it may be driven";
 static const CDS_FLASH char message_has_no_torque[] =
-    "'teach off %u' switches it on where the servo is";
+    "'teach off %i' switches it on where the servo is";
 static const CDS_FLASH char message_autostart_failed[] =
     "the sequence of the autostart does not play: 'settings autostart' tells why";
 #define LOST_ITS_STATE "it lost its state: "
 static const CDS_FLASH char message_back_lost[] =
-    LOST_ITS_STATE "'release %u', then 'teach off %u' holds it where it is, 'torque %u on' "
+    LOST_ITS_STATE "'release %i', then 'teach off %i' holds it where it is, 'torque %i on' "
                    "moves it to its goal";
 static const CDS_FLASH char message_lost_power[] =
     "; without an alarm, so it lost its power or was reset: check its plug and supply, then "
-    "'release %u'; 'teach off %u' holds it where it is";
+    "'release %i'; 'teach off %i' holds it where it is";
 static const CDS_FLASH char message_id_shared[] =
     "; check power, wiring; replies came damaged, so two servos may have its ID, or it has "
-    "another rate: 'diagnose %u'";
+    "another rate: 'diagnose %i'";
 static const CDS_FLASH char message_unload[] =
-    "; 'torque ID off', unload it; when cool, 'clear', 'release ID'; then 'torque ID on' moves it "
-    "to its old goal, 'teach off ID' keeps it where it is";
+    "; 'torque %i off', unload it; when cool, 'clear', 'release %i'; then 'torque %i on' moves it "
+    "to its old goal, 'teach off %i' keeps it where it is";
 static const CDS_FLASH char message_supply[] =
-    "; too low or too high: 'diagnose %u' tells which, and the volts; mend supply or limits, then "
+    "; too low or too high: 'diagnose %i' tells which, and the volts; mend supply or limits, then "
     "'clear'";
-static const CDS_FLASH char message_may_share[] = "two servos may have its ID: 'diagnose %u'";
+static const CDS_FLASH char message_may_share[] = "two servos may have its ID: 'diagnose %i'";
 static const CDS_FLASH char message_level_due[] =
-    "it answers no READ: 'set %u STATUS_RETURN_LEVEL 1' first";
+    "it answers no READ: 'set %i STATUS_RETURN_LEVEL 1' first";
 static const CDS_FLASH char message_release_due[] = "driving is inhibited until 'release'";
 static const CDS_FLASH char message_clear_due[] = "driving is inhibited until 'clear'";
 static const CDS_FLASH char message_see_servos[] = "'servos' shows their state";
@@ -133,8 +133,7 @@ static bool has_lost_power(const struct console *console, uint8_t condition)
            !(failsafe->reported[failsafe->next] & CDS_ERRORS_OF_CONDITION);
 }
 
-/* The remedy of an alarm whose cause is known, with ID or at most two %u for the ID; NULL: it is
- * not known. */
+/* The remedy of an alarm whose cause is known; NULL: it is not known. */
 static const CDS_FLASH char *remedy_of_cause(const struct unasked *unasked,
                                              const struct console *console, uint8_t condition)
 {
@@ -164,11 +163,7 @@ const CDS_FLASH char *unasked_alarm_remedy(struct unasked *unasked, struct conso
     known = remedy_of_cause(unasked, console, condition);
     if (condition == REPLY_OFFLINE)
         unasked->alarms[console->failsafe->next].may_share_id = known == message_id_shared;
-    if (remedy == message_nothing || !known)
-        return remedy;
-    console->printer.values[4].number = console->printer.values[5].number =
-        console->failsafe->alarm_id;
-    return known;
+    return remedy == message_nothing || !known ? remedy : known;
 }
 
 /* ---- faults that are over ---- */
@@ -400,9 +395,10 @@ static void say_back(struct console *console, struct cds_servo_state *servo, boo
 {
     union printer_value *values = console->printer.values;
 
-    values[0].number = values[3].number = values[4].number = values[5].number = servo->id;
+    values[0].number = servo->id;
     values[1].text = text_of_torque(servo);
     values[2].text = may_share_id ? message_may_share : next_step(console, step_of_servo(servo));
+    printer_set_id(&console->printer, servo->id);
     say_line(console, message_back);
     note_loss(servo, values[2].text);
 }
@@ -429,7 +425,7 @@ static void say_alarm_over(struct console *console, struct cds_servo_state *serv
     values[1].text = reply_conditions[reply_condition(bit)];
     if (servo->inhibits & CDS_INHIBIT_STATE_LOST) {
         values[2].text = next_step(console, message_back_lost + sizeof LOST_ITS_STATE - 1);
-        values[3].number = values[4].number = values[5].number = servo->id;
+        printer_set_id(&console->printer, servo->id);
         say_line(console, message_alarm_over_lost);
         note_loss(servo, values[2].text);
     } else {

@@ -55,8 +55,8 @@ void unasked_begin(struct unasked *unasked);
 const CDS_FLASH char *unasked_remedy(struct unasked *unasked, const struct console *console,
                                      uint8_t condition);
 
-/* Does the same for an alarm in values 0 to 3 of the printer: the remedy may need the other two.
- * The remedy of an instruction error is that of a checksum error if noise has damaged the packet.
+/* Does the same for an alarm. The remedy of an instruction error is that of a checksum error if
+ * noise has damaged the packet.
  */
 const CDS_FLASH char *unasked_alarm_remedy(struct unasked *unasked, struct console *console,
                                            uint8_t condition);

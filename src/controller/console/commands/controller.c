@@ -300,6 +300,7 @@ NOINLINE static uint8_t alarm_line(struct console *console, uint8_t id, uint8_t 
             value[1].text = message_unread_due;
         value[2].number = id;
     }
+    printer_set_id(printer, id);
     printer_line(printer, message_alarm);
     return (uint8_t)(bits & (bits - 1u));
 }

@@ -110,7 +110,7 @@ struct ended_motion {
 
 /* In motion_command.c: returns the message that tells why the last motion has failed,
  * "servo 2: error 83: a servo does not follow its goals; ...", with its values from `values` on. */
-const CDS_FLASH char *motion_failure(const struct console *console, union printer_value *values);
+const CDS_FLASH char *motion_failure(struct console *console, union printer_value *values);
 
 /* In motion_command.c: stores outcome->result in console->error, and prints the servo that is the
  * reason, if there is one. */
