@@ -448,7 +448,8 @@ static uint8_t servo_of_remedy(const struct console *console)
 static void print_error_text(struct console *console)
 {
     explain_note_told(console);
-    printer_set_id(&console->printer, servo_of_remedy(console));
+    if (command_set.has_room)
+        printer_set_id(&console->printer, servo_of_remedy(console));
     printer_line(&console->printer, text_of(console));
 }
 

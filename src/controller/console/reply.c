@@ -62,27 +62,6 @@ NOINLINE uint8_t reply_condition(uint8_t bits)
     return index;
 }
 
-/* True if the error at the end of the reply has the remedy for `condition`. An alarm of the voltage
- * alone gives error 85 the remedy of error 86 (advice.h). */
-static bool is_in_error(const struct console *console, uint8_t condition)
-{
-    const struct cds_servo_state *servo = console_servo(console);
-    uint8_t number = reply_remedy_error(condition);
-
-    return console->error == number || (console->error == ERROR_ALARM && number == ERROR_VOLTAGE &&
-                                        servo && servo->alarms == CDS_ERROR_VOLTAGE);
-}
-
-/* The remedy of a warning, with "; " in front, or "" if it was printed just before or follows. */
-static const CDS_FLASH char *remedy_of_warning(const struct console *console, uint8_t condition)
-{
-    if (!command_set.unasked)
-        return reply_remedy(condition);
-    return is_in_error(console, condition)
-               ? message_nothing
-               : unasked_remedy(command_set.unasked, console, condition);
-}
-
 bool reply_warn(struct console *console)
 {
     uint8_t conditions = console->servo_error & CDS_ERRORS_OF_CONDITION, condition;
@@ -96,8 +75,9 @@ bool reply_warn(struct console *console)
     if (names_servo)
         (value++)->number = console->line.id;
     value[0].text = reply_conditions[condition];
-    value[1].text = remedy_of_warning(console, condition);
-    printer_set_id(&console->printer, console->line.id);
+    value[1].text = command_set.unasked
+                        ? unasked_warning_remedy(command_set.unasked, console, condition)
+                        : reply_remedy(condition);
     printer_line(&console->printer, names_servo ? warning_of_servo : warning);
     return true;
 }

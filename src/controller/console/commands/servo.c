@@ -172,10 +172,10 @@ static void tell_torque(struct console *console)
 {
     const struct cds_servo_state *servo = console_servo(console);
 
-    if (!servo || servo->presence != CDS_PRESENCE_ONLINE || servo->torque)
-        return;
-    printer_set_id(&console->printer, servo->id);
-    printer_line(&console->printer, message_turn_again);
+    if (servo && servo->presence == CDS_PRESENCE_ONLINE && !servo->torque) {
+        printer_set_id(&console->printer, servo->id);
+        printer_line(&console->printer, message_turn_again);
+    }
 }
 
 static bool turn_poll(struct console *console)
