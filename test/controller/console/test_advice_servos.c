@@ -226,7 +226,7 @@ void test_no_reply_after_stray_bytes_names_diagnose(void)
     port_fake.now_us += 100000;
     type("");
     TEST_ASSERT_EQUAL_STRING("error 2: servo 1: no reply by the deadline; check power, wiring, ID "
-                             "and baud rate of the servo; bytes without a packet so far, of noise "
-                             "or echoes: 1, see 'diagnose 1'\r\n",
+                             "and baud rate of the servo; bytes without a packet came meanwhile, of "
+                             "noise or echoes: 1, see 'diagnose 1'\r\n",
                              said);
 }

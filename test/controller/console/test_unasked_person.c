@@ -314,15 +314,15 @@ void test_remedy_of_next_alarm_is_told_again_later(void)
 {
     begin_person();
     report(CDS_ERROR_OVERHEATING);
-    TEST_ASSERT_NOT_NULL(strstr(said, "overheating; 'torque ID off', unload it"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "overheating; 'torque 7 off', unload it"));
     report(CDS_ERROR_OVERLOAD);
     TEST_ASSERT_NOT_NULL(strstr(said, "overload\r\n"));
     said_in_ticks(10);
     report(CDS_ERROR_OVERLOAD);
-    TEST_ASSERT_NOT_NULL(strstr(said, "overload; 'torque ID off', unload it"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "overload; 'torque 7 off', unload it"));
     reply_to("help ping");
     report(CDS_ERROR_OVERLOAD);
-    TEST_ASSERT_NOT_NULL(strstr(said, "overload; 'torque ID off', unload it"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "overload; 'torque 7 off', unload it"));
 }
 
 void test_remedy_of_a_reply_is_not_told_again_by_an_alarm(void)
@@ -343,7 +343,7 @@ void test_remedy_is_not_left_out_for_a_program(void)
 {
     report(CDS_ERROR_OVERLOAD);
     report(CDS_ERROR_OVERLOAD);
-    TEST_ASSERT_NOT_NULL(strstr(said, "overload; 'torque ID off', unload it"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "overload; 'torque 7 off', unload it"));
 }
 
 void test_instruction_error_by_noise_names_noise(void)

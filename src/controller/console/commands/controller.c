@@ -683,8 +683,8 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("alarms"),
         .what = FLASH_TEXT("alarms since clear"),
-        .details = COMMAND_DETAILS("Of all replies, also to the bridge; offline servos. At "
-                                   "once in mode person, and if alarm_report is 1"),
+        .details = COMMAND_DETAILS("Of replies, also to the bridge; offline servos. At once "
+                                   "in mode person, or if alarm_report is 1"),
         .poll = alarms_poll,
     },
     {

@@ -212,13 +212,14 @@ struct after_scan {
     struct cds_stats begun; // counters of the bus when the search began
     uint8_t phase;          // enum after_scan_phase, once the scan is over
     uint8_t index, count, tries;
-    uint8_t suspects;            // count of suspect_ids
-    uint8_t known;               // servos of the list before the search
-    uint8_t powered, powered_id; // servos that joined with torque on: count, ID of the last one
-    uint16_t noise;              // bytes without a packet, as the bus has counted them
+    uint8_t suspects;                         // count of suspect_ids
+    uint16_t noise;                           // bytes without a packet, as the bus has counted them
     uint8_t suspect_ids[AFTER_SCAN_SUSPECTS]; // silent, but bytes without a packet came
     uint8_t ids[ROBOT_SERVOS + AFTER_SCAN_SUSPECTS];
     uint8_t kinds[ROBOT_SERVOS + AFTER_SCAN_SUSPECTS]; // enum after_scan_kind
+    uint8_t known;                                     // servos of the list before the search
+    uint8_t powered;                                   // servos that have joined with torque on
+    uint8_t powered_id;                                // ID of the last of them
 };
 
 enum after_scan_phase {
