@@ -191,7 +191,7 @@ class SharedId(unittest.TestCase):
 class Advised(unittest.TestCase):
     """Alarms on a board without RAM for what was told: what damaged bytes mean, and no remedy twice in a row."""
     def told(self, script, board="atmega128"):
-        return found_with_torque(self, "alarm of .*|error 2.: .*|.*known here.*|no servo examined.*|asked .*, silent.*", script, board)
+        return found_with_torque(self, "alarm of .*|error 2.: .*|.*of the list here.*|no servo examined.*|asked .*, silent.*", script, board)
 
     def test_alarms_in_noise_name_damaged_bytes(self):
         told = self.told("@fault noise 3000\n@wait 9000\nmode program\n")

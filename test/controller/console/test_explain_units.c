@@ -116,7 +116,7 @@ void test_refusal_of_limits_names_them(void)
     assert_reply("error 11: servo 4: its limits are 60.117deg to 200deg and 3",
                  "write 4 MOVING_SPEED 1000");
     TEST_ASSERT_NOT_NULL(strstr(said, "rpm; 'turn': set no limits; 'torque on': its goal is beyond "
-                                      "them, or not read: 'info 1'\r\n"));
+                                      "them, or not read: 'info 4'\r\n"));
     reply_to("servos");
     TEST_ASSERT_NOT_NULL(strstr(said, ", limits 60.117deg to 200deg and 3"));
 }
