@@ -421,7 +421,7 @@ class Alarms(unittest.TestCase):
             self.assertIn("inhibited: host link lost", run.output)
 
     def test_way_out_of_a_lost_link_works_for_a_person(self):
-        way = "to type: 'settings link_loss_ms 0', 'clear'"
+        way = "to work by hand: 'settings link_loss_ms 0', 'clear'"
         for board in ("atmega128", "arduino-mega"):
             run = controller("mode person\nscan\nsettings link_loss_ms 500\n@wait 1000\nstop\n@wait 1000\n! release\n"
                              "settings link_loss_ms 0\nclear\n@wait 1000\nrelease\ntorque 1 on\nmove 1 100\n"

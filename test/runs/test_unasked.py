@@ -101,12 +101,46 @@ class Remedy(unittest.TestCase):
             run = controller("mode person\nscan\ntorque all on\n@ambient 2 90\n@wait 40000\ntorque 2 off\n@ambient 2 20\n@wait 60000\nclear\n"
                              "release 2\nteach off 2\n@expect servo 2 torque on\n", board, "1-3", "--echo")
             self.assertEqual(run.status, 0, run.output)
-            self.assertRegex(run.output, "alarm of servo 2: overheating; 'torque ID off', unload it; when cool, 'clear', 'release ID'")
+            self.assertRegex(run.output, "alarm of servo 2: overheating; 'torque (ID|2) off', unload it; when cool, 'clear', 'release (ID|2)'")
 
     def test_alarm_of_heat_tells_where_torque_moves_it(self):
         told = found_with_torque(self, "overheating; .*", "@ambient 2 90\n@wait 40000\nmode program\n")
-        self.assertEqual(told, ["overheating; 'torque ID off', unload it; when cool, 'clear', 'release ID'; then 'torque ID on' moves it to its "
-                                "old goal, 'teach off ID' keeps it where it is"])
+        self.assertEqual(told, ["overheating; 'torque 2 off', unload it; when cool, 'clear', 'release 2'; then 'torque 2 on' moves it to its "
+                                "old goal, 'teach off 2' keeps it where it is"])
+
+    def test_endless_turn_after_power_loss_names_turn(self):
+        told = found_with_torque(self, "servo 2 answers again.*", "turn 2 20rpm\n@wait 1000\n@power 2 off\n@wait 4000\n@power 2 on\n"
+                                 "@wait 4000\nrelease 2\ntorque 2 on\nturn 2 20rpm\n@expect servo 2 torque on\n")
+        self.assertEqual(told, ["servo 2 answers again, torque off; it lost its state: 'release 2'; it was in endless turn: 'torque 2 on', "
+                                "with speed 0, then 'turn 2 SPEED'"])
+
+    def test_alarms_lists_what_was_told_and_is_over(self):
+        told = found_with_torque(self, "alarm of .*", "@power 2 off\n@wait 4000\n@power 2 on\n@wait 4000\nalarms\nrelease 2\nclear\nalarms\n")
+        self.assertEqual(told[1:], ["alarm of servo 2: torque went off by itself", "alarm of servo 2: offline (over)"])
+
+    def test_alarms_says_what_noise_has_kept_back(self):
+        told = found_with_torque(self, "alarm of .*", "@fault noise 2000\n@wait 6000\n@fault noise 0\n@wait 6000\nalarms\n")
+        self.assertTrue(told)
+        for line in told:
+            self.assertRegex(line, r"alarm of servo .: (checksum|instruction) \(while the line was disturbed\)")
+
+    def test_status_on_a_noisy_line_is_not_ok(self):
+        told = found_with_torque(self, "bus busy.*|bus ok.*|servos: .*", "@fault noise 300\n@wait 3000\nstatus\n")
+        self.assertEqual(told, ["bus busy: noise or others, at 1000000bps", "servos: 3, offline 0"])
+
+    def test_status_counts_servos_at_another_rate(self):
+        told = found_with_torque(self, "servos: .*", "baud 2 57600bps\nstatus\n")
+        self.assertEqual(told, ["servos: 3, offline 0, at another rate 2: state unknown"])
+
+    def test_scan_after_a_reset_tells_torque(self):
+        told = found_with_torque(self, "torque is on at.*", "@reset external\n@wait 500\nmode person\nscan\nscan\n")
+        self.assertEqual(told, ["torque is on at 3 of the servos that joined, as servo 3; such a servo may be moving or turning: "
+                                "'stop' switches torque off"])
+
+    def test_refusal_by_an_alarm_prints_its_remedy_once(self):
+        told = found_with_torque(self, "warning: .*|error 85.*", "@ambient 2 90\n@wait 40000\n! torque 2 on\n")
+        self.assertEqual(told, ["warning: overheating", "error 85: servo 2: the servo reports an alarm; 'torque 2 off', unload it; when cool, "
+                                "'clear', 'release 2'"])
 
     def test_alarm_of_voltage_names_diagnose(self):
         told = found_with_torque(self, "input voltage; .*|finding.*|ID 2 at.*",
@@ -157,7 +191,7 @@ class SharedId(unittest.TestCase):
 class Advised(unittest.TestCase):
     """Alarms on a board without RAM for what was told: what damaged bytes mean, and no remedy twice in a row."""
     def told(self, script, board="atmega128"):
-        return found_with_torque(self, "alarm of .*|error 2.: .*|.*known here.*|no servo examined.*|asked .*, silent.*", script, board)
+        return found_with_torque(self, "alarm of .*|error 2.: .*|.*of the list here.*|no servo examined.*|asked .*, silent.*", script, board)
 
     def test_alarms_in_noise_name_damaged_bytes(self):
         told = self.told("@fault noise 3000\n@wait 9000\nmode program\n")
@@ -176,7 +210,7 @@ class Advised(unittest.TestCase):
     def test_bus_counts_a_servo_found_at_another_rate_once(self):
         for board in ("atmega128", "arduino-mega"):
             told = self.told("@fault baud 2 34\nscan all\nbus 57143\nmode program\n", board)
-            self.assertEqual(told, ["the bus changed to this rate, 'save' keeps it over a reset; servos known here: 1; at the old rate: 2, until "
+            self.assertEqual(told, ["the bus changed to this rate, 'save' keeps it over a reset; servos of the list here: 1; at the old rate: 2, until "
                                     "'bus 1000000bps'; one that moves goes on, and 'stop' does not reach it"])
 
     def test_diagnose_without_power_tells_what_it_sent(self):

@@ -11,6 +11,7 @@
 #include "console/explain.h"
 #include "console/messages.h"
 #include "console/slips.h"
+#include "console/unasked.h"    // unasked_noise_bytes()
 #include "console/unit_names.h" // unit_shown
 #include "robot/settings.h"     // settings_table
 
@@ -55,6 +56,8 @@ static const CDS_FLASH char message_late[] =
     "%s; replies that came late so far: %u, see 'diagnose %u'";
 static const CDS_FLASH char message_stray[] =
     "%s; bytes without a packet so far, of noise or echoes: %u, see 'diagnose %u'";
+static const CDS_FLASH char message_stray_now[] =
+    "%s; bytes without a packet came meanwhile, of noise or echoes: %u, see 'diagnose %u'";
 static const CDS_FLASH char message_damaged_there[] =
     "damaged bytes came from ID %u at %b, so it may be taken, or there is noise; nothing was "
     "written: 'diagnose %u'";
@@ -67,6 +70,8 @@ static const CDS_FLASH char message_or_each[] = ", or 'all': each in turn";
 static const CDS_FLASH char message_state_lost[] =
     "the servo may not be driven; %s, 'release %u', then 'torque %u on' moves it to its goal, "
     "'teach off %u' keeps it where it is";
+static const CDS_FLASH char message_state_lost_unknown[] =
+    "the servo may not be driven; %s, 'release %u'";
 static const CDS_FLASH char message_state_cause[] =
     "it lost its state by power, plug or an alarm: mend that";
 static const CDS_FLASH char message_supply_cause[] =
@@ -108,9 +113,10 @@ static const CDS_FLASH char message_loss_shown[] = "driving goes on, as link_los
 static const CDS_FLASH char message_loss_inhibits[] = "driving is inhibited, torque stays as it is";
 static const CDS_FLASH char message_loss_stops[] = "torque off, driving is inhibited";
 static const CDS_FLASH char message_clear_if_back[] = "'clear' when it is back";
-static const CDS_FLASH char message_clear_to_type[] = "to type: 'settings link_loss_ms 0', 'clear'";
+static const CDS_FLASH char message_clear_to_type[] =
+    "to work by hand: 'settings link_loss_ms 0', 'clear'";
 static const CDS_FLASH char message_torque_again[] =
-    ", then 'torque ID on' moves to the last goal, 'teach off ID' does not";
+    ", then 'torque all on' moves to the last goals, 'teach off all' does not";
 
 /* ---- units ---- */
 
@@ -381,10 +387,14 @@ static const CDS_FLASH char *text_of_scan(const struct console *console)
                : NULL;
 }
 
-/* Bytes without a packet that the bus has received, without those of scan and diagnose. */
+/* Bytes without a packet that the bus has received during this command; on a chip without the room
+ * since the reset, without those of scan and diagnose. */
 static uint16_t stray_bytes(const struct console *console)
 {
     struct cds_stats stats;
+
+    if (command_set.unasked)
+        return unasked_noise_bytes(command_set.unasked, console);
 
     cds_bus_stats(console->bus, &stats);
     return (uint16_t)(stats.noise_bytes - command_set.account->searched.noise_bytes);
@@ -398,7 +408,7 @@ static bool is_slow(const struct cds_servo_counters *counters)
 }
 
 /* No reply by the deadline. Appends how many late replies came since the servo is known, or bytes
- * without a packet, as of an echo: both may be old, and the servo be unplugged now. */
+ * without a packet, as of an echo. Old ones may have come before the servo was unplugged. */
 static const CDS_FLASH char *text_of_late(struct console *console)
 {
     const struct cds_servo_state *servo = console_servo(console);
@@ -413,7 +423,9 @@ static const CDS_FLASH char *text_of_late(struct console *console)
     if (is_slow(&servo->counters))
         return message_late;
     values[1].number = stray_bytes(console);
-    return values[1].number ? message_stray : text_of_scan(console);
+    if (!values[1].number)
+        return text_of_scan(console);
+    return command_set.unasked ? message_stray_now : message_stray;
 }
 
 /* The new ID or rate is not free, but no good reply came from there. */
@@ -508,6 +520,10 @@ static const CDS_FLASH char *text_of_release(struct console *console)
         servo->alarms & CDS_ERROR_VOLTAGE ? message_supply_cause : message_state_cause;
     for (uint8_t i = 1; i < 4; i++)
         console->printer.values[i].number = id;
+    if (command_set.unasked &&
+        unasked_mode(command_set.unasked, (uint8_t)(servo - console->robot->states)) !=
+            UNASKED_POSITION)
+        return message_state_lost_unknown; // in endless turn the rest is wrong
     return message_state_lost;
 }
 

@@ -31,7 +31,7 @@ static const CDS_FLASH char message_restarted[] =
 static const CDS_FLASH char message_still_inhibited[] =
     "driving is inhibited: 'release' allows it\r\n";
 static const CDS_FLASH char message_rate_changed[] =
-    "the bus changed to this rate, 'save' keeps it over a reset; servos known here: %u; %s";
+    "the bus changed to this rate, 'save' keeps it over a reset; servos of the list here: %u; %s";
 static const CDS_FLASH char message_servos_left[] = "at the old rate: %u, until 'bus %b'%s";
 static const CDS_FLASH char message_goes_on[] =
     "; one that moves goes on, and 'stop' does not reach it";

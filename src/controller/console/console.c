@@ -208,7 +208,7 @@ static void run(struct console *console)
     if (command_set.explain)
         console->faults_told &= console_faults(console); // what is over may be told again
     if (command_set.unasked)
-        unasked_begin(command_set.unasked);
+        unasked_begin(command_set.unasked, console);
     if (command_set.lists)
         error = command_set.lists->begin(console);
     else if (command->begin)

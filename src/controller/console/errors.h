@@ -6,8 +6,9 @@
 
 #include <stdint.h>
 
-#include "cds55xx/result.h" // CDS_RESULTS
-#include "flash.h"          // CDS_FLASH
+#include "cds55xx/result.h"   // CDS_RESULTS
+#include "console/messages.h" // SERVO_ID
+#include "flash.h"            // CDS_FLASH
 
 /* X(name, number, text, remedy): errors of every profile with a console. */
 #define CONSOLE_ERRORS(X)                                                                          \
@@ -16,7 +17,8 @@
     X(ERROR_NOT_A_NUMBER, 32, "not a number",                                                      \
       "write 90, 90.5deg, 512raw, -30rpm, 0x1F; for ID: 1, 1-3 or all")                            \
     X(ERROR_OUT_OF_RANGE, 33, "number out of range", "'help COMMAND' has the range")               \
-    X(ERROR_UNKNOWN_REGISTER, 34, "unknown register", "'info ID' lists names and addresses")       \
+    X(ERROR_UNKNOWN_REGISTER, 34, "unknown register",                                              \
+      "'info " SERVO_ID "' lists names and addresses")                                             \
     X(ERROR_LINE_TOO_LONG, 35, "line too long", "at most 1400 characters")                         \
     X(ERROR_INPUT_LOST, 36, "input lost",                                                          \
       "send the next line after the reply to this one, as scripts/send-lines.py does")             \
@@ -35,7 +37,8 @@
     X(ERROR_GROUP_SIZE, 46, "not as many angles as servos",                                        \
       "give one for each servo of the group; 'group' shows them")                                  \
     X(ERROR_ENDLESS, 47, "the servo is in endless turn",                                           \
-      "'torque ID off', else it moves to its old goal; then 'set ID CCW_ANGLE_LIMIT 300'")         \
+      "'torque " SERVO_ID " off', else it moves to its old goal; then 'set " SERVO_ID              \
+      " CCW_ANGLE_LIMIT 300'")                                                                     \
     X(ERROR_NOT_KNOWN, 48, "not one of the robot's servos",                                        \
       "'scan' finds them, 'servos' lists them")                                                    \
     X(ERROR_KEY, 49, "ended by a key or packet", "the output so far is valid")                     \
@@ -89,11 +92,11 @@
     X(ERROR_JOINTS, 80, "too many servos in stored poses",                                         \
       "at most 18 together: delete poses, or give fewer servos")                                   \
     X(ERROR_STUCK, 83, "a servo does not follow its goals; the motion has ended",                  \
-      "check what blocks it, its power, angle limits: 'diagnose ID'")                              \
+      "check what blocks it, its power, angle limits: 'diagnose " SERVO_ID "'")                    \
     X(ERROR_TORQUE_OFF, 84, "torque of a servo is off",                                            \
       "switch it on where the servos are, as by 'teach off 1 2 3'")                                \
     X(ERROR_ALARM, 85, "the servo reports an alarm",                                               \
-      "'torque ID off', unload it; when cool, 'clear', 'release ID'")                              \
+      "'torque " SERVO_ID " off', unload it; when cool, 'clear', 'release " SERVO_ID "'")          \
     X(ERROR_VOLTAGE, 86, "voltage outside of the servo's limits",                                  \
       "compare PRESENT_VOLTAGE, MIN_VOLTAGE, MAX_VOLTAGE; mend supply or limits, then 'clear'")    \
     X(ERROR_OVERRIDE, 82, "percentage of the speed out of range", "give 10 to 200%")               \

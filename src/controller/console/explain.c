@@ -436,10 +436,20 @@ void explain_note_told(struct console *console)
         advice_note_refused(console, console->error);
 }
 
+/* The servo that the remedy of the error names: that of the error, or the cause of a motion's end.
+ */
+static uint8_t servo_of_remedy(const struct console *console)
+{
+    return console->error == ERROR_STUCK ? console->robot->servos.refused_id
+                                         : explain_servo(console);
+}
+
 /* Prints the text of the error with its remedy. */
 static void print_error_text(struct console *console)
 {
     explain_note_told(console);
+    if (command_set.has_room)
+        printer_set_id(&console->printer, servo_of_remedy(console));
     printer_line(&console->printer, text_of(console));
 }
 

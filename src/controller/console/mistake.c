@@ -28,7 +28,7 @@ static const CDS_FLASH char message_known_id[] =
     "ID %u is in the robot's list; choose another ID, or 'servos forget'";
 static const CDS_FLASH char message_limits[] =
     "its limits are %a to %a and %r; 'turn': set no limits; 'torque on': its goal is beyond "
-    "them, or not read: 'info ID'";
+    "them, or not read: 'info " SERVO_ID "'";
 static const CDS_FLASH char message_beyond_angles[] =
     "the angle is not within its limits, %a to %a";
 static const CDS_FLASH char message_beyond_speed[] = "'move' needs a SPEED above 0, up to %r";
@@ -205,6 +205,7 @@ static void print_limits(struct console *console)
             values[0].number = servo->fastest;
         }
     }
+    printer_set_id(&console->printer, servo->id);
     printer_line(&console->printer, message);
 }
 

@@ -4,6 +4,8 @@
 
 #include <stddef.h>
 
+#include "cds55xx/packet.h"        // CDS_ID_MAX
+#include "console/command.h"       // command_set
 #include "console/number_format.h" // number_print()
 
 /* The bus must not wait for a message. */
@@ -47,6 +49,15 @@ void printer_line(struct printer *printer, const CDS_FLASH char *message)
     printer->ends = true;
 }
 
+/* The value that keeps the ID for %i, plus 1; 0: there is no ID. */
+#define ID_VALUE (PRINTER_VALUES - 1)
+
+void printer_set_id(struct printer *printer, uint8_t id)
+{
+    if (command_set.has_room)
+        printer->values[ID_VALUE].number = id <= CDS_ID_MAX ? (uint16_t)(id + 1) : 0;
+}
+
 /* Ends what is printed. True: there is more to print. */
 static bool goes_on(struct printer *printer)
 {
@@ -55,6 +66,8 @@ static bool goes_on(struct printer *printer)
         printer->outer = NULL;
         if (printer->text == NULL && printer->ends)
             printer_end_of_line(printer);
+        if (command_set.has_room && printer->text == NULL)
+            printer->values[ID_VALUE].number = 0;
     }
     return printer->text != NULL;
 }
@@ -84,6 +97,17 @@ static bool print_unit(struct printer *printer, char letter)
     return false;
 }
 
+static void print_id(struct printer *printer)
+{
+    static const CDS_FLASH char no_id[] = "ID";
+    uint16_t id = printer->values[ID_VALUE].number;
+
+    if (id)
+        printer_decimal(printer, (uint16_t)(id - 1));
+    else
+        printer_flash(printer, no_id);
+}
+
 /* Prints what the letter behind a % stands for. False: nothing. */
 static bool print_value(struct printer *printer, char letter)
 {
@@ -91,6 +115,8 @@ static bool print_value(struct printer *printer, char letter)
         printer_decimal(printer, take_value(printer).number);
     else if (letter == 'l')
         print_long(printer);
+    else if (command_set.has_room && letter == 'i')
+        print_id(printer);
     else
         return print_unit(printer, letter);
     return true;

@@ -6,6 +6,7 @@
  *   %u  a number              %s  another message, whose values, if it has any, are the next ones
  *   %l  two numbers: 32 bits, low word first, shown up to 2 147 483 647
  *   %a %r %v %c %b  a register's angle, signed speed, voltage, temperature, baud rate, with unit
+ *   %i  the ID of printer_set_id(), else the word "ID"; only on chips with room (SERVO_ID)
  * A % before any other character is printed. */
 #ifndef CONTROLLER_PRINTER_H
 #define CONTROLLER_PRINTER_H
@@ -38,6 +39,11 @@ struct printer {
 
 /* Prints on; true when a new piece may be printed. */
 bool printer_ready(struct printer *printer);
+
+/* On chips with room (command_set.has_room): `id`, 0 to 253, is what %i prints until the end of the
+ * message, so that a remedy can be typed as it stands. The last of the values keeps the ID. A
+ * larger number: %i prints the word "ID". Call it when the other values are set. */
+void printer_set_id(struct printer *printer, uint8_t id);
 
 /* The parts of a piece. Numbers: decimal, or two hexadecimal digits. */
 void printer_char(struct printer *printer, char c);

@@ -75,8 +75,9 @@ bool reply_warn(struct console *console)
     if (names_servo)
         (value++)->number = console->line.id;
     value[0].text = reply_conditions[condition];
-    value[1].text = command_set.unasked ? unasked_remedy(command_set.unasked, console, condition)
-                                        : reply_remedy(condition);
+    value[1].text = command_set.unasked
+                        ? unasked_warning_remedy(command_set.unasked, console, condition)
+                        : reply_remedy(condition);
     printer_line(&console->printer, names_servo ? warning_of_servo : warning);
     return true;
 }

@@ -40,7 +40,8 @@ static const CDS_FLASH char message_alarm_over[] = "servo %u: %s is over, torque
 static const CDS_FLASH char message_alarm_over_lost[] = "servo %u: %s is over, torque off; %s";
 static const CDS_FLASH char message_acknowledge[] = "'clear' acknowledges it";
 static const CDS_FLASH char message_lasts[] = " (now)";
-static const CDS_FLASH char message_is_over[] = " (over)";
+const CDS_FLASH char unasked_is_over[] = " (over)";
+static const CDS_FLASH char message_was_disturbed[] = " (while the line was disturbed)";
 static const CDS_FLASH char message_line_ok[] = "bus ok again; %s";
 static const CDS_FLASH char message_stop_late[] =
     "stop: torque read back as off at all servos; %s%s";
@@ -48,29 +49,50 @@ static const CDS_FLASH char message_ids_left[] = "; other IDs are not checked";
 static const CDS_FLASH char message_stop_sent[] =
     "stop: sent; no servo is known, so none was read back: 'scan' finds servos; %s";
 static const CDS_FLASH char message_may_drive[] = "it may be driven";
-static const CDS_FLASH char message_has_no_torque[] =
-    "'teach off %u' switches it on where the servo is";
+/* What to do with a servo without torque, by enum unasked_mode. */
+static const CDS_FLASH char *const CDS_FLASH steps_of_torque[] = {
+    [UNASKED_UNKNOWN] = FLASH_TEXT("its mode is not known: 'info %i' reads it"),
+    [UNASKED_POSITION] = FLASH_TEXT("'teach off %i' switches it on where the servo is"),
+    [UNASKED_TURN] = FLASH_TEXT("it is in endless turn: 'torque %i on', 'turn %i SPEED'"),
+};
 static const CDS_FLASH char message_autostart_failed[] =
     "the sequence of the autostart does not play: 'settings autostart' tells why";
 #define LOST_ITS_STATE "it lost its state: "
-static const CDS_FLASH char message_back_lost[] =
-    LOST_ITS_STATE "'release %u', then 'teach off %u' holds it where it is, 'torque %u on' "
-                   "moves it to its goal";
-static const CDS_FLASH char message_lost_power[] =
-    "; without an alarm, so it lost its power or was reset: check its plug and supply, then "
-    "'release %u'; 'teach off %u' holds it where it is";
+/* What to do with a servo that has lost its state, by enum unasked_mode. */
+static const CDS_FLASH char *const CDS_FLASH steps_of_loss[] = {
+    [UNASKED_UNKNOWN] = FLASH_TEXT(
+        LOST_ITS_STATE "'release %i'; its mode is not known: 'info %i' reads it; unless both angle "
+                       "limits are 0, 'teach off %i' then holds it where it is"),
+    [UNASKED_POSITION] =
+        FLASH_TEXT(LOST_ITS_STATE "'release %i', then 'teach off %i' holds it where it is, 'torque "
+                                  "%i on' moves it to its goal"),
+    [UNASKED_TURN] = FLASH_TEXT(LOST_ITS_STATE "'release %i'; it was in endless turn: 'torque %i "
+                                               "on', with speed 0, then 'turn %i SPEED'"),
+};
+#define LOST_POWER                                                                                 \
+    "; without an alarm, so it lost its power or was reset: check its plug and supply, then "      \
+    "'release %i'"
+static const CDS_FLASH char message_lost_power[] = LOST_POWER;
+static const CDS_FLASH char message_lost_power_hold[] =
+    LOST_POWER "; 'teach off %i' holds it where it is";
 static const CDS_FLASH char message_id_shared[] =
     "; check power, wiring; replies came damaged, so two servos may have its ID, or it has "
-    "another rate: 'diagnose %u'";
-static const CDS_FLASH char message_unload[] =
-    "; 'torque ID off', unload it; when cool, 'clear', 'release ID'; then 'torque ID on' moves it "
-    "to its old goal, 'teach off ID' keeps it where it is";
+    "another rate: 'diagnose %i'";
+#define UNLOAD "; 'torque %i off', unload it; when cool, 'clear', 'release %i'"
+/* What to do with a servo that reports load or heat, by enum unasked_mode. */
+static const CDS_FLASH char *const CDS_FLASH steps_of_load[] = {
+    [UNASKED_UNKNOWN] = FLASH_TEXT(UNLOAD),
+    [UNASKED_POSITION] =
+        FLASH_TEXT(UNLOAD "; then 'torque %i on' moves it to its old goal, 'teach off %i' keeps it "
+                          "where it is"),
+    [UNASKED_TURN] = FLASH_TEXT(UNLOAD "; then 'torque %i on', with speed 0, 'turn %i SPEED'"),
+};
 static const CDS_FLASH char message_supply[] =
-    "; too low or too high: 'diagnose %u' tells which, and the volts; mend supply or limits, then "
+    "; too low or too high: 'diagnose %i' tells which, and the volts; mend supply or limits, then "
     "'clear'";
-static const CDS_FLASH char message_may_share[] = "two servos may have its ID: 'diagnose %u'";
+static const CDS_FLASH char message_may_share[] = "two servos may have its ID: 'diagnose %i'";
 static const CDS_FLASH char message_level_due[] =
-    "it answers no READ: 'set %u STATUS_RETURN_LEVEL 1' first";
+    "it answers no READ: 'set %i STATUS_RETURN_LEVEL 1' first";
 static const CDS_FLASH char message_release_due[] = "driving is inhibited until 'release'";
 static const CDS_FLASH char message_clear_due[] = "driving is inhibited until 'clear'";
 static const CDS_FLASH char message_see_servos[] = "'servos' shows their state";
@@ -78,9 +100,23 @@ static const CDS_FLASH char clear_line[] = "\r\x1B[K";
 
 /* ---- remedies ---- */
 
-void unasked_begin(struct unasked *unasked)
+static uint16_t noise_bytes(const struct console *console)
+{
+    struct cds_stats stats;
+
+    cds_bus_stats(console->bus, &stats);
+    return stats.noise_bytes;
+}
+
+void unasked_begin(struct unasked *unasked, const struct console *console)
 {
     unasked->remedied = 0;
+    unasked->noise_bytes = noise_bytes(console);
+}
+
+uint16_t unasked_noise_bytes(const struct unasked *unasked, const struct console *console)
+{
+    return (uint16_t)(noise_bytes(console) - unasked->noise_bytes);
 }
 
 /* The bits in `remedied` of the conditions against which the remedy of error `number` helps. */
@@ -104,13 +140,32 @@ void unasked_note_error(struct unasked *unasked, uint8_t number)
     unasked->remedied_ticks = 0;
 }
 
-const CDS_FLASH char *unasked_remedy(struct unasked *unasked, const struct console *console,
-                                     uint8_t condition)
+static const CDS_FLASH char *remedy_once(struct unasked *unasked, const struct console *console,
+                                         uint8_t condition)
 {
     if (console_is_for_person(console) && unasked->remedied & (uint16_t)(1u << condition))
         return message_nothing;
     unasked_note_error(unasked, reply_remedy_error(condition));
     return reply_remedy(condition);
+}
+
+/* True if the error at the end of the reply has the remedy for `condition`. An alarm of the voltage
+ * alone gives error 85 the remedy of error 86 (advice.h). */
+static bool is_in_error(const struct console *console, uint8_t condition)
+{
+    const struct cds_servo_state *servo = console_servo(console);
+    uint8_t number = reply_remedy_error(condition);
+
+    return console->error == number || (console->error == ERROR_ALARM && number == ERROR_VOLTAGE &&
+                                        servo && servo->alarms == CDS_ERROR_VOLTAGE);
+}
+
+const CDS_FLASH char *unasked_warning_remedy(struct unasked *unasked, struct console *console,
+                                             uint8_t condition)
+{
+    printer_set_id(&console->printer, console->line.id);
+    return is_in_error(console, condition) ? message_nothing
+                                           : remedy_once(unasked, console, condition);
 }
 
 /* True if noise has made an instruction that the servo does not know: a motion sends none, and a
@@ -133,21 +188,20 @@ static bool has_lost_power(const struct console *console, uint8_t condition)
            !(failsafe->reported[failsafe->next] & CDS_ERRORS_OF_CONDITION);
 }
 
-/* The remedy of an alarm whose cause is known, with ID or at most two %u for the ID; NULL: it is
- * not known. */
+/* The remedy of an alarm whose cause is known; NULL: it is not known. */
 static const CDS_FLASH char *remedy_of_cause(const struct unasked *unasked,
                                              const struct console *console, uint8_t condition)
 {
-    uint8_t index = console->failsafe->next;
+    uint8_t index = console->failsafe->next, mode = unasked->alarms[index].mode;
     uint8_t damaged =
         (uint8_t)(console->robot->states[index].counters.corrupt - unasked->alarms[index].damaged);
 
     if (has_lost_power(console, condition))
-        return message_lost_power;
+        return mode == UNASKED_POSITION ? message_lost_power_hold : message_lost_power;
     if (1 << condition == CDS_ERROR_VOLTAGE)
         return message_supply;
     if (reply_remedy_error(condition) == ERROR_ALARM)
-        return message_unload;
+        return steps_of_load[mode];
     return condition == REPLY_OFFLINE && damaged >= SHARED_DAMAGED && !command_set.noise->is_there
                ? message_id_shared
                : NULL;
@@ -160,15 +214,11 @@ const CDS_FLASH char *unasked_alarm_remedy(struct unasked *unasked, struct conso
 
     if (1 << condition == CDS_ERROR_INSTRUCTION && is_damaged(console))
         condition = reply_condition(CDS_ERROR_CHECKSUM);
-    remedy = unasked_remedy(unasked, console, condition);
+    remedy = remedy_once(unasked, console, condition);
     known = remedy_of_cause(unasked, console, condition);
     if (condition == REPLY_OFFLINE)
         unasked->alarms[console->failsafe->next].may_share_id = known == message_id_shared;
-    if (remedy == message_nothing || !known)
-        return remedy;
-    console->printer.values[4].number = console->printer.values[5].number =
-        console->failsafe->alarm_id;
-    return known;
+    return remedy == message_nothing || !known ? remedy : known;
 }
 
 /* ---- faults that are over ---- */
@@ -250,15 +300,56 @@ void unasked_note_alarm(struct unasked *unasked, uint8_t index, uint8_t conditio
     alarms->told |= bit;
     alarms->seen |= bit;
     alarms->ended &= (uint8_t)~bit;
+    if (condition < REPLY_TORQUE_LOST)
+        alarms->silenced &= (uint8_t) ~(1u << condition);
+    if (condition == REPLY_TORQUE_LOST)
+        alarms->was_lost = true;
+    if (condition == REPLY_OFFLINE)
+        alarms->was_offline = true;
+}
+
+void unasked_note_silenced(struct unasked *unasked, uint8_t index, uint8_t bits)
+{
+    unasked->alarms[index].silenced |= bits;
+}
+
+void unasked_clear(struct unasked *unasked)
+{
+    for (uint8_t i = 0; i < ROBOT_SERVOS; i++) {
+        unasked->alarms[i].silenced = 0;
+        unasked->alarms[i].was_lost = unasked->alarms[i].was_offline = false;
+    }
+}
+
+uint8_t unasked_past(const struct unasked *unasked, const struct console *console, uint8_t index,
+                     uint8_t condition)
+{
+    const struct unasked_alarms *alarms = &unasked->alarms[index];
+    const struct cds_servo_state *servo = &console->robot->states[index];
+
+    if (condition <= REPLY_TORQUE_LOST && alarms->was_lost &&
+        !(servo->inhibits & CDS_INHIBIT_STATE_LOST))
+        return REPLY_TORQUE_LOST;
+    if (condition <= REPLY_OFFLINE && alarms->was_offline &&
+        servo->presence != CDS_PRESENCE_OFFLINE)
+        return REPLY_OFFLINE;
+    return REPLY_CONDITIONS;
+}
+
+enum unasked_mode unasked_mode(const struct unasked *unasked, uint8_t index)
+{
+    return (enum unasked_mode)unasked->alarms[index].mode;
 }
 
 const CDS_FLASH char *unasked_alarm_age(const struct unasked *unasked, uint8_t index, uint8_t bit)
 {
     const struct unasked_alarms *alarms = &unasked->alarms[index];
 
+    if (alarms->silenced & bit)
+        return message_was_disturbed;
     if (!(bit & CDS_ERRORS_OF_CONDITION) || !(alarms->lasts & HAS_REPLIED))
         return message_nothing;
-    return (alarms->lasts | alarms->seen) & bit ? message_lasts : message_is_over;
+    return (alarms->lasts | alarms->seen) & bit ? message_lasts : unasked_is_over;
 }
 
 /* The state check has just ended: stores what its reply tells. */
@@ -318,6 +409,14 @@ static bool is_online(const struct cds_servo_state *servo)
     return servo->presence == CDS_PRESENCE_ONLINE && servo->misses == 0;
 }
 
+static void note_mode(struct unasked_alarms *alarms, const struct cds_servo_state *servo)
+{
+    if (cds_servo_is_endless(servo))
+        alarms->mode = UNASKED_TURN;
+    else if (servo->held & (CDS_HELD_CW_SET | CDS_HELD_CCW_SET))
+        alarms->mode = UNASKED_POSITION;
+}
+
 static void tick(struct unasked *unasked, const struct console *console)
 {
     const struct cds_servos *servos = &console->robot->servos;
@@ -325,10 +424,12 @@ static void tick(struct unasked *unasked, const struct console *console)
     for (uint8_t i = 0; i < ROBOT_SERVOS; i++) {
         if (i < servos->count && is_online(&servos->states[i]))
             unasked->alarms[i].damaged = (uint8_t)servos->states[i].counters.corrupt;
-        if (i < servos->count)
+        if (i < servos->count) {
             count_tick(&unasked->away[i], is_online(&servos->states[i]));
-        else
+            note_mode(&unasked->alarms[i], &servos->states[i]);
+        } else {
             unasked->away[i] = 0;
+        }
     }
     count_tick(&unasked->line_ticks, !(console_faults(console) & FAULTS_OF_LINE));
     look_at_stop(unasked, console->robot);
@@ -369,13 +470,13 @@ static void say_stop(struct console *console)
 }
 
 /* What to do with a servo that answers again. */
-static const CDS_FLASH char *step_of_servo(const struct cds_servo_state *servo)
+static const CDS_FLASH char *step_of_servo(const struct cds_servo_state *servo, uint8_t mode)
 {
     if (servo->status_return_level == 0) // no READ
         return message_level_due;
     if (servo->inhibits)
-        return message_back_lost;
-    return servo->torque ? message_may_drive : message_has_no_torque;
+        return steps_of_loss[mode];
+    return servo->torque ? message_may_drive : steps_of_torque[mode];
 }
 
 static const CDS_FLASH char *text_of_torque(const struct cds_servo_state *servo)
@@ -396,13 +497,16 @@ static void note_loss(struct cds_servo_state *servo, const CDS_FLASH char *step)
 
 /* "servo 2 answers again, torque on; it may be driven". Servos that share an ID answer as one while
  * their states agree, as after a stop: `may_share_id`. */
-static void say_back(struct console *console, struct cds_servo_state *servo, bool may_share_id)
+static void say_back(struct console *console, struct cds_servo_state *servo,
+                     const struct unasked_alarms *alarms)
 {
     union printer_value *values = console->printer.values;
 
-    values[0].number = values[3].number = values[4].number = values[5].number = servo->id;
+    values[0].number = servo->id;
     values[1].text = text_of_torque(servo);
-    values[2].text = may_share_id ? message_may_share : next_step(console, step_of_servo(servo));
+    values[2].text = alarms->may_share_id ? message_may_share
+                                          : next_step(console, step_of_servo(servo, alarms->mode));
+    printer_set_id(&console->printer, servo->id);
     say_line(console, message_back);
     note_loss(servo, values[2].text);
 }
@@ -414,22 +518,23 @@ static bool report_back(struct unasked *unasked, struct console *console)
         if (unasked->away[i] <= SERVO_TICKS)
             continue;
         unasked->away[i] = 0;
-        say_back(console, &console->robot->states[i], unasked->alarms[i].may_share_id);
+        say_back(console, &console->robot->states[i], &unasked->alarms[i]);
         return true;
     }
     return false;
 }
 
 /* "servo 2: overload is over, torque on; 'clear' acknowledges it" */
-static void say_alarm_over(struct console *console, struct cds_servo_state *servo, uint8_t bit)
+static void say_alarm_over(struct console *console, struct cds_servo_state *servo, uint8_t bit,
+                           uint8_t mode)
 {
     union printer_value *values = console->printer.values;
 
     values[0].number = servo->id;
     values[1].text = reply_conditions[reply_condition(bit)];
     if (servo->inhibits & CDS_INHIBIT_STATE_LOST) {
-        values[2].text = next_step(console, message_back_lost + sizeof LOST_ITS_STATE - 1);
-        values[3].number = values[4].number = values[5].number = servo->id;
+        values[2].text = next_step(console, steps_of_loss[mode] + sizeof LOST_ITS_STATE - 1);
+        printer_set_id(&console->printer, servo->id);
         say_line(console, message_alarm_over_lost);
         note_loss(servo, values[2].text);
     } else {
@@ -449,7 +554,7 @@ static bool report_alarm_over(struct unasked *unasked, struct console *console)
         if (bit == 0)
             continue;
         alarms->ended ^= bit;
-        say_alarm_over(console, &console->robot->states[i], bit);
+        say_alarm_over(console, &console->robot->states[i], bit, alarms->mode);
         return true;
     }
     return false;

@@ -20,18 +20,27 @@ struct console;
 /* Of one servo: sets of conditions, CDS_ERRORS_OF_CONDITION. `seen` and `lasts` have a bit more:
  * the servo has replied. */
 struct unasked_alarms {
-    uint8_t told;      // alarms that were told and have not ended
-    uint8_t ended;     // told alarms that have ended; their end is to be told
-    uint8_t seen;      // conditions in replies to the state check since the window began
-    uint8_t lasts;     // `seen` at the end of the last window
-    uint8_t damaged;   // damaged replies, modulo 256, when the servo last answered well
-    bool may_share_id; // its replies came damaged before it was told as offline, so two servos may
-                       // have its ID
+    uint8_t told;          // alarms that were told and have not ended
+    uint8_t ended;         // told alarms that have ended; their end is to be told
+    uint8_t seen;          // conditions in replies to the state check since the window began
+    uint8_t lasts;         // `seen` at the end of the last window
+    uint8_t damaged;       // damaged replies, modulo 256, when the servo last answered well
+    uint8_t silenced;      // refusals that were not told, as a told fault of the line lasted
+    bool may_share_id : 1; // its replies came damaged before it was told as offline, so two servos
+                           // may have its ID
+    bool was_offline : 1;  // it was told as offline since the last `clear`
+    bool was_lost : 1;     // its lost torque was told since the last `clear`
+    uint8_t mode : 2;      // enum unasked_mode
 };
+
+/* The mode of a servo, as it was last known: a loss of power forgets it, but the servo keeps its
+ * angle limits. */
+enum unasked_mode { UNASKED_UNKNOWN, UNASKED_POSITION, UNASKED_TURN } __attribute__((packed));
 
 /* Zero it (static storage is). The fields are internal. */
 struct unasked {
     uint32_t tick_us;           // time of the last tick
+    uint16_t noise_bytes;       // of the bus, when the last command began
     uint16_t remedied;          // conditions (reply.h) whose remedy a person has just read: bits
     uint8_t remedied_ticks;     // ticks since the latest of them
     uint8_t away[ROBOT_SERVOS]; // of each servo: 0, or 1 since it was told as offline, and 1 more
@@ -47,17 +56,20 @@ struct unasked {
     bool is_looking;     // there may be something to tell since the last tick
 };
 
-/* A command begins: remedies may be printed again. */
-void unasked_begin(struct unasked *unasked);
+/* A command begins: remedies may be printed again. Keeps the count of noise bytes. */
+void unasked_begin(struct unasked *unasked, const struct console *console);
 
-/* Returns the remedy for `condition` of a warning or an alarm, with "; " in front, and notes it as
- * printed; "" if it was printed just before. */
-const CDS_FLASH char *unasked_remedy(struct unasked *unasked, const struct console *console,
-                                     uint8_t condition);
+/* Bytes without a packet that the bus has received since the command began. */
+uint16_t unasked_noise_bytes(const struct unasked *unasked, const struct console *console);
 
-/* Does the same for an alarm in values 0 to 3 of the printer: the remedy may need the other two.
- * The remedy of an instruction error is that of a checksum error if noise has damaged the packet.
+/* Returns the remedy for `condition` of a warning of servo line.id, with "; " in front, and notes
+ * it as printed; "" if it was printed just before, or if the error at the end of the reply has it.
  */
+const CDS_FLASH char *unasked_warning_remedy(struct unasked *unasked, struct console *console,
+                                             uint8_t condition);
+
+/* Does the same for an alarm, whatever the error of the last reply. The remedy of an instruction
+ * error is that of a checksum error if noise has damaged the packet. */
 const CDS_FLASH char *unasked_alarm_remedy(struct unasked *unasked, struct console *console,
                                            uint8_t condition);
 
@@ -74,8 +86,27 @@ void unasked_note_alarm(struct unasked *unasked, uint8_t index, uint8_t conditio
  * replies to the state check. An alarm whose end was told is told again when it comes again. */
 void unasked_check_alarms(struct unasked *unasked, const struct console *console);
 
+/* Entry `index` of the robot's list has refused packets (CDS_ERROR_* bits in `bits`), which is not
+ * told: a told fault of the line lasts. */
+void unasked_note_silenced(struct unasked *unasked, uint8_t index, uint8_t bits);
+
+/* `clear`: what was told as offline or lost is no longer listed. */
+void unasked_clear(struct unasked *unasked);
+
+/* Returns the next condition from `condition` on, REPLY_TORQUE_LOST or REPLY_OFFLINE, that was told
+ * of entry `index` since the last `clear` and is over; REPLY_CONDITIONS: none. */
+uint8_t unasked_past(const struct unasked *unasked, const struct console *console, uint8_t index,
+                     uint8_t condition);
+
+/* The mode of entry `index` of the robot's list. */
+enum unasked_mode unasked_mode(const struct unasked *unasked, uint8_t index);
+
+/* " (over)" */
+extern const CDS_FLASH char unasked_is_over[];
+
 /* Returns " (now)" if the latched alarm `bit` of entry `index` lasts, " (over)" if it does not, ""
- * if the servo has not answered the state check for a while. */
+ * if the servo has not answered the state check for a while. Of a refusal: where it was not told,
+ * that the line was disturbed. */
 const CDS_FLASH char *unasked_alarm_age(const struct unasked *unasked, uint8_t index, uint8_t bit);
 
 /* Entry `from` of the robot's list, the last one, has moved to entry `to`. */

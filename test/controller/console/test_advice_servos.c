@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Errors whose remedy depends on what is known of the servos. */
+#include "console/unasked.h"
 #include "console/advice_alarms.h" // advice_alarm_remedy()
 #include "console/reply.h"         // REPLY_OFFLINE
 #include "console_rig.h"
@@ -184,9 +185,14 @@ void test_servo_that_lost_its_state_is_inhibited_with_its_remedy(void)
     know_servos(2);
     robot.states[1].inhibits = CDS_INHIBIT_STATE_LOST;
     assert_reply("error 12: servo 2: the servo may not be driven; it lost its state by power, plug "
+                 "or an alarm: mend that, 'release 2'\r\n",
+                 "set 2 TORQUE_ENABLE 1");
+    command_set.unasked->alarms[1].mode = UNASKED_POSITION;
+    assert_reply("error 12: servo 2: the servo may not be driven; it lost its state by power, plug "
                  "or an alarm: mend that, 'release 2', then 'torque 2 on' moves it to its goal, "
                  "'teach off 2' keeps it where it is\r\n",
                  "set 2 TORQUE_ENABLE 1");
+    command_set.unasked->alarms[1].mode = UNASKED_UNKNOWN;
     robot.states[1].presence = CDS_PRESENCE_OFFLINE;
     assert_reply("error 12: servo 2: not driven, as it gives no good answer; ",
                  "set 2 TORQUE_ENABLE 1");
@@ -225,8 +231,9 @@ void test_no_reply_after_stray_bytes_names_diagnose(void)
     port_fake_hear(&bus.link, end_of_echo, sizeof end_of_echo);
     port_fake.now_us += 100000;
     type("");
-    TEST_ASSERT_EQUAL_STRING("error 2: servo 1: no reply by the deadline; check power, wiring, ID "
-                             "and baud rate of the servo; bytes without a packet so far, of noise "
-                             "or echoes: 1, see 'diagnose 1'\r\n",
-                             said);
+    TEST_ASSERT_EQUAL_STRING(
+        "error 2: servo 1: no reply by the deadline; check power, wiring, ID "
+        "and baud rate of the servo; bytes without a packet came meanwhile, of "
+        "noise or echoes: 1, see 'diagnose 1'\r\n",
+        said);
 }

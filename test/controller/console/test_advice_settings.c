@@ -72,7 +72,7 @@ void test_link_loss_warns_a_person_who_types(void)
 
 void test_lost_link_tells_a_person_how_to_type_on(void)
 {
-    static const char way[] = "; to type: 'settings link_loss_ms 0', 'clear'\r\n";
+    static const char way[] = "; to work by hand: 'settings link_loss_ms 0', 'clear'\r\n";
 
     settings.link_loss_ms = 500;
     failsafe.link_lost = true;

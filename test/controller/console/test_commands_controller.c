@@ -63,10 +63,7 @@ void test_clear_while_torque_off_is_under_way_is_an_error(void)
     TEST_ASSERT_EQUAL_HEX8(0x20, robot.servos.alarms);
 }
 
-#define UNLOAD                                                                                     \
-    "; 'torque ID off', unload it; when cool, 'clear', 'release ID'; then 'torque ID on' moves "   \
-    "it "                                                                                          \
-    "to its old goal, 'teach off ID' keeps it where it is\r\n"
+#define UNLOAD "; 'torque 7 off', unload it; when cool, 'clear', 'release 7'\r\n"
 
 void test_alarm_report_prints_lines_between_replies(void)
 {

@@ -172,7 +172,7 @@ static const char *assert_begins(const char *text, const char *begin)
 
 void test_conditions_are_warnings_and_ok(void)
 {
-    static const char load[] = "; 'torque ID off', unload it; when cool, 'clear', 'release ID'\r\n";
+    static const char load[] = "; 'torque 1 off', unload it; when cool, 'clear', 'release 1'\r\n";
     const char *next;
 
     reply_to("ping 1");

@@ -57,9 +57,9 @@ void test_change_of_host_rate_warns_a_person_only(void)
 void test_change_of_bus_rate_tells_a_person_of_servos(void)
 {
     static const char lines[] =
-        "the bus changed to this rate, 'save' keeps it over a reset; servos known here: 0; at the "
+        "the bus changed to this rate, 'save' keeps it over a reset; servos of the list here: 0; at the "
         "old rate: 2, until 'bus 1000000bps'\r\nok\r\n";
-    static const char none_left[] = "servos known here: 0; 'scan' looks for others\r\nok\r\n";
+    static const char none_left[] = "servos of the list here: 0; 'scan' looks for others\r\nok\r\n";
 
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("settings bus_baud 500000"));
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("settings bus_baud 1"));
@@ -116,7 +116,7 @@ void test_refusal_of_limits_names_them(void)
     assert_reply("error 11: servo 4: its limits are 60.117deg to 200deg and 3",
                  "write 4 MOVING_SPEED 1000");
     TEST_ASSERT_NOT_NULL(strstr(said, "rpm; 'turn': set no limits; 'torque on': its goal is beyond "
-                                      "them, or not read: 'info ID'\r\n"));
+                                      "them, or not read: 'info 4'\r\n"));
     reply_to("servos");
     TEST_ASSERT_NOT_NULL(strstr(said, ", limits 60.117deg to 200deg and 3"));
 }

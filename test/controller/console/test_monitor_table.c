@@ -84,9 +84,8 @@ void test_alarm_between_tables_stands_above_the_next_one(void)
     go_on_until(TABLE);
     failsafe.alarm_id = 1;
     failsafe.alarm = CDS_ERROR_OVERHEATING;
-    go_on_until("\x1B[3A\x1B[J\ralarm of servo 1: overheating; 'torque ID off', unload it; "
-                "when cool, 'clear', 'release ID'; then 'torque ID on' moves it to its old goal, "
-                "'teach off ID' keeps it where it is\r\n" TABLE);
+    go_on_until("\x1B[3A\x1B[J\ralarm of servo 1: overheating; 'torque 1 off', unload it; "
+                "when cool, 'clear', 'release 1'\r\n" TABLE);
     go_on_until(TABLE "\x1B[3A" TABLE);
 }
 

@@ -110,8 +110,8 @@ void test_warning_of_list_names_its_servo(void)
     port_fake_transmit(&bus.link, 0);
     answer(2, 0, NULL, 0);
     TEST_ASSERT_EQUAL_STRING(
-        "servo 1: ok\r\nwarning: servo 1: overheating; 'torque ID off', unload "
-        "it; when cool, 'clear', 'release ID'\r\nservo 2: ok\r\nok\r\n",
+        "servo 1: ok\r\nwarning: servo 1: overheating; 'torque 1 off', unload "
+        "it; when cool, 'clear', 'release 1'\r\nservo 2: ok\r\nok\r\n",
         said);
 }
 

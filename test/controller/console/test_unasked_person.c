@@ -123,8 +123,9 @@ void test_loss_of_a_servo_that_is_back_is_told_in_one_line(void)
     failsafe.alarm = FAILSAFE_TORQUE_LOST;
     TEST_ASSERT_EQUAL_STRING("", said_in_ticks(5));
     TEST_ASSERT_EQUAL_STRING(
-        "\rservo 7 answers again, torque off; it lost its state: 'release 7', then 'teach off 7' "
-        "holds it where it is, 'torque 7 on' moves it to its goal\r\n\r> ",
+        "\rservo 7 answers again, torque off; it lost its state: 'release 7'; its mode is not "
+        "known: 'info 7' reads it; unless both angle limits are 0, 'teach off 7' then holds it "
+        "where it is\r\n\r> ",
         said_in_ticks(3));
 }
 
@@ -314,15 +315,15 @@ void test_remedy_of_next_alarm_is_told_again_later(void)
 {
     begin_person();
     report(CDS_ERROR_OVERHEATING);
-    TEST_ASSERT_NOT_NULL(strstr(said, "overheating; 'torque ID off', unload it"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "overheating; 'torque 7 off', unload it"));
     report(CDS_ERROR_OVERLOAD);
     TEST_ASSERT_NOT_NULL(strstr(said, "overload\r\n"));
     said_in_ticks(10);
     report(CDS_ERROR_OVERLOAD);
-    TEST_ASSERT_NOT_NULL(strstr(said, "overload; 'torque ID off', unload it"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "overload; 'torque 7 off', unload it"));
     reply_to("help ping");
     report(CDS_ERROR_OVERLOAD);
-    TEST_ASSERT_NOT_NULL(strstr(said, "overload; 'torque ID off', unload it"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "overload; 'torque 7 off', unload it"));
 }
 
 void test_remedy_of_a_reply_is_not_told_again_by_an_alarm(void)
@@ -343,7 +344,7 @@ void test_remedy_is_not_left_out_for_a_program(void)
 {
     report(CDS_ERROR_OVERLOAD);
     report(CDS_ERROR_OVERLOAD);
-    TEST_ASSERT_NOT_NULL(strstr(said, "overload; 'torque ID off', unload it"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "overload; 'torque 7 off', unload it"));
 }
 
 void test_instruction_error_by_noise_names_noise(void)

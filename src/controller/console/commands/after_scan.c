@@ -14,6 +14,10 @@ static const CDS_FLASH char message_early[] =
 static const CDS_FLASH char message_return_delay[] =
     "servo %u answers too early: 'write %u RETURN_DELAY %u', then 'scan'";
 
+static const CDS_FLASH char message_powered[] =
+    "torque is on at %u of the servos that joined, as servo %u; such a servo may be moving or "
+    "turning: 'stop' switches torque off";
+
 static const CDS_FLASH char message_noisy[] =
     "replies were damaged, so an ID above may be no servo: %s; then 'scan' again";
 
@@ -84,6 +88,34 @@ static void ask(struct console *console, struct after_scan *job)
         next(job);
 }
 
+/* The READ has succeeded: notes a servo that was not in the list before the search, and has torque.
+ */
+static void note_torque(const struct console *console, struct after_scan *job)
+{
+    const struct cds_servo_state *servo = console_servo(console);
+
+    if (!servo || servo - console->robot->states < job->known ||
+        !console->line.request->reply[CDS_REG_TORQUE_ENABLE])
+        return;
+    job->powered++;
+    job->powered_id = servo->id;
+}
+
+/* For a person: prints once that servos have torque that have just joined, as after a reset of the
+ * controller alone. False: there is none. */
+static bool tell_torque(struct console *console, struct after_scan *job)
+{
+    union printer_value *values = console->printer.values;
+
+    if (!job->powered || !console_is_for_person(console))
+        return false;
+    values[0].number = job->powered;
+    values[1].number = job->powered_id;
+    printer_line(&console->printer, message_powered);
+    job->powered = 0;
+    return true;
+}
+
 static void take(struct console *console, struct after_scan *job)
 {
     const struct cds_request *request = console->line.request;
@@ -100,6 +132,8 @@ static void take(struct console *console, struct after_scan *job)
         job->phase = AFTER_SCAN_ASK;
         return;
     }
+    if (command_set.has_room && request->result == CDS_OK)
+        note_torque(console, job);
     if (request->result == CDS_OK && delay < shortest) {
         values[0].number = values[3].number = console->line.id;
         values[1].number = (uint16_t)(2u * delay);
@@ -179,7 +213,7 @@ bool after_scan(struct console *console)
         return console->error == 0;
     }
     if (job->phase == AFTER_SCAN_ASK && job->index == job->count)
-        return false;
+        return command_set.has_room && tell_torque(console, job);
     if (job->phase == AFTER_SCAN_ASK) {
         ask(console, job);
     } else if (job->phase == AFTER_SCAN_READ) {

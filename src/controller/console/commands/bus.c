@@ -7,8 +7,9 @@
 #include "console/errors.h"
 #include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
-#include "compiler.h" // NOINLINE
+#include "compiler.h" // ALWAYS_INLINE, NOINLINE
 #include "console/messages.h"
+#include "console/noise.h" // struct noise
 
 static const CDS_FLASH char message_found_damaged[] = ": reply damaged: noise, or one ID twice?";
 static const CDS_FLASH char message_found_neighbour[] = ", set to another rate";
@@ -62,6 +63,8 @@ static uint8_t scan_begin(struct console *console)
     }
     if (command_set.account)
         account_begin(console);
+    if (command_set.has_room)
+        after_scan_job(console)->known = robot->servos.count;
     return robot_start(robot, &scan, &config);
 }
 
@@ -303,13 +306,23 @@ static const CDS_FLASH char message_none_answers[] =
     "no servo answers at %b: check their supply, the cable, and the data line, which may be held "
     "high";
 
+/* The line is quiet between two bytes of noise: noise that was found at this rate counts, too. */
+ALWAYS_INLINE enum cds_bus_line line_state(const struct console *console)
+{
+    bool is_noisy = command_set.noise && command_set.noise->is_there && !console->line.numbers;
+
+    return is_noisy && cds_bus_line(console->bus) == CDS_BUS_LINE_QUIET
+               ? CDS_BUS_LINE_SUSPECT
+               : cds_bus_line(console->bus);
+}
+
 /* True if a person asks for the state of a quiet line on which no servo of the list answers: a line
  * that is held high looks as one at rest. */
 static bool is_line_in_doubt(const struct console *console)
 {
     const struct cds_servos *servos = &console->robot->servos;
 
-    if (!console_is_for_person(console) || cds_bus_line(console->bus) != CDS_BUS_LINE_QUIET)
+    if (!console_is_for_person(console) || line_state(console) != CDS_BUS_LINE_QUIET)
         return false;
     for (uint8_t i = 0; i < servos->count; i++)
         if (servos->states[i].presence != CDS_PRESENCE_OFFLINE)
@@ -322,7 +335,7 @@ void bus_print_line(struct console *console)
     console->printer.values[0].number = console->bus->baud_reg;
     printer_line(&console->printer, command_set.has_room && is_line_in_doubt(console)
                                         ? message_none_answers
-                                        : bus_lines[cds_bus_line(console->bus)]);
+                                        : bus_lines[line_state(console)]);
 }
 
 void bus_print_change(struct console *console, uint8_t old)

@@ -44,6 +44,8 @@ static const CDS_FLASH char message_delays_us[] = "RETURN_DELAY refused: %u; low
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, offline %u";
+static const CDS_FLASH char message_servos_elsewhere[] =
+    "servos: %u%s, offline %u, at another rate %u: state unknown";
 static const CDS_FLASH char message_servos_not_asked[] =
     "servos: %u%s, offline %u before the line was disturbed";
 static const CDS_FLASH char message_host_rate[] =
@@ -246,13 +248,22 @@ enum alarm_kind {
     ALARM_OFFLINE = FAILSAFE_OFFLINE // this bit of the alarm is not FAILSAFE_TORQUE_LOST
 } __attribute__((packed));
 
+/* For a person, " (now)" or " (over)" behind a latched alarm of the servo console->index. */
+static const CDS_FLASH char *text_of_age(const struct console *console, uint8_t condition)
+{
+    if (!command_set.unasked || !console_is_for_person(console) ||
+        console->index >= console->robot->servos.count || condition >= REPLY_TORQUE_LOST)
+        return message_nothing;
+    return unasked_alarm_age(command_set.unasked, console->index, (uint8_t)(1u << condition));
+}
+
 /* What to do about an alarm, with "; " in front, or "". `kind`: enum alarm_kind bits. */
 static const CDS_FLASH char *remedy_of(struct console *console, uint8_t condition, uint8_t kind)
 {
     const CDS_FLASH char *text = message_nothing;
 
     if (!(kind & ALARM_NEW))
-        return text;
+        return text_of_age(console, condition);
     if (command_set.unasked)
         text = unasked_alarm_remedy(command_set.unasked, console, condition);
     else if (command_set.advise)
@@ -300,6 +311,7 @@ NOINLINE static uint8_t alarm_line(struct console *console, uint8_t id, uint8_t 
             value[1].text = message_unread_due;
         value[2].number = id;
     }
+    printer_set_id(printer, id);
     printer_line(printer, message_alarm);
     return (uint8_t)(bits & (bits - 1u));
 }
@@ -327,6 +339,26 @@ static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
     return others;
 }
 
+/* For a person: prints what was told of servo `index` and is over, "alarm of servo 2: offline
+ * (over)". False: there is nothing left to print of this servo. `phase`: the next condition. */
+static bool print_past(struct console *console)
+{
+    union printer_value *values = console->printer.values;
+    uint8_t condition = REPLY_CONDITIONS;
+
+    if (console_is_for_person(console) && console->index < console->robot->servos.count)
+        condition = unasked_past(command_set.unasked, console, console->index, console->phase);
+    console->phase = (uint8_t)(condition + 1);
+    if (condition == REPLY_CONDITIONS)
+        return false;
+    values[0].text = message_of_servo;
+    values[1].number = console->robot->states[console->index].id;
+    values[2].text = reply_conditions[condition];
+    values[3].text = unasked_is_over;
+    printer_line(&console->printer, message_alarm);
+    return true;
+}
+
 /* Prints one line in each call. `part`: the alarms printed of servo `index`. */
 static bool alarms_poll(struct console *console)
 {
@@ -335,8 +367,12 @@ static bool alarms_poll(struct console *console)
 
     while (*index <= servos->count &&
            (left = (uint8_t)(alarms_of(servos, *index) & ~console->part)) == 0) {
+        if (command_set.unasked && print_past(console))
+            return true;
         (*index)++;
         console->part = 0;
+        if (command_set.unasked)
+            console->phase = 0;
     }
     if (left == 0)
         return false;
@@ -353,7 +389,11 @@ static bool alarms_poll(struct console *console)
 
 static uint8_t clear_begin(struct console *console)
 {
-    return failsafe_clear(console->failsafe) ? 0 : ERROR_STOPPING;
+    if (!failsafe_clear(console->failsafe))
+        return ERROR_STOPPING;
+    if (command_set.unasked)
+        unasked_clear(command_set.unasked);
+    return 0;
 }
 
 static const CDS_FLASH char message_bytes_unasked[] =
@@ -415,8 +455,12 @@ static void silence_alarms_of_line(const struct console *console)
     if (failsafe->reported[failsafe->next] & FAILSAFE_OFFLINE)
         caused |= FAILSAFE_OFFLINE; // else the bit is FAILSAFE_TORQUE_LOST
     if ((told & FAULT_NOISE && command_set.noise->is_there) ||
-        (told & FAULT_LINE_LOW && servos_line_is_low(&console->robot->servos)))
+        (told & FAULT_LINE_LOW && servos_line_is_low(&console->robot->servos))) {
+        if (command_set.unasked)
+            unasked_note_silenced(command_set.unasked, failsafe->next,
+                                  failsafe->alarm & caused & (uint8_t)~FAILSAFE_OFFLINE);
         failsafe->alarm &= (uint8_t)~caused;
+    }
 }
 
 bool controller_report(struct console *console)
@@ -555,23 +599,33 @@ static void print_stops(struct printer *printer, const struct failsafe *failsafe
     printer_line(printer, message_stops);
 }
 
-/* "servos: 18, offline 1". On a line that is not quiet no servo can be asked. */
-static void print_servos(struct printer *printer, const struct cds_servos *servos)
+/* "servos: 18, offline 1, at another rate 2: state unknown". A servo that is known to be at another
+ * rate counts as that only: the state check does not reach it. On a line that is not quiet no servo
+ * can be asked. */
+static void print_servos(struct console *console, const struct cds_servos *servos)
 {
     const struct cds_servo_state *servo = servos->states;
-    uint8_t offline = 0;
+    struct printer *printer = &console->printer;
+    const CDS_FLASH char *message = message_servos;
+    uint8_t offline = 0, elsewhere = 0;
 
     for (uint8_t left = servos->count; left; left--, servo++)
-        if (is_offline(servo))
+        if (command_set.has_room && servo_is_at_other_rate(console, servo))
+            elsewhere++;
+        else if (is_offline(servo))
             offline++;
+    if (command_set.has_room && elsewhere && !servos_line_is_low(servos))
+        message = message_servos_elsewhere;
     printer->values[0].number = servos->count;
     printer->values[1].text = servos->is_full ? message_and_more : message_nothing;
     if (servos_line_is_low(servos))
         offline = servos->count;
     printer->values[2].number = offline;
+    if (command_set.has_room)
+        printer->values[3].number = elsewhere;
     printer_line(printer, command_set.advise && cds_bus_line(servos->bus) == CDS_BUS_LINE_SUSPECT
                               ? message_servos_not_asked
-                              : message_servos);
+                              : message);
 }
 
 static void print_stack(struct printer *printer, const struct failsafe *failsafe)
@@ -599,7 +653,7 @@ static bool status_poll(struct console *console)
     case 4: print_torque(printer, console->robot); return true;
     case 5: print_stops(printer, console->failsafe); return true;
     case 6: bus_print_line(console); return true;
-    case 7: print_servos(printer, &console->robot->servos); return true;
+    case 7: print_servos(console, &console->robot->servos); return true;
     case 8: print_delays(printer, &console->robot->servos); return true;
     case 9:
         if (command_set.store)
@@ -629,8 +683,8 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("alarms"),
         .what = FLASH_TEXT("alarms since clear"),
-        .details = COMMAND_DETAILS("Of all replies, also to the bridge; offline servos. At "
-                                   "once in mode person, and if alarm_report is 1"),
+        .details = COMMAND_DETAILS("Of replies, also to the bridge; offline servos. At once "
+                                   "in mode person, or if alarm_report is 1"),
         .poll = alarms_poll,
     },
     {

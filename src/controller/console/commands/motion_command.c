@@ -30,7 +30,7 @@ bool motion_concerns_all(const struct console *console, const struct motion_outc
            (outcome->result == CDS_TIMEOUT && !a_servo_answers(&console->robot->servos));
 }
 
-const CDS_FLASH char *motion_failure(const struct console *console, union printer_value *values)
+const CDS_FLASH char *motion_failure(struct console *console, union printer_value *values)
 {
     const struct motion_outcome *outcome = motion_outcome(console->robot);
     const struct ended_motion *end = command_set.ended_motion;
@@ -43,6 +43,7 @@ const CDS_FLASH char *motion_failure(const struct console *console, union printe
     }
     (++values)->number = error;
     (++values)->text = end ? end->text : error_text(error);
+    printer_set_id(&console->printer, outcome->id);
     return message_end_failed;
 }
 

@@ -16,7 +16,7 @@ static const CDS_FLASH char message_way_back[] =
     "CCW_ANGLE_LIMIT %a', 'set %u CW_ANGLE_LIMIT %a'";
 static const CDS_FLASH char message_stands_still[] = "endless turn: speed set to 0";
 static const CDS_FLASH char message_turn_again[] =
-    "torque is off: 'torque ID on', then 'turn' again";
+    "torque is off: 'torque " SERVO_ID " on', then 'turn' again";
 
 /* Registers that move, and torque on, read first. */
 #define LOOK_FROM CDS_REG_CW_ANGLE_LIMIT
@@ -75,6 +75,7 @@ void servo_failed(struct console *console, uint8_t error)
 {
     console->printer.values[0].number = console->line.id;
     console->printer.values[1].text = error_text(error);
+    printer_set_id(&console->printer, console->line.id);
     printer_line(&console->printer, message_servo);
 }
 
@@ -171,8 +172,10 @@ static void tell_torque(struct console *console)
 {
     const struct cds_servo_state *servo = console_servo(console);
 
-    if (servo && servo->presence == CDS_PRESENCE_ONLINE && !servo->torque)
+    if (servo && servo->presence == CDS_PRESENCE_ONLINE && !servo->torque) {
+        printer_set_id(&console->printer, servo->id);
         printer_line(&console->printer, message_turn_again);
+    }
 }
 
 static bool turn_poll(struct console *console)

@@ -17,7 +17,7 @@ static const CDS_FLASH char message_presence_busy[] = "line not quiet";
 static const CDS_FLASH char message_presence_rate[] = "not at the rate of the bus";
 static const CDS_FLASH char message_presence_at[] = "not at the rate of the bus but at %b";
 static const CDS_FLASH char message_presence_id_twice[] =
-    "replies damaged as if two servos had this ID ('diagnose ID')";
+    "replies damaged as if two servos had this ID ('diagnose " SERVO_ID "')";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", latched alarms: %s";
 static const CDS_FLASH char message_alarms_more_age[] = " + %s%s";
@@ -131,6 +131,7 @@ ALWAYS_INLINE void print_presence(struct console *console, const struct cds_serv
         value->text = servo->torque ? message_on_endless : message_off_endless;
     if (is_unknown)
         value->text = message_torque_unknown;
+    printer_set_id(printer, servo->id);
     printer_text(printer, message_presence);
 }
 

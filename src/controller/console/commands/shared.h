@@ -110,7 +110,7 @@ struct ended_motion {
 
 /* In motion_command.c: returns the message that tells why the last motion has failed,
  * "servo 2: error 83: a servo does not follow its goals; ...", with its values from `values` on. */
-const CDS_FLASH char *motion_failure(const struct console *console, union printer_value *values);
+const CDS_FLASH char *motion_failure(struct console *console, union printer_value *values);
 
 /* In motion_command.c: stores outcome->result in console->error, and prints the servo that is the
  * reason, if there is one. */
@@ -217,6 +217,9 @@ struct after_scan {
     uint8_t suspect_ids[AFTER_SCAN_SUSPECTS]; // silent, but bytes without a packet came
     uint8_t ids[ROBOT_SERVOS + AFTER_SCAN_SUSPECTS];
     uint8_t kinds[ROBOT_SERVOS + AFTER_SCAN_SUSPECTS]; // enum after_scan_kind
+    uint8_t known;                                     // servos of the list before the search
+    uint8_t powered;                                   // servos that have joined with torque on
+    uint8_t powered_id;                                // ID of the last of them
 };
 
 enum after_scan_phase {
