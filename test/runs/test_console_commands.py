@@ -449,7 +449,7 @@ class Scripts(unittest.TestCase):
 
     def test_empty_lists_of_poses_and_sequences_tell_a_person(self):
         run = self.run_on("arduino-mega", "pose list\nsequence list\nmode person\npose list\n" + text("no pose is stored; 'group ID...', then 'pose save NAME'")
-                          + "sequence list\n" + text("no sequence is stored; 'sequence NAME new POSE 1s'") + "group 1\npose save up\nsequence go new up 1s\npose list\nsequence list\n")
+                          + "sequence list\n" + text("no sequence is stored; 'sequence NAME") + "group 1\npose save up\nsequence go new up 1s\npose list\nsequence list\n")
         self.assertEqual(run.output.count("no pose is stored") + run.output.count("no sequence is stored"), 2, run.output)
 
     def test_servos_names_a_doubled_id_as_a_cause(self):

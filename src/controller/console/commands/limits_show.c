@@ -86,15 +86,16 @@ static uint8_t off_begin(struct console *console)
 static const CDS_FLASH struct command limits_show_rows[] = {
     {
         .usage = FLASH_TEXT("limits ID off"),
-        .what = FLASH_TEXT("remove these limits"),
+        .what = FLASH_TEXT("remove limits"),
         .details = COMMAND_DETAILS("Those that the servo keeps, as CW_ANGLE_LIMIT, stay"),
         .example = COMMAND_DETAILS("limits 1 off"),
         .begin = off_begin,
     },
     {
         .usage = FLASH_TEXT("limits [ID]"),
-        .what = FLASH_TEXT("print the lines that set these limits again"),
-        .details = COMMAND_DETAILS("No ID: of each servo that has some. none: the servo has none"),
+        .what = FLASH_TEXT("show limits"),
+        .details = COMMAND_DETAILS(
+            "Prints the line that sets them again, or none. No ID: of each servo with limits"),
         .example = COMMAND_DETAILS("limits 1"),
         .begin = show_begin,
         .poll = show_poll,
