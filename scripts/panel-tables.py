@@ -114,10 +114,10 @@ FINDINGS = {
 
 # Settings in the words of an owner of a robot; the page shows rates and choices as a list.
 SETTINGS = {
-    "device_id": "ID of the controller itself for this page; 254: none",
+    "device_id": "ID of the controller for this page; 254: none",
     "host_baud": "rate of the link to this page; after a change, disconnect and connect at the new rate",
     "bus_baud": "rate of the bus; only servos that have this rate answer",
-    "echo": "what a terminal gets after the next reset; this page always uses 0",
+    "echo": "what a terminal gets after a reset; this page uses 0",
     "link_loss_ms": "if this page is silent so long, link_loss_action follows; 0: never. "
                     "Best: 2000 and link_loss_action 2, unless sequences play without the page",
     "link_loss_action": "with 0 and 1 a movement that has begun goes on, also an endless turn",

@@ -438,6 +438,20 @@ class Scripts(unittest.TestCase):
                           + "group\n" + text("group 1 3 sync") + "! move 3 250\n" + text("error 11: "))
         self.assertNotIn("servo 2: offline", run.output)
 
+    def test_servos_forget_takes_a_servo_that_was_just_unplugged(self):
+        self.run_on("arduino-mega", "mode person\ngroup 1 2 3 9\n! ping 9\nservos forget 9\n@wait 1500\n@power 2 off\n! ping 2\nservos forget 2\ngroup\n"
+                    + text("group 1 3 sync") + "bus 57600\n! servos forget 3\n"
+                    + text("error 95: servo 3: it stays in the list, where its rate is 1000000bps; 'bus 1000000bps', then this line again"))
+
+    def test_limits_without_angles_are_told_with_128_kb(self):
+        self.run_on("atmega128", "scan\n! limits 2\n" + text("error 31: servo 2 has none; 'limits 2 LOW HIGH' sets some, 'info 2' shows those of its own")
+                    + "limits 2 0 512raw 495raw\n! limits 2\n" + text("error 31: limits of servo 2: 0deg to 150.147deg, 30rpm; 'limits 2 LOW HIGH' changes them"))
+
+    def test_empty_lists_of_poses_and_sequences_tell_a_person(self):
+        run = self.run_on("arduino-mega", "pose list\nsequence list\nmode person\npose list\n" + text("no pose is stored; 'group ID...', then 'pose save NAME'")
+                          + "sequence list\n" + text("no sequence is stored; 'sequence NAME") + "group 1\npose save up\nsequence go new up 1s\npose list\nsequence list\n")
+        self.assertEqual(run.output.count("no pose is stored") + run.output.count("no sequence is stored"), 2, run.output)
+
     def test_servos_names_a_doubled_id_as_a_cause(self):
         run = self.run_on("arduino-mega", "@servos 1,2\ntorque 2 on\nservos forget\nwrite 2 ID 1\nservos forget\ngroup 1\n@wait 2500\nservos\n"
                           + text("servo 1: replies damaged as if two servos had this ID") + "@expect rule collision\n")
@@ -599,9 +613,17 @@ class Scripts(unittest.TestCase):
             run = self.run_on(board, "help safety\n" + text("Safety:") + text("  limits ID") + text("  servos [forget") + "! help safe\n")
             self.assertNotIn("Set-up of servos", run.output)
 
-    def test_help_of_a_person_fits_the_rows_of_a_terminal(self):
-        for board, has_room in (("atmega128", False), ("arduino-mega", True)):
-            run = self.run_on(board, "mode person\nhelp\n" + text("'help move' explains one command, 'help safety' "))
+    def test_help_of_a_person_names_each_command_on_a_screen(self):
+        run = self.run_on("arduino-mega", "mode person\nhelp\n" + text("'help all' shows how each is written"))
+        listed = run.output.partition("\nThe console:")[2].partition("\nok\n")[0].splitlines()
+        self.assertLessEqual(len(listed), 22, listed)
+        self.assertLessEqual(max(map(len, listed)), 79, listed)
+        self.assertIn("Motion: teach pose sequence play pause resume motion", listed)
+        self.assertLessEqual(set(COMMANDS), {word for line in listed for word in line.partition(":")[2].split()} | set(listed[0].split()))
+
+    def test_list_of_usages_of_a_person_fits_40_rows(self):
+        for board, line, has_room in (("atmega128", "help", False), ("arduino-mega", "help all", True)):
+            run = self.run_on(board, f"mode person\n{line}\n")
             listed = run.output.partition("\nThe console:\n")[2].partition("\nok\n")[0].splitlines()
             self.assertLessEqual(len(listed), 38, listed)
             self.assertLessEqual(max(map(len, listed)), 79, listed)
@@ -852,6 +874,8 @@ ARGUMENTS = set(re.findall(r'{FLASH_TEXT\("(\S+)"\), ARGUMENT_', (ROOT / "src/co
 
 def list_line(name, usage):
     """What help says of lists, in a profile that has them."""
+    if name == "limits":  # a line begins with the first row
+        usage = "limits ID LOW HIGH [SPEED]"
     behind_id = re.search(r"ID(?:\|254)? \[*([A-Z][^\] ]*)", usage)
     if "ID" not in re.sub("ID:", "", usage):
         return ""

@@ -28,6 +28,11 @@ static const CDS_FLASH char message_is_not_gone[] =
     "it stays in the list, as it is not offline; unplug it first";
 static const CDS_FLASH char message_is_inhibited[] =
     "it stays in the list, as it is inhibited; 'release %u' first";
+static const CDS_FLASH char message_is_at_rate[] =
+    "it stays in the list, where its rate is %b; 'bus %b', then this line again";
+static const CDS_FLASH char message_force[] =
+    "nothing was reset; each of them would get ID 1: 'factory %u' resets one, 'factory 254 force' "
+    "all on the bus";
 static const CDS_FLASH char message_ids[] = "IDs: 1, 1-3, 1,4 or all";
 static const CDS_FLASH char message_one_id[] = "an ID: 0 to 253";
 static const CDS_FLASH char message_space[] = "no space before a unit: 90deg, 500ms";
@@ -627,9 +632,22 @@ static const CDS_FLASH char *text_of_forget(struct console *console)
 
     if (!servo || !parse_is_command(&console->line, servos))
         return NULL;
+    if (command_set.has_room && servo_is_at_other_rate(console, servo)) {
+        console->printer.values[0].number = console->printer.values[1].number = servo->baud_reg;
+        return message_is_at_rate;
+    }
     console->printer.values[0].number = servo->id;
     return servo->presence == CDS_PRESENCE_OFFLINE && servo->inhibits ? message_is_inhibited
                                                                       : message_is_not_gone;
+}
+
+/* `factory all`: each servo of the list would get ID 1. */
+static const CDS_FLASH char *text_of_force(struct console *console)
+{
+    if (!command_set.has_room || console->line.id == CDS_BROADCAST_ID)
+        return NULL;
+    console->printer.values[0].number = console->line.id;
+    return message_force;
 }
 
 /* `mode` without a word: the present mode. */
@@ -700,6 +718,7 @@ const CDS_FLASH char *advice(struct console *console)
     switch (console->error) {
     case ERROR_TWICE: return text_of_twice(console);
     case ERROR_NOT_NEW: return text_of_forget(console);
+    case ERROR_FORCE: return text_of_force(console);
     case ERROR_UNIT: return text_of_units(console);
     case ERROR_COUNT: return text_of_count(console);
     case ERROR_UNKNOWN_WORD: return unit_behind_space(console);

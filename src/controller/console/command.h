@@ -144,6 +144,8 @@ struct command_motion_words {
     /* Prints the end of a line: why the autostart has not begun, or that its motion has ended.
      * False: it has no more words. */
     bool (*autostart)(struct console *console);
+    /* The poll of `settings autostart`. */
+    bool (*show_autostart)(struct console *console);
     /* The text of an error whose remedy depends on the motion, as advice(); NULL: the text of the
      * error itself is the best. */
     const CDS_FLASH char *(*advise)(struct console *console);

@@ -31,7 +31,9 @@ static const CDS_FLASH char message_locked[] =
     "range error; the value is in range: if 'get %u LOCK' prints 1, switch its power off and on";
 
 static const CDS_FLASH char command_move[] = "move";
+static const CDS_FLASH char command_pose[] = "pose";
 static const CDS_FLASH char command_set_register[] = "set";
+static const CDS_FLASH char line_of_new[] = "'sequence NAME new POSE 1s'";
 
 /* True if a word of the line has caused the error; it is console->token. */
 static bool has_wrong_word(const struct console *console)
@@ -57,6 +59,13 @@ static const CDS_FLASH struct slip_word words_of_others[] = {
     {NULL, FLASH_TEXT("temp"), FLASH_TEXT("'get 1 PRESENT_TEMPERATURE'")},
     {NULL, FLASH_TEXT("halt"), FLASH_TEXT("'stop', or Ctrl-X")},
     {command_move, FLASH_TEXT("to"), FLASH_TEXT("'move 1 90'")},
+    {FLASH_TEXT("limits"), FLASH_TEXT("off"), FLASH_TEXT("'limits 1 off', 'limits all off'")},
+    {FLASH_TEXT("save"), command_pose, FLASH_TEXT("'pose save NAME'")},
+    {FLASH_TEXT("save"), FLASH_TEXT("sequence"), line_of_new},
+    {command_pose, FLASH_TEXT("save"), FLASH_TEXT("'pose save NAME'")},
+    {command_pose, FLASH_TEXT("delete"), FLASH_TEXT("'pose delete NAME'")},
+    {command_pose, FLASH_TEXT("show"), FLASH_TEXT("'pose show NAME'")},
+    {FLASH_TEXT("sequence"), FLASH_TEXT("save"), line_of_new},
 };
 
 /* `where 1`, `move 1 to 90` */
@@ -198,6 +207,7 @@ static const CDS_FLASH struct slip more[] = {
     {ERROR_UNKNOWN_COMMAND, text_of_semicolon},
     {ERROR_UNKNOWN_COMMAND, text_of_other_word},
     {ERROR_UNKNOWN_WORD, text_of_semicolon},
+    {ERROR_UNKNOWN_WORD, text_of_other_word},
     {ERROR_UNKNOWN_WORD, text_of_servo_number},
     {ERROR_NOT_A_NUMBER, text_of_semicolon},
     {ERROR_NOT_A_NUMBER, text_of_other_word},
@@ -207,6 +217,7 @@ static const CDS_FLASH struct slip more[] = {
     {ERROR_OUT_OF_RANGE, text_of_digits},
     {ERROR_OUT_OF_RANGE, text_of_angle_each},
     {ERROR_COUNT, text_of_angle_each},
+    {ERROR_COUNT, text_of_other_word},
     {CDS_LIMIT, text_of_goal},
     {ERROR_SERVO_ANGLE, text_of_own_limits},
     {ERROR_SERVO_RANGE, text_of_lock},

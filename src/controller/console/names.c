@@ -146,6 +146,34 @@ static enum names_result next_all(struct names *names, const struct command_line
     return takes_list ? next_word(names, all) : next_row(names);
 }
 
+/* What `help` takes beside commands (parse.c). */
+static const CDS_FLASH char *const CDS_FLASH topics[] = {FLASH_TEXT("all"), FLASH_TEXT("units"),
+                                                         FLASH_TEXT("keys"), NULL};
+
+/* The first word of each heading, behind "The", then the topics. Skips the name of a command, as
+ * `motion`. */
+static enum names_result next_topic(struct names *names)
+{
+    static const CDS_FLASH char the[] = "The";
+    const CDS_FLASH struct command_group *group = command_set.groups[names->next];
+    const CDS_FLASH char *word = group ? group->heading : topics[names->within];
+
+    if (word == NULL && group == NULL)
+        return NAMES_END;
+    if (group)
+        names->next++;
+    else
+        names->within++;
+    if (word == NULL)
+        return NAMES_NONE;
+    if (parse_has_name(word, the))
+        word += sizeof the;
+    names->name.length = 0;
+    for (; *word && *word != ' ' && *word != ':'; word++)
+        token_add(&names->name, (char)(*word | 0x20)); // in small letters
+    return parse_command(&names->name) ? NAMES_NONE : NAMES_FOUND;
+}
+
 enum names_result names_next(struct names *names, const struct command_line *line)
 {
     const CDS_FLASH struct command_group *group = command_set.groups[names->group];
@@ -153,7 +181,9 @@ enum names_result names_next(struct names *names, const struct command_line *lin
     const CDS_FLASH char *usage;
 
     if (group == NULL)
-        return NAMES_END;
+        return command_set.has_room && line->command && line->argument == ARGUMENT_COMMAND
+                   ? next_topic(names)
+                   : NAMES_END;
     row = &group->rows[names->row];
     /* Tab and `help` skip a command that this firmware only names; a hint does not. */
     if ((line->command ? line->argument == ARGUMENT_COMMAND : !line->error) &&

@@ -8,6 +8,7 @@
 #include "cds55xx/control_table.h"
 #include "compiler.h" // NOINLINE
 #include "console/errors.h"
+#include "console/servo_list.h" // servo_list_is_all()
 #include "robot/letter.h"
 #include "robot/settings.h" // settings_named()
 
@@ -429,18 +430,24 @@ static uint8_t take_heading(struct command_line *line, const struct token *token
     return 0;
 }
 
-/* What is no command: a heading, the units, or the keys. */
+/* What is no command: a heading, the units, the keys, or all commands. */
 static void take_other_topic(struct command_line *line, const struct token *token)
 {
     static const CDS_FLASH char units[] = "units|unit|degrees|deg|steps|raw|rpm";
     static const CDS_FLASH char keys[] = "keys|key|tab";
-    bool is_of_keys = command_set.has_room && parse_choice(keys, token);
+    uint8_t topic = TOPIC_COMMAND;
 
-    if (is_of_keys || parse_choice(units, token)) {
-        line->topic = line->command;
-        line->choice = is_of_keys ? TOPIC_KEYS : TOPIC_UNITS;
-    } else {
+    if (command_set.has_room && parse_choice(keys, token))
+        topic = TOPIC_KEYS;
+    else if (command_set.has_room && servo_list_is_all(token))
+        topic = TOPIC_ALL;
+    else if (parse_choice(units, token))
+        topic = TOPIC_UNITS;
+    else
         take_heading(line, token);
+    if (topic) {
+        line->topic = line->command;
+        line->choice = topic;
     }
 }
 
@@ -595,6 +602,39 @@ static bool is_complete(const struct command_line *line)
     return next == '\0' || next == '[' || (repeats(line) && line->values);
 }
 
+/* True if the usage begins with the arguments that the line has, and needs no more. */
+static bool needs_no_more(const CDS_FLASH char *usage, const struct command_line *line)
+{
+    const CDS_FLASH char *end = line->usage - 1; // the space before the argument that is missing
+
+    for (const CDS_FLASH char *at = line->command->usage; at < end; at++, usage++) {
+        while (*usage == '[')
+            usage++;
+        if (*usage != *at)
+            return false;
+    }
+    return *usage == '\0' || *usage == ']' || (*usage == ' ' && usage[1] == '[');
+}
+
+/* `limits 1`: arguments of "limits ID LOW HIGH" are missing, so takes the row "limits [ID]". False:
+ * there is no such row. */
+static bool choose_shorter_row(struct command_line *line)
+{
+    const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;
+
+    for (; *group; group++) {
+        const CDS_FLASH struct command *row = (*group)->rows;
+
+        for (uint8_t left = (*group)->count; left; left--, row++)
+            if (needs_no_more(row->usage, line)) {
+                line->command = row;
+                line->usage = message_nothing;
+                return true;
+            }
+    }
+    return false;
+}
+
 NOINLINE uint8_t parse_end(struct command_line *line)
 {
     if (line->error)
@@ -603,7 +643,7 @@ NOINLINE uint8_t parse_end(struct command_line *line)
         command_set.lists->end(line);
     if (line->error)
         return line->error;
-    if (!is_complete(line))
+    if (!is_complete(line) && !(command_set.has_room && choose_shorter_row(line)))
         line->error = ERROR_COUNT;
     else if (line->remaining)
         line->error = ERROR_BLOCK;

@@ -35,7 +35,13 @@ enum argument {
 } __attribute__((packed));
 
 /* What `help` is asked for: `choice` of the line. */
-enum topic { TOPIC_COMMAND, TOPIC_HEADING, TOPIC_UNITS, TOPIC_KEYS } __attribute__((packed));
+enum topic {
+    TOPIC_COMMAND,
+    TOPIC_HEADING,
+    TOPIC_UNITS,
+    TOPIC_KEYS,
+    TOPIC_ALL
+} __attribute__((packed));
 
 /* A line being read. */
 struct command_line {

@@ -269,6 +269,8 @@ static uint8_t begin(struct console *console)
         line->is_repeated = false;
         return begin_command(console);
     }
+    if (command_set.has_room && line->command->begin == factory_begin)
+        return ERROR_FORCE;           // each servo would get ID 1
     error = explain_numbers(console); // it is wrong for each servo
     if (error)
         return error;

@@ -400,7 +400,7 @@ static const CDS_FLASH char *text_of_bare_time(struct console *console)
     return message_bare_time;
 }
 
-/* `limits 1` */
+/* `limits 1`, which a chip with more flash carries out (limits_show.c). */
 static const CDS_FLASH char *text_of_limits_shown(struct console *console)
 {
     static const CDS_FLASH char limits[] = "limits";
@@ -408,7 +408,8 @@ static const CDS_FLASH char *text_of_limits_shown(struct console *console)
     const struct cds_servo_state *servo = cds_servos_find(&console->robot->servos, line->id);
     union printer_value *values = console->printer.values;
 
-    if (!servo || !parse_is_command(line, limits) || line->numbers || !has_one_servo(line))
+    if (command_set.has_room || !servo || !parse_is_command(line, limits) || line->numbers ||
+        !has_one_servo(line))
         return NULL;
     values[0].number = values[1].number = values[2].number = values[4].number = line->id;
     if (!servo->has_limits)

@@ -96,6 +96,7 @@ static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
 #endif
     &stop_commands,
 #if HAS_ROOM
+    &limits_show_commands,
     &servos_forget_commands,
 #else
     &servos_commands,

@@ -23,6 +23,17 @@ void test_settings_prints_values_units_and_origin(void)
                                       "nothing saved\r\nok\r\n"));
 }
 
+void test_settings_tells_a_person_meanings_and_autostart(void)
+{
+    settings.echo = SETTINGS_ECHO_PERSON;
+    reply_to("settings");
+    TEST_ASSERT_NOT_NULL(strstr(said, "\r\nrepeats = 0 (never)\r\necho = 2 (mode person)\r\n"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "\r\nlink_loss_action = 1 (inhibit driving)\r\n"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "\r\ncycle_us = 4000 us\r\nautostart: none\r\nsettings at"));
+    reply_to("settings alarm_report");
+    TEST_ASSERT_NOT_NULL(strstr(said, "alarm_report = 0 (only in mode person)\r\nok\r\n"));
+}
+
 void test_a_setting_is_shown_changed_and_brought_back(void)
 {
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("settings cycle_us 5000"));

@@ -86,8 +86,7 @@ void test_register_value_out_of_range_names_register_values(void)
 
 void test_wrong_number_of_arguments_shows_usage(void)
 {
-    assert_reply("error 31: wrong number of arguments; usage: limits ID LOW HIGH [SPEED]\r\n",
-                 "limits 4");
+    assert_reply("error 31: wrong number of arguments; usage: baud ID RATE\r\n", "baud 4");
     assert_reply("error 31: wrong number of arguments; usage: move ID|254 ANGLE [SPEED]\r\n",
                  "move 1");
     assert_reply("error 31: wrong number of arguments; usage: move ID|254 ANGLE [SPEED]; a list of "

@@ -63,21 +63,6 @@ void test_move_with_a_word_names_the_line(void)
     ASSERT_REPLIES(lines);
 }
 
-void test_limits_without_angles_shows_those_of_the_servo(void)
-{
-    assert_reply("error 31: wrong number of arguments; usage: limits ", "limits 1");
-    robot_add(&robot, 1);
-    assert_reply("error 31: servo 1 has none; 'limits 1 LOW HIGH' sets some, 'info 1' shows those "
-                 "of its own\r\n",
-                 "limits 1");
-    robot.states[0].has_limits = true;
-    robot.states[0].highest = 512;
-    robot.states[0].fastest = 495;
-    assert_reply("error 31: limits of servo 1: 0deg to 150.147deg, 30rpm; 'limits 1 LOW HIGH' "
-                 "changes them\r\n",
-                 "limits 1");
-}
-
 void test_help_of_units_lists_them(void)
 {
     static const char *const words[] = {"units", "UNIT", "degrees", "steps", "rpm"};

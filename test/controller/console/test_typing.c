@@ -28,6 +28,13 @@ void test_tab_completes_a_unique_name_with_a_space(void)
         {"torque all ", "torque a\t"},
         {"group all ", "group AL\t"},
         {"release all ", "release a\t"},
+        {"help safety ", "help saf\t"},
+        {"help set-up ", "help set-\t"},
+        {"help motion ", "help mot\t"}, // command and heading
+        {"help without ", "help wi\t"},
+        {"help all ", "help all\t"},
+        {"help units ", "help un\t"},
+        {"limits 1 off ", "limits 1 o\t"},
     };
 
     for (uint8_t i = 0; i < sizeof cases / sizeof cases[0]; i++)

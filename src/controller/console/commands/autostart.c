@@ -99,7 +99,7 @@ static uint8_t show_or_off_begin(struct console *console)
     return 0;
 }
 
-static bool show_or_off_poll(struct console *console)
+bool autostart_show_or_off_poll(struct console *console)
 {
     struct autostart_job *job = console_job(console);
     struct printer *printer = &console->printer;
@@ -186,7 +186,7 @@ static const CDS_FLASH struct command autostart_rows[] = {
         .details = COMMAND_DETAILS("Kept at once, without save"),
         .example = COMMAND_DETAILS("settings autostart"),
         .begin = show_or_off_begin,
-        .poll = show_or_off_poll,
+        .poll = autostart_show_or_off_poll,
     },
     {
         .usage = FLASH_TEXT("settings autostart NAME [DELAY]"),

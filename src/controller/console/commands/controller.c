@@ -103,6 +103,17 @@ static void print_origin(struct console *console)
     printer_line(&console->printer, message_origin);
 }
 
+/* " (mode person)"; nothing without a meaning. */
+static void print_meaning(struct printer *printer, const CDS_FLASH char *meaning)
+{
+    if (meaning == NULL)
+        return;
+    printer_char(printer, ' ');
+    printer_char(printer, '(');
+    printer_flash(printer, meaning);
+    printer_char(printer, ')');
+}
+
 /* "link_loss_ms = 500 ms", "bus_baud = 1 register, 1000000bps", "host_baud = 255 register,
  * 115200bps, the board's own" */
 static void setting_line(struct console *console, uint8_t index)
@@ -125,6 +136,8 @@ static void setting_line(struct console *console, uint8_t index)
     } else if (command_set.advise && *row->unit == 'r') {
         printer_flash(printer, message_own_rate);
     }
+    if (command_set.has_room && console_is_for_person(console))
+        print_meaning(printer, setting_meaning(index, value));
     printer_end_of_line(printer);
 }
 
@@ -191,6 +204,19 @@ static bool print_note_of_rate(struct console *console)
     return true;
 }
 
+/* Behind the settings: prints a part of the line of `settings autostart` for a person, as its poll
+ * does; nothing while the EEPROM is being written. Returns false behind the line. */
+static bool print_autostart(struct console *console)
+{
+    if (console->index || !console_is_for_person(console))
+        return false;
+    if (!command_set.motion_words->show_autostart(console)) {
+        console->index = 1;
+        console->error = 0;
+    }
+    return true;
+}
+
 /* Prints one setting, a note at most if it was set, or all settings and their origin. */
 static bool settings_poll(struct console *console)
 {
@@ -207,6 +233,8 @@ static bool settings_poll(struct console *console)
         setting_line(console, console->step);
         return true;
     }
+    if (command_set.motion_words && print_autostart(console))
+        return true;
     print_origin(console);
     return false;
 }

@@ -162,7 +162,7 @@ static bool diagnose_poll(struct console *console)
 static const CDS_FLASH struct command diagnose_rows[] = {
     {
         .usage = FLASH_TEXT("diagnose [ID|254]"),
-        .what = FLASH_TEXT("find out why a servo does not answer"),
+        .what = FLASH_TEXT("find why a servo does not answer"),
         .details = COMMAND_DETAILS("No ID: any servo. A key ends it"),
         .example = COMMAND_DETAILS("diagnose 1"),
         .begin = diagnose_servo,

@@ -16,34 +16,61 @@ static const CDS_FLASH char message_more[] =
     "%u commands are not in this firmware; other boards have them (docs/console.md)";
 static const CDS_FLASH char message_more_help[] =
     "'help move' explains one command, 'help safety' all below that heading";
+static const CDS_FLASH char message_help_all[] =
+    "'help all' shows how each is written; 'help units', 'help keys'";
 static const CDS_FLASH char message_example_is[] = "Example: %s";
 
 #define BETWEEN 2  // characters between two usages in a line
 #define WIDTH   79 // of a line of usages
 
-/* The job of `help`: the characters of the line of usages that has begun. */
-static uint8_t *line_width(struct console *console)
+/* Of the list for a person. */
+struct help_job {
+    uint8_t width;              // characters of the line that has begun
+    const CDS_FLASH char *last; // usage of the row before; NULL: none
+};
+
+static struct help_job *help_job(struct console *console)
 {
     return console_job(console);
 }
 
-/* Ends the line of usages that has begun. False: there is none. */
+/* Ends the line of names or usages that has begun. False: there is none. */
 static bool ends_line(struct console *console)
 {
-    if (*line_width(console) == 0)
+    if (help_job(console)->width == 0)
         return false;
-    *line_width(console) = 0;
+    help_job(console)->width = 0;
     printer_end_of_line(&console->printer);
     return true;
 }
 
-/* True if the list of all commands is printed for a person: only their usage, several in a line, so
- * that the list fits a terminal of 40 rows. Programs read a line of each command. ALWAYS_INLINE:
- * saves 270 bytes in a firmware without command_set.advise. */
+/* True if the list is printed for a person: several commands in a line, so that it fits a terminal
+ * of 40 rows. Programs read a line of each command. ALWAYS_INLINE: saves 270 bytes in a firmware
+ * without command_set.advise. */
 ALWAYS_INLINE bool is_brief(const struct console *console)
 {
-    return command_set.advise && console_is_for_person(console) && console->line.choice == 0 &&
-           console->line.topic == NULL;
+    uint8_t topic = console->line.choice;
+
+    return command_set.advise && console_is_for_person(console) &&
+           ((command_set.has_room && topic == TOPIC_ALL) ||
+            (topic == TOPIC_COMMAND && console->line.topic == NULL));
+}
+
+/* True if the list for a person has only the names of the commands, so that it fits a terminal of
+ * 24 rows; `help all` lists the usages. */
+ALWAYS_INLINE bool is_of_names(const struct console *console)
+{
+    return command_set.has_room && console->line.choice != TOPIC_ALL && is_brief(console);
+}
+
+/* True if both usage strings begin with the same command. ALWAYS_INLINE: saves 36 bytes in the
+ * profile `console`, which has one call. */
+ALWAYS_INLINE bool are_alike(const CDS_FLASH char *a, const CDS_FLASH char *b)
+{
+    for (; *a == *b; a++, b++)
+        if (*a == ' ' || *a == '\0')
+            return true;
+    return false;
 }
 
 /* Prints the usage of the row, in the line that has begun if it fits. True: a line was ended, the
@@ -51,17 +78,43 @@ ALWAYS_INLINE bool is_brief(const struct console *console)
 static bool usage_in_line(struct console *console, const CDS_FLASH struct command *row)
 {
     struct printer *printer = &console->printer;
-    uint8_t *width = line_width(console), end = (uint8_t)(*width + BETWEEN);
+    struct help_job *job = help_job(console);
+    uint8_t end = (uint8_t)(job->width + BETWEEN);
 
     for (const CDS_FLASH char *c = row->usage; *c; c++)
         end++;
-    if (*width && end > WIDTH)
+    if (job->width && end > WIDTH)
         return ends_line(console);
-    printer_char(printer, *width ? ';' : ' ');
+    printer_char(printer, job->width ? ';' : ' ');
     printer_char(printer, ' ');
     printer_text(printer, row->usage);
-    *width = end;
+    job->width = end;
     return false;
+}
+
+/* Prints the name of the command behind the heading: once, though it may have several rows. */
+static void name_in_line(struct console *console, const CDS_FLASH struct command *row)
+{
+    struct help_job *job = help_job(console);
+    const CDS_FLASH char *name = row->usage;
+
+    if (job->last == NULL || !are_alike(job->last, name)) {
+        printer_char(&console->printer, ' ');
+        while (*name && *name != ' ')
+            printer_char(&console->printer, *name++);
+    }
+    job->last = row->usage;
+}
+
+/* Prints the heading. In the list of names those of its commands follow in this line. */
+static void print_heading(struct console *console, const CDS_FLASH char *heading)
+{
+    if (is_of_names(console)) {
+        printer_text(&console->printer, heading);
+        help_job(console)->width = 1; // a line has begun
+    } else {
+        printer_line(&console->printer, heading);
+    }
 }
 
 /* Prints a line of the list: the heading before the row, then the row. True: the row is next. */
@@ -74,23 +127,18 @@ static bool list_line(struct console *console, const CDS_FLASH struct command_gr
         if (is_brief(console) && ends_line(console))
             return true;
         console->phase++;
-        printer_line(printer, group->heading);
+        print_heading(console, group->heading);
         return true;
+    }
+    if (is_of_names(console)) {
+        name_in_line(console, row);
+        return false;
     }
     if (is_brief(console))
         return usage_in_line(console, row);
     printer->values[0].text = row->usage;
     printer->values[1].text = row->what;
     printer_line(printer, message_listed);
-    return false;
-}
-
-/* True if both usage strings begin with the same command. */
-static bool are_alike(const CDS_FLASH char *a, const CDS_FLASH char *b)
-{
-    for (; *a == *b; a++, b++)
-        if (*a == ' ' || *a == '\0')
-            return true;
     return false;
 }
 
@@ -119,6 +167,8 @@ static const CDS_FLASH char *text_of_list(const CDS_FLASH struct command *row,
 static bool topic_line(struct console *console, const CDS_FLASH struct command *row)
 {
     struct printer *printer = &console->printer;
+    // a line begins with the first row of its command: `limits 1 2 off` is read as angles
+    const CDS_FLASH struct command *read = command_set.has_room ? console->line.topic : row;
     uint8_t line = console->phase++;
     bool more = true;
 
@@ -138,8 +188,8 @@ static bool topic_line(struct console *console, const CDS_FLASH struct command *
         printer_line(printer, COMMAND_DETAILS_TEXT(row->details));
         return true;
     }
-    if (line == 2 && find_id(row->usage)) {
-        printer_line(printer, text_of_list(row, find_id(row->usage)));
+    if (line == 2 && find_id(read->usage)) {
+        printer_line(printer, text_of_list(row, find_id(read->usage)));
         return true;
     }
     printer->values[0].text = COMMAND_DETAILS_TEXT(row->example);
@@ -179,8 +229,14 @@ static bool end_of_list(struct console *console)
 {
     if (is_brief(console) && ends_line(console))
         return true;
-    if (is_brief(console) && console->phase++ == 0) {
+    if (is_brief(console) && console->phase == 0) {
+        console->phase = 1;
         printer_line(&console->printer, message_more_help);
+        return true;
+    }
+    if (is_of_names(console) && console->phase == 1) {
+        console->phase = 2;
+        printer_line(&console->printer, message_help_all);
         return true;
     }
     print_more(console);
@@ -279,6 +335,8 @@ static bool help_poll(struct console *console)
         return units_line(console);
     if (command_set.has_room && console->line.choice == TOPIC_KEYS)
         return keys_line(console);
+    if (command_set.has_room && console->line.choice == TOPIC_ALL)
+        topic = NULL;
     if (is_of_heading(console)) {
         if (is_behind_heading(console))
             return false;

@@ -404,6 +404,7 @@ const CDS_FLASH struct command_motion_words motion_words = {
     .cause = print_cause,
     .step = print_step,
     .autostart = print_autostart,
+    .show_autostart = autostart_show_or_off_poll,
     .advise = advise,
     .end = print_end,
     .keep_end = keep_end,

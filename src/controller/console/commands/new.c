@@ -170,7 +170,7 @@ static bool poll(struct console *console)
 static const CDS_FLASH struct command new_rows[] = {
     {
         .usage = FLASH_TEXT("new NEW"),
-        .what = FLASH_TEXT("set up a new servo that is alone on the bus"),
+        .what = FLASH_TEXT("set up a new servo, alone on the bus"),
         .details =
             COMMAND_DETAILS("NEW: 0 to 253. Finds the servo at any rate; sets its return delay, ID "
                             "and rate for this bus. Writes nothing if another servo answers"),

@@ -24,6 +24,23 @@ static bool may_leave(const struct cds_servo_state *servo)
            !servo->inhibits;
 }
 
+static uint8_t ask(struct console *console)
+{
+    return (uint8_t)cds_servo_ping(console->bus, console->line.request, console->line.id);
+}
+
+/* The servo has not answered. True: asks once more, since only CDS_SERVOS_MISSES in a row make a
+ * servo offline. */
+static bool asks_again(struct console *console)
+{
+    const struct cds_servo_state *servo = console_servo(console);
+
+    if (servo && servo->presence != CDS_PRESENCE_OFFLINE && ++console->part < CDS_SERVOS_MISSES)
+        return true;
+    console->phase = REMOVE;
+    return false;
+}
+
 static uint8_t servos_forget_begin(struct console *console)
 {
     uint8_t error;
@@ -35,7 +52,7 @@ static uint8_t servos_forget_begin(struct console *console)
         return error;
     if (console_servo(console) == NULL)
         return ERROR_NOT_KNOWN;
-    return (uint8_t)cds_servo_ping(console->bus, console->line.request, console->line.id);
+    return ask(console);
 }
 
 /* Waits while the bus has a request, which may hold an index of the list. */
@@ -70,9 +87,8 @@ static bool servos_forget_poll(struct console *console)
         console->error = ERROR_NOT_NEW;
     if (console->error != CDS_TIMEOUT)
         return false;
-    console->error = 0;
-    console->phase = REMOVE;
-    return true;
+    console->error = asks_again(console) ? ask(console) : 0;
+    return console->error == 0;
 }
 
 static const CDS_FLASH struct command servos_forget_rows[] = {

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Values of settings with a unit. */
+#include <stddef.h> // NULL
+
 #include "console/commands/shared.h"
 #include "console/console.h"
 #include "console/errors.h"
@@ -33,6 +35,34 @@ static uint8_t take_time(struct console *console, char unit)
         error = number_us(&console->line.number[0], UINT16_MAX, &time);
     console->raw = (uint16_t)time;
     return error;
+}
+
+static const CDS_FLASH struct {
+    uint8_t setting; // row of settings_table
+    uint8_t value;
+    const CDS_FLASH char *meaning;
+} meanings[] = {
+    {SETTINGS_AT_device_id, 254, FLASH_TEXT("off")},
+    {SETTINGS_AT_repeats, 0, FLASH_TEXT("never")},
+    {SETTINGS_AT_repeats, 1, FLASH_TEXT("once")},
+    {SETTINGS_AT_repeats, 2, FLASH_TEXT("twice")},
+    {SETTINGS_AT_echo, SETTINGS_ECHO_OFF, FLASH_TEXT("mode program")},
+    {SETTINGS_AT_echo, SETTINGS_ECHO_ON, FLASH_TEXT("mode echo")},
+    {SETTINGS_AT_echo, SETTINGS_ECHO_PERSON, FLASH_TEXT("mode person")},
+    {SETTINGS_AT_link_loss_ms, 0, FLASH_TEXT("not watched")},
+    {SETTINGS_AT_link_loss_action, 0, FLASH_TEXT("only show it")},
+    {SETTINGS_AT_link_loss_action, 1, FLASH_TEXT("inhibit driving")},
+    {SETTINGS_AT_link_loss_action, 2, FLASH_TEXT("inhibit driving, torque off")},
+    {SETTINGS_AT_alarm_report, 0, FLASH_TEXT("only in mode person")},
+    {SETTINGS_AT_alarm_report, 1, FLASH_TEXT("in each mode")},
+};
+
+const CDS_FLASH char *setting_meaning(uint8_t setting, uint16_t value)
+{
+    for (uint8_t i = 0; i < sizeof meanings / sizeof meanings[0]; i++)
+        if (meanings[i].setting == setting && meanings[i].value == value)
+            return meanings[i].meaning;
+    return NULL;
 }
 
 uint8_t setting_number(struct console *console)

@@ -75,7 +75,7 @@ uint8_t baud_begin(struct console *console)
     return error ? error : change_begin(console, CDS_IDENTITY_BAUD, (uint8_t)console->raw);
 }
 
-static uint8_t factory_begin(struct console *console)
+uint8_t factory_begin(struct console *console)
 {
     const struct command_line *line = &console->line;
     bool all = line->id == CDS_BROADCAST_ID;

@@ -297,6 +297,15 @@ uint8_t teach_begin(struct console *console);
  * group. Returns an error or 0. */
 uint8_t teach_choose(struct console *console);
 
+/* In autostart.c: the poll of `settings autostart`. */
+bool autostart_show_or_off_poll(struct console *console);
+
+/* In setting_units.c: what the value of a setting means; NULL: it is a plain number. */
+const CDS_FLASH char *setting_meaning(uint8_t setting, uint16_t value);
+
+/* In setup.c: begin of `factory`. */
+uint8_t factory_begin(struct console *console);
+
 /* In baud_list.c: baud_list of struct command_set. */
 extern const CDS_FLASH struct command_action baud_list;
 

@@ -12,6 +12,10 @@
 static const CDS_FLASH char message_room[] = "poses: %u, room for %u; sequences: %u, room for %u";
 static const CDS_FLASH char message_wear[] =
     "EEPROM: %l saves of motion data, %u records are damaged";
+static const CDS_FLASH char message_no_pose[] =
+    "no pose is stored; 'group ID...', then 'pose save NAME' stores where its servos are";
+static const CDS_FLASH char message_no_sequence[] =
+    "no sequence is stored; 'sequence NAME new POSE 1s' stores the first step of one";
 
 uint8_t stored_may_read(void)
 {
@@ -171,12 +175,25 @@ bool stored_next(struct console *console, enum motion_store_kind kind)
     return console->index != MOTION_STORE_NONE;
 }
 
+/* True if a person must hear that a list has no name. A program takes each line for a name. */
+static bool is_empty(const struct console *console)
+{
+    return command_set.has_room && console->error == 0 && console->part == 0 &&
+           console_is_for_person(console);
+}
+
 bool stored_list_poll(struct console *console, enum motion_store_kind kind)
 {
     char name[MOTION_STORE_NAME + 1];
 
-    if (!stored_next(console, kind))
+    if (!stored_next(console, kind)) {
+        if (is_empty(console))
+            printer_line(&console->printer,
+                         kind == MOTION_STORE_POSE ? message_no_pose : message_no_sequence);
         return false;
+    }
+    if (command_set.has_room)
+        console->part = 1;
     if (motion_store_read_name(console_store(), kind, console->index++, name)) {
         printer_string(&console->printer, name);
         printer_end_of_line(&console->printer);
