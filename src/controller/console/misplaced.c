@@ -17,7 +17,6 @@
 #include "robot/settings.h"     // settings_named()
 
 static const CDS_FLASH char message_own_command[] = "a command of its own: '%s'";
-static const CDS_FLASH char message_id_first[] = "the ID comes first: '%s'";
 static const CDS_FLASH char message_name_first[] = "the name comes first: '%s'";
 static const CDS_FLASH char message_other_form[] = "usage: %s";
 static const CDS_FLASH char message_motion_off[] =
@@ -25,7 +24,6 @@ static const CDS_FLASH char message_motion_off[] =
 static const CDS_FLASH char message_spaces[] = "a space between words, as in '%s'";
 static const CDS_FLASH char message_no_list[] =
     "a list of IDs has no space: 1,2,3; for one servo no comma, as in '%s'";
-static const CDS_FLASH char message_pose_name[] = "a pose: 'pose NAME in 2s' moves to it";
 static const CDS_FLASH char message_register[] = "a register: 'get 1 %u' prints it";
 static const CDS_FLASH char message_every[] =
     "the period stands behind 'every': 'monitor 1 every 100ms'";
@@ -168,7 +166,7 @@ static const CDS_FLASH char *text_of_pose(struct console *console)
                    stored_may_read() == 0 &&
                    motion_store_find(console_store(), MOTION_STORE_POSE, word->text,
                                      word->length) != MOTION_STORE_NONE
-               ? message_pose_name
+               ? message_is_pose
                : NULL;
 }
 
