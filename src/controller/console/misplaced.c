@@ -23,7 +23,7 @@ static const CDS_FLASH char message_motion_off[] =
     "'motion off' ends a motion; 'stop' switches torque off, too";
 static const CDS_FLASH char message_spaces[] = "a space between words, as in '%s'";
 static const CDS_FLASH char message_no_list[] =
-    "a list of IDs has no space: 1,2,3; for one servo no comma, as in '%s'";
+    "no space after a comma: 1,2,3; for one servo no comma, as in '%s'";
 static const CDS_FLASH char message_register[] = "a register: 'get 1 %u' prints it";
 static const CDS_FLASH char message_every[] =
     "the period stands behind 'every': 'monitor 1 every 100ms'";
@@ -192,12 +192,13 @@ static bool is_separator(char c)
     return c == '(' || c == '=' || c == ',';
 }
 
-/* `move(1,90)`, `move 1=90`, `move 1, 90` */
+/* `move(1,90)`, `move 1=90`, `move 1, 90`; not `move 1,x 90` */
 static const CDS_FLASH char *text_of_separator(struct console *console)
 {
     const struct token *word = &console->token;
     const CDS_FLASH struct command *row = console->line.command;
     struct token before = {0}; // the separator
+    bool is_comma, is_last;
 
     if (!more_slips_has_word(console))
         return NULL;
@@ -205,13 +206,16 @@ static const CDS_FLASH char *text_of_separator(struct console *console)
         token_add(&before, word->text[before.length]);
     if (before.length == 0 || before.length == word->length)
         return NULL;
+    is_comma = word->text[before.length] == ',';
+    is_last = before.length + 1 == word->length;
     if (row == NULL)
         row = parse_command(&before);
+    else if (is_comma && !is_last)
+        return NULL;
     if (row == NULL)
         return NULL;
     console->printer.values[0].text = line_of(row);
-    return before.length + 1 == word->length && word->text[before.length] == ',' ? message_no_list
-                                                                                 : message_spaces;
+    return is_comma && is_last && console->line.command ? message_no_list : message_spaces;
 }
 
 /* `monitor 1 100ms` */

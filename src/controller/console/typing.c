@@ -208,7 +208,7 @@ uint8_t typing_errors(const struct token *word, const struct token *name)
         char c = small(word, at), next = small(word, (uint8_t)(at + 1));
         char due = small(name, in_name), later = small(name, (uint8_t)(in_name + 1));
 
-        if (at >= 2 && at == word->length)
+        if (at >= 3 && at == word->length)
             return (uint8_t)(errors + 1);
         if (c != due) {
             errors++;

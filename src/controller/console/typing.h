@@ -54,8 +54,8 @@ extern const CDS_FLASH char typing_did_you_mean[];
 bool typing_has_unknown_name(const struct console *console);
 
 /* Counts the characters of `word` that are too many, missing, wrong, or swapped with the next one;
- * stops behind 2. An end that is missing counts as one, behind 2 characters: "sc" has one error of
- * "scan". */
+ * stops behind 2. An end that is missing counts as one, behind 3 characters: "mon" has one error of
+ * "monitor". */
 uint8_t typing_errors(const struct token *word, const struct token *name);
 
 #endif
