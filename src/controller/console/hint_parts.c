@@ -77,7 +77,7 @@ static bool fits(struct console *console)
     const struct parts *job = parts(console);
     const struct token *word = &console->token;
 
-    if (word->length < PART_MIN)
+    if (command_set.has_room && word->length < PART_MIN)
         return names_begin_alike(&job->names.name, word->text, word->length);
     return job->search == SEARCH_TYPO ? has_near_part(&job->names.name, word)
                                       : contains(&job->names.name, word->text + job->from,
@@ -99,7 +99,8 @@ static bool shorten(struct console *console)
 
 static bool may_be_part(const struct console *console)
 {
-    return typing_has_unknown_name(console) && console->token.length >= BEGIN_MIN &&
+    return typing_has_unknown_name(console) &&
+           console->token.length >= (command_set.has_room ? BEGIN_MIN : PART_MIN) &&
            console->token.length <= TOKEN_MAX;
 }
 
