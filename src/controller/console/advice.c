@@ -193,6 +193,8 @@ static const CDS_FLASH char *const CDS_FLASH examples_of_kind[] = {
     [NUMBER_RATE] = FLASH_TEXT("a rate: 57600 or 1Mbps"),
 };
 
+static const CDS_FLASH char example_of_seconds[] = "whole seconds: 5s";
+
 /* What to write in place of a word that is no number of a setting. */
 static const CDS_FLASH char *text_of_setting(struct console *console)
 {
@@ -238,8 +240,11 @@ static const CDS_FLASH char *text_of_number(struct console *console)
         *text = message_one_id;
     } else if (!explain_unit(console, &unit)) {
         return NULL;
-    } else if (line->command && explain_is_settings(line)) {
+    } else if (line->command && explain_is_settings(line) &&
+               !(command_set.has_room && line->names)) {
         return text_of_setting(console);
+    } else if (command_set.has_room && unit == UNIT_S) { // DELAY of the autostart
+        *text = example_of_seconds;
     } else {
         *text = examples_of_kind[kind_of_unit(unit)];
     }

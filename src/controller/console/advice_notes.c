@@ -35,9 +35,6 @@ static const CDS_FLASH char message_rate_changed[] =
 static const CDS_FLASH char message_servos_left[] = "at the old rate: %u, until 'bus %b'%s";
 static const CDS_FLASH char message_goes_on[] =
     "; one that moves goes on, and 'stop' does not reach it";
-static const CDS_FLASH char message_silent_in_group[] =
-    "servo %u has not answered: 'ping %u'; if not there: 'servos forget %u', then 'group' "
-    "without it";
 static const CDS_FLASH char message_scan_for_others[] = "'scan' looks for others";
 static const CDS_FLASH char message_is_new[] =
     "a new sequence: there was none of this name; 'sequence list' lists all";
@@ -134,35 +131,13 @@ static bool answers(const struct cds_servo_state *servo)
     return servo->presence == CDS_PRESENCE_ONLINE || servo->presence == CDS_PRESENCE_RETURNED;
 }
 
-/* `group`: a servo of it has given no answer, although a scan has asked all IDs. */
-static const CDS_FLASH char *note_group(struct console *console)
-{
-    const struct robot *robot = console->robot;
-    union printer_value *values = console->printer.values;
-
-    if (robot->unlisted == ROBOT_NOT_SCANNED || !console_is_for_person(console))
-        return NULL;
-    for (uint8_t i = 0; i < robot->group_count; i++) {
-        const struct cds_servo_state *servo =
-            cds_servos_find(&console->robot->servos, robot->group[i]);
-
-        if (!servo || answers(servo))
-            continue;
-        values[0].number = values[1].number = values[2].number = servo->id;
-        return message_silent_in_group;
-    }
-    return NULL;
-}
-
 const CDS_FLASH char *advice_note(struct console *console)
 {
     static const CDS_FLASH char id[] = "id", factory[] = "factory", set[] = "set", scan[] = "scan",
-                                group[] = "group", sequence[] = "sequence";
+                                sequence[] = "sequence";
     const struct command_line *line = &console->line;
     union printer_value *values = console->printer.values;
 
-    if (command_set.has_room && parse_is_command(line, group))
-        return note_group(console);
     if (explain_is_settings(line))
         return note_link_loss(console);
     if (parse_is_command(line, scan))

@@ -12,12 +12,14 @@ static const CDS_FLASH char before_next[] = ", ";
 static const CDS_FLASH char before_last[] = " or ";
 static const CDS_FLASH char end_of_hint[] = "?";
 
-#define PART_MIN 3 // characters; a shorter part fits unrelated names
-#define TYPO_MIN 5 // characters of the shortest word that is searched with one error
+#define BEGIN_MIN 2 // characters; a shorter word is the begin of unrelated names
+#define PART_MIN  3 // a shorter part fits unrelated names, unless they begin with it
+#define TYPO_MIN  5 // characters of the shortest word that is searched with one error
 
 /* In this order, until one finds names. */
 enum search {
-    SEARCH_WORD, // names that contain the word; then typing.c searches a name near the word
+    SEARCH_WORD, // names that contain the word, or begin with one of two characters; then typing.c
+                 // searches a name near the word
     SEARCH_REST, // names that contain what stands behind a '_' of the word
     SEARCH_TYPO, // names with a part near the word
 } __attribute__((packed));
@@ -75,6 +77,8 @@ static bool fits(struct console *console)
     const struct parts *job = parts(console);
     const struct token *word = &console->token;
 
+    if (command_set.has_room && word->length < PART_MIN)
+        return names_begin_alike(&job->names.name, word->text, word->length);
     return job->search == SEARCH_TYPO ? has_near_part(&job->names.name, word)
                                       : contains(&job->names.name, word->text + job->from,
                                                  (uint8_t)(word->length - job->from));
@@ -95,7 +99,8 @@ static bool shorten(struct console *console)
 
 static bool may_be_part(const struct console *console)
 {
-    return typing_has_unknown_name(console) && console->token.length >= PART_MIN &&
+    return typing_has_unknown_name(console) &&
+           console->token.length >= (command_set.has_room ? BEGIN_MIN : PART_MIN) &&
            console->token.length <= TOKEN_MAX;
 }
 

@@ -170,7 +170,9 @@ enum mistake mistake_of(struct console *console, bool is_of_word)
 
     return command_set.advise &&
                    (mistake == MISTAKE_NONE || mistake == MISTAKE_COUNT ||
-                    mistake == MISTAKE_LIMITS) &&
+                    mistake == MISTAKE_LIMITS ||
+                    (command_set.has_room && mistake == MISTAKE_BLANK &&
+                     console->line.argument != ARGUMENT_IDS)) &&
                    command_set.advise(console)
                ? MISTAKE_ADVISED
                : mistake;

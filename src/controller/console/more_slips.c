@@ -10,20 +10,27 @@
 #include "console/commands/shared.h" // set_job()
 #include "console/console.h"
 #include "console/errors.h"
+#include "console/explain.h" // explain_is_settings()
 #include "console/messages.h"
-#include "console/slips.h"  // struct slip
-#include "console/typing.h" // TYPING_NO_SEARCH
+#include "console/misplaced.h" // misplaced_text()
+#include "console/slips.h"     // struct slip
+#include "console/typing.h"    // TYPING_NO_SEARCH
+#include "robot/settings.h"    // settings_table
 
 static const CDS_FLASH char message_one_command[] = "one command a line, no ';'";
 static const CDS_FLASH char message_of_one[] = "one servo: 'ping %u', 'info %u'";
 static const CDS_FLASH char message_digits[] = "too many digits; at most 3 decimals";
 static const CDS_FLASH char message_plus[] = "without '+'";
-static const CDS_FLASH char message_plus_angle[] = "without '+': ANGLE is where it goes";
+static const CDS_FLASH char message_plus_angle[] =
+    "without '+': ANGLE is where it goes; 'get %u PRESENT_POSITION' prints where it is";
+static const CDS_FLASH char message_id_changes[] = "'id %u %u' changes it";
+static const CDS_FLASH char message_rate_changes[] = "'baud %u %l%s' changes it";
+static const CDS_FLASH char message_setting_switch[] = "%u is %s: 'settings %s %u'";
+static const CDS_FLASH char message_counts[] =
+    "angles: %u, servos of the group: %u; give one for each; 'group' shows them";
 static const CDS_FLASH char message_point[] = "digits around the point: 90.0, 0.5";
 static const CDS_FLASH char message_angle_each[] =
     "an angle for each: 'group 1-3', 'pose 90 120 150'";
-static const CDS_FLASH char message_register_first[] =
-    "the ID comes first: 'get 1 PRESENT_POSITION'";
 static const CDS_FLASH char message_goal_beyond[] = "%u is %a, its limits are %a to %a";
 static const CDS_FLASH char message_own_limits[] =
     "angle limit error; CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT are %a to %a";
@@ -35,11 +42,16 @@ static const CDS_FLASH char command_pose[] = "pose";
 static const CDS_FLASH char command_set_register[] = "set";
 static const CDS_FLASH char line_of_new[] = "'sequence NAME new POSE 1s'";
 
-/* True if a word of the line has caused the error; it is console->token. */
-static bool has_wrong_word(const struct console *console)
+bool more_slips_has_word(const struct console *console)
 {
     return console->line.error == console->error && console->token.length &&
            console->token.length <= TOKEN_MAX;
+}
+
+/* True if the line names one servo: line->id. */
+static bool names_one_servo(const struct command_line *line)
+{
+    return !line->takes_all && !(line->is_repeated && line->values > 1) && line->id <= CDS_ID_MAX;
 }
 
 /* ---- words ---- */
@@ -47,17 +59,27 @@ static bool has_wrong_word(const struct console *console)
 /* `move 1 90;move 2 90` */
 static const CDS_FLASH char *text_of_semicolon(struct console *console)
 {
-    return has_wrong_word(console) && memchr(console->token.text, ';', console->token.length)
+    return more_slips_has_word(console) && memchr(console->token.text, ';', console->token.length)
                ? message_one_command
                : NULL;
 }
 
+static const CDS_FLASH char lines_of_torque_off[] = "'torque 1 off', 'torque all off'";
+static const CDS_FLASH char line_of_add[] = "'sequence NAME add POSE 2s'";
+
 /* Words of other consoles. */
 static const CDS_FLASH struct slip_word words_of_others[] = {
     {NULL, FLASH_TEXT("watch"), FLASH_TEXT("'monitor 1'")},
-    {NULL, FLASH_TEXT("where"), FLASH_TEXT("'get 1 PRESENT_POSITION'")},
-    {NULL, FLASH_TEXT("temp"), FLASH_TEXT("'get 1 PRESENT_TEMPERATURE'")},
-    {NULL, FLASH_TEXT("halt"), FLASH_TEXT("'stop', or Ctrl-X")},
+    {NULL, FLASH_TEXT("where|position|angle"), FLASH_TEXT("'get 1 PRESENT_POSITION'")},
+    {NULL, FLASH_TEXT("temp|temperature"), FLASH_TEXT("'get 1 PRESENT_TEMPERATURE'")},
+    {NULL, FLASH_TEXT("voltage|volt|supply|battery"), FLASH_TEXT("'get 1 PRESENT_VOLTAGE'")},
+    {NULL, FLASH_TEXT("load|current"), FLASH_TEXT("'get 1 PRESENT_LOAD'")},
+    {NULL, FLASH_TEXT("halt|estop|abort"), FLASH_TEXT("'stop', or Ctrl-X")},
+    {NULL, FLASH_TEXT("off|disable"), lines_of_torque_off},
+    {NULL, FLASH_TEXT("reboot|restart"),
+     FLASH_TEXT("the reset key, or to switch the board off and on")},
+    {NULL, FLASH_TEXT("add|insert"), line_of_add},
+    {NULL, FLASH_TEXT("loop|run|start"), FLASH_TEXT("'play NAME', 'play NAME loop'")},
     {command_move, FLASH_TEXT("to"), FLASH_TEXT("'move 1 90'")},
     {FLASH_TEXT("limits"), FLASH_TEXT("off"), FLASH_TEXT("'limits 1 off', 'limits all off'")},
     {FLASH_TEXT("save"), command_pose, FLASH_TEXT("'pose save NAME'")},
@@ -66,6 +88,11 @@ static const CDS_FLASH struct slip_word words_of_others[] = {
     {command_pose, FLASH_TEXT("delete"), FLASH_TEXT("'pose delete NAME'")},
     {command_pose, FLASH_TEXT("show"), FLASH_TEXT("'pose show NAME'")},
     {FLASH_TEXT("sequence"), FLASH_TEXT("save"), line_of_new},
+    {FLASH_TEXT("torque"), FLASH_TEXT("off|stop"), lines_of_torque_off},
+    {FLASH_TEXT("sequence"), FLASH_TEXT("in|at|for|to"), line_of_add},
+    {FLASH_TEXT("monitor"), FLASH_TEXT("for"),
+     FLASH_TEXT("'monitor 1 every 100ms', a key ends it")},
+    {FLASH_TEXT("settings"), FLASH_TEXT("once"), FLASH_TEXT("'settings autostart NAME'")},
 };
 
 /* `where 1`, `move 1 to 90` */
@@ -93,19 +120,6 @@ static const CDS_FLASH char *text_of_servo_number(struct console *console)
     return message_of_one;
 }
 
-/* `get PRESENT_POSITION 1` */
-static const CDS_FLASH char *text_of_register_first(struct console *console)
-{
-    static const CDS_FLASH char get[] = "get";
-    const struct command_line *line = &console->line;
-    struct cds_register found;
-
-    return parse_is_command(line, get) && has_wrong_word(console) &&
-                   cds_register_named(console->token.text, console->token.length, &found)
-               ? message_register_first
-               : NULL;
-}
-
 /* ---- numbers ---- */
 
 /* `move 1 +10`, `turn 1 +10`, `move 1 90.`, `move 1 .5` */
@@ -113,10 +127,12 @@ static const CDS_FLASH char *text_of_notation(struct console *console)
 {
     const struct token *word = &console->token;
 
-    if (!has_wrong_word(console) || console->line.argument != ARGUMENT_NUMBER)
+    if (!more_slips_has_word(console) || console->line.argument != ARGUMENT_NUMBER)
         return NULL;
+    console->printer.values[0].number = console->line.id;
     if (*word->text == '+')
-        return parse_is_command(&console->line, command_move) && console->line.numbers == 1
+        return parse_is_command(&console->line, command_move) && console->line.numbers == 1 &&
+                       names_one_servo(&console->line)
                    ? message_plus_angle
                    : message_plus;
     return *word->text == '.' || word->text[word->length - 1] == '.' ? message_point : NULL;
@@ -128,7 +144,7 @@ static const CDS_FLASH char *text_of_digits(struct console *console)
     const struct token *word = &console->token;
     struct number number;
 
-    return has_wrong_word(console) && console->line.argument == ARGUMENT_NUMBER &&
+    return more_slips_has_word(console) && console->line.argument == ARGUMENT_NUMBER &&
                    memchr(word->text, '.', word->length) &&
                    number_parse(word, &number) == ERROR_OUT_OF_RANGE
                ? message_digits
@@ -150,7 +166,57 @@ static const CDS_FLASH char *text_of_angle_each(struct console *console)
                : NULL;
 }
 
+/* `settings alarm_report on` */
+static const CDS_FLASH char *text_of_setting_switch(struct console *console)
+{
+    static const CDS_FLASH char words[] = "on|off";
+    const struct command_line *line = &console->line;
+    const CDS_FLASH struct setting *row = &settings_table[line->setting];
+    union printer_value *values = console->printer.values;
+    bool is_on = parse_choice(words, &console->token) == 1;
+
+    if (!more_slips_has_word(console) || !line->command || !explain_is_settings(line) ||
+        line->numbers == 0 || line->names || !parse_choice(words, &console->token) ||
+        (*row->unit != '-' && *row->unit != 'm') || (is_on && row->highest > 1))
+        return NULL;
+    values[0].number = values[3].number = is_on;
+    values[1].text = is_on ? message_on : message_off;
+    values[2].text = row->name;
+    return message_setting_switch;
+}
+
 /* ---- refusals ---- */
+
+/* `set 1 ID 5`, `set 1 BAUD_RATE 500000` */
+static const CDS_FLASH char *text_of_id_or_rate(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    const struct number *number = line->number;
+    union printer_value *values = console->printer.values;
+    uint16_t raw;
+
+    if (!parse_is_command(line, command_set_register) || !names_one_servo(line) || number->decimals)
+        return NULL;
+    values[0].number = line->id;
+    values[1].number = (uint16_t)number->digits;
+    if (line->address == CDS_REG_ID)
+        return number->kind == NUMBER_BARE && number->digits >= 0 && number->digits <= CDS_ID_MAX
+                   ? message_id_changes
+                   : NULL;
+    if (line->address != CDS_REG_BAUD_RATE || number_within(number, CDS_UNIT_BPS, &raw))
+        return NULL;
+    values[2].number = (uint16_t)((uint32_t)number->digits >> 16);
+    values[3].text = number_unit_name(number);
+    return message_rate_changes;
+}
+
+/* `pose 90 120` of three servos */
+static const CDS_FLASH char *text_of_sizes(struct console *console)
+{
+    console->printer.values[0].number = console->line.values;
+    console->printer.values[1].number = console->robot->group_count;
+    return message_counts;
+}
 
 /* `write 1 GOAL_POSITION 100`: a value of the register, not an angle. */
 static const CDS_FLASH char *text_of_goal(struct console *console)
@@ -211,8 +277,10 @@ static const CDS_FLASH struct slip more[] = {
     {ERROR_UNKNOWN_WORD, text_of_servo_number},
     {ERROR_NOT_A_NUMBER, text_of_semicolon},
     {ERROR_NOT_A_NUMBER, text_of_other_word},
-    {ERROR_NOT_A_NUMBER, text_of_register_first},
     {ERROR_NOT_A_NUMBER, text_of_notation},
+    {ERROR_NOT_A_NUMBER, text_of_setting_switch},
+    {ERROR_NOT_WRITABLE, text_of_id_or_rate},
+    {ERROR_GROUP_SIZE, text_of_sizes},
     {ERROR_UNIT, text_of_semicolon},
     {ERROR_OUT_OF_RANGE, text_of_digits},
     {ERROR_OUT_OF_RANGE, text_of_angle_each},
@@ -225,5 +293,9 @@ static const CDS_FLASH struct slip more[] = {
 
 const CDS_FLASH char *more_slips(struct console *console)
 {
-    return slip_first_text(more, sizeof more / sizeof more[0], console);
+    const CDS_FLASH char *message = slip_first_text(more, sizeof more / sizeof more[0], console);
+
+    if (message == NULL)
+        message = slip_text(console);
+    return message ? message : misplaced_text(console);
 }

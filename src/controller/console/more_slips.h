@@ -7,9 +7,14 @@
 #ifndef CONTROLLER_MORE_SLIPS_H
 #define CONTROLLER_MORE_SLIPS_H
 
+#include <stdbool.h>
+
 #include "flash.h" // CDS_FLASH
 
 struct console;
+
+/* True if a word of the line has caused the error; it is console->token. */
+bool more_slips_has_word(const struct console *console);
 
 /* Returns the message for console->error, with its values in the printer; NULL: the line has none
  * of these slips. The printer must be ready. */

@@ -15,13 +15,13 @@
 #include "console/parse.h"
 #include "console/typing.h" // TYPING_NO_SEARCH
 
-static const CDS_FLASH char message_id_first[] = "the ID comes first: '%s'";
+const CDS_FLASH char message_id_first[] = "the ID comes first: '%s'";
 static const CDS_FLASH char message_no_number[] = "no number here, as in '%s'";
 static const CDS_FLASH char message_on_is_1[] = "1 is on, 0 is off; or '%s %u %s'";
 static const CDS_FLASH char message_comma_behind[] = "a space, no comma: 90 120";
 static const CDS_FLASH char message_write_word[] = "a byte: 0 to 255; both: 'set %u %u %uraw'";
 static const CDS_FLASH char message_seconds[] = "has too many decimals of ms; seconds: 0.5s";
-static const CDS_FLASH char message_is_pose[] = "a pose: 'pose NAME in 2s' moves to it";
+const CDS_FLASH char message_is_pose[] = "a pose: 'pose NAME in 2s' moves to it";
 static const CDS_FLASH char message_is_sequence[] =
     "a sequence: 'play NAME', 'play NAME times 2', 'play NAME loop'";
 static const CDS_FLASH char message_steps_move[] = "beyond 300deg; steps: 'move %u %uraw'";

@@ -28,7 +28,9 @@ struct slip {
     const CDS_FLASH char *(*text)(struct console *console);
 };
 
-extern const CDS_FLASH char message_try[]; // "unknown command; try %s"
+extern const CDS_FLASH char message_try[];      // "unknown command; try %s"
+extern const CDS_FLASH char message_id_first[]; // "the ID comes first: '%s'"
+extern const CDS_FLASH char message_is_pose[];
 
 /* Returns the message that names the lines of the first row that has console->token; NULL: no row
  * has it. */

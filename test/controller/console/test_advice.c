@@ -67,8 +67,10 @@ void test_word_for_a_number_of_a_setting_names_its_range(void)
 {
     static const char *const lines[][2] = {
         {"settings alarm_report on",
-         "error 32: VALUE 'on': not a number; write 1 for on, 0 for off\r\n"},
-        {"settings link_loss_ms off", "error 32: VALUE 'off': not a number; write a time: "},
+         "error 32: VALUE 'on': 1 is on: 'settings alarm_report 1'\r\n"},
+        {"settings link_loss_ms off",
+         "error 32: VALUE 'off': 0 is off: 'settings link_loss_ms 0'\r\n"},
+        {"settings link_loss_ms x", "error 32: VALUE 'x': not a number; write a time: "},
     };
 
     ASSERT_REPLIES(lines);
@@ -79,7 +81,7 @@ void test_setting_in_place_of_an_id_points_to_settings(void)
     static const char *const lines[][2] = {
         {"set repeats 1", "error 32: ID 'repeats': a setting of the controller, not a servo; "
                           "'settings SETTING VALUE' sets it\r\n"},
-        {"set repeat 1", "error 32: ID 'repeat': not a number; "},
+        {"set repeat 1", "error 32: ID 'repeat': the ID comes first: "},
     };
 
     ASSERT_REPLIES(lines);

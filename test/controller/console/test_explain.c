@@ -43,7 +43,7 @@ void test_id_out_of_range_names_no_servo(void)
 
 void test_wrong_word_names_the_words_of_all_rows(void)
 {
-    assert_reply("error 38: wait|off|at 'stop': unknown word; ", "motion stop");
+    assert_reply("error 38: wait|off|at 'begin': unknown word; ", "motion begin");
     assert_reply("error 38: new|add|show|set|insert|delete 'app': unknown word; ",
                  "sequence s app");
     assert_reply("error 38: at|times|loop 'quick': unknown word; ", "play s quick");
@@ -63,7 +63,7 @@ void test_wrong_word_is_quoted(void)
     assert_reply("error 41: ID '1': an ID is given twice; ", "torque 1 1 on");
     assert_reply("error 33: ID 300 is out of range: 0 to 253", "torque 1 300 on");
     assert_reply("error 31: wrong number of arguments; ", "cycle off 3");
-    assert_reply("error 32: ID|254 'off': try 'torque 1 off'\r\n", "torque off");
+    assert_reply("error 32: ID|254 'off': try 'torque 1 off', 'torque all off'\r\n", "torque off");
     assert_reply("error 30: 'a?b': unknown command; ", "a\x07"
                                                        "b c");
 }

@@ -26,9 +26,9 @@ void test_list_in_place_of_one_servo_is_named(void)
 
 void test_blank_behind_comma_of_list_is_named(void)
 {
-    assert_reply("error 32: ID|254 '1,': no space after a comma: 1,2,3\r\n", "move 1, 2, 3 90");
+    assert_reply("error 32: ID|254 '1,': no space after a comma: 1,2,3; ", "move 1, 2, 3 90");
     assert_reply("error 32: ID|254 '1-2,': no space after a comma: ", "torque 1-2, 3 on");
-    assert_reply("error 32: ID... '1,': no space after a comma: ", "group 1, 2");
+    assert_reply("error 32: ID... '1,': no space after a comma: 1,2,3\r\n", "group 1, 2");
     assert_reply("error 32: ID|254 '1,x': not a number; ", "torque 1,x on");
     assert_reply("error 32: ID... '1': not a number; ", "group all 1");
     assert_reply("error 32: ID|254 '1,': one servo here, no list; ", "ping 1, 2");

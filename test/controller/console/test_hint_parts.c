@@ -43,6 +43,13 @@ void test_part_of_a_setting_or_command_is_hinted_at(void)
     assert_hints("forget", "servos forg");
 }
 
+void test_word_of_two_letters_lists_the_names_that_begin_so(void)
+{
+    assert_hints("scan", "sc");
+    assert_hints("mode, move, monitor or motion", "mo 1");
+    assert_hints("get", "gt 1 LED");
+}
+
 void test_word_with_a_wrong_begin_is_searched_behind_it(void)
 {
     assert_hints("GOAL_POSITION or PRESENT_POSITION", "get 1 current_position");

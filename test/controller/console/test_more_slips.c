@@ -33,9 +33,8 @@ void test_words_of_other_consoles_name_a_line(void)
         {"temp 1", "error 30: 'temp': unknown command; try 'get 1 PRESENT_TEMPERATURE'\r\n"},
         {"halt", "error 30: 'halt': unknown command; try 'stop', or Ctrl-X\r\n"},
         {"move 1 to 90", "error 32: servo 1: ANGLE 'to': try 'move 1 90'\r\n"},
-        {"get PRESENT_LOAD 1",
-         "error 32: ID 'PRESENT_LOAD': the ID comes first: 'get 1 PRESENT_POSITION'\r\n"},
-        {"get LOADS 1", "error 32: ID 'LOADS': not a number; "},
+        {"Voltage", "error 30: 'Voltage': unknown command; try 'get 1 PRESENT_VOLTAGE'\r\n"},
+        {"sequence big add far in 2s", "error 32: TIME 'in': try 'sequence NAME add POSE 2s'\r\n"},
     };
 
     ASSERT_REPLIES(lines);
@@ -72,7 +71,9 @@ void test_notation_of_a_number_is_named(void)
         {"move 1 90.123456789",
          "error 33: servo 1: ANGLE '90.123456789': too many digits; at most 3 decimals\r\n"},
         {"move 1 99999999999", "error 33: servo 1: ANGLE 99999999999 is out of range: 0 to "},
-        {"move 1 +10", "error 32: servo 1: ANGLE '+10': without '+': ANGLE is where it goes"},
+        {"move 1 +10",
+         "error 32: servo 1: ANGLE '+10': without '+': ANGLE is where it goes; 'get 1 "},
+        {"move 1,2 +10", "error 32: ANGLE '+10': without '+'\r\n"},
         {"move 1 90 +10", "error 32: servo 1: SPEED '+10': without '+'\r\n"},
         {"turn 1 +10", "error 32: servo 1: SPEED '+10': without '+'\r\n"},
         {"limits 1 +60 90", "error 32: servo 1: LOW '+60': without '+'\r\n"},

@@ -55,7 +55,7 @@ void test_release_of_one_servo_after_a_stop_says_without_id(void)
 
 void test_group_with_a_silent_servo_says_so_after_a_scan(void)
 {
-    static const char note[] = "group 1 9 sync\r\nservo 9 has not answered: 'ping 9'; if not "
+    static const char note[] = "group 1 9 8 sync\r\nno answer yet from servo 9 8: 'ping 9'; if not "
                                "there: 'servos forget 9', then 'group' without it\r\nok\r\n";
 
     settings.echo = SETTINGS_ECHO_PERSON;
@@ -63,7 +63,7 @@ void test_group_with_a_silent_servo_says_so_after_a_scan(void)
     robot.states[0].presence = CDS_PRESENCE_ONLINE;
     TEST_ASSERT_NULL(strstr(reply_to("group 1 9"), "servo 9"));
     robot.unlisted = 0;
-    TEST_ASSERT_NOT_NULL(strstr(reply_to("group 1 9"), note));
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("group 1 9 8"), note));
     robot.states[1].presence = CDS_PRESENCE_ONLINE;
     TEST_ASSERT_NULL(strstr(reply_to("group 1 9"), "servo 9"));
 }

@@ -36,8 +36,9 @@ void test_command_of_another_name_names_the_line(void)
         {"remove near", "error 30: 'remove': unknown command; try 'pose delete NAME', 'sequence "
                         "delete NAME'\r\n"},
         {"on", "error 30: 'on': unknown command; try 'torque 1 on'\r\n"},
-        {"off", "error 30: 'off': unknown command; try 'torque 1 off'\r\n"},
-        {"disable 2", "error 30: 'disable': unknown command; try 'torque 1 off'\r\n"},
+        {"off", "error 30: 'off': unknown command; try 'torque 1 off', 'torque all off'\r\n"},
+        {"disable 2",
+         "error 30: 'disable': unknown command; try 'torque 1 off', 'torque all off'\r\n"},
         {"ls", "error 30: 'ls': unknown command; try 'servos', 'pose list'\r\n"},
     };
 
@@ -47,8 +48,8 @@ void test_command_of_another_name_names_the_line(void)
 void test_word_of_another_command_names_the_line(void)
 {
     static const char *const lines[][2] = {
-        {"torque off", "error 32: ID|254 'off': try 'torque 1 off'\r\n"},
-        {"torque OFF 2", "error 32: ID|254 'OFF': try 'torque 1 off'\r\n"},
+        {"torque off", "error 32: ID|254 'off': try 'torque 1 off', 'torque all off'\r\n"},
+        {"torque OFF 2", "error 32: ID|254 'OFF': try 'torque 1 off', 'torque all off'\r\n"},
         {"led off", "error 32: ID|254 'off': try 'led 1 off'\r\n"},
         {"turn 1 off", "error 32: servo 1: SPEED 'off': try 'turn 1 0', or 'torque 1 off'\r\n"},
         {"turn 1 stop", "error 32: servo 1: SPEED 'stop': try 'turn 1 0', or 'torque 1 off'\r\n"},
@@ -58,7 +59,12 @@ void test_word_of_another_command_names_the_line(void)
          "error 32: SPEED 'at': try 'move 1-3 90 30rpm'; in a time: 'help pose'\r\n"},
         {"move all 100 in 2s", "error 32: SPEED 'in': try 'move 1-3 90 30rpm'; in a time: "},
         {"settings alarm_report on",
-         "error 32: VALUE 'on': not a number; write 1 for on, 0 for off\r\n"},
+         "error 32: VALUE 'on': 1 is on: 'settings alarm_report 1'\r\n"},
+        {"settings alarm_report yes",
+         "error 32: VALUE 'yes': not a number; write 1 for on, 0 for off\r\n"},
+        {"settings echo off", "error 32: VALUE 'off': 0 is off: 'settings echo 0'\r\n"},
+        {"settings echo on", "error 32: VALUE 'on': not a number; write a number from 0 to 2"},
+        {"settings device_id off", "error 32: VALUE 'off': not a number; "},
     };
 
     ASSERT_REPLIES(lines);

@@ -76,7 +76,10 @@ void test_set_of_a_read_only_register_names_a_line(void)
          "error 42: servo 1: read-only, measured; 'move 1 5' moves there\r\n"},
         {"set 1 PRESENT_POSITION 512", "error 42: servo 1: read-only; 'get 1 36' prints it\r\n"},
         {"set 1 PRESENT_VOLTAGE 5", "error 42: servo 1: read-only; 'get 1 42' prints it\r\n"},
-        {"set 1 ID 5", "error 42: servo 1: register cannot be set; "},
+        {"set 1 ID 5", "error 42: servo 1: 'id 1 5' changes it\r\n"},
+        {"set 1 ID 254", "error 42: servo 1: register cannot be set; "},
+        {"set 1 BAUD_RATE 500000", "error 42: servo 1: 'baud 1 500000' changes it\r\n"},
+        {"set 1 BAUD_RATE 500kbps", "error 42: servo 1: 'baud 1 500kbps' changes it\r\n"},
     };
 
     ASSERT_REPLIES(lines);

@@ -209,7 +209,6 @@ void test_unknown_name_far_from_all_has_no_hint(void)
     assert_hint(NULL, "xyzzy");
     assert_hint(NULL, "x");
     assert_hint(NULL, "averyveryveryverylongwordindeed");
-    assert_hint(NULL, "mo 1");
     assert_hint(NULL, "get 1 AIM");
     assert_hint(NULL, "ping one");
     assert_hint(NULL, "torque 1 o"); // on and off begin so

@@ -18,6 +18,9 @@ static const CDS_FLASH char message_tally[] = "asked %u, answered %u, damaged %u
 static const CDS_FLASH char message_tally_twice[] =
     "asked %u, answered %u, damaged %u, silent %u; duplicate replies: %u";
 static const CDS_FLASH char message_none_examined[] = "no servo examined; packets sent: %u";
+static const CDS_FLASH char message_only_one[] =
+    "servo %u answers well, as far as the wire shows; 'diagnose ID' examines another; count "
+    "the servos: two may agree in every bit";
 static const CDS_FLASH char message_finding_is[] = "finding %u: %s";
 
 static enum cds_result begin_diagnosis(struct robot *robot, const void *config)
@@ -114,12 +117,22 @@ static void print_search(struct printer *printer, const struct cds_diagnose *dia
     printer_line(printer, message_none_examined);
 }
 
-static bool print_line(struct printer *printer, const struct cds_diagnose *diagnose, uint8_t line)
+/* The line named no servo: the diagnosis has examined one, and others may be on the bus. */
+static void put_one_of_several(struct printer *printer, const struct cds_diagnose *diagnose)
+{
+    printer->values[1].text = message_only_one;
+    printer->values[2].number = diagnose->found_id;
+}
+
+static bool print_line(struct printer *printer, const struct cds_diagnose *diagnose, uint8_t line,
+                       bool is_of_any)
 {
     switch (line) {
     case 0:
         printer->values[0].number = diagnose->finding;
         printer->values[1].text = diagnose_findings[diagnose->finding];
+        if (command_set.has_room && diagnose->finding == CDS_FINDING_OK && is_of_any)
+            put_one_of_several(printer, diagnose);
         printer_line(printer, message_finding_is);
         return true;
     case 1:
@@ -156,7 +169,8 @@ static bool diagnose_poll(struct console *console)
         account_end(console);
     if (console->error)
         return false;
-    return print_line(&console->printer, &robot->work.diagnose, console->index++);
+    return print_line(&console->printer, &robot->work.diagnose, console->index++,
+                      console->line.id == CDS_BROADCAST_ID);
 }
 
 static const CDS_FLASH struct command diagnose_rows[] = {

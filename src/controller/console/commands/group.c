@@ -15,6 +15,9 @@ static const CDS_FLASH char message_by_action[] = " action";
 static const CDS_FLASH char message_by_sync[] = " sync";
 static const CDS_FLASH char message_one_more[] = " %u";
 static const CDS_FLASH char message_group[] = "group %u";
+static const CDS_FLASH char message_silent[] = "no answer yet from servo %u";
+static const CDS_FLASH char message_silent_remedy[] =
+    ": 'ping %u'; if not there: 'servos forget %u', then 'group' without it";
 static const CDS_FLASH char message_registered[] = ", may still be registered";
 static const CDS_FLASH char message_servo_failed[] = "servo %u%s: %s";
 
@@ -37,15 +40,55 @@ static uint8_t group_begin(struct console *console)
     return error;
 }
 
-/* Prints "group 1 2 3 sync", one ID in each call. */
+/* True if the robot knows no answer of this servo of the group. */
+static bool is_silent(struct console *console, uint8_t id)
+{
+    const struct cds_servo_state *servo = cds_servos_find(&console->robot->servos, id);
+
+    return servo && servo->presence != CDS_PRESENCE_ONLINE &&
+           servo->presence != CDS_PRESENCE_RETURNED;
+}
+
+/* Prints "no answer yet from servo 4 5 6: ...", one ID in each call; nothing if all have answered.
+ * console->part counts the servos looked at, console->raw is the first silent ID and 1. */
+static bool print_silent(struct console *console)
+{
+    const struct robot *robot = console->robot;
+    union printer_value *values = console->printer.values;
+
+    while (console->part < robot->group_count) {
+        uint8_t id = robot->group[console->part++];
+
+        if (!is_silent(console, id))
+            continue;
+        values[0].number = id;
+        printer_text(&console->printer, console->raw ? message_one_more : message_silent);
+        if (console->raw == 0)
+            console->raw = id + 1u;
+        return true;
+    }
+    values[0].number = values[1].number = (uint16_t)(console->raw - 1);
+    if (console->raw)
+        printer_line(&console->printer, message_silent_remedy);
+    return false;
+}
+
+/* Prints "group 1 2 3 sync", one ID in each call; for a person then the servos that are not there.
+ */
 static bool group_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
     uint8_t *index = &console->index;
 
+    if (command_set.has_room && *index > robot->group_count)
+        return print_silent(console);
     if (*index == robot->group_count) {
         printer_line(&console->printer, robot->group_acts ? message_by_action : message_by_sync);
-        return false;
+        if (!command_set.has_room)
+            return false;
+        (*index)++;
+        console->raw = 0;
+        return robot->unlisted != ROBOT_NOT_SCANNED && console_is_for_person(console);
     }
     console->printer.values[0].number = robot->group[*index];
     printer_text(&console->printer, *index ? message_one_more : message_group);
@@ -237,8 +280,9 @@ static bool lacks_torque(const struct robot *robot)
 static bool pose_poll(struct console *console)
 {
     if (command_set.explain && console->part == 0) {
-        console->part = 1; // the first poll
-        if (lacks_torque(console->robot))
+        console->part = 1;                                                // the first poll
+        if (!(command_set.has_room && console->line.choice == POSE_IN) && // it is refused
+            lacks_torque(console->robot))
             printer_line(&console->printer, message_torque_is_off);
         return true;
     }

@@ -13,6 +13,7 @@
 #include "console/messages.h"
 #include "console/mistake.h" // mistake_is_noise()
 #include "console/reply.h"
+#include "console/slips.h"      // slip_text()
 #include "robot/angle_limits.h" // ANGLE_LIMITS_NO_JOINT
 #include "robot/moves.h"
 #include "robot/stored_group.h"
@@ -52,6 +53,12 @@ static const CDS_FLASH char message_end_by_stop[] =
 static const CDS_FLASH char message_end_by_link[] =
     "ended on its way, as the host link was lost; 'clear' when it is back";
 static const CDS_FLASH char message_limited[] = ", at %u%: a servo can go no faster, so not at %u%";
+static const CDS_FLASH char message_no_torque[] =
+    "torque of servo %u is off; 'teach off %u' switches it on where the servo is, 'torque %u on' "
+    "moves it to its goal";
+static const CDS_FLASH char message_give_time[] = "too fast for a servo; give it %lms or more";
+static const CDS_FLASH char message_give_step_time[] =
+    "too fast for a servo; 'sequence NAME set N POSE TIME' gives step N more time";
 static const CDS_FLASH char message_voltage[] =
     "warning: since 'clear' servo %u has reported a supply outside of MIN_VOLTAGE to MAX_VOLTAGE: "
     "'get %u PRESENT_VOLTAGE'";
@@ -335,9 +342,40 @@ static bool is_wait(const struct command_line *line)
     return parse_has_name(line->command->usage, motion) && line->choice == 1 && !line->numbers;
 }
 
+/* The servo whose torque is off keeps a motion from its begin. */
+static const CDS_FLASH char *advise_torque(struct console *console)
+{
+    const struct motion_outcome *outcome = motion_outcome(console->robot);
+    union printer_value *values = console->printer.values;
+
+    if (outcome->result != MOTION_TORQUE_OFF || outcome->id > CDS_ID_MAX)
+        return NULL;
+    for (uint8_t i = 0; i < 3; i++)
+        values[i].number = outcome->id;
+    return message_no_torque;
+}
+
+/* A servo would have to move too fast: the line above names its time. */
+static const CDS_FLASH char *advise_time(struct console *console)
+{
+    const struct motion_outcome *outcome = motion_outcome(console->robot);
+    const CDS_FLASH char *message = slip_text(console); // 2ms in place of 2s
+    union printer_value *values = console->printer.values;
+
+    if (message || outcome->result != MOTION_TOO_FAST)
+        return message;
+    if (outcome->step != MOTION_NO_STEP)
+        return message_give_step_time;
+    values[0].number = (uint16_t)outcome->shortest_ms;
+    values[1].number = (uint16_t)(outcome->shortest_ms >> 16);
+    return message_give_time;
+}
+
 static const CDS_FLASH char *advise(struct console *console)
 {
     switch (console->error) {
+    case ERROR_TORQUE_OFF: return advise_torque(console);
+    case ERROR_TOO_FAST: return advise_time(console);
     case ERROR_MOTION:
         return motion_is_paused(console->robot) ? message_is_paused : message_under_way;
     case ERROR_NO_MOTION:

@@ -223,7 +223,7 @@ static const CDS_FLASH struct command sequence_rows[] = {
             COMMAND_DETAILS("new: the first step, replaces a sequence of this name; add: "
                             "one more, up to 16. TIME of the way: 10ms to 600s; dwell: rest, "
                             "up to 65.53s; both in steps of 10ms"),
-        .example = COMMAND_DETAILS("sequence walk add stand 1.2s dwell 0.5s"),
+        .example = COMMAND_DETAILS("sequence walk new stand 1.2s dwell 0.5s"),
         .begin = step_begin,
         .poll = step_poll,
     },

@@ -19,6 +19,9 @@ static const CDS_FLASH char message_stop_failed[] =
 static const CDS_FLASH char message_stop_unread[] =
     "torque off was sent to all IDs; no servo is known, none was read back: 'scan', or 'scan "
     "all' for other rates; driving inhibited until '%s'";
+static const CDS_FLASH char message_unasked_ids[] =
+    "IDs not checked: %u, as no 'scan' has ended since the last reset, change of the rate or "
+    "'servos forget'; torque off was sent to them, too";
 
 /* ---- stop ---- */
 
@@ -87,9 +90,12 @@ static bool stop_poll(struct console *console)
         return false;
     }
     console->printer.values[0].number = robot_unlisted(robot);
-    if (console->printer.values[0].number &&
-        console->error != CDS_LINE_BUSY)                       // else nothing was sent
-        printer_line(&console->printer, message_unlisted + 2); // behind "; "
+    if (console->printer.values[0].number && console->error != CDS_LINE_BUSY) // else nothing sent
+        printer_line(&console->printer, command_set.has_room &&
+                                                robot->unlisted == ROBOT_NOT_SCANNED &&
+                                                console_is_for_person(console)
+                                            ? message_unasked_ids
+                                            : message_unlisted + 2); // behind "; "
     return command_set.explain && (console->error || console_is_for_person(console));
 }
 

@@ -1,0 +1,279 @@
+/* SPDX-License-Identifier: MIT */
+/* Words at the wrong place; see misplaced.h. */
+#include "console/misplaced.h"
+
+#include <stddef.h> // NULL
+#include <string.h> // memcpy()
+
+#include "cds55xx/control_table.h"   // cds_register_named()
+#include "console/commands/stored.h" // stored_find()
+#include "console/console.h"
+#include "console/errors.h"
+#include "console/explain.h"    // explain_is_settings()
+#include "console/more_slips.h" // more_slips_has_word()
+#include "console/slips.h"      // struct slip
+#include "console/typing.h"     // TYPING_NO_SEARCH
+#include "robot/letter.h"       // is_letter()
+#include "robot/settings.h"     // settings_named()
+
+static const CDS_FLASH char message_own_command[] = "a command of its own: '%s'";
+static const CDS_FLASH char message_name_first[] = "the name comes first: '%s'";
+static const CDS_FLASH char message_other_form[] = "usage: %s";
+static const CDS_FLASH char message_motion_off[] =
+    "'motion off' ends a motion; 'stop' switches torque off, too";
+static const CDS_FLASH char message_spaces[] = "a space between words, as in '%s'";
+static const CDS_FLASH char message_no_list[] =
+    "no space after a comma: 1,2,3; for one servo no comma, as in '%s'";
+static const CDS_FLASH char message_register[] = "a register: 'get 1 %u' prints it";
+static const CDS_FLASH char message_every[] =
+    "the period stands behind 'every': 'monitor 1 every 100ms'";
+static const CDS_FLASH char message_show[] =
+    "'sequence NAME show' shows its steps, 'play NAME' plays it";
+static const CDS_FLASH char message_delete[] =
+    "'sequence delete NAME' deletes all of it, 'sequence NAME delete N' deletes step N";
+static const CDS_FLASH char message_save[] =
+    "'save' alone keeps the settings; for a pose 'pose save NAME'";
+
+static const CDS_FLASH char name_of_sequence[] = "sequence";
+static const CDS_FLASH char name_of_get[] = "get";
+
+/* ---- rows ---- */
+
+/* A line to type for the command: its example, or its usage. */
+static const CDS_FLASH char *line_of(const CDS_FLASH struct command *row)
+{
+    const CDS_FLASH char *example = COMMAND_DETAILS_TEXT(row->example);
+
+    return example ? example : row->usage;
+}
+
+/* True if both usage strings begin with the same word. */
+static bool have_same_name(const CDS_FLASH char *one, const CDS_FLASH char *other)
+{
+    for (; *one && *one != ' '; one++)
+        if (*one != *other++)
+            return false;
+    return *other == '\0' || *other == ' ';
+}
+
+/* The first form of the line's command that has the word and shows it in its example; NULL: none
+ * has it. */
+static const CDS_FLASH struct command *form_with(const struct command_line *line,
+                                                 const struct token *word)
+{
+    const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;
+
+    for (; *group; group++) {
+        const CDS_FLASH struct command *row = (*group)->rows;
+
+        for (uint8_t left = (*group)->count; left; left--, row++)
+            if (have_same_name(line->command->usage, row->usage) &&
+                parse_is_keyword(row->usage, word) && parse_is_keyword(line_of(row), word))
+                return row;
+    }
+    return NULL;
+}
+
+/* The first name of the line, as a word. */
+static struct token name_of_line(const struct console *console)
+{
+    struct token name = {.length = stored_length(console, 0)};
+
+    memcpy(name.text, parse_name(&console->line, 0), PARSE_NAME_SIZE);
+    return name;
+}
+
+/* ---- a command behind another command ---- */
+
+/* The text for a word that is a command; NULL: it is none, or no text is sure to help. */
+static const CDS_FLASH char *text_of_command(struct console *console, const struct token *word)
+{
+    static const CDS_FLASH char stop[] = "stop", motion[] = "motion";
+    const struct command_line *line = &console->line;
+    const CDS_FLASH struct command *row = parse_command(word);
+
+    if (!row || explain_is_settings(line))
+        return NULL;
+    if (parse_has_name(row->usage, stop))
+        return line->names || parse_is_command(line, motion) ? message_motion_off : NULL;
+    console->printer.values[0].text = line_of(row);
+    return message_own_command;
+}
+
+/* `motion pause`, `set id 1 3` */
+static const CDS_FLASH char *text_of_own_command(struct console *console)
+{
+    const struct command_line *line = &console->line;
+
+    return more_slips_has_word(console) && line->command && !parse_is_command(line, name_of_get) &&
+                   (line->argument == ARGUMENT_NONE || line->argument == ARGUMENT_ID)
+               ? text_of_command(console, &console->token)
+               : NULL;
+}
+
+/* `sequence play wave`, `sequence new walk`, `play loop`: a word stands in the place of a name. */
+static const CDS_FLASH char *text_of_name(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    const CDS_FLASH struct command *form;
+    struct token name;
+
+    if (line->names != 1 || explain_is_settings(line))
+        return NULL;
+    name = name_of_line(console);
+    form = form_with(line, &name);
+    if (form == NULL)
+        return text_of_command(console, &name);
+    console->printer.values[0].text = line_of(form);
+    return message_name_first;
+}
+
+/* `pose up save`, `settings autostart walk 5s loop` */
+static const CDS_FLASH char *text_of_other_form(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    const CDS_FLASH struct command *form;
+
+    if (!line->command || !more_slips_has_word(console))
+        return NULL;
+    form = form_with(line, &console->token);
+    if (form == NULL || form == line->command)
+        return NULL;
+    console->printer.values[0].text = form->usage;
+    return message_other_form;
+}
+
+/* ---- a name in front ---- */
+
+/* `PRESENT_POSITION 1` */
+static const CDS_FLASH char *text_of_register(struct console *console)
+{
+    struct cds_register found;
+
+    if (console->line.command || !more_slips_has_word(console) ||
+        !cds_register_named(console->token.text, console->token.length, &found))
+        return NULL;
+    console->printer.values[0].number = found.address;
+    return message_register;
+}
+
+/* `stand in 2s`: the name of a stored pose */
+static const CDS_FLASH char *text_of_pose(struct console *console)
+{
+    const struct token *word = &console->token;
+
+    return console->line.command == NULL && word->length <= MOTION_STORE_NAME &&
+                   stored_may_read() == 0 &&
+                   motion_store_find(console_store(), MOTION_STORE_POSE, word->text,
+                                     word->length) != MOTION_STORE_NONE
+               ? message_is_pose
+               : NULL;
+}
+
+/* `get PRESENT_POSITION 1`, `set voltage 1 6` */
+static const CDS_FLASH char *text_of_early_register(struct console *console)
+{
+    static const CDS_FLASH char set[] = "set";
+    const struct command_line *line = &console->line;
+    const struct token *word = &console->token;
+
+    if (!(parse_is_command(line, name_of_get) || parse_is_command(line, set)) ||
+        line->argument != ARGUMENT_ID || !more_slips_has_word(console) || !is_letter(*word->text) ||
+        settings_named(word->text, word->length) < SETTINGS_COUNT)
+        return NULL;
+    console->printer.values[0].text = line_of(line->command);
+    return message_id_first;
+}
+
+/* ---- separators ---- */
+
+static bool is_separator(char c)
+{
+    return c == '(' || c == '=' || c == ',';
+}
+
+/* `move(1,90)`, `move 1=90`, `move 1, 90`; not `move 1,x 90` */
+static const CDS_FLASH char *text_of_separator(struct console *console)
+{
+    const struct token *word = &console->token;
+    const CDS_FLASH struct command *row = console->line.command;
+    struct token before = {0}; // the separator
+    bool is_comma, is_last;
+
+    if (!more_slips_has_word(console))
+        return NULL;
+    while (before.length < word->length && !is_separator(word->text[before.length]))
+        token_add(&before, word->text[before.length]);
+    if (before.length == 0 || before.length == word->length)
+        return NULL;
+    is_comma = word->text[before.length] == ',';
+    is_last = before.length + 1 == word->length;
+    if (row == NULL)
+        row = parse_command(&before);
+    else if (is_comma && !is_last)
+        return NULL;
+    if (row == NULL)
+        return NULL;
+    console->printer.values[0].text = line_of(row);
+    return is_comma && is_last && console->line.command ? message_no_list : message_spaces;
+}
+
+/* `monitor 1 100ms` */
+static const CDS_FLASH char *text_of_period(struct console *console)
+{
+    static const CDS_FLASH char monitor[] = "monitor";
+    struct number number;
+
+    return parse_is_command(&console->line, monitor) && more_slips_has_word(console) &&
+                   number_parse(&console->token, &number) == 0
+               ? message_every
+               : NULL;
+}
+
+/* ---- too few or too many words ---- */
+
+/* `sequence walk`, `sequence walk delete`, `save stand` */
+static const CDS_FLASH char *text_of_count(struct console *console)
+{
+    static const CDS_FLASH char save[] = "save", of_delete[] = "delete";
+    const struct command_line *line = &console->line;
+
+    if (parse_is_command(line, save))
+        return message_save;
+    if (!parse_is_command(line, name_of_sequence) || line->names != 1 || line->values ||
+        more_slips_has_word(console) || stored_may_read() ||
+        stored_find(console, MOTION_STORE_SEQUENCE, 0) == MOTION_STORE_NONE)
+        return NULL;
+    if (line->words == 2)
+        return message_show;
+    return parse_has_name(line->command->usage + sizeof "sequence NAME", of_delete) ? message_delete
+                                                                                    : NULL;
+}
+
+static const CDS_FLASH struct slip misplaced[] = {
+    {ERROR_UNKNOWN_COMMAND, text_of_separator},
+    {ERROR_UNKNOWN_COMMAND, text_of_register},
+    {ERROR_UNKNOWN_COMMAND, text_of_pose},
+    {ERROR_UNKNOWN_WORD, text_of_other_form},
+    {ERROR_UNKNOWN_WORD, text_of_own_command},
+    {ERROR_UNKNOWN_WORD, text_of_name},
+    {ERROR_NOT_A_NUMBER, text_of_own_command},
+    {ERROR_NOT_A_NUMBER, text_of_separator},
+    {ERROR_NOT_A_NUMBER, text_of_period},
+    {ERROR_NOT_A_NUMBER, text_of_early_register},
+    {ERROR_COUNT, text_of_other_form},
+    {ERROR_COUNT, text_of_name},
+    {ERROR_COUNT, text_of_count},
+    {ERROR_NO_POSE, text_of_name},
+    {ERROR_NO_SEQUENCE, text_of_name},
+};
+
+const CDS_FLASH char *misplaced_text(struct console *console)
+{
+    const CDS_FLASH char *message =
+        slip_first_text(misplaced, sizeof misplaced / sizeof misplaced[0], console);
+
+    if (message)
+        console->phase = TYPING_NO_SEARCH; // the message names the line to type
+    return message;
+}
