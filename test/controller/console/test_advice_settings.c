@@ -41,7 +41,9 @@ void test_settings_waits_for_no_byte_that_is_written(void)
     settings.echo = SETTINGS_ECHO_PERSON;
     eeprom_fake.busy = 200;
     TEST_ASSERT_NULL(strstr(reply_to("settings"), "; the present ones are not saved"));
-    TEST_ASSERT_EQUAL_UINT8(199, eeprom_fake.busy);
+    TEST_ASSERT_EQUAL_UINT8(198,
+                            eeprom_fake.busy); // asked once for the settings, once for autostart
+    TEST_ASSERT_NULL(strstr(said, "autostart"));
 }
 
 void test_settings_tells_that_a_save_failed(void)

@@ -44,7 +44,7 @@ void test_save_with_a_pose_names_the_line(void)
 {
     static const char *const lines[][2] = {
         {"save pose up", "error 31: try 'pose save NAME'\r\n"},
-        {"save sequence walk", "error 31: try 'sequence NAME new POSE 1s'\r\n"},
+        {"save sequence walk", "error 31: try 'sequence NAME new POSE "},
         {"pose up save", "error 38: in 'save': try 'pose save NAME'\r\n"},
         {"pose up delete", "error 38: in 'delete': try 'pose delete NAME'\r\n"},
         {"pose up show", "error 38: in 'show': try 'pose show NAME'\r\n"},
