@@ -31,6 +31,7 @@ def rows(path, name, fields):
     text = (ROOT / path).read_text().replace("\\\n", " ")
     text = re.search(rf"#define {name}\(X\)(.*)", text)[1]
     text = re.sub(r"/\*.*?\*/", "", text)
+    text = re.sub(r'"\s*SERVO_ID\s*"', "ID", text)
     string = r'"(?:[^"\\]|\\.)*"'
     found = {}
     for row in re.findall(rf"X\(((?:{string}|[^()\"])*)\)", text):
@@ -109,7 +110,7 @@ def error_line(number, line, profile):
     if number in OF_SERVO and words[0] not in ("group", "sync") and len(words) > 1 \
             and words[1].isdigit():
         return start + f"servo {words[1]}: {cause}"[:130]
-    return start + (cause if number in (9, 40, 54) else ERRORS[number])[:130]
+    return start + (cause if number in (9, 40, 47, 54) else ERRORS[number])[:130]
 
 
 def said_by(profile, script):
