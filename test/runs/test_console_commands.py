@@ -105,12 +105,12 @@ def error_line(number, line, profile):
     if number in EXPLAINED or words[0] == "pose":
         return start
     cause = LINE_IS_LOW if number == 9 else ERRORS[number].removeprefix("servo: ")
-    if number in (12, 21, 23, 40) or (number, words[0]) == (54, "release"):
+    if number in (12, 21, 23, 40, 47) or (number, words[0]) == (54, "release"):
         cause = CAUSES[number].removeprefix("servo: ")  # the remedy depends on the board: advice.h
     if number in OF_SERVO and words[0] not in ("group", "sync") and len(words) > 1 \
             and words[1].isdigit():
         return start + f"servo {words[1]}: {cause}"[:130]
-    return start + (cause if number in (9, 40, 47, 54) else ERRORS[number])[:130]
+    return start + (cause if number in (9, 40, 54) else ERRORS[number])[:130]
 
 
 def said_by(profile, script):
