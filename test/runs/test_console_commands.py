@@ -31,6 +31,7 @@ def rows(path, name, fields):
     text = (ROOT / path).read_text().replace("\\\n", " ")
     text = re.search(rf"#define {name}\(X\)(.*)", text)[1]
     text = re.sub(r"/\*.*?\*/", "", text)
+    text = re.sub(r'"\s*SERVO_ID\s*"', "ID", text)
     string = r'"(?:[^"\\]|\\.)*"'
     found = {}
     for row in re.findall(rf"X\(((?:{string}|[^()\"])*)\)", text):
@@ -104,7 +105,7 @@ def error_line(number, line, profile):
     if number in EXPLAINED or words[0] == "pose":
         return start
     cause = LINE_IS_LOW if number == 9 else ERRORS[number].removeprefix("servo: ")
-    if number in (12, 21, 23, 40) or (number, words[0]) == (54, "release"):
+    if number in (12, 21, 23, 40, 47) or (number, words[0]) == (54, "release"):
         cause = CAUSES[number].removeprefix("servo: ")  # the remedy depends on the board: advice.h
     if number in OF_SERVO and words[0] not in ("group", "sync") and len(words) > 1 \
             and words[1].isdigit():

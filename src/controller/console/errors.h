@@ -17,8 +17,7 @@
     X(ERROR_NOT_A_NUMBER, 32, "not a number",                                                      \
       "write 90, 90.5deg, 512raw, -30rpm, 0x1F; for ID: 1, 1-3 or all")                            \
     X(ERROR_OUT_OF_RANGE, 33, "number out of range", "'help COMMAND' has the range")               \
-    X(ERROR_UNKNOWN_REGISTER, 34, "unknown register",                                              \
-      "'info " SERVO_ID "' lists names and addresses")                                             \
+    X(ERROR_UNKNOWN_REGISTER, 34, "unknown register", "'info ID' lists names and addresses")       \
     X(ERROR_LINE_TOO_LONG, 35, "line too long", "at most 1400 characters")                         \
     X(ERROR_INPUT_LOST, 36, "input lost",                                                          \
       "send the next line after the reply to this one, as scripts/send-lines.py does")             \
