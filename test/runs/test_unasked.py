@@ -56,6 +56,13 @@ class Recovery(unittest.TestCase):
         self.assertEqual(self.told("@fault stuck low 3000\n@wait 200\n! stop\n@wait 5000\nrelease\n@wait 2000\n")[0],
                          "stop: torque read back as off at all servos; driving is inhibited until 'release'")
 
+    def test_stop_that_no_servo_could_hear_is_sent_again(self):
+        """Torque was off before, so the state check finds no reason to send it."""
+        late = "stop: torque read back as off at all servos; driving is inhibited until 'release'"
+        self.assertEqual(self.told("torque all off\nbus 500000\n! stop\nbus 1000000\n@wait 3000\n"),
+                         [late + "; other IDs are not checked"])
+        self.assertEqual(self.told("torque all off\n@fault lose in every 1\n! stop\n@fault lose in every 0\n@wait 3000\n")[-1], late)
+
     def test_stop_that_succeeds_at_once_is_not_told_twice(self):
         self.assertNotIn("stop: torque read back", "".join(self.told("@power 2 off\n! stop\n@power 2 on\nstop\n@wait 2000\n")))
 

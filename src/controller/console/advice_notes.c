@@ -22,7 +22,8 @@ static const CDS_FLASH char message_id_twice[] =
     "in every bit";
 static const CDS_FLASH char message_all_told[] =
     "none answers to this: each servo that heard it has ID 1 now; connect one alone, 'id 1 NEW'";
-static const CDS_FLASH char message_stop_unconfirmed[] = "'stop' is not confirmed by servos: %u";
+static const CDS_FLASH char message_stop_unconfirmed[] =
+    "servos that have not confirmed 'stop': %u, the first: %u; see 'servos'";
 static const CDS_FLASH char message_max_torque[] =
     "MAX_TORQUE acts from the servo's next power-up on: switch its power off and on";
 static const CDS_FLASH char message_restarted[] =
@@ -111,17 +112,22 @@ static const CDS_FLASH char *note_sequence(const struct console *console)
                : NULL;
 }
 
-/* `release` has ended a stop (console->part): servos that have not confirmed it. */
+/* `release` has ended a stop (console->part): how many servos have not confirmed it, and the first
+ * of them. */
 static const CDS_FLASH char *note_release(struct console *console)
 {
     const struct robot *robot = console->robot;
     const struct cds_servo_state *servo = robot->states;
+    union printer_value *values = console->printer.values;
     uint8_t count = 0;
 
-    for (uint8_t left = robot->servos.count; left; left--, servo++)
-        if (servo->torque_off != CDS_TORQUE_OFF_OFF && !joined_since_stop(robot, servo))
-            count++;
-    console->printer.values[0].number = count;
+    for (uint8_t left = robot->servos.count; left; left--, servo++) {
+        if (servo->torque_off == CDS_TORQUE_OFF_OFF || joined_since_stop(robot, servo))
+            continue;
+        if (count++ == 0)
+            values[1].number = servo->id;
+    }
+    values[0].number = count;
     return console->part && count && console_is_for_person(console) ? message_stop_unconfirmed
                                                                     : NULL;
 }

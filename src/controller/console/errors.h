@@ -6,9 +6,9 @@
 
 #include <stdint.h>
 
-#include "cds55xx/result.h"   // CDS_RESULTS
-#include "console/messages.h" // SERVO_ID
-#include "flash.h"            // CDS_FLASH
+#include "cds55xx/result.h"  // CDS_RESULTS
+#include "console/printer.h" // SERVO_ID
+#include "flash.h"           // CDS_FLASH
 
 /* X(name, number, text, remedy): errors of every profile with a console. */
 #define CONSOLE_ERRORS(X)                                                                          \

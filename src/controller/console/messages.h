@@ -10,20 +10,6 @@
 /* A string in flash for the initialiser of a static table: a plain literal would stand in RAM. */
 #define FLASH_TEXT(string) ((const CDS_FLASH char[]){string})
 
-/* In a message: the ID of its servo where the flash has room for the conversion %i (printer.h),
- * else the word "ID". */
-#ifdef __AVR__
-#include <avr/io.h> // FLASHEND
-#define SERVO_ID_IS_PRINTED (FLASHEND > 0x1FFFF)
-#else
-#define SERVO_ID_IS_PRINTED 1
-#endif
-#if SERVO_ID_IS_PRINTED
-#define SERVO_ID "%i"
-#else
-#define SERVO_ID "ID"
-#endif
-
 extern const CDS_FLASH char message_nothing[];         // ""
 extern const CDS_FLASH char message_until_power_off[]; // ", until power-off"
 extern const CDS_FLASH char message_unchanged[];       // "unchanged"

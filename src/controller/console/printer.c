@@ -5,7 +5,6 @@
 #include <stddef.h>
 
 #include "cds55xx/packet.h"        // CDS_ID_MAX
-#include "console/command.h"       // command_set
 #include "console/number_format.h" // number_print()
 
 /* The bus must not wait for a message. */
@@ -49,14 +48,22 @@ void printer_line(struct printer *printer, const CDS_FLASH char *message)
     printer->ends = true;
 }
 
-/* The value that keeps the ID for %i, plus 1; 0: there is no ID. */
-#define ID_VALUE (PRINTER_VALUES - 1)
-
+#if PRINTER_HAS_ID
 void printer_set_id(struct printer *printer, uint8_t id)
 {
-    if (command_set.has_room)
-        printer->values[ID_VALUE].number = id <= CDS_ID_MAX ? (uint16_t)(id + 1) : 0;
+    printer->id_for_remedy = id <= CDS_ID_MAX ? (uint16_t)(id + 1) : 0;
 }
+
+static void print_id(struct printer *printer)
+{
+    static const CDS_FLASH char no_id[] = "ID";
+
+    if (printer->id_for_remedy)
+        printer_decimal(printer, (uint16_t)(printer->id_for_remedy - 1));
+    else
+        printer_flash(printer, no_id);
+}
+#endif
 
 /* Ends what is printed. True: there is more to print. */
 static bool goes_on(struct printer *printer)
@@ -66,8 +73,8 @@ static bool goes_on(struct printer *printer)
         printer->outer = NULL;
         if (printer->text == NULL && printer->ends)
             printer_end_of_line(printer);
-        if (command_set.has_room && printer->text == NULL)
-            printer->values[ID_VALUE].number = 0;
+        if (printer->text == NULL)
+            printer_set_id(printer, CDS_BROADCAST_ID);
     }
     return printer->text != NULL;
 }
@@ -97,17 +104,6 @@ static bool print_unit(struct printer *printer, char letter)
     return false;
 }
 
-static void print_id(struct printer *printer)
-{
-    static const CDS_FLASH char no_id[] = "ID";
-    uint16_t id = printer->values[ID_VALUE].number;
-
-    if (id)
-        printer_decimal(printer, (uint16_t)(id - 1));
-    else
-        printer_flash(printer, no_id);
-}
-
 /* Prints what the letter behind a % stands for. False: nothing. */
 static bool print_value(struct printer *printer, char letter)
 {
@@ -115,8 +111,10 @@ static bool print_value(struct printer *printer, char letter)
         printer_decimal(printer, take_value(printer).number);
     else if (letter == 'l')
         print_long(printer);
-    else if (command_set.has_room && letter == 'i')
+#if PRINTER_HAS_ID
+    else if (letter == 'i')
         print_id(printer);
+#endif
     else
         return print_unit(printer, letter);
     return true;

@@ -6,7 +6,7 @@
  *   %u  a number              %s  another message, whose values, if it has any, are the next ones
  *   %l  two numbers: 32 bits, low word first, shown up to 2 147 483 647
  *   %a %r %v %c %b  a register's angle, signed speed, voltage, temperature, baud rate, with unit
- *   %i  the ID of printer_set_id(), else the word "ID"; only on chips with room (SERVO_ID)
+ *   %i  the ID of printer_set_id(), else the word "ID"; only on chips with room: write SERVO_ID
  * A % before any other character is printed. */
 #ifndef CONTROLLER_PRINTER_H
 #define CONTROLLER_PRINTER_H
@@ -16,6 +16,20 @@
 
 #include "cds55xx/ring.h" // struct cds_ring
 #include "flash.h"        // CDS_FLASH
+
+/* In a message: the ID of its servo where the flash has room for the conversion %i, else the word
+ * "ID". */
+#ifdef __AVR__
+#include <avr/io.h> // FLASHEND
+#define PRINTER_HAS_ID (FLASHEND > 0x1FFFF)
+#else
+#define PRINTER_HAS_ID 1
+#endif
+#if PRINTER_HAS_ID
+#define SERVO_ID "%i"
+#else
+#define SERVO_ID "ID"
+#endif
 
 /* Characters a piece may have, end of line included, besides one message of any length. */
 #define PRINTER_PIECE 58
@@ -34,16 +48,26 @@ struct printer {
     bool ends;                   // the message is the end of its line
     bool within;                 // a line has begun
     uint8_t next;                // index of the next value
+#if PRINTER_HAS_ID
+    uint16_t id_for_remedy; // what %i prints, plus 1; 0: the word "ID"
+#endif
     union printer_value values[PRINTER_VALUES];
 };
 
 /* Prints on; true when a new piece may be printed. */
 bool printer_ready(struct printer *printer);
 
-/* On chips with room (command_set.has_room): `id`, 0 to 253, is what %i prints until the end of the
- * message, so that a remedy can be typed as it stands. The last of the values keeps the ID. A
- * larger number: %i prints the word "ID". Call it when the other values are set. */
+/* `id`, 0 to 253, is what %i prints until the end of the message, so that a remedy can be typed as
+ * it stands. A larger number: %i prints the word "ID". Without %i it does nothing. */
+#if PRINTER_HAS_ID
 void printer_set_id(struct printer *printer, uint8_t id);
+#else
+static inline void printer_set_id(struct printer *printer, uint8_t id)
+{
+    (void)printer;
+    (void)id;
+}
+#endif
 
 /* The parts of a piece. Numbers: decimal, or two hexadecimal digits. */
 void printer_char(struct printer *printer, char c);

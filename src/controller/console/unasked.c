@@ -417,7 +417,7 @@ static void note_mode(struct unasked_alarms *alarms, const struct cds_servo_stat
         alarms->mode = UNASKED_POSITION;
 }
 
-static void tick(struct unasked *unasked, const struct console *console)
+static void tick(struct unasked *unasked, struct console *console)
 {
     const struct cds_servos *servos = &console->robot->servos;
 
@@ -433,6 +433,8 @@ static void tick(struct unasked *unasked, const struct console *console)
     }
     count_tick(&unasked->line_ticks, !(console_faults(console) & FAULTS_OF_LINE));
     look_at_stop(unasked, console->robot);
+    if (console_idle(console))
+        failsafe_confirm_stop(console->failsafe);
     if (unasked->remedied_ticks++ >= REMEDY_TICKS)
         unasked->remedied = 0;
     unasked->is_looking = true;

@@ -106,6 +106,30 @@ static void insist_on_stop(struct failsafe *failsafe)
         robot_stop(robot);
 }
 
+/* True if the servo gave the stop no good answer, and answers now. A servo of status return level 0
+ * never answers the stop. */
+static bool has_missed_stop(const struct robot *robot, const struct cds_servo_state *servo)
+{
+    return servo->torque_off >= CDS_TORQUE_OFF_SILENT && servo->status_return_level != 0 &&
+           servo->presence == CDS_PRESENCE_ONLINE && servo->misses == 0 &&
+           servo->baud_reg == robot->bus->baud_reg;
+}
+
+void failsafe_confirm_stop(struct failsafe *failsafe)
+{
+    struct robot *robot = failsafe->robot;
+
+    if (!robot->stop_begun || robot->operation || robot_is_stopping(robot) ||
+        cds_bus_line(robot->bus) != CDS_BUS_LINE_QUIET)
+        return;
+    for (uint8_t i = 0; i < robot->servos.count; i++) {
+        if (has_missed_stop(robot, &robot->states[i])) {
+            robot_stop(robot);
+            return;
+        }
+    }
+}
+
 /* Alarms are printed unasked if the setting alarm_report says so, or in mode person: a host that
  * sends packets may not understand text. An alarm that was acknowledged is reported again when it
  * comes again, and so is a servo that goes OFFLINE or loses its state again. */

@@ -75,6 +75,11 @@ void failsafe_heard(struct failsafe *failsafe);
  * Call it often, after failsafe_heard(). */
 void failsafe_poll(struct failsafe *failsafe);
 
+/* Begins a stop again that a servo has not answered, if the servo answers now: so the stop is
+ * confirmed, or torque is switched off. Does nothing while the robot is not idle. Chips with room
+ * link it: it costs 60 bytes. */
+void failsafe_confirm_stop(struct failsafe *failsafe);
+
 /* Applies the settings of the bus: rate, return delay and retries. Call it when they have changed.
  * At another rate a stop is sent again if no servo is in the list: nobody has answered it. False:
  * the bus is busy, and failsafe_poll() tries again. */

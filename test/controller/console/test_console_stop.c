@@ -48,7 +48,8 @@ static const char *release_reply(void)
 
 void test_release_counts_servos_that_have_not_confirmed_the_stop(void)
 {
-    static const char told[] = "'stop' is not confirmed by servos: 1\r\nok\r\n";
+    static const char told[] = "servos that have not confirmed 'stop': 1, the first: 8; "
+                               "see 'servos'\r\nok\r\n";
 
     settings.echo = SETTINGS_ECHO_PERSON;
     cds_servos_add(&robot.servos, 7);

@@ -109,10 +109,9 @@ void test_warning_of_list_names_its_servo(void)
     answer(1, CDS_ERROR_OVERHEATING, NULL, 0);
     port_fake_transmit(&bus.link, 0);
     answer(2, 0, NULL, 0);
-    TEST_ASSERT_EQUAL_STRING(
-        "servo 1: ok\r\nwarning: servo 1: overheating; 'torque 1 off', unload "
-        "it; when cool, 'clear', 'release 1'\r\nservo 2: ok\r\nok\r\n",
-        said);
+    TEST_ASSERT_EQUAL_STRING("servo 1: ok\r\nwarning: servo 1: overheating; 'torque 1 off', unload "
+                             "it; when cool, 'clear', 'release 1'\r\nservo 2: ok\r\nok\r\n",
+                             said);
 }
 
 void test_refusal_in_list_names_servo_once(void)
