@@ -61,7 +61,7 @@ class Recovery(unittest.TestCase):
         late = "stop: torque read back as off at all servos; driving is inhibited until 'release'"
         self.assertEqual(self.told("torque all off\nbus 500000\n! stop\nbus 1000000\n@wait 3000\n"),
                          [late + "; other IDs are not checked"])
-        self.assertEqual(self.told("torque all off\n@fault lose in every 1\n! stop\n@fault lose in every 0\n@wait 3000\n")[-1], late)
+        self.assertEqual(self.told("torque all off\n@fault noise 20000\n! stop\n@fault noise 0\n@wait 3000\n")[0], late)
 
     def test_stop_that_succeeds_at_once_is_not_told_twice(self):
         self.assertNotIn("stop: torque read back", "".join(self.told("@power 2 off\n! stop\n@power 2 on\nstop\n@wait 2000\n")))
