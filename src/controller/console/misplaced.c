@@ -22,9 +22,9 @@ static const CDS_FLASH char message_other_form[] = "usage: %s";
 static const CDS_FLASH char message_motion_off[] =
     "'motion off' ends a motion; 'stop' switches torque off, too";
 static const CDS_FLASH char message_spaces[] = "a space between words, as in '%s'";
-static const CDS_FLASH char message_no_list[] =
+static const CDS_FLASH char message_one_servo_only[] =
     "no space after a comma: 1,2,3; for one servo no comma, as in '%s'";
-static const CDS_FLASH char message_register[] = "a register: 'get 1 %u' prints it";
+static const CDS_FLASH char message_register_to_read[] = "a register: 'get 1 %u' prints it";
 static const CDS_FLASH char message_every[] =
     "the period stands behind 'every': 'monitor 1 every 100ms'";
 static const CDS_FLASH char message_show[] =
@@ -154,7 +154,7 @@ static const CDS_FLASH char *text_of_register(struct console *console)
         !cds_register_named(console->token.text, console->token.length, &found))
         return NULL;
     console->printer.values[0].number = found.address;
-    return message_register;
+    return message_register_to_read;
 }
 
 /* `stand in 2s`: the name of a stored pose */
@@ -215,7 +215,7 @@ static const CDS_FLASH char *text_of_separator(struct console *console)
     if (row == NULL)
         return NULL;
     console->printer.values[0].text = line_of(row);
-    return is_comma && is_last && console->line.command ? message_no_list : message_spaces;
+    return is_comma && is_last && console->line.command ? message_one_servo_only : message_spaces;
 }
 
 /* `monitor 1 100ms` */
