@@ -446,7 +446,7 @@ class Alarms(unittest.TestCase):
                          "--echo")
         self.assertEqual(run.status, 0, run.output)
         self.assertIn("last stop: 1 of 3 servos read back as off", run.output)
-        self.assertIn("servos that have not confirmed 'stop': 2, the first: 2; see 'servos'\nok\n", run.output)
+        self.assertIn("servos that have not confirmed 'stop': 2, the first: 1; see 'servos'\nok\n", run.output)
 
     def test_status_names_the_fault_of_the_bus(self):
         for board in boards.CONSOLES:
