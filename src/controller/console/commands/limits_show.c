@@ -12,9 +12,9 @@
 static const CDS_FLASH char message_angles[] = "limits %u %a %a";
 static const CDS_FLASH char message_angles_and_speed[] = "limits %u %a %a %r";
 static const CDS_FLASH char message_no_limit[] = "none";
-static const CDS_FLASH char message_no_limit_due[] =
+static const CDS_FLASH char message_none_due[] =
     "none; 'limits %u LOW HIGH' sets some, 'info %u' shows those of its own";
-static const CDS_FLASH char message_no_limit_at_all[] = "no servo has limits";
+static const CDS_FLASH char message_none_at_all[] = "no servo has limits";
 
 static uint8_t show_begin(struct console *console)
 {
@@ -38,7 +38,7 @@ static void print_none(struct console *console)
 {
     console->printer.values[0].number = console->printer.values[1].number = console->line.id;
     printer_line(&console->printer,
-                 console_is_for_person(console) ? message_no_limit_due : message_none);
+                 console_is_for_person(console) ? message_none_due : message_no_limit);
 }
 
 /* Prints the next servo with limits, in the order of IDs: console->index is the least ID that is
@@ -49,7 +49,7 @@ static bool show_all(struct console *console)
 
     if (servo == NULL) {
         if (!console->part)
-            printer_line(&console->printer, message_no_limit_at_all);
+            printer_line(&console->printer, message_none_at_all);
         return false;
     }
     if (servo->has_limits) {
