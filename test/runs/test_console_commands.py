@@ -32,6 +32,7 @@ def rows(path, name, fields):
     text = re.search(rf"#define {name}\(X\)(.*)", text)[1]
     text = re.sub(r"/\*.*?\*/", "", text)
     text = re.sub(r'"\s*SERVO_ID\s*"', "ID", text)
+    text = re.sub(r'"\s*COMMAND_NAME\s*"', "COMMAND", text)
     string = r'"(?:[^"\\]|\\.)*"'
     found = {}
     for row in re.findall(rf"X\(((?:{string}|[^()\"])*)\)", text):
