@@ -38,6 +38,8 @@ static const CDS_FLASH char message_pose_speed[] =
     "servo %u: its limits need a SPEED above 0, up to %r, as in 'pose 90 120 at %r'";
 static const CDS_FLASH char message_second_byte[] =
     "%x is the second byte of %n, whose address is %x; 'read' and 'write' take single bytes";
+static const CDS_FLASH char message_error_help[] =
+    "no help on errors here; docs/errors.md lists their numbers";
 static const CDS_FLASH char message_in_is_missing[] = "a time stands behind 'in': '%s'";
 static const CDS_FLASH char message_own_limits[] =
     "angle limit error; CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT are %a to %a";
@@ -82,6 +84,8 @@ static const CDS_FLASH struct slip_word words_of_others[] = {
     {NULL, FLASH_TEXT("temp|temperature"), FLASH_TEXT("'get 1 PRESENT_TEMPERATURE'")},
     {NULL, FLASH_TEXT("voltage|volt|supply|battery"), FLASH_TEXT("'get 1 PRESENT_VOLTAGE'")},
     {NULL, FLASH_TEXT("load|current"), FLASH_TEXT("'get 1 PRESENT_LOAD'")},
+    {NULL, FLASH_TEXT("units|unit"), FLASH_TEXT("'help units'")},
+    {NULL, FLASH_TEXT("errors|error"), FLASH_TEXT("docs/errors.md, which lists the numbers")},
     {NULL, FLASH_TEXT("halt|estop|abort"), FLASH_TEXT("'stop', or Ctrl-X")},
     {NULL, FLASH_TEXT("off|disable"), lines_of_torque_off},
     {NULL, FLASH_TEXT("reboot|restart"),
@@ -112,6 +116,19 @@ static const CDS_FLASH char *text_of_other_word(struct console *console)
     if (message)
         console->phase = TYPING_NO_SEARCH; // the message names the line to type
     return message;
+}
+
+/* `help error 57`, `help 57` */
+static const CDS_FLASH char *text_of_error_help(struct console *console)
+{
+    static const CDS_FLASH char help[] = "help", errors[] = "errors|error";
+    uint16_t number;
+
+    return parse_is_command(&console->line, help) &&
+                   (parse_choice(errors, &console->token) ||
+                    number_whole(&console->token, UINT8_MAX, &number) == 0)
+               ? message_error_help
+               : NULL;
 }
 
 /* `pose stand 2s` */
@@ -353,6 +370,7 @@ static const CDS_FLASH char *text_of_lock(struct console *console)
 
 static const CDS_FLASH struct slip more[] = {
     {ERROR_UNKNOWN_COMMAND, text_of_semicolon},
+    {ERROR_UNKNOWN_COMMAND, text_of_error_help},
     {ERROR_UNKNOWN_COMMAND, text_of_other_word},
     {ERROR_UNKNOWN_WORD, text_of_semicolon},
     {ERROR_UNKNOWN_WORD, text_of_other_word},

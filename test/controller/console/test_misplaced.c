@@ -53,7 +53,6 @@ void test_word_in_the_place_of_a_name_is_named(void)
 void test_word_of_another_form_names_its_usage(void)
 {
     static const char *const lines[][2] = {
-        {"pose up save", "error 38: 'save' where 'in' is due: usage: pose save NAME\r\n"},
         {"play walk at 80% loop", "error 31: usage: play NAME loop [at PERCENT]\r\n"},
         {"settings autostart walk 5s loop",
          "error 31: usage: settings autostart NAME loop [DELAY]\r\n"},

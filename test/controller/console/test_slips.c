@@ -94,6 +94,6 @@ void test_supply_alarm_names_the_supply_first(void)
     robot.states[0].inhibits = CDS_INHIBIT_STATE_LOST;
     robot.states[0].alarms = CDS_ERROR_VOLTAGE;
     assert_reply("error 12: servo 1: the servo may not be driven; its input voltage is an alarm: "
-                 "mend the supply, 'clear', 'release 1', then 'torque 1 on' moves it to its goal, ",
+                 "mend the supply, 'clear', 'release 1'",
                  "set 1 TORQUE_ENABLE 1");
 }
