@@ -12,6 +12,7 @@ FINDINGS = "include/cds55xx/diagnose.h"
 def rows(path):
     text = open(path).read().replace("\\\n", " ")
     text = re.sub(r'"\s*SERVO_ID\s*"', "ID", text)  # the console prints the number of the servo, if it is known
+    text = re.sub(r'"\s*COMMAND_NAME\s*"', "COMMAND", text)
     return [match.groups() for match in ROW.finditer(text)]
 
 

@@ -77,10 +77,11 @@ void rules_record_breach(struct rules *rules, enum rule rule, uint64_t now, cons
     fprintf(rules->out, "rule broken at %" PRIu64 " (%.3f ms): %s%s: ", now,
             (double)now * 1000.0 / rules->clock_Hz, where, rule_name(rule));
     vfprintf(rules->out, format, arguments);
-    fputs(is_of_searches(rule)
-              ? "; harmless only while 'diagnose', 'new' or a scan at other rates runs\n"
-              : "\n",
-          rules->out);
+    fputs(
+        is_of_searches(rule)
+            ? "; harmless only while 'diagnose', 'new', 'ping 254' or a scan at other rates runs\n"
+            : "\n",
+        rules->out);
     va_end(arguments);
 }
 

@@ -22,7 +22,7 @@ static const CDS_FLASH char message_value[] = "not a number; write a number from
 static const CDS_FLASH char message_switch_value[] = "not a number; write 1 for on, 0 for off";
 static const CDS_FLASH char message_setting[] =
     "a setting of the controller, not a servo; 'settings SETTING VALUE' sets it";
-static const CDS_FLASH char message_all_forms[] = "; 'help COMMAND' has all forms of it";
+static const CDS_FLASH char message_all_forms[] = "; 'help " COMMAND_NAME "' has all forms of it";
 static const CDS_FLASH char message_twice[] = "an ID is given twice; usage: %s";
 static const CDS_FLASH char message_is_not_gone[] =
     "it stays in the list, as it is not offline; unplug it first";

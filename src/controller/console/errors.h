@@ -13,17 +13,17 @@
 /* X(name, number, text, remedy): errors of every profile with a console. */
 #define CONSOLE_ERRORS(X)                                                                          \
     X(ERROR_UNKNOWN_COMMAND, 30, "unknown command", "'help' lists the commands")                   \
-    X(ERROR_COUNT, 31, "wrong number of arguments", "'help COMMAND' shows what it takes")          \
+    X(ERROR_COUNT, 31, "wrong number of arguments", "'help " COMMAND_NAME "' shows what it takes") \
     X(ERROR_NOT_A_NUMBER, 32, "not a number",                                                      \
       "write 90, 90.5deg, 512raw, -30rpm, 0x1F; for ID: 1, 1-3 or all")                            \
-    X(ERROR_OUT_OF_RANGE, 33, "number out of range", "'help COMMAND' has the range")               \
+    X(ERROR_OUT_OF_RANGE, 33, "number out of range", "'help " COMMAND_NAME "' has the range")      \
     X(ERROR_UNKNOWN_REGISTER, 34, "unknown register", "'info ID' lists names and addresses")       \
     X(ERROR_LINE_TOO_LONG, 35, "line too long", "at most 1400 characters")                         \
     X(ERROR_INPUT_LOST, 36, "input lost",                                                          \
       "send the next line after the reply to this one, as scripts/send-lines.py does")             \
     X(ERROR_BLOCK, 37, "malformed block", "write ID:BYTE,BYTE,... with as many bytes as LENGTH")   \
-    X(ERROR_UNKNOWN_WORD, 38, "unknown word", "'help COMMAND' shows the words")                    \
-    X(ERROR_UNIT, 39, "wrong unit", "'help COMMAND' shows the unit")                               \
+    X(ERROR_UNKNOWN_WORD, 38, "unknown word", "'help " COMMAND_NAME "' shows the words")           \
+    X(ERROR_UNIT, 39, "wrong unit", "'help " COMMAND_NAME "' shows the unit")                      \
     X(ERROR_TOO_MANY, 40, "too many servos",                                                       \
       "a line takes 50 servos or angles, 'monitor' 8, the robot 18: 'servos forget' empties it")   \
     X(ERROR_TWICE, 41, "an ID is given twice", "give each servo once")                             \
@@ -53,7 +53,7 @@
       "remove the cause, 'release'; 'torque on' moves to the last goal, 'teach off' does not")     \
     X(ERROR_OMITTED, 55, "not in this firmware",                                                   \
       "boards arduino-mega, atmega1284p, cm510 have it, and the library")                          \
-    X(ERROR_TIME, 56, "time out of range", "'help COMMAND' has the range")                         \
+    X(ERROR_TIME, 56, "time out of range", "'help " COMMAND_NAME "' has the range")                \
     X(ERROR_TOO_FAST, 57, "too fast for a servo", "give it more time")                             \
     X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \
     X(ERROR_NOT_SAVED, 62, "the EEPROM keeps nothing new",                                         \

@@ -22,6 +22,8 @@
 static const CDS_FLASH char message_error[] = "error %u: ";
 static const CDS_FLASH char message_range[] = " is out of range: ";
 static const CDS_FLASH char message_to[] = " to ";
+static const CDS_FLASH char message_where[] = " where '";
+static const CDS_FLASH char message_is_due[] = "' is due";
 static const CDS_FLASH char message_ms[] = "ms";
 static const CDS_FLASH char message_us[] = "us";
 static const CDS_FLASH char name_of_id[] = "ID";
@@ -335,13 +337,13 @@ static void print_subject(struct console *console, const struct subject *subject
 
     if (is_half && console->line.choice != 1) // `in`
         name += sizeof "SPEED|" - 1;
-    if (has_words)
+    if (has_words && !command_set.has_room) // else print_words_due() prints them
         command_set.words(console);
     for (; !has_words && *name && *name != ' ' && *name != ']' && !(is_half && *name == '|');
          name++)
         if (*name != '[')
             printer_char(printer, *name);
-    if (printer->within && *subject->name)
+    if (printer->within && *subject->name && !(has_words && command_set.has_room))
         printer_char(printer, ' ');
     if (quotes)
         printer_char(printer, '\'');
@@ -357,6 +359,16 @@ static void print_subject(struct console *console, const struct subject *subject
                                    ? message_ms
                                    : number_unit_name(subject->number));
     }
+}
+
+/* Behind a word that stands in the place of others: " where 'wait|off|at' is due". */
+static void print_words_due(struct console *console)
+{
+    if (console->error != ERROR_UNKNOWN_WORD)
+        return;
+    printer_flash(&console->printer, message_where);
+    command_set.words(console);
+    printer_flash(&console->printer, message_is_due);
 }
 
 /* "'walk': ", if the pose or sequence that the line names is unknown. A line with two names has the
@@ -481,6 +493,11 @@ bool explain_error(struct console *console)
         print_unknown_name(console);
         return true;
     case PART_TEXT:
+        if (command_set.has_room) {
+            print_words_due(console);
+            printer_set_command(printer,
+                                console->line.command ? console->line.command->usage : NULL);
+        }
         if (has_subject && !has_range)
             printer_flash(printer, message_colon);
         if (has_range)

@@ -33,3 +33,5 @@ const CDS_FLASH char message_at_rate[] = "not at the rate of the bus: 'bus %b' f
 const CDS_FLASH char message_bus_changed[] =
     "the bus changed: any servo at the old rate answers after 'bus %b'";
 const CDS_FLASH char message_too_fast[] = "servo %u needs %l ms";
+const CDS_FLASH char message_not_within[] =
+    "not within the servo's limits; see 'servos' and docs/safety.md";

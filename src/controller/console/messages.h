@@ -35,5 +35,6 @@ extern const CDS_FLASH char message_unlisted[];    // "; IDs not checked: %u"
 extern const CDS_FLASH char message_at_rate[];     // "not at the rate of the bus: 'bus %b' ..."
 extern const CDS_FLASH char message_bus_changed[]; // "the bus changed: ..."
 extern const CDS_FLASH char message_too_fast[];    // "servo %u needs %l ms"
+extern const CDS_FLASH char message_not_within[];  // CDS_LIMIT of what sets no ID
 
 #endif

@@ -32,6 +32,15 @@ static const CDS_FLASH char message_point[] = "digits around the point: 90.0, 0.
 static const CDS_FLASH char message_angle_each[] =
     "an angle for each: 'group 1-3', 'pose 90 120 150'";
 static const CDS_FLASH char message_goal_beyond[] = "%u is %a, its limits are %a to %a";
+static const CDS_FLASH char message_pose_angle[] =
+    "servo %u: the angle, %a, is not within its limits, %a to %a";
+static const CDS_FLASH char message_pose_speed[] =
+    "servo %u: its limits need a SPEED above 0, up to %r, as in 'pose 90 120 at %r'";
+static const CDS_FLASH char message_second_byte[] =
+    "%x is the second byte of %n, whose address is %x; 'read' and 'write' take single bytes";
+static const CDS_FLASH char message_error_help[] =
+    "no help on errors here; docs/errors.md lists their numbers";
+static const CDS_FLASH char message_in_is_missing[] = "a time stands behind 'in': '%s'";
 static const CDS_FLASH char message_own_limits[] =
     "angle limit error; CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT are %a to %a";
 static const CDS_FLASH char message_locked[] =
@@ -40,6 +49,7 @@ static const CDS_FLASH char message_locked[] =
 static const CDS_FLASH char command_move[] = "move";
 static const CDS_FLASH char command_pose[] = "pose";
 static const CDS_FLASH char command_set_register[] = "set";
+static const CDS_FLASH char line_of_pose[] = "pose NAME in 2s";
 static const CDS_FLASH char line_of_new[] = "'sequence NAME new POSE 1s'";
 
 bool more_slips_has_word(const struct console *console)
@@ -74,6 +84,8 @@ static const CDS_FLASH struct slip_word words_of_others[] = {
     {NULL, FLASH_TEXT("temp|temperature"), FLASH_TEXT("'get 1 PRESENT_TEMPERATURE'")},
     {NULL, FLASH_TEXT("voltage|volt|supply|battery"), FLASH_TEXT("'get 1 PRESENT_VOLTAGE'")},
     {NULL, FLASH_TEXT("load|current"), FLASH_TEXT("'get 1 PRESENT_LOAD'")},
+    {NULL, FLASH_TEXT("units|unit"), FLASH_TEXT("'help units'")},
+    {NULL, FLASH_TEXT("errors|error"), FLASH_TEXT("docs/errors.md, which lists the numbers")},
     {NULL, FLASH_TEXT("halt|estop|abort"), FLASH_TEXT("'stop', or Ctrl-X")},
     {NULL, FLASH_TEXT("off|disable"), lines_of_torque_off},
     {NULL, FLASH_TEXT("reboot|restart"),
@@ -104,6 +116,32 @@ static const CDS_FLASH char *text_of_other_word(struct console *console)
     if (message)
         console->phase = TYPING_NO_SEARCH; // the message names the line to type
     return message;
+}
+
+/* `help error 57`, `help 57` */
+static const CDS_FLASH char *text_of_error_help(struct console *console)
+{
+    static const CDS_FLASH char help[] = "help", errors[] = "errors|error";
+    uint16_t number;
+
+    return parse_is_command(&console->line, help) &&
+                   (parse_choice(errors, &console->token) ||
+                    number_whole(&console->token, UINT8_MAX, &number) == 0)
+               ? message_error_help
+               : NULL;
+}
+
+/* `pose stand 2s` */
+static const CDS_FLASH char *text_of_time_without_in(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    struct number number;
+
+    if (!parse_is_command(line, command_pose) || line->names != 1 ||
+        number_parse(&console->token, &number))
+        return NULL;
+    console->printer.values[0].text = line_of_pose;
+    return message_in_is_missing;
 }
 
 /* `scan 1`, `servos 1` */
@@ -240,6 +278,67 @@ static const CDS_FLASH char *text_of_goal(struct console *console)
     return message_goal_beyond;
 }
 
+/* The goal of servo `index` of the group, as `pose` has taken it. A cycle takes it from the line;
+ * else the packet is in the line's buffer, and the goals are in robot->work. False: not known. */
+static bool goal_of_pose(const struct console *console, uint8_t index, struct cds_goal *goal)
+{
+    const struct robot *robot = console->robot;
+
+    if (robot->cycle) {
+        *goal = (struct cds_goal){.id = robot->group[index],
+                                  .position = pose_angle(console, index),
+                                  .speed = console->raw};
+        return true;
+    }
+    *goal = robot->work.move.goals[index];
+    return goal->id == robot->group[index];
+}
+
+/* `pose 90 10 90`: the first servo whose limits the line breaks. Of a timed move a line before
+ * names it. */
+static const CDS_FLASH char *text_of_pose_goal(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    const struct robot *robot = console->robot;
+    union printer_value *values = console->printer.values;
+    struct cds_goal goal;
+
+    if (!parse_is_command(line, command_pose))
+        return NULL;
+    if (line->names || line->choice == POSE_IN)
+        return message_not_within;
+    for (uint8_t i = 0; i < robot->group_count && goal_of_pose(console, i, &goal); i++) {
+        const struct cds_servo_state *servo = cds_servos_find(&console->robot->servos, goal.id);
+
+        if (!servo || !servo->has_limits)
+            continue;
+        values[0].number = goal.id;
+        values[1].number = goal.position;
+        values[2].number = servo->lowest;
+        values[3].number = servo->highest;
+        if (goal.position < servo->lowest || goal.position > servo->highest)
+            return message_pose_angle;
+        values[1].number = values[2].number = servo->fastest;
+        if (servo->fastest < CDS_VALUE_MAX && (goal.speed == 0 || goal.speed > servo->fastest))
+            return servo->fastest ? message_pose_speed : message_not_within;
+    }
+    return message_not_within;
+}
+
+/* `set 1 0x1F 0`, `get 1 0x1F` */
+static const CDS_FLASH char *text_of_second_byte(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    union printer_value *values = console->printer.values;
+    struct cds_register at;
+
+    if (line->error || !cds_register_at(line->address, &at))
+        return NULL;
+    values[0].number = line->address;
+    values[1].number = values[2].number = at.address;
+    return message_second_byte;
+}
+
 /* `move` beyond the angle limits that the servo keeps itself: `move` has read them (servo.c). */
 static const CDS_FLASH char *text_of_own_limits(struct console *console)
 {
@@ -271,9 +370,11 @@ static const CDS_FLASH char *text_of_lock(struct console *console)
 
 static const CDS_FLASH struct slip more[] = {
     {ERROR_UNKNOWN_COMMAND, text_of_semicolon},
+    {ERROR_UNKNOWN_COMMAND, text_of_error_help},
     {ERROR_UNKNOWN_COMMAND, text_of_other_word},
     {ERROR_UNKNOWN_WORD, text_of_semicolon},
     {ERROR_UNKNOWN_WORD, text_of_other_word},
+    {ERROR_UNKNOWN_WORD, text_of_time_without_in},
     {ERROR_UNKNOWN_WORD, text_of_servo_number},
     {ERROR_NOT_A_NUMBER, text_of_semicolon},
     {ERROR_NOT_A_NUMBER, text_of_other_word},
@@ -287,6 +388,8 @@ static const CDS_FLASH struct slip more[] = {
     {ERROR_COUNT, text_of_angle_each},
     {ERROR_COUNT, text_of_other_word},
     {CDS_LIMIT, text_of_goal},
+    {CDS_LIMIT, text_of_pose_goal},
+    {ERROR_UNKNOWN_REGISTER, text_of_second_byte},
     {ERROR_SERVO_ANGLE, text_of_own_limits},
     {ERROR_SERVO_RANGE, text_of_lock},
 };

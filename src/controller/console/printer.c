@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
+#include "cds55xx/control_table.h" // cds_register_name()
 #include "cds55xx/packet.h"        // CDS_ID_MAX
 #include "console/number_format.h" // number_print()
 
@@ -63,6 +64,28 @@ static void print_id(struct printer *printer)
     else
         printer_flash(printer, no_id);
 }
+
+void printer_set_command(struct printer *printer, const CDS_FLASH char *usage)
+{
+    printer->command_for_remedy = usage;
+}
+
+static void print_command(struct printer *printer)
+{
+    static const CDS_FLASH char no_command[] = "COMMAND";
+    const CDS_FLASH char *c = printer->command_for_remedy;
+
+    for (c = c ? c : no_command; *c && *c != ' '; c++)
+        printer_char(printer, *c);
+}
+
+static void print_register(struct printer *printer, uint8_t address)
+{
+    char name[CDS_REGISTER_NAME_SIZE];
+
+    cds_register_name(address, name, sizeof name);
+    printer_string(printer, name);
+}
 #endif
 
 /* Ends what is printed. True: there is more to print. */
@@ -73,8 +96,10 @@ static bool goes_on(struct printer *printer)
         printer->outer = NULL;
         if (printer->text == NULL && printer->ends)
             printer_end_of_line(printer);
-        if (printer->text == NULL)
+        if (printer->text == NULL) {
             printer_set_id(printer, CDS_BROADCAST_ID);
+            printer_set_command(printer, NULL);
+        }
     }
     return printer->text != NULL;
 }
@@ -114,6 +139,12 @@ static bool print_value(struct printer *printer, char letter)
 #if PRINTER_HAS_ID
     else if (letter == 'i')
         print_id(printer);
+    else if (letter == 'm')
+        print_command(printer);
+    else if (letter == 'x')
+        printer_address(printer, (uint8_t)take_value(printer).number);
+    else if (letter == 'n')
+        print_register(printer, (uint8_t)take_value(printer).number);
 #endif
     else
         return print_unit(printer, letter);

@@ -7,6 +7,8 @@
  *   %l  two numbers: 32 bits, low word first, shown up to 2 147 483 647
  *   %a %r %v %c %b  a register's angle, signed speed, voltage, temperature, baud rate, with unit
  *   %i  the ID of printer_set_id(), else the word "ID"; only on chips with room: write SERVO_ID
+ *   %m  the command of printer_set_command(), else the word "COMMAND": write COMMAND_NAME
+ *   %x %n  only on chips with room: an address as 0x1E, and the name of the register at an address
  * A % before any other character is printed. */
 #ifndef CONTROLLER_PRINTER_H
 #define CONTROLLER_PRINTER_H
@@ -18,7 +20,7 @@
 #include "flash.h"        // CDS_FLASH
 
 /* In a message: the ID of its servo where the flash has room for the conversion %i, else the word
- * "ID". */
+ * "ID"; and the name of its command for the conversion %m, else the word "COMMAND". */
 #ifdef __AVR__
 #include <avr/io.h> // FLASHEND
 #define PRINTER_HAS_ID (FLASHEND > 0x1FFFF)
@@ -26,9 +28,11 @@
 #define PRINTER_HAS_ID 1
 #endif
 #if PRINTER_HAS_ID
-#define SERVO_ID "%i"
+#define SERVO_ID     "%i"
+#define COMMAND_NAME "%m"
 #else
-#define SERVO_ID "ID"
+#define SERVO_ID     "ID"
+#define COMMAND_NAME "COMMAND"
 #endif
 
 /* Characters a piece may have, end of line included, besides one message of any length. */
@@ -49,7 +53,8 @@ struct printer {
     bool within;                 // a line has begun
     uint8_t next;                // index of the next value
 #if PRINTER_HAS_ID
-    uint16_t id_for_remedy; // what %i prints, plus 1; 0: the word "ID"
+    uint16_t id_for_remedy;                   // what %i prints, plus 1; 0: the word "ID"
+    const CDS_FLASH char *command_for_remedy; // %m prints its first word; NULL: the word "COMMAND"
 #endif
     union printer_value values[PRINTER_VALUES];
 };
@@ -61,11 +66,20 @@ bool printer_ready(struct printer *printer);
  * it stands. A larger number: %i prints the word "ID". Without %i it does nothing. */
 #if PRINTER_HAS_ID
 void printer_set_id(struct printer *printer, uint8_t id);
+
+/* The first word of `usage`, NULL: "COMMAND", is what %m prints until the end of the message. */
+void printer_set_command(struct printer *printer, const CDS_FLASH char *usage);
 #else
 static inline void printer_set_id(struct printer *printer, uint8_t id)
 {
     (void)printer;
     (void)id;
+}
+
+static inline void printer_set_command(struct printer *printer, const CDS_FLASH char *usage)
+{
+    (void)printer;
+    (void)usage;
 }
 #endif
 

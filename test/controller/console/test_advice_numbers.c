@@ -39,7 +39,8 @@ void test_space_before_a_unit_is_named(void)
         {"set 1 MIN_VOLTAGE 6V 7V",
          "error 31: wrong number of arguments; usage: set ID REG VALUE\r\n"},
         {"settings link_loss_ms 500 ms", "error 31: no space before a unit: 90deg, 500ms\r\n"},
-        {"pose 30 deg", "error 38: at|in 'deg': no space before a unit: 90deg, 500ms\r\n"},
+        {"pose 30 deg",
+         "error 38: 'deg' where 'at|in' is due: no space before a unit: 90deg, 500ms\r\n"},
         {"move 1 90 3 4", "error 31: wrong number of arguments; usage: move ID|254 ANGLE [SPEED]"},
     };
 

@@ -43,11 +43,12 @@ void test_id_out_of_range_names_no_servo(void)
 
 void test_wrong_word_names_the_words_of_all_rows(void)
 {
-    assert_reply("error 38: wait|off|at 'begin': unknown word; ", "motion begin");
-    assert_reply("error 38: new|add|show|set|insert|delete 'app': unknown word; ",
+    assert_reply("error 38: 'begin' where 'wait|off|at' is due: unknown word; 'help motion' shows",
+                 "motion begin");
+    assert_reply("error 38: 'app' where 'new|add|show|set|insert|delete' is due: unknown word; ",
                  "sequence s app");
-    assert_reply("error 38: at|times|loop 'quick': unknown word; ", "play s quick");
-    assert_reply("error 38: on|off 'maybe': unknown word; ", "teach maybe");
+    assert_reply("error 38: 'quick' where 'at|times|loop' is due: unknown word; ", "play s quick");
+    assert_reply("error 38: 'maybe' where 'on|off' is due: unknown word; ", "teach maybe");
 }
 
 void test_wrong_word_is_quoted(void)
@@ -56,8 +57,9 @@ void test_wrong_word_is_quoted(void)
     assert_reply("error 32: servo 1: ANGLE 'x': not a number; ", "move 1 x 30rpm");
     assert_reply("error 34: servo 1: REG 'GOAL': unknown register; ", "get 1 GOAL");
     assert_reply("error 34: servo 1: REG '=LED': unknown register; ", "get 1 =LED");
-    assert_reply("error 38: servo 1: on|off 'maybe': unknown word; ", "led 1 maybe");
-    assert_reply("error 38: every|as plot 'often': unknown word; ", "monitor 1 often 9");
+    assert_reply("error 38: servo 1: 'maybe' where 'on|off' is due: unknown word; ", "led 1 maybe");
+    assert_reply("error 38: 'often' where 'every|as plot' is due: unknown word; ",
+                 "monitor 1 often 9");
     assert_reply("error 60: SETTING 'colour': unknown setting; ", "settings colour 1");
     assert_reply("error 41: ID... '1': an ID is given twice; ", "group 1 2 1");
     assert_reply("error 41: ID '1': an ID is given twice; ", "torque 1 1 on");

@@ -17,13 +17,16 @@ void tearDown(void)
 void test_command_behind_a_command_is_named(void)
 {
     static const char *const lines[][2] = {
-        {"motion pause", "error 38: wait|off|at 'pause': a command of its own: 'pause'\r\n"},
-        {"motion stop", "error 38: wait|off|at 'stop': 'motion off' ends a motion; 'stop' "
-                        "switches torque off, too\r\n"},
-        {"play walk stop", "error 38: at|times|loop 'stop': 'motion off' ends a motion; "},
+        {"motion pause",
+         "error 38: 'pause' where 'wait|off|at' is due: a command of its own: 'pause'\r\n"},
+        {"motion stop",
+         "error 38: 'stop' where 'wait|off|at' is due: 'motion off' ends a motion; 'stop' "
+         "switches torque off, too\r\n"},
+        {"play walk stop",
+         "error 38: 'stop' where 'at|times|loop' is due: 'motion off' ends a motion; "},
         {"set id 1 3", "error 32: ID 'id': a command of its own: 'id 1 5'\r\n"},
         {"set Baud 1 9600", "error 32: ID 'Baud': a command of its own: 'baud 1 57600bps'\r\n"},
-        {"cycle stop", "error 38: every|off 'stop': unknown word; "},
+        {"cycle stop", "error 38: 'stop' where 'every|off' is due: unknown word; "},
         {"settings autostart play x", "error 32: DELAY 'x': not a number; write whole seconds"},
     };
 
@@ -33,11 +36,13 @@ void test_command_behind_a_command_is_named(void)
 void test_word_in_the_place_of_a_name_is_named(void)
 {
     static const char *const lines[][2] = {
-        {"sequence new walk", "error 38: new|add|show|set|insert|delete 'walk': the name comes "
-                              "first: 'sequence walk new stand 1.2s dwell 0.5s'\r\n"},
+        {"sequence new walk",
+         "error 38: 'walk' where 'new|add|show|set|insert|delete' is due: the name comes "
+         "first: 'sequence walk new stand 1.2s dwell 0.5s'\r\n"},
         {"sequence insert", "error 31: the name comes first: 'sequence walk insert 2 lift "},
-        {"sequence play wave", "error 38: new|add|show|set|insert|delete 'wave': a command of its "
-                               "own: 'play walk at 80%'\r\n"},
+        {"sequence play wave",
+         "error 38: 'wave' where 'new|add|show|set|insert|delete' is due: a command of its "
+         "own: 'play walk at 80%'\r\n"},
         {"play loop", "error 75: 'loop': the name comes first: 'play walk loop'\r\n"},
         {"play nothere", "error 75: 'nothere': unknown sequence; "},
     };
@@ -48,7 +53,6 @@ void test_word_in_the_place_of_a_name_is_named(void)
 void test_word_of_another_form_names_its_usage(void)
 {
     static const char *const lines[][2] = {
-        {"pose up save", "error 38: in 'save': usage: pose save NAME\r\n"},
         {"play walk at 80% loop", "error 31: usage: play NAME loop [at PERCENT]\r\n"},
         {"settings autostart walk 5s loop",
          "error 31: usage: settings autostart NAME loop [DELAY]\r\n"},

@@ -49,8 +49,9 @@ void test_period_of_monitor_without_every_names_it(void)
     static const char *const lines[][2] = {
         {"monitor 1 100ms", "error 32: ID... '100ms': the period stands behind 'every': 'monitor "
                             "1 every 100ms'\r\n"},
-        {"monitor 1 for 5s", "error 38: every|as plot 'for': try 'monitor 1 every 100ms', "},
-        {"monitor 1 x", "error 38: every|as plot 'x': unknown word; "},
+        {"monitor 1 for 5s",
+         "error 38: 'for' where 'every|as plot' is due: try 'monitor 1 every 100ms', "},
+        {"monitor 1 x", "error 38: 'x' where 'every|as plot' is due: unknown word; "},
     };
 
     ASSERT_REPLIES(lines);

@@ -31,6 +31,10 @@ void test_words_of_other_consoles_name_a_line(void)
         {"watch 1", "error 30: 'watch': unknown command; try 'monitor 1'\r\n"},
         {"where", "error 30: 'where': unknown command; try 'get 1 PRESENT_POSITION'"},
         {"temp 1", "error 30: 'temp': unknown command; try 'get 1 PRESENT_TEMPERATURE'\r\n"},
+        {"units", "error 30: 'units': unknown command; try 'help units'\r\n"},
+        {"errors", "error 30: 'errors': unknown command; try docs/errors.md, "},
+        {"help 57", "error 30: COMMAND '57': no help on errors here; docs/errors.md lists "},
+        {"help error 57", "error 30: COMMAND 'error': no help on errors here; docs/errors.md "},
         {"halt", "error 30: 'halt': unknown command; try 'stop', or Ctrl-X\r\n"},
         {"move 1 to 90", "error 32: servo 1: ANGLE 'to': try 'move 1 90'\r\n"},
         {"Voltage", "error 30: 'Voltage': unknown command; try 'get 1 PRESENT_VOLTAGE'\r\n"},
@@ -45,10 +49,9 @@ void test_save_with_a_pose_names_the_line(void)
     static const char *const lines[][2] = {
         {"save pose up", "error 31: try 'pose save NAME'\r\n"},
         {"save sequence walk", "error 31: try 'sequence NAME new POSE "},
-        {"pose up save", "error 38: in 'save': try 'pose save NAME'\r\n"},
-        {"pose up delete", "error 38: in 'delete': try 'pose delete NAME'\r\n"},
-        {"pose up show", "error 38: in 'show': try 'pose show NAME'\r\n"},
-        {"save up", "error 31: wrong number of arguments; usage: save\r\n"},
+        {"pose up save", "error 38: 'save' where 'in' is due: try 'pose save NAME'\r\n"},
+        {"pose up delete", "error 38: 'delete' where 'in' is due: try 'pose delete NAME'\r\n"},
+        {"pose up show", "error 38: 'show' where 'in' is due: try 'pose show NAME'\r\n"},
     };
 
     ASSERT_REPLIES(lines);
@@ -57,9 +60,9 @@ void test_save_with_a_pose_names_the_line(void)
 void test_number_behind_scan_or_servos_names_ping(void)
 {
     static const char *const lines[][2] = {
-        {"scan 1", "error 38: all|rescue '1': one servo: 'ping 1', 'info 1'\r\n"},
-        {"servos 2", "error 38: forget '2': one servo: 'ping 2', 'info 2'\r\n"},
-        {"scan 300", "error 38: all|rescue '300': no number here, "},
+        {"scan 1", "error 38: '1' where 'all|rescue' is due: one servo: 'ping 1', 'info 1'\r\n"},
+        {"servos 2", "error 38: '2' where 'forget' is due: one servo: 'ping 2', 'info 2'\r\n"},
+        {"scan 300", "error 38: '300' where 'all|rescue' is due: no number here, "},
     };
 
     ASSERT_REPLIES(lines);

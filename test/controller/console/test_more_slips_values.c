@@ -26,6 +26,33 @@ void test_value_of_a_goal_beyond_limits_is_shown_as_angle(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
 }
 
+void test_pose_beyond_limits_names_servo_and_angle(void)
+{
+    static const char *const lines[][2] = {
+        {"pose 90 20", "error 11: servo 2: the angle, 19.941deg, is not within its limits, "
+                       "60.117deg to 239.883deg\r\n"},
+        {"pose 90 100 at 0", "error 11: servo 2: its limits need a SPEED above 0, up to 30rpm, as "
+                             "in 'pose 90 120 at 30rpm'\r\n"},
+    };
+
+    robot_add(&robot, 1);
+    robot_add(&robot, 2);
+    reply_to("limits 2 60 240 30rpm");
+    reply_to("group 1 2");
+    ASSERT_REPLIES(lines);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
+void test_set_of_a_second_byte_names_the_register(void)
+{
+    static const char text[] = "error 34: servo 1: 0x1F is the second byte of GOAL_POSITION, whose "
+                               "address is 0x1E; 'read' and 'write' take single bytes\r\n";
+    static const char *const lines[][2] = {{"set 1 0x1F 0", text}, {"get 1 31", text}};
+
+    ASSERT_REPLIES(lines);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
 void test_move_beyond_limits_of_the_servo_prints_them(void)
 {
     static const uint8_t look[19] = {205, 0, 0x32, 3};

@@ -27,9 +27,12 @@ void test_word_before_the_id_shows_the_order(void)
 void test_number_in_place_of_a_word_shows_a_line(void)
 {
     static const char *const lines[][2] = {
-        {"teach 1 on", "error 38: on|off '1': no number here, as in 'teach on 1 2 3'\r\n"},
-        {"cycle 4ms", "error 38: every|off '4ms': no number here, as in 'cycle every 4ms'\r\n"},
-        {"pose w 2s", "error 38: in '2s': no number here, as in 'pose stand in 2s'\r\n"},
+        {"teach 1 on",
+         "error 38: '1' where 'on|off' is due: no number here, as in 'teach on 1 2 3'\r\n"},
+        {"cycle 4ms",
+         "error 38: '4ms' where 'every|off' is due: no number here, as in 'cycle every 4ms'\r\n"},
+        {"pose w 2s",
+         "error 38: '2s' where 'in' is due: a time stands behind 'in': 'pose NAME in 2s'\r\n"},
     };
 
     ASSERT_REPLIES(lines);
@@ -91,6 +94,6 @@ void test_supply_alarm_names_the_supply_first(void)
     robot.states[0].inhibits = CDS_INHIBIT_STATE_LOST;
     robot.states[0].alarms = CDS_ERROR_VOLTAGE;
     assert_reply("error 12: servo 1: the servo may not be driven; its input voltage is an alarm: "
-                 "mend the supply, 'clear', 'release 1', then 'torque 1 on' moves it to its goal, ",
+                 "mend the supply, 'clear', 'release 1'",
                  "set 1 TORQUE_ENABLE 1");
 }

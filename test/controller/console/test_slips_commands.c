@@ -16,13 +16,14 @@ void tearDown(void)
 void test_stored_name_with_a_word_names_the_line(void)
 {
     static const char *const lines[][2] = {
-        {"pose right at 20rpm", "error 38: in 'at': try 'pose NAME in 2s'\r\n"},
+        {"pose right at 20rpm", "error 38: 'at' where 'in' is due: try 'pose NAME in 2s'\r\n"},
         {"sequence wave loop",
-         "error 38: new|add|show|set|insert|delete 'loop': a sequence: 'play NAME', "
+         "error 38: 'loop' where 'new|add|show|set|insert|delete' is due: a sequence: 'play NAME', "
          "'play NAME times 2', 'play NAME loop'\r\n"},
-        {"play wave twice", "error 38: at|times|loop 'twice': a sequence: 'play NAME', 'play NAME "
-                            "times 2', 'play NAME loop'\r\n"},
-        {"play wave 2", "error 38: at|times|loop '2': a sequence: 'play NAME', "},
+        {"play wave twice",
+         "error 38: 'twice' where 'at|times|loop' is due: a sequence: 'play NAME', 'play NAME "
+         "times 2', 'play NAME loop'\r\n"},
+        {"play wave 2", "error 38: '2' where 'at|times|loop' is due: a sequence: 'play NAME', "},
     };
 
     ASSERT_REPLIES(lines);
@@ -54,7 +55,8 @@ void test_word_of_another_command_names_the_line(void)
         {"turn 1 off", "error 32: servo 1: SPEED 'off': try 'turn 1 0', or 'torque 1 off'\r\n"},
         {"turn 1 stop", "error 32: servo 1: SPEED 'stop': try 'turn 1 0', or 'torque 1 off'\r\n"},
         {"turn 1 fast", "error 32: servo 1: SPEED 'fast': not a number; "},
-        {"monitor 1 plot", "error 38: every|as plot 'plot': try 'monitor 1 as plot'\r\n"},
+        {"monitor 1 plot",
+         "error 38: 'plot' where 'every|as plot' is due: try 'monitor 1 as plot'\r\n"},
         {"move 1-3 100 at 20rpm",
          "error 32: SPEED 'at': try 'move 1-3 90 30rpm'; in a time: 'help pose'\r\n"},
         {"move all 100 in 2s", "error 32: SPEED 'in': try 'move 1-3 90 30rpm'; in a time: "},

@@ -23,7 +23,8 @@ void test_long_name_of_a_unit_names_the_short_one(void)
         {"move 1 90.5 degrees", "error 32: servo 1: SPEED 'degrees': write deg, without a "
                                 "space: 90deg\r\n"},
         {"set 1 GOAL_POSITION 9 steps", "error 31: write raw, without a space: 512raw\r\n"},
-        {"pose 90 degrees", "error 38: at|in 'degrees': write deg, without a space: 90deg\r\n"},
+        {"pose 90 degrees",
+         "error 38: 'degrees' where 'at|in' is due: write deg, without a space: 90deg\r\n"},
         {"write 1 LED 1 steps", "error 32: servo 1: VALUE... 'steps': not a number; "},
     };
 
@@ -41,7 +42,7 @@ void test_long_unit_of_another_kind_keeps_what_was_typed(void)
         {"move 1 90 30 degrees", "error 31: write deg, without a space: 90deg\r\n"},
         {"settings link_loss_ms 5 seconds", "error 31: write s, without a space: 2s\r\n"},
         {"play w at 50 percent", "error 31: write %, without a space: 50%\r\n"},
-        {"torque 1 seconds", "error 38: servo 1: on|off 'seconds': unknown word; "},
+        {"torque 1 seconds", "error 38: servo 1: 'seconds' where 'on|off' is due: unknown word; "},
         {"move 1 degrees", "error 32: servo 1: ANGLE 'degrees': not a number; "},
     };
 

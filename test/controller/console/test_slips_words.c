@@ -16,10 +16,10 @@ void tearDown(void)
 void test_range_with_spaces_names_one_word(void)
 {
     static const char *const lines[][2] = {
-        {"torque 1 - 3 on",
-         "error 38: servo 1: on|off '-': no space in a range of IDs, as in 'torque 1-3 on'\r\n"},
-        {"torque 1 -3 on",
-         "error 38: servo 1: on|off '-3': no space in a range of IDs, as in 'torque 1-3 on'\r\n"},
+        {"torque 1 - 3 on", "error 38: servo 1: '-' where 'on|off' is due: no space in a range of "
+                            "IDs, as in 'torque 1-3 on'\r\n"},
+        {"torque 1 -3 on", "error 38: servo 1: '-3' where 'on|off' is due: no space in a range of "
+                           "IDs, as in 'torque 1-3 on'\r\n"},
         {"group 1 - 3", "error 32: ID... '-': no space in a range of IDs, "},
         {"id 1 - 3", "error 32: servo 1: NEW '-': not a number; write an ID: 0 to 253\r\n"},
         {"turn 1 -20.1234rpm", "error 32: servo 1: SPEED -20.1234rpm: has too many decimals"},
@@ -44,7 +44,7 @@ void test_number_for_a_switch_names_on_or_off(void)
         {"led 0-1 1", "error 41: ID '1': an ID is given twice; usage: led "},
         {"led 5-6 1", "error 31: wrong number of arguments; usage: led "},
         {"led 1 2", "error 31: wrong number of arguments; usage: led ID|254 on|off\r\n"},
-        {"led all 1", "error 38: on|off '1': no number here, as in 'led 1 on'\r\n"},
+        {"led all 1", "error 38: '1' where 'on|off' is due: no number here, as in 'led 1 on'\r\n"},
     };
 
     ASSERT_REPLIES(lines);

@@ -98,7 +98,6 @@ static bool group_poll(struct console *console)
 
 /* ---- pose ---- */
 
-enum pose_choice { POSE_AT_DEFAULT, POSE_AT, POSE_IN } __attribute__((packed));
 enum pose_phase {
     POSE_SYNC,
     POSE_ACTION,
@@ -253,7 +252,9 @@ static bool action_poll(struct console *console)
             continue;
         console->printer.values[0].number = goal->id;
         console->printer.values[1].text = goal->registered ? message_registered : message_nothing;
-        console->printer.values[2].text = error_text(goal->result);
+        console->printer.values[2].text = command_set.has_room && goal->result == CDS_LIMIT
+                                              ? message_not_within
+                                              : error_text(goal->result);
         printer_line(&console->printer, message_servo_failed);
         return true;
     }

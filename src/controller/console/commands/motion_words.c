@@ -237,6 +237,8 @@ static const CDS_FLASH char *text_of_error(const struct console *console, uint8_
 {
     if (mistake_is_noise(error))
         return mistake_noise_text(error);
+    if (error == CDS_LIMIT)
+        return message_not_within;
     return error == CDS_LINE_BUSY && servos_line_is_low(&console->robot->servos)
                ? diagnose_findings[CDS_FINDING_LINE_LOW]
                : error_text(error);
@@ -373,7 +375,10 @@ static const CDS_FLASH char *advise_time(struct console *console)
 
 static const CDS_FLASH char *advise(struct console *console)
 {
+    static const CDS_FLASH char play[] = "play";
+
     switch (console->error) {
+    case CDS_LIMIT: return parse_is_command(&console->line, play) ? message_not_within : NULL;
     case ERROR_TORQUE_OFF: return advise_torque(console);
     case ERROR_TOO_FAST: return advise_time(console);
     case ERROR_MOTION:

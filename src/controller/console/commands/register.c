@@ -42,6 +42,13 @@ uint16_t register_raw_at(const uint8_t *bytes, uint8_t width)
     return (uint16_t)(width == 2 ? bytes[0] | bytes[1] << 8 : bytes[0]);
 }
 
+/* True for the address of the second byte of a register, which `get` and `set` refuse on chips with
+ * room for the check: they take the register as a whole. */
+static bool is_second_byte(const struct command_line *line, const struct cds_register *at)
+{
+    return command_set.has_room && line->address != at->address;
+}
+
 /* ---- get ---- */
 
 static uint8_t get_begin(struct console *console)
@@ -51,6 +58,8 @@ static uint8_t get_begin(struct console *console)
 
     if (!cds_register_at(line->address, &at))
         return ERROR_OUT_OF_RANGE;
+    if (is_second_byte(line, &at))
+        return ERROR_UNKNOWN_REGISTER;
     line->address = at.address;
     line->length = at.width;
     return servo_read(console, at.address, at.width);
@@ -81,6 +90,8 @@ uint8_t register_take_value(struct console *console, struct cds_register *at)
 
     if (!cds_register_at(line->address, at))
         return ERROR_OUT_OF_RANGE;
+    if (is_second_byte(line, at))
+        return ERROR_UNKNOWN_REGISTER;
     if (at->access != CDS_ACCESS_RW || at->address == CDS_REG_ID ||
         at->address == CDS_REG_BAUD_RATE)
         return ERROR_NOT_WRITABLE;

@@ -63,6 +63,9 @@ uint8_t cycle_start(struct console *console, uint16_t period_us);
  */
 enum cds_result cycle_known(struct console *console);
 
+/* What stands behind the angles of `pose`. */
+enum pose_choice { POSE_AT_DEFAULT, POSE_AT, POSE_IN } __attribute__((packed));
+
 /* In group.c: angle `index` of the line. */
 uint16_t pose_angle(const struct console *console, uint8_t index);
 
