@@ -31,27 +31,10 @@ void test_words_of_other_consoles_name_a_line(void)
         {"watch 1", "error 30: 'watch': unknown command; try 'monitor 1'\r\n"},
         {"where", "error 30: 'where': unknown command; try 'get 1 PRESENT_POSITION'"},
         {"temp 1", "error 30: 'temp': unknown command; try 'get 1 PRESENT_TEMPERATURE'\r\n"},
-        {"units", "error 30: 'units': unknown command; try 'help units'\r\n"},
-        {"errors", "error 30: 'errors': unknown command; try docs/errors.md, "},
-        {"help 57", "error 30: COMMAND '57': no help on errors here; docs/errors.md lists "},
-        {"help error 57", "error 30: COMMAND 'error': no help on errors here; docs/errors.md "},
         {"halt", "error 30: 'halt': unknown command; try 'stop', or Ctrl-X\r\n"},
         {"move 1 to 90", "error 32: servo 1: ANGLE 'to': try 'move 1 90'\r\n"},
         {"Voltage", "error 30: 'Voltage': unknown command; try 'get 1 PRESENT_VOLTAGE'\r\n"},
         {"sequence big add far in 2s", "error 32: TIME 'in': try 'sequence NAME add POSE 2s'\r\n"},
-    };
-
-    ASSERT_REPLIES(lines);
-}
-
-void test_save_with_a_pose_names_the_line(void)
-{
-    static const char *const lines[][2] = {
-        {"save pose up", "error 31: try 'pose save NAME'\r\n"},
-        {"save sequence walk", "error 31: try 'sequence NAME new POSE "},
-        {"pose up save", "error 38: 'save' where 'in' is due: try 'pose save NAME'\r\n"},
-        {"pose up delete", "error 38: 'delete' where 'in' is due: try 'pose delete NAME'\r\n"},
-        {"pose up show", "error 38: 'show' where 'in' is due: try 'pose show NAME'\r\n"},
     };
 
     ASSERT_REPLIES(lines);

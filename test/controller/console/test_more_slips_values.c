@@ -13,6 +13,31 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
 }
 
+void test_save_with_a_pose_names_the_line(void)
+{
+    static const char *const lines[][2] = {
+        {"save pose up", "error 31: try 'pose save NAME'\r\n"},
+        {"save sequence walk", "error 31: try 'sequence NAME new POSE "},
+        {"pose up save", "error 38: 'save' where 'in' is due: try 'pose save NAME'\r\n"},
+        {"pose up delete", "error 38: 'delete' where 'in' is due: try 'pose delete NAME'\r\n"},
+        {"pose up show", "error 38: 'show' where 'in' is due: try 'pose show NAME'\r\n"},
+    };
+
+    ASSERT_REPLIES(lines);
+}
+
+void test_help_on_errors_or_units_names_the_place(void)
+{
+    static const char *const lines[][2] = {
+        {"units", "error 30: 'units': unknown command; try 'help units'\r\n"},
+        {"errors", "error 30: 'errors': unknown command; try docs/errors.md, "},
+        {"help 57", "error 30: COMMAND '57': no help on errors here; docs/errors.md lists "},
+        {"help error 57", "error 30: COMMAND 'error': no help on errors here; docs/errors.md "},
+    };
+
+    ASSERT_REPLIES(lines);
+}
+
 void test_value_of_a_goal_beyond_limits_is_shown_as_angle(void)
 {
     static const char *const lines[][2] = {
