@@ -24,8 +24,7 @@ static const CDS_FLASH char message_all_told[] =
     "none answers to this: each servo that heard it has ID 1 now; connect one alone, 'id 1 NEW'";
 static const CDS_FLASH char message_stop_unconfirmed[] =
     "servos that have not confirmed 'stop': %u, the first: %u; see 'servos'";
-static const CDS_FLASH char message_driving_allowed[] =
-    "driving is allowed again%s";
+static const CDS_FLASH char message_driving_allowed[] = "driving is allowed again%s";
 static const CDS_FLASH char message_some_inhibited[] =
     ", but not for servos that lost their state: 'servos' shows them";
 static const CDS_FLASH char message_max_torque[] =

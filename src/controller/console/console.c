@@ -199,9 +199,8 @@ uint8_t console_faults(const struct console *console)
 
 bool console_is_noisy(const struct console *console)
 {
-    return command_set.noise->is_there ||
-           (command_set.unasked && console_is_for_person(console) &&
-            console->faults_told & FAULT_NOISE);
+    return command_set.noise->is_there || (command_set.unasked && console_is_for_person(console) &&
+                                           console->faults_told & FAULT_NOISE);
 }
 
 /* Faults that may be told again are no longer told: those that are over. Of noise a person first

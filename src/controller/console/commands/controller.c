@@ -668,8 +668,8 @@ static void print_servos(struct console *console, const struct cds_servos *servo
     if (command_set.has_room && message == message_servos && alarmed &&
         console_is_for_person(console))
         message = message_servos_with_alarms;
-    printer_line(printer, command_set.advise && is_suspect(console) ? message_servos_not_asked
-                                                                    : message);
+    printer_line(printer,
+                 command_set.advise && is_suspect(console) ? message_servos_not_asked : message);
 }
 
 static void print_stack(struct printer *printer, const struct failsafe *failsafe)

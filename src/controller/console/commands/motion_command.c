@@ -10,7 +10,8 @@
 #include "robot/moves.h"
 
 static const CDS_FLASH char message_stuck_alarm[] =
-    "the servo does not follow its goals, and has reported since 'clear': %s; 'torque %i off', free "
+    "the servo does not follow its goals, and has reported since 'clear': %s; 'torque %i off', "
+    "free "
     "or unload it: 'diagnose %i'";
 static const CDS_FLASH char message_cause[] = "servo %u is the cause";
 static const CDS_FLASH char message_in_step[] = "%s in step %u";
