@@ -126,14 +126,14 @@ class Remedy(unittest.TestCase):
         self.assertEqual(told[1:], ["alarm of servo 2: torque went off by itself", "alarm of servo 2: offline (over)"])
 
     def test_alarms_says_what_noise_has_kept_back(self):
-        told = found_with_torque(self, "alarm of .*", "@fault noise 2000\n@wait 6000\n@fault noise 0\n@wait 6000\nalarms\n")
+        told = found_with_torque(self, "alarm of .*", "@fault noise 2000\n@wait 20000\n@fault noise 0\n@wait 6000\nalarms\n")
         self.assertTrue(told)
         for line in told:
             self.assertRegex(line, r"alarm of servo .: (checksum|instruction) \(while the line was disturbed\)")
 
     def test_status_on_a_noisy_line_is_not_ok(self):
         told = found_with_torque(self, "bus busy.*|bus ok.*|servos: .*", "@fault noise 300\n@wait 3000\nstatus\n")
-        self.assertEqual(told, ["bus busy: noise or others, at 1000000bps", "servos: 3, offline 0"])
+        self.assertEqual(told, ["bus busy: noise or others, at 1000000bps", "servos: 3, offline 0 before the line was disturbed"])
 
     def test_status_counts_servos_at_another_rate(self):
         told = found_with_torque(self, "servos: .*", "baud 2 57600bps\nstatus\n")
@@ -178,9 +178,16 @@ class SharedId(unittest.TestCase):
                          "@wait 6000\nmode program\n", "arduino-mega", "1-3", "--echo", "--rules", "warn")
         self.assertEqual(re.findall("alarm of servo 3: offline; (.*)", run.output),
                          ["check power, wiring, ID and baud rate of the servo",
-                          "check power, wiring; replies came damaged, so two servos may have its ID, or it has another rate: "
-                          "'diagnose 3'"])
+                          "check power, wiring; replies came damaged: a loose plug, two servos may have its ID, or it has another "
+                          "rate: 'diagnose 3'"])
 
+    def test_damaged_replies_of_several_servos_are_not_a_shared_id(self):
+        told = found_with_torque(self, "answers again.*", "@fault lose out every 2\n@wait 15000\n@fault clear\n@wait 8000\nmode program\n")
+        self.assertEqual(told, 3 * ["answers again, torque on; it may be driven"])
+
+    def test_slow_servo_names_diagnose(self):
+        told = found_with_torque(self, "offline; .*", "@fault turnaround 2 700\n@wait 9000\nmode program\n")
+        self.assertEqual(told, ["offline; check power, wiring; most of its replies came late: 'diagnose 2'"])
 
     def test_servo_that_shares_its_id_is_not_told_as_well(self):
         """After a stop both answer alike."""
@@ -193,6 +200,35 @@ class SharedId(unittest.TestCase):
         for board in ("arduino-mega", "atmega128"):
             told = found_with_torque(self, ".*two servos.*", "@fault noise 5000\n" + 40 * "@wait 500\nservos\n" + "mode program\n", board)
             self.assertEqual(told, [], board)
+
+
+class Noise(unittest.TestCase):
+    """What is said while a person has been told of noise, and not yet that the bus is ok again."""
+    def said(self, pattern, flips, script, seed=1):
+        run = controller(f"mode person\nscan\ntorque all on\n@wait 1500\n@fault noise {flips}\n{script}@fault noise 0\n@wait 8000\nmode program\n",
+                         "arduino-mega", "1-3", "--echo", "--seed", str(seed), "--rules", "warn")
+        return re.findall(pattern, run.output)
+
+    def test_stop_in_noise_names_no_level(self):
+        """Lost replies make the state check take a servo for one of status return level 0."""
+        stops = 8 * "@wait 3300\nstop\n@wait 1000\nclear\n"
+        for seed in (2, 3):
+            said = self.said("answers no READ|STATUS_RETURN_LEVEL|noise on the line, or|robot stopped", 3000, stops, seed)
+            self.assertGreater(len(said), 7)
+            self.assertNotIn("answers no READ", said)
+            self.assertNotIn("STATUS_RETURN_LEVEL", said)
+
+    def test_status_is_as_told_unasked(self):
+        for flips in (200, 3000):
+            said = self.said("bus ok at|bus busy|noise on the line, a|bus ok again|before the line", flips, "@wait 4000\n" + 6 * "@wait 1700\nstatus\n")
+            self.assertEqual(said, ["noise on the line, a"] + 6 * ["bus busy", "before the line"] + ["bus ok again"], flips)
+
+
+class Clear(unittest.TestCase):
+    """`clear` tells a person that it has ended an inhibit."""
+    def test_clear_after_stop_tells_that_driving_is_allowed(self):
+        told = found_with_torque(self, "driving is allowed again.*", "clear\nstop\nclear\n@wait 500\n@power 2 off\n@wait 2000\nclear\nmode program\n")
+        self.assertEqual(told, ["driving is allowed again"])
 
 
 class Advised(unittest.TestCase):

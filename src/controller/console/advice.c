@@ -105,6 +105,9 @@ static const CDS_FLASH char *const CDS_FLASH modes[] = {
     [SETTINGS_ECHO_ON] = FLASH_TEXT("echo"),
     [SETTINGS_ECHO_PERSON] = FLASH_TEXT("person"),
 };
+static const CDS_FLASH char message_mute[] =
+    "no reply is awaited: its STATUS_RETURN_LEVEL was set to 0, or its replies to READ were lost; "
+    "'set %u STATUS_RETURN_LEVEL 2' lets it answer";
 static const CDS_FLASH char message_save_stopped[] =
     "stopped: driving is inhibited until 'release'; the %s";
 static const CDS_FLASH char message_save_goes_on[] = "save goes on, 'settings' tells how it ends";
@@ -673,6 +676,22 @@ static const CDS_FLASH char *text_of_supply(const struct console *console)
     return servo && servo->alarms == CDS_ERROR_VOLTAGE ? error_text(ERROR_VOLTAGE) : NULL;
 }
 
+/* The servo is taken for one of status return level 0. The servo of a list or of a stop: the first
+ * one of this level. */
+static const CDS_FLASH char *text_of_mute(struct console *console)
+{
+    const struct cds_servo_state *servo = console_servo(console);
+    const struct cds_servos *servos = &console->robot->servos;
+
+    for (uint8_t i = 0; !servo && i < servos->count; i++)
+        if (servos->states[i].torque_off == CDS_TORQUE_OFF_MUTE)
+            servo = &servos->states[i];
+    if (!servo || servo->status_return_level != 0)
+        return NULL;
+    console->printer.values[0].number = servo->id;
+    return message_mute;
+}
+
 /* A stop ends the wait for a save, not the save. `release` with an ID does not end a stop. */
 static const CDS_FLASH char *text_of_stopped(struct console *console)
 {
@@ -737,6 +756,7 @@ const CDS_FLASH char *advice(struct console *console)
     case CDS_TIMEOUT: return text_of_late(console);
     case CDS_CORRUPT: return text_of_scan(console);
     case CDS_LIMIT: return text_of_limits(console);
+    case CDS_NO_REPLY_DUE: return command_set.has_room ? text_of_mute(console) : NULL;
     case CDS_INHIBITED: return text_of_release(console);
     case ERROR_STOPPED: return text_of_stopped(console);
     case ERROR_ENDLESS: return text_of_turn(console);

@@ -24,6 +24,9 @@ static const CDS_FLASH char message_all_told[] =
     "none answers to this: each servo that heard it has ID 1 now; connect one alone, 'id 1 NEW'";
 static const CDS_FLASH char message_stop_unconfirmed[] =
     "servos that have not confirmed 'stop': %u, the first: %u; see 'servos'";
+static const CDS_FLASH char message_driving_allowed[] = "driving is allowed again%s";
+static const CDS_FLASH char message_some_inhibited[] =
+    ", but not for servos that lost their state: 'servos' shows them";
 static const CDS_FLASH char message_max_torque[] =
     "MAX_TORQUE acts from the servo's next power-up on: switch its power off and on";
 static const CDS_FLASH char message_restarted[] =
@@ -132,6 +135,19 @@ static const CDS_FLASH char *note_release(struct console *console)
                                                                     : NULL;
 }
 
+/* `clear` has ended an inhibit of all servos (console->part). */
+static const CDS_FLASH char *note_clear(struct console *console)
+{
+    const struct cds_servos *servos = &console->robot->servos;
+    uint8_t inhibits = 0;
+
+    for (uint8_t i = 0; i < servos->count; i++)
+        inhibits = (uint8_t)(inhibits | servos->states[i].inhibits);
+    console->printer.values[0].text =
+        inhibits & CDS_INHIBIT_STATE_LOST ? message_some_inhibited : message_nothing;
+    return console->part && console_is_for_person(console) ? message_driving_allowed : NULL;
+}
+
 static bool answers(const struct cds_servo_state *servo)
 {
     return servo->presence == CDS_PRESENCE_ONLINE || servo->presence == CDS_PRESENCE_RETURNED;
@@ -150,6 +166,8 @@ const CDS_FLASH char *advice_note(struct console *console)
         return note_scan(console);
     if (parse_is_command(line, message_release))
         return note_release(console);
+    if (command_set.has_room && parse_is_command(line, message_clear))
+        return note_clear(console);
     if (parse_is_command(line, factory))
         return line->id == CDS_BROADCAST_ID ? message_all_told : NULL;
     if (parse_is_command(line, set))

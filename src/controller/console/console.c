@@ -197,6 +197,23 @@ uint8_t console_faults(const struct console *console)
     return faults;
 }
 
+bool console_is_noisy(const struct console *console)
+{
+    return command_set.noise->is_there || (command_set.unasked && console_is_for_person(console) &&
+                                           console->faults_told & FAULT_NOISE);
+}
+
+/* Faults that may be told again are no longer told: those that are over. Of noise a person first
+ * hears that it is over (unasked.h). */
+static void forget_faults(struct console *console)
+{
+    uint8_t last = console_faults(console);
+
+    if (command_set.unasked && console_is_for_person(console))
+        last |= FAULT_NOISE;
+    console->faults_told &= last;
+}
+
 /* Runs the command of console->line. */
 static void run(struct console *console)
 {
@@ -206,7 +223,7 @@ static void run(struct console *console)
     console_begin_job(console);
     console->failsafe->host_types = true;
     if (command_set.explain)
-        console->faults_told &= console_faults(console); // what is over may be told again
+        forget_faults(console);
     if (command_set.unasked)
         unasked_begin(command_set.unasked, console);
     if (command_set.lists)

@@ -181,6 +181,10 @@ struct cds_servo_state *console_servo(const struct console *console);
 #define FAULT_LOW_LOOK  8 // only in faults_told
 uint8_t console_faults(const struct console *console);
 
+/* True if there is noise on the line, or a person was told so and not yet that it is over. Only for
+ * a profile with command_set.noise. */
+bool console_is_noisy(const struct console *console);
+
 /* True if a key was pressed since the command began. The key stays in the input: it is the first
  * one of the next line. */
 bool console_key(struct console *console);

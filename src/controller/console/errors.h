@@ -91,7 +91,7 @@
     X(ERROR_JOINTS, 80, "too many servos in stored poses",                                         \
       "at most 18 together: delete poses, or give fewer servos")                                   \
     X(ERROR_STUCK, 83, "a servo does not follow its goals; the motion has ended",                  \
-      "check what blocks it, its power, angle limits: 'diagnose " SERVO_ID "'")                    \
+      "'torque " SERVO_ID " off', free it; or power, limits: 'diagnose " SERVO_ID "'")             \
     X(ERROR_TORQUE_OFF, 84, "torque of a servo is off",                                            \
       "switch it on where the servos are, as by 'teach off 1 2 3'")                                \
     X(ERROR_ALARM, 85, "the servo reports an alarm",                                               \

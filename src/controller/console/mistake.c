@@ -105,7 +105,8 @@ static bool concerns_offline_servo(const struct console *console)
 bool mistake_is_noise(uint8_t error)
 {
     return command_set.noise->is_there &&
-           (error == CDS_TIMEOUT || error == CDS_CORRUPT || error == CDS_LINE_BUSY);
+           (error == CDS_TIMEOUT || error == CDS_CORRUPT || error == CDS_LINE_BUSY ||
+            error == CDS_NO_REPLY_DUE); // lost replies made its level 0: health.c
 }
 
 const CDS_FLASH char *mistake_noise_text(uint8_t error)

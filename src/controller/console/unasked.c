@@ -76,8 +76,8 @@ static const CDS_FLASH char message_lost_power[] = LOST_POWER;
 static const CDS_FLASH char message_lost_power_hold[] =
     LOST_POWER "; 'teach off %i' holds it where it is";
 static const CDS_FLASH char message_id_shared[] =
-    "; check power, wiring; replies came damaged, so two servos may have its ID, or it has "
-    "another rate: 'diagnose %i'";
+    "; check power, wiring; replies came damaged: a loose plug, two servos may have its ID, or it "
+    "has another rate: 'diagnose %i'";
 #define UNLOAD "; 'torque %i off', unload it; when cool, 'clear', 'release %i'"
 /* What to do with a servo that reports load or heat, by enum unasked_mode. */
 static const CDS_FLASH char *const CDS_FLASH steps_of_load[] = {
@@ -90,6 +90,12 @@ static const CDS_FLASH char *const CDS_FLASH steps_of_load[] = {
 static const CDS_FLASH char message_supply[] =
     "; too low or too high: 'diagnose %i' tells which, and the volts; mend supply or limits, then "
     "'clear'";
+/* While a cycle or a motion runs `diagnose` is refused. */
+static const CDS_FLASH char message_supply_now[] =
+    "; too low or too high: 'get %i PRESENT_VOLTAGE' tells the volts; mend supply or limits, then "
+    "'clear'";
+static const CDS_FLASH char message_slow[] =
+    "; check power, wiring; most of its replies came late: 'diagnose %i'";
 static const CDS_FLASH char message_may_share[] = "two servos may have its ID: 'diagnose %i'";
 static const CDS_FLASH char message_level_due[] =
     "it answers no READ: 'set %i STATUS_RETURN_LEVEL 1' first";
@@ -100,7 +106,7 @@ static const CDS_FLASH char clear_line[] = "\r\x1B[K";
 
 /* ---- remedies ---- */
 
-static uint16_t noise_bytes(const struct console *console)
+uint16_t unasked_bus_noise(const struct console *console)
 {
     struct cds_stats stats;
 
@@ -111,12 +117,12 @@ static uint16_t noise_bytes(const struct console *console)
 void unasked_begin(struct unasked *unasked, const struct console *console)
 {
     unasked->remedied = 0;
-    unasked->noise_bytes = noise_bytes(console);
+    unasked->noise_bytes = unasked_bus_noise(console);
 }
 
 uint16_t unasked_noise_bytes(const struct unasked *unasked, const struct console *console)
 {
-    return (uint16_t)(noise_bytes(console) - unasked->noise_bytes);
+    return (uint16_t)(unasked_bus_noise(console) - unasked->noise_bytes);
 }
 
 /* The bits in `remedied` of the conditions against which the remedy of error `number` helps. */
@@ -188,23 +194,64 @@ static bool has_lost_power(const struct console *console, uint8_t condition)
            !(failsafe->reported[failsafe->next] & CDS_ERRORS_OF_CONDITION);
 }
 
+/* The damaged replies of a servo since it last answered well. */
+static uint8_t damaged_replies(const struct unasked *unasked, const struct console *console,
+                               uint8_t index)
+{
+    return (uint8_t)(console->robot->states[index].counters.corrupt -
+                     unasked->alarms[index].damaged);
+}
+
+/* True if only this servo replies with damaged bytes. If others do, too, it is the line. */
+static bool is_damaged_alone(const struct unasked *unasked, const struct console *console)
+{
+    uint8_t index = console->failsafe->next;
+
+    if (damaged_replies(unasked, console, index) < SHARED_DAMAGED || console_is_noisy(console))
+        return false;
+    for (uint8_t i = 0; i < console->robot->servos.count; i++)
+        if (i != index && damaged_replies(unasked, console, i))
+            return false;
+    return true;
+}
+
+/* The remedy of an offline servo whose replies came damaged or late; NULL: they did not. */
+static const CDS_FLASH char *remedy_of_offline(const struct unasked *unasked,
+                                               const struct console *console)
+{
+    const struct cds_servo_counters *counters =
+        &console->robot->states[console->failsafe->next].counters;
+
+    if (is_damaged_alone(unasked, console))
+        return message_id_shared;
+    return 2u * counters->stale_replies > counters->timeouts ? message_slow : NULL;
+}
+
 /* The remedy of an alarm whose cause is known; NULL: it is not known. */
 static const CDS_FLASH char *remedy_of_cause(const struct unasked *unasked,
                                              const struct console *console, uint8_t condition)
 {
     uint8_t index = console->failsafe->next, mode = unasked->alarms[index].mode;
-    uint8_t damaged =
-        (uint8_t)(console->robot->states[index].counters.corrupt - unasked->alarms[index].damaged);
 
     if (has_lost_power(console, condition))
         return mode == UNASKED_POSITION ? message_lost_power_hold : message_lost_power;
     if (1 << condition == CDS_ERROR_VOLTAGE)
-        return message_supply;
+        return robot_busy(console->robot) ? message_supply_now : message_supply;
     if (reply_remedy_error(condition) == ERROR_ALARM)
         return steps_of_load[mode];
-    return condition == REPLY_OFFLINE && damaged >= SHARED_DAMAGED && !command_set.noise->is_there
-               ? message_id_shared
-               : NULL;
+    return condition == REPLY_OFFLINE ? remedy_of_offline(unasked, console) : NULL;
+}
+
+/* A servo is told as offline. If replies of two servos came damaged, neither shares its ID: it is
+ * the line. */
+static void note_shared_id(struct unasked *unasked, const struct console *console, bool may_share)
+{
+    uint8_t index = console->failsafe->next;
+
+    if (damaged_replies(unasked, console, index) >= SHARED_DAMAGED)
+        for (uint8_t i = 0; i < ROBOT_SERVOS; i++)
+            unasked->alarms[i].may_share_id = false;
+    unasked->alarms[index].may_share_id = may_share;
 }
 
 const CDS_FLASH char *unasked_alarm_remedy(struct unasked *unasked, struct console *console,
@@ -217,7 +264,7 @@ const CDS_FLASH char *unasked_alarm_remedy(struct unasked *unasked, struct conso
     remedy = remedy_once(unasked, console, condition);
     known = remedy_of_cause(unasked, console, condition);
     if (condition == REPLY_OFFLINE)
-        unasked->alarms[console->failsafe->next].may_share_id = known == message_id_shared;
+        note_shared_id(unasked, console, known == message_id_shared);
     return remedy == message_nothing || !known ? remedy : known;
 }
 

@@ -59,6 +59,9 @@ struct unasked {
 /* A command begins: remedies may be printed again. Keeps the count of noise bytes. */
 void unasked_begin(struct unasked *unasked, const struct console *console);
 
+/* Bytes without a packet that the bus has received since the reset, modulo 65536. */
+uint16_t unasked_bus_noise(const struct console *console);
+
 /* Bytes without a packet that the bus has received since the command began. */
 uint16_t unasked_noise_bytes(const struct unasked *unasked, const struct console *console);
 

@@ -309,7 +309,7 @@ static const CDS_FLASH char message_none_answers[] =
 /* The line is quiet between two bytes of noise: noise that was found at this rate counts, too. */
 ALWAYS_INLINE enum cds_bus_line line_state(const struct console *console)
 {
-    bool is_noisy = command_set.noise && command_set.noise->is_there && !console->line.numbers;
+    bool is_noisy = command_set.noise && console_is_noisy(console) && !console->line.numbers;
 
     return is_noisy && cds_bus_line(console->bus) == CDS_BUS_LINE_QUIET
                ? CDS_BUS_LINE_SUSPECT
@@ -328,6 +328,11 @@ static bool is_line_in_doubt(const struct console *console)
         if (servos->states[i].presence != CDS_PRESENCE_OFFLINE)
             return false;
     return servos->count;
+}
+
+enum cds_bus_line bus_line_state(const struct console *console)
+{
+    return line_state(console);
 }
 
 void bus_print_line(struct console *console)

@@ -48,6 +48,8 @@ static const CDS_FLASH char message_servos_elsewhere[] =
     "servos: %u%s, offline %u, at another rate %u: state unknown";
 static const CDS_FLASH char message_servos_not_asked[] =
     "servos: %u%s, offline %u before the line was disturbed";
+static const CDS_FLASH char message_servos_with_alarms[] =
+    "servos: %u%s, offline %u, with alarms since 'clear' %u";
 static const CDS_FLASH char message_host_rate[] =
     "the host link has the new rate after 'ok'; without 'save' a reset undoes it";
 static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes unused";
@@ -417,6 +419,8 @@ static bool alarms_poll(struct console *console)
 
 static uint8_t clear_begin(struct console *console)
 {
+    if (command_set.has_room)
+        console->part = robot_is_inhibited(console->robot); // advice_note() tells that it ended
     if (!failsafe_clear(console->failsafe))
         return ERROR_STOPPING;
     if (command_set.unasked)
@@ -627,6 +631,13 @@ static void print_stops(struct printer *printer, const struct failsafe *failsafe
     printer_line(printer, message_stops);
 }
 
+/* True if the line is not quiet; where the flash has room, as the line before tells. */
+ALWAYS_INLINE bool is_suspect(const struct console *console)
+{
+    return (command_set.has_room ? console->part : (uint8_t)cds_bus_line(console->bus)) ==
+           CDS_BUS_LINE_SUSPECT;
+}
+
 /* "servos: 18, offline 1, at another rate 2: state unknown". A servo that is known to be at another
  * rate counts as that only: the state check does not reach it. On a line that is not quiet no servo
  * can be asked. */
@@ -635,13 +646,16 @@ static void print_servos(struct console *console, const struct cds_servos *servo
     const struct cds_servo_state *servo = servos->states;
     struct printer *printer = &console->printer;
     const CDS_FLASH char *message = message_servos;
-    uint8_t offline = 0, elsewhere = 0;
+    uint8_t offline = 0, elsewhere = 0, alarmed = 0;
 
-    for (uint8_t left = servos->count; left; left--, servo++)
+    for (uint8_t left = servos->count; left; left--, servo++) {
         if (command_set.has_room && servo_is_at_other_rate(console, servo))
             elsewhere++;
         else if (is_offline(servo))
             offline++;
+        if (command_set.has_room && servo->alarms & CDS_ERRORS_OF_CONDITION)
+            alarmed++;
+    }
     if (command_set.has_room && elsewhere && !servos_line_is_low(servos))
         message = message_servos_elsewhere;
     printer->values[0].number = servos->count;
@@ -650,10 +664,12 @@ static void print_servos(struct console *console, const struct cds_servos *servo
         offline = servos->count;
     printer->values[2].number = offline;
     if (command_set.has_room)
-        printer->values[3].number = elsewhere;
-    printer_line(printer, command_set.advise && cds_bus_line(servos->bus) == CDS_BUS_LINE_SUSPECT
-                              ? message_servos_not_asked
-                              : message);
+        printer->values[3].number = message == message_servos ? alarmed : elsewhere;
+    if (command_set.has_room && message == message_servos && alarmed &&
+        console_is_for_person(console))
+        message = message_servos_with_alarms;
+    printer_line(printer,
+                 command_set.advise && is_suspect(console) ? message_servos_not_asked : message);
 }
 
 static void print_stack(struct printer *printer, const struct failsafe *failsafe)
@@ -680,7 +696,11 @@ static bool status_poll(struct console *console)
     case 3: print_inhibit(printer, console->failsafe); return true;
     case 4: print_torque(printer, console->robot); return true;
     case 5: print_stops(printer, console->failsafe); return true;
-    case 6: bus_print_line(console); return true;
+    case 6:
+        if (command_set.has_room)
+            console->part = (uint8_t)bus_line_state(console);
+        bus_print_line(console);
+        return true;
     case 7: print_servos(console, &console->robot->servos); return true;
     case 8: print_delays(printer, &console->robot->servos); return true;
     case 9:

@@ -4,9 +4,15 @@
 #include "console/errors.h"
 #include "console/messages.h"
 #include "console/mistake.h" // mistake_is_noise()
+#include "console/reply.h"   // reply_conditions
+#include "console/unasked.h" // unasked_bus_noise()
 #include "robot/motion_start.h"
 #include "robot/moves.h"
 
+static const CDS_FLASH char message_stuck_alarm[] =
+    "the servo does not follow its goals, and has reported since 'clear': %s; 'torque %i off', "
+    "free "
+    "or unload it: 'diagnose %i'";
 static const CDS_FLASH char message_cause[] = "servo %u is the cause";
 static const CDS_FLASH char message_in_step[] = "%s in step %u";
 
@@ -30,6 +36,21 @@ bool motion_concerns_all(const struct console *console, const struct motion_outc
            (outcome->result == CDS_TIMEOUT && !a_servo_answers(&console->robot->servos));
 }
 
+/* Puts the latched alarm of the servo that is stuck behind values[0], its text. */
+static void name_alarm(const struct console *console, uint8_t id, union printer_value *values)
+{
+    const struct cds_servo_state *servo = cds_servos_find(&console->robot->servos, id);
+
+    uint8_t alarms = servo ? servo->alarms & CDS_ERRORS_OF_CONDITION : 0;
+
+    if (alarms == 0)
+        return;
+    if (alarms != CDS_ERROR_VOLTAGE)
+        alarms &= (uint8_t)~CDS_ERROR_VOLTAGE; // a heavy load lowers the voltage, too
+    values[0].text = message_stuck_alarm;
+    values[1].text = reply_conditions[reply_condition(alarms)];
+}
+
 const CDS_FLASH char *motion_failure(struct console *console, union printer_value *values)
 {
     const struct motion_outcome *outcome = motion_outcome(console->robot);
@@ -43,6 +64,8 @@ const CDS_FLASH char *motion_failure(struct console *console, union printer_valu
     }
     (++values)->number = error;
     (++values)->text = end ? end->text : error_text(error);
+    if (end && error == ERROR_STUCK)
+        name_alarm(console, outcome->id, values);
     printer_set_id(&console->printer, outcome->id);
     return message_end_failed;
 }
@@ -110,8 +133,10 @@ bool motion_command_poll(struct console *console, uint8_t (*start)(struct consol
         if (motion_cycle_is_ending(robot))
             return true;
         console->phase = START;
-        if (command_set.ended_motion)
+        if (command_set.ended_motion) {
             command_set.ended_motion->is_kept = false;
+            command_set.ended_motion->noise_bytes = unasked_bus_noise(console);
+        }
         console->error = start(console);
         return console->error == 0;
     case START: return poll_start(console);

@@ -14,6 +14,7 @@
 #include "console/mistake.h" // mistake_is_noise()
 #include "console/reply.h"
 #include "console/slips.h"      // slip_text()
+#include "console/unasked.h"    // unasked_bus_noise()
 #include "robot/angle_limits.h" // ANGLE_LIMITS_NO_JOINT
 #include "robot/moves.h"
 #include "robot/stored_group.h"
@@ -53,12 +54,18 @@ static const CDS_FLASH char message_end_by_stop[] =
 static const CDS_FLASH char message_end_by_link[] =
     "ended on its way, as the host link was lost; 'clear' when it is back";
 static const CDS_FLASH char message_limited[] = ", at %u%: a servo can go no faster, so not at %u%";
+static const CDS_FLASH char message_comes_to_rest[] = ", comes to rest";
+static const CDS_FLASH char message_none_answers[] =
+    "no servo of the robot answers; check the supply and the cable: 'diagnose'";
 static const CDS_FLASH char message_no_torque[] =
     "torque of servo %u is off; 'teach off %u' switches it on where the servo is, 'torque %u on' "
     "moves it to its goal";
 static const CDS_FLASH char message_give_time[] = "too fast for a servo; give it %lms or more";
 static const CDS_FLASH char message_give_step_time[] =
     "too fast for a servo; 'sequence NAME set N POSE TIME' gives step N more time";
+static const CDS_FLASH char message_reply_in_noise[] =
+    "no good reply, and bytes without a packet came in this motion, as of noise or a loose plug; "
+    "check plugs, power, ground: 'diagnose %i'";
 static const CDS_FLASH char message_voltage[] =
     "warning: since 'clear' servo %u has reported a supply outside of MIN_VOLTAGE to MAX_VOLTAGE: "
     "'get %u PRESENT_VOLTAGE'";
@@ -239,6 +246,11 @@ static const CDS_FLASH char *text_of_error(const struct console *console, uint8_
         return mistake_noise_text(error);
     if (error == CDS_LIMIT)
         return message_not_within;
+    if ((error == CDS_TIMEOUT || error == CDS_CORRUPT) &&
+        unasked_bus_noise(console) != command_set.ended_motion->noise_bytes)
+        return message_reply_in_noise;
+    if (error == CDS_TIMEOUT && command_set.ended_motion->concerns_all)
+        return message_none_answers;
     return error == CDS_LINE_BUSY && servos_line_is_low(&console->robot->servos)
                ? diagnose_findings[CDS_FINDING_LINE_LOW]
                : error_text(error);
@@ -250,6 +262,8 @@ static void keep_end(struct console *console)
     const struct failsafe *failsafe = console->failsafe;
     struct ended_motion *end = command_set.ended_motion;
 
+    if (outcome->result == CDS_PENDING && end->is_kept)
+        end->noise_bytes = unasked_bus_noise(console);
     if (outcome->result == CDS_PENDING)
         end->is_kept = false;
     if (outcome->result == CDS_PENDING || end->is_kept)
@@ -373,6 +387,19 @@ static const CDS_FLASH char *advise_time(struct console *console)
     return message_give_time;
 }
 
+/* No servo answers the command that begins a motion, or waits for its end. */
+static const CDS_FLASH char *advise_timeout(const struct console *console)
+{
+    static const CDS_FLASH char play[] = "play", motion[] = "motion";
+    const struct motion_outcome *outcome = motion_outcome(console->robot);
+    const struct command_line *line = &console->line;
+
+    return (parse_is_command(line, play) || parse_is_command(line, motion)) &&
+                   outcome->result == CDS_TIMEOUT && motion_concerns_all(console, outcome)
+               ? message_none_answers
+               : NULL;
+}
+
 static const CDS_FLASH char *advise(struct console *console)
 {
     static const CDS_FLASH char play[] = "play";
@@ -381,6 +408,7 @@ static const CDS_FLASH char *advise(struct console *console)
     case CDS_LIMIT: return parse_is_command(&console->line, play) ? message_not_within : NULL;
     case ERROR_TORQUE_OFF: return advise_torque(console);
     case ERROR_TOO_FAST: return advise_time(console);
+    case CDS_TIMEOUT: return advise_timeout(console);
     case ERROR_MOTION:
         return motion_is_paused(console->robot) ? message_is_paused : message_under_way;
     case ERROR_NO_MOTION:
@@ -411,7 +439,9 @@ static const CDS_FLASH char *limit(struct console *console)
     const struct moves *moves = console->robot->moves;
     const struct cds_motion *motion = &moves->motion;
 
-    if (motion->is_ending || motion->override <= motion->plan.rate_most)
+    if (motion->is_ending)
+        return message_comes_to_rest;
+    if (motion->override <= motion->plan.rate_most)
         return message_at_percent;
     console->printer.values[5].number = moves->percent;
     return message_limited;

@@ -186,6 +186,8 @@ static void print_motion(struct console *console)
         printer_line(printer, message_starts);
     } else if (!moves_is_playing(console->robot)) {
         printer->values[0].text = moves->is_paused ? message_paused : message_nothing;
+        if (command_set.motion_words && moves->motion.is_ending)
+            printer->values[0].text = command_set.motion_words->limit(console);
         printer_line(printer, message_move);
     } else {
         if (motion_store_read_name(console_store(), MOTION_STORE_SEQUENCE, player->place, name))

@@ -128,7 +128,8 @@ static bool conclude(struct console *console)
     case CDS_IDENTITY_BOTH: console->error = ERROR_BOTH; return false;
     default: console->error = state->steps.result; break;
     }
-    if (state->state == CDS_IDENTITY_UNCHANGED)
+    if (state->state == CDS_IDENTITY_UNCHANGED &&
+        !(command_set.has_room && console->error)) // else the line reads like success
         print_place(console, message_unchanged_place, &state->from);
     return false;
 }

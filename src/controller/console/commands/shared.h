@@ -108,6 +108,7 @@ struct ended_motion {
     bool concerns_all;          // motion_concerns_all()
     bool is_by_link;            // after ROBOT_STOPPED: the lost host link has stopped it
     uint8_t error;              // console_remedied()
+    uint16_t noise_bytes;       // of the bus, when the motion began
     const CDS_FLASH char *text; // of the error, or of the fault of the line that is the cause
 };
 
@@ -257,6 +258,9 @@ uint8_t stop_begin(struct console *console);
 /* In servos.c: `servos`, and `servos forget` of all servos. */
 uint8_t servos_begin(struct console *console);
 bool servos_poll(struct console *console);
+
+/* In bus.c: the state of the line. It is not quiet while there is noise (console_is_noisy()). */
+enum cds_bus_line bus_line_state(const struct console *console);
 
 /* In bus.c: prints state and rate of the bus: "bus ok at 1000000bps". */
 void bus_print_line(struct console *console);

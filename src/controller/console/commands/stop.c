@@ -29,8 +29,18 @@ static const CDS_FLASH char *const CDS_FLASH stop_outcomes[] = {
     [CDS_TORQUE_OFF_UNKNOWN] = FLASH_TEXT("not checked"),
     [CDS_TORQUE_OFF_ON] = FLASH_TEXT("torque is still on"),
     [CDS_TORQUE_OFF_SILENT] = FLASH_TEXT("no answer"),
-    [CDS_TORQUE_OFF_MUTE] = FLASH_TEXT("told, set not to answer"),
+    [CDS_TORQUE_OFF_MUTE] = FLASH_TEXT("told, answers no READ"),
 };
+
+/* What the stop has learnt of a servo. The state check takes a servo that answers PING and no READ
+ * for one of status return level 0: in noise it may be of any level. */
+static uint8_t outcome_of(const struct console *console, const struct cds_servo_state *servo)
+{
+    return command_set.noise && servo->torque_off == CDS_TORQUE_OFF_MUTE &&
+                   console_is_noisy(console)
+               ? (uint8_t)CDS_TORQUE_OFF_SILENT
+               : (uint8_t)servo->torque_off;
+}
 
 uint8_t stop_begin(struct console *console)
 {
@@ -67,9 +77,10 @@ static bool stop_poll(struct console *console)
     if (robot_is_stopping(robot))
         return true;
     console->error = robot->stop.steps.result;
-    /* A servo kept its torque, as its line says. There was noise when the stop began: the error
-     * names it. */
-    if (command_set.noise && command_set.noise->is_there && console->error == CDS_REFUSED)
+    /* A servo kept its torque or gave no answer, as its line says. There was noise when the stop
+     * began: the error names it. */
+    if (command_set.noise && console_is_noisy(console) &&
+        (console->error == CDS_REFUSED || console->error == CDS_NO_REPLY_DUE))
         console->error = CDS_CORRUPT;
     while (*index < robot->servos.count) {
         const struct cds_servo_state *servo = &robot->states[(*index)++];
@@ -77,7 +88,7 @@ static bool stop_poll(struct console *console)
         if (servo->torque_off == CDS_TORQUE_OFF_OFF)
             continue;
         console->printer.values[0].number = servo->id;
-        console->printer.values[1].text = stop_outcomes[servo->torque_off];
+        console->printer.values[1].text = stop_outcomes[outcome_of(console, servo)];
         if (command_set.explain && servo->torque_off == CDS_TORQUE_OFF_SILENT)
             servo_put_rate(console, servo);
         printer_line(&console->printer, message_servo);
