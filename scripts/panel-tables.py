@@ -74,7 +74,7 @@ REMEDIES = {
     "78": f"press “Store on the board” {IN_MOTION}",
     "79": f"press “Play” {IN_MOTION}",
     "81": f"press “Play” {IN_MOTION}",
-    "83": "check what blocks it, its power, angle limits: “Diagnosis” in the view Set-up",
+    "83": "torque off, free it; or its power, limits: “Diagnosis” in the view Set-up",
     "84": f"press “Torque on” {IN_MOTION}",
     "89": "leave only the new servo connected, then press “Set up” in the view Set-up",
     "92": f"press “Resume” or “End” {IN_MOTION}",

@@ -129,7 +129,7 @@ static bool conclude(struct console *console)
     default: console->error = state->steps.result; break;
     }
     if (state->state == CDS_IDENTITY_UNCHANGED &&
-        !(command_set.has_room && console->error)) // else the line reads like success
+        !(command_set.has_room && console->error == CDS_INHIBITED)) // it would read like success
         print_place(console, message_unchanged_place, &state->from);
     return false;
 }
