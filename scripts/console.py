@@ -56,7 +56,7 @@ the rows of `src/controller/console/commands/` and from a real run in the simula
 One command a line, ended by Enter. The reply has zero or more lines, then `ok`, or `error N: text; remedy`
 ([errors.md](errors.md)); the profile `console` leaves the remedy out. Text and remedy may differ from that list: while there is
 noise, error 2 reads `error 2: noise on the line, ...`. Lines that begin with `warning:` report a
-condition, with a list of servos also the servo; the command has worked. `help` or `?` names the commands, `help COMMAND` explains one, `help units` the units, `help keys` the keys (`arduino-mega`, `cm510`).
+condition, with a list of servos also the servo; the command has worked. `help` or `?` lists the commands (in mode person `arduino-mega` and `cm510` only name them), `help COMMAND` explains one, `help units` the units, `help keys` the keys (`arduino-mega`, `cm510`).
 Press Ctrl-C when you open the terminal: another terminal may have left a line half typed, and Enter would run it. `stop` stops, whatever
 stands behind it.
 
@@ -80,7 +80,7 @@ stands behind it.
   explains the commands below the heading "Motion", `help one servo` those below "One servo". On `atmega128` `help` lists how each command
   is written. On `atmega1284p`, in the profile `console` and in the other modes `help` lists all with an explanation.
 - In mode person `settings` also tells what a value means, and the autostart; an empty `pose list` or `sequence list` says so (`arduino-mega`, `cm510`).
-- `limits 1` or `limits` prints the line that sets the soft limits of the servo, or of each servo, again; `limits 1 off` removes them (`arduino-mega`,
+- `limits 1` prints the line that sets the soft limits of servo 1 again, `limits` the line of each servo with limits; `limits 1 off` removes them (`arduino-mega`,
   `cm510`). On other boards `servos` shows them, and `limits 1 0 300` removes them.
 - Each servo that gets its factory values gets ID 1, so `factory` with a list of servos is error 53 (`arduino-mega`, `cm510`).
 - Commands, their words, registers, settings and units may be typed in any case. Names of poses and sequences keep theirs.

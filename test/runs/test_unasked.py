@@ -125,6 +125,16 @@ class Remedy(unittest.TestCase):
         told = found_with_torque(self, "alarm of .*", "@power 2 off\n@wait 4000\n@power 2 on\n@wait 4000\nalarms\nrelease 2\nclear\nalarms\n")
         self.assertEqual(told[1:], ["alarm of servo 2: torque went off by itself", "alarm of servo 2: offline (over)"])
 
+    def test_alarms_lists_lost_torque_as_released(self):
+        told = found_with_torque(self, "alarm of .*", "@power 2 off\n@wait 200\n@power 2 on\n@wait 4000\nrelease 2\nalarms\n")
+        self.assertEqual(told[1:], ["alarm of servo 2: torque went off by itself (released)"])
+
+    def test_alarm_knows_a_turn_that_a_program_has_begun(self):
+        told = found_with_torque(self, "torque went off by itself.*", "mode program\nturn 2 20rpm\n@wait 300\n@power 2 off\n@wait 100\n"
+                                 "@power 2 on\nmode person\n@wait 4000\nmode program\n")
+        self.assertEqual(told, ["torque went off by itself; without an alarm, so it lost its power or was reset: check its plug and "
+                                "supply, then 'release 2'"])
+
     def test_alarms_says_what_noise_has_kept_back(self):
         told = found_with_torque(self, "alarm of .*", "@fault noise 2000\n@wait 20000\n@fault noise 0\n@wait 6000\nalarms\n")
         self.assertTrue(told)
@@ -140,8 +150,8 @@ class Remedy(unittest.TestCase):
         self.assertEqual(told, ["servos: 3, offline 0, at another rate 2: state unknown"])
 
     def test_scan_after_a_reset_tells_torque(self):
-        told = found_with_torque(self, "torque is on at.*", "@reset external\n@wait 500\nmode person\nscan\nscan\n")
-        self.assertEqual(told, ["torque is on at 3 of the servos that joined, as servo 3; such a servo may be moving or turning: "
+        told = found_with_torque(self, "servos that joined.*", "@reset external\n@wait 500\nmode person\nscan\nscan\n")
+        self.assertEqual(told, ["servos that joined with torque on: 3, for example servo 3; it may be moving: "
                                 "'stop' switches torque off"])
 
     def test_refusal_by_an_alarm_prints_its_remedy_once(self):

@@ -400,8 +400,8 @@ static const CDS_FLASH char *text_of_scan(const struct console *console)
                : NULL;
 }
 
-/* Bytes without a packet that the bus has received during this command; on a chip without the room
- * since the reset, without those of scan and diagnose. */
+/* With room: noise bytes since this command began. Else: since the reset, less those of scan and
+ * diagnose. */
 static uint16_t stray_bytes(const struct console *console)
 {
     struct cds_stats stats;
@@ -421,7 +421,7 @@ static bool is_slow(const struct cds_servo_counters *counters)
 }
 
 /* No reply by the deadline. Appends how many late replies came since the servo is known, or bytes
- * without a packet, as of an echo. Old ones may have come before the servo was unplugged. */
+ * without a packet, as of an echo. Late replies may date from before the servo was unplugged. */
 static const CDS_FLASH char *text_of_late(struct console *console)
 {
     const struct cds_servo_state *servo = console_servo(console);
@@ -536,7 +536,7 @@ static const CDS_FLASH char *text_of_release(struct console *console)
     if (command_set.unasked &&
         unasked_mode(command_set.unasked, (uint8_t)(servo - console->robot->states)) !=
             UNASKED_POSITION)
-        return message_state_lost_unknown; // in endless turn the rest is wrong
+        return message_state_lost_unknown; // in endless turn it has no goal: names only 'release'
     return message_state_lost;
 }
 

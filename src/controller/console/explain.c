@@ -448,12 +448,15 @@ void explain_note_told(struct console *console)
         advice_note_refused(console, console->error);
 }
 
-/* The servo that the remedy of the error names: that of the error, or the cause of a motion's end.
- */
+/* The servo that the remedy of the error names: that of the error, or the servo for which a motion
+ * was refused or has ended. */
 static uint8_t servo_of_remedy(const struct console *console)
 {
-    return console->error == ERROR_STUCK ? console->robot->servos.refused_id
-                                         : explain_servo(console);
+    uint8_t id = explain_servo(console);
+
+    return id == CDS_NO_ID && (console->error == ERROR_STUCK || console->error == ERROR_ENDLESS)
+               ? console->robot->servos.refused_id
+               : id;
 }
 
 /* Prints the text of the error with its remedy. */

@@ -12,14 +12,14 @@ static const CDS_FLASH char before_next[] = ", ";
 static const CDS_FLASH char before_last[] = " or ";
 static const CDS_FLASH char end_of_hint[] = "?";
 
-#define BEGIN_MIN 2 // characters; a shorter word is the begin of unrelated names
-#define PART_MIN  3 // a shorter part fits unrelated names, unless they begin with it
+#define BEGIN_MIN 2 // characters of the shortest word that hints by the begin of a name
+#define PART_MIN  3 // characters of the shortest word that hints by any part of a name
 #define TYPO_MIN  5 // characters of the shortest word that is searched with one error
 
 /* In this order, until one finds names. */
 enum search {
-    SEARCH_WORD, // names that contain the word, or begin with one of two characters; then typing.c
-                 // searches a name near the word
+    SEARCH_WORD, // names that contain the word; of two characters: that begin with it; then
+                 // typing.c searches a name near the word
     SEARCH_REST, // names that contain what stands behind a '_' of the word
     SEARCH_TYPO, // names with a part near the word
 } __attribute__((packed));

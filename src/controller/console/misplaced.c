@@ -11,10 +11,9 @@
 #include "console/errors.h"
 #include "console/explain.h"    // explain_is_settings()
 #include "console/more_slips.h" // more_slips_has_word()
+#include "console/names.h"      // names_begin_alike()
 #include "console/slips.h"      // struct slip
 #include "console/typing.h"     // TYPING_NO_SEARCH
-#include "robot/letter.h"       // is_letter()
-#include "robot/settings.h"     // settings_named()
 
 static const CDS_FLASH char message_own_command[] = "a command of its own: '%s'";
 static const CDS_FLASH char message_name_first[] = "the name comes first: '%s'";
@@ -39,14 +38,6 @@ static const CDS_FLASH char name_of_get[] = "get";
 
 /* ---- rows ---- */
 
-/* A line to type for the command: its example, or its usage. */
-static const CDS_FLASH char *line_of(const CDS_FLASH struct command *row)
-{
-    const CDS_FLASH char *example = COMMAND_DETAILS_TEXT(row->example);
-
-    return example ? example : row->usage;
-}
-
 /* True if both usage strings begin with the same word. */
 static bool have_same_name(const CDS_FLASH char *one, const CDS_FLASH char *other)
 {
@@ -68,7 +59,8 @@ static const CDS_FLASH struct command *form_with(const struct command_line *line
 
         for (uint8_t left = (*group)->count; left; left--, row++)
             if (have_same_name(line->command->usage, row->usage) &&
-                parse_is_keyword(row->usage, word) && parse_is_keyword(line_of(row), word))
+                parse_is_keyword(row->usage, word) &&
+                parse_is_keyword(slip_line_to_type(row), word))
                 return row;
     }
     return NULL;
@@ -96,7 +88,7 @@ static const CDS_FLASH char *text_of_command(struct console *console, const stru
         return NULL;
     if (parse_has_name(row->usage, stop))
         return line->names || parse_is_command(line, motion) ? message_motion_off : NULL;
-    console->printer.values[0].text = line_of(row);
+    console->printer.values[0].text = slip_line_to_type(row);
     return message_own_command;
 }
 
@@ -124,7 +116,7 @@ static const CDS_FLASH char *text_of_name(struct console *console)
     form = form_with(line, &name);
     if (form == NULL)
         return text_of_command(console, &name);
-    console->printer.values[0].text = line_of(form);
+    console->printer.values[0].text = slip_line_to_type(form);
     return message_name_first;
 }
 
@@ -170,18 +162,33 @@ static const CDS_FLASH char *text_of_pose(struct console *console)
                : NULL;
 }
 
+/* True if the word is the name of a register, or ends one behind a '_'. */
+static bool ends_register_name(const struct token *word)
+{
+    struct cds_register at;
+    char name[CDS_REGISTER_NAME_SIZE];
+
+    for (uint8_t next = 0; cds_register_at(next, &at); next = (uint8_t)(at.address + at.width)) {
+        uint8_t from = (uint8_t)(cds_register_name(next, name, sizeof name) - word->length);
+
+        if (from < sizeof name && (from == 0 || name[from - 1] == '_') &&
+            names_begin_alike(word, name + from, word->length))
+            return true;
+    }
+    return false;
+}
+
 /* `get PRESENT_POSITION 1`, `set voltage 1 6` */
 static const CDS_FLASH char *text_of_early_register(struct console *console)
 {
     static const CDS_FLASH char set[] = "set";
     const struct command_line *line = &console->line;
-    const struct token *word = &console->token;
 
     if (!(parse_is_command(line, name_of_get) || parse_is_command(line, set)) ||
-        line->argument != ARGUMENT_ID || !more_slips_has_word(console) || !is_letter(*word->text) ||
-        settings_named(word->text, word->length) < SETTINGS_COUNT)
+        line->argument != ARGUMENT_ID || !more_slips_has_word(console) ||
+        !ends_register_name(&console->token))
         return NULL;
-    console->printer.values[0].text = line_of(line->command);
+    console->printer.values[0].text = slip_line_to_type(line->command);
     return message_id_first;
 }
 
@@ -209,12 +216,12 @@ static const CDS_FLASH char *text_of_separator(struct console *console)
     is_comma = word->text[before.length] == ',';
     is_last = before.length + 1 == word->length;
     if (row == NULL)
-        row = parse_command(&before);
+        row = is_last ? NULL : parse_command(&before);
     else if (is_comma && !is_last)
         return NULL;
     if (row == NULL)
         return NULL;
-    console->printer.values[0].text = line_of(row);
+    console->printer.values[0].text = slip_line_to_type(row);
     return is_comma && is_last && console->line.command ? message_one_servo_only : message_spaces;
 }
 

@@ -25,7 +25,7 @@ static const CDS_FLASH char message_plus_angle[] =
     "without '+': ANGLE is where it goes; 'get %u PRESENT_POSITION' prints where it is";
 static const CDS_FLASH char message_id_changes[] = "'id %u %u' changes it";
 static const CDS_FLASH char message_rate_changes[] = "'baud %u %l%s' changes it";
-static const CDS_FLASH char message_setting_switch[] = "%u is %s: 'settings %s %u'";
+static const CDS_FLASH char message_setting_switch[] = "write %u (%s): 'settings %s %u'";
 static const CDS_FLASH char message_counts[] =
     "angles: %u, servos of the group: %u; give one for each; 'group' shows them";
 static const CDS_FLASH char message_point[] = "digits around the point: 90.0, 0.5";
@@ -52,6 +52,8 @@ static const CDS_FLASH char command_set_register[] = "set";
 static const CDS_FLASH char line_of_pose[] = "pose NAME in 2s";
 static const CDS_FLASH char line_of_new[] = "'sequence NAME new POSE 1s'";
 
+#define SETTING_NO_SWITCH UINT16_MAX
+
 bool more_slips_has_word(const struct console *console)
 {
     return console->line.error == console->error && console->token.length &&
@@ -61,7 +63,7 @@ bool more_slips_has_word(const struct console *console)
 /* True if the line names one servo: line->id. */
 static bool names_one_servo(const struct command_line *line)
 {
-    return !line->takes_all && !(line->is_repeated && line->values > 1) && line->id <= CDS_ID_MAX;
+    return slip_has_one_servo(line) && line->id <= CDS_ID_MAX;
 }
 
 /* ---- words ---- */
@@ -90,7 +92,8 @@ static const CDS_FLASH struct slip_word words_of_others[] = {
     {NULL, FLASH_TEXT("off|disable"), lines_of_torque_off},
     {NULL, FLASH_TEXT("reboot|restart"),
      FLASH_TEXT("the reset key, or to switch the board off and on")},
-    {NULL, FLASH_TEXT("add|insert"), line_of_add},
+    {NULL, FLASH_TEXT("add"), line_of_add},
+    {NULL, FLASH_TEXT("insert"), FLASH_TEXT("'sequence NAME insert N POSE TIME'")},
     {NULL, FLASH_TEXT("loop|run|start"), FLASH_TEXT("'play NAME', 'play NAME loop'")},
     {command_move, FLASH_TEXT("to"), FLASH_TEXT("'move 1 90'")},
     {FLASH_TEXT("limits"), FLASH_TEXT("off"), FLASH_TEXT("'limits 1 off', 'limits all off'")},
@@ -113,6 +116,8 @@ static const CDS_FLASH char *text_of_other_word(struct console *console)
     const CDS_FLASH char *message = slip_word_text(
         words_of_others, sizeof words_of_others / sizeof words_of_others[0], console);
 
+    if (console->line.command && explain_is_settings(&console->line) && !console->line.names)
+        return NULL; // not `settings autostart NAME`
     if (message)
         console->phase = TYPING_NO_SEARCH; // the message names the line to type
     return message;
@@ -204,23 +209,37 @@ static const CDS_FLASH char *text_of_angle_each(struct console *console)
                : NULL;
 }
 
-/* `settings alarm_report on` */
+/* The value that switches the setting on or off; SETTING_NO_SWITCH: it has none. */
+static uint16_t value_of_switch(uint8_t setting, bool is_on)
+{
+    const CDS_FLASH struct setting *row = &settings_table[setting];
+
+    if (!is_on && setting == SETTINGS_AT_device_id)
+        return CDS_BROADCAST_ID;
+    if ((*row->unit != '-' && *row->unit != 'm') || (is_on && row->highest > 1))
+        return SETTING_NO_SWITCH;
+    return is_on;
+}
+
+/* `settings alarm_report on`, `settings device_id off` */
 static const CDS_FLASH char *text_of_setting_switch(struct console *console)
 {
     static const CDS_FLASH char words[] = "on|off";
     const struct command_line *line = &console->line;
-    const CDS_FLASH struct setting *row = &settings_table[line->setting];
     union printer_value *values = console->printer.values;
-    bool is_on = parse_choice(words, &console->token) == 1;
+    uint8_t word = parse_choice(words, &console->token);
+    uint16_t value;
 
     if (!more_slips_has_word(console) || !line->command || !explain_is_settings(line) ||
-        line->numbers == 0 || line->names || !parse_choice(words, &console->token) ||
-        (*row->unit != '-' && *row->unit != 'm') || (is_on && row->highest > 1))
+        line->numbers == 0 || line->names || !word)
         return NULL;
-    values[0].number = values[3].number = is_on;
-    values[1].text = is_on ? message_on : message_off;
-    values[2].text = row->name;
-    return message_setting_switch;
+    value = value_of_switch(line->setting, word == 1);
+    if (value == SETTING_NO_SWITCH)
+        return NULL;
+    values[0].number = values[3].number = value;
+    values[1].text = setting_meaning(line->setting, value);
+    values[2].text = settings_table[line->setting].name;
+    return values[1].text ? message_setting_switch : NULL;
 }
 
 /* ---- refusals ---- */

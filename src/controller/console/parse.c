@@ -616,8 +616,8 @@ static bool needs_no_more(const CDS_FLASH char *usage, const struct command_line
     return *usage == '\0' || *usage == ']' || (*usage == ' ' && usage[1] == '[');
 }
 
-/* `limits 1`: arguments of "limits ID LOW HIGH" are missing, so takes the row "limits [ID]". False:
- * there is no such row. */
+/* `limits 1`: arguments of "limits ID LOW HIGH" are missing, so takes the row "limits [ID]".
+ * Searches all rows, though only `limits` has such a row. False: there is none. */
 static bool choose_shorter_row(struct command_line *line)
 {
     const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;

@@ -353,6 +353,8 @@ static void end_servo(struct console *console)
     is_own = command_set.has_room && error && error != ERROR_STOPPED && mistake;
     console->servo_error = conditions;
     list->phase = WARN;
+    if (command_set.has_room && error)
+        printer_set_id(&console->printer, console->line.id);
     if (error && !(mistake && console->printer.within))
         explain_note_told(console);
     if (command_set.has_room && error && !is_own && error == list->error)

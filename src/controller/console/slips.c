@@ -70,23 +70,9 @@ static const CDS_FLASH char line_of_torque_off[] = "'torque 1 off'";
 
 #define SECONDS_MAX 20 // of a move; a larger number without unit is more likely meant in ms
 
-/* A line to type for the command: its example, or its usage. */
-static const CDS_FLASH char *line_to_type(const struct command_line *line)
-{
-    const CDS_FLASH char *example = COMMAND_DETAILS_TEXT(line->command->example);
-
-    return example ? example : line->command->usage;
-}
-
-/* True if the line names one servo, or ID 254: its ID is line->id. */
-static bool has_one_servo(const struct command_line *line)
-{
-    return !line->takes_all && !(line->is_repeated && line->values > 1);
-}
-
 static bool is_move_of_one(const struct command_line *line)
 {
-    return parse_is_command(line, name_of_move) && has_one_servo(line);
+    return parse_is_command(line, name_of_move) && slip_has_one_servo(line);
 }
 
 /* True if the number can stand in a line to type. */
@@ -110,7 +96,7 @@ static const CDS_FLASH char *text_of_early_word(struct console *console)
     if (line->command == NULL || line->error == 0 || line->argument == ARGUMENT_NUMBER ||
         !parse_is_keyword(line->command->usage, &console->token))
         return NULL;
-    console->printer.values[0].text = line_to_type(line);
+    console->printer.values[0].text = slip_line_to_type(line->command);
     return message_id_first;
 }
 
@@ -122,7 +108,7 @@ static const CDS_FLASH char *text_of_early_number(struct console *console)
 
     if (!line->command || line->argument != ARGUMENT_NONE || number_parse(&console->token, &number))
         return NULL;
-    console->printer.values[0].text = line_to_type(line);
+    console->printer.values[0].text = slip_line_to_type(line->command);
     return message_no_number;
 }
 
@@ -374,7 +360,8 @@ static const CDS_FLASH char *text_of_read_only(struct console *console)
     struct cds_register at;
     uint16_t raw;
 
-    if (!cds_register_at(line->address, &at) || at.access != CDS_ACCESS_RD || !has_one_servo(line))
+    if (!cds_register_at(line->address, &at) || at.access != CDS_ACCESS_RD ||
+        !slip_has_one_servo(line))
         return NULL;
     values[0].number = line->id;
     if (at.address == CDS_REG_PRESENT_POSITION && is_whole(line->number) &&
@@ -409,7 +396,7 @@ static const CDS_FLASH char *text_of_limits_shown(struct console *console)
     union printer_value *values = console->printer.values;
 
     if (command_set.has_room || !servo || !parse_is_command(line, limits) || line->numbers ||
-        !has_one_servo(line))
+        !slip_has_one_servo(line))
         return NULL;
     values[0].number = values[1].number = values[2].number = values[4].number = line->id;
     if (!servo->has_limits)

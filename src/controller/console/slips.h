@@ -11,7 +11,8 @@
 
 #include <stdint.h>
 
-#include "flash.h" // CDS_FLASH
+#include "console/parse.h" // struct command_line
+#include "flash.h"         // CDS_FLASH
 
 struct console;
 
@@ -31,6 +32,20 @@ struct slip {
 extern const CDS_FLASH char message_try[];      // "unknown command; try %s"
 extern const CDS_FLASH char message_id_first[]; // "the ID comes first: '%s'"
 extern const CDS_FLASH char message_is_pose[];
+
+/* A line to type for the command: its example, or its usage. */
+static inline const CDS_FLASH char *slip_line_to_type(const CDS_FLASH struct command *row)
+{
+    const CDS_FLASH char *example = COMMAND_DETAILS_TEXT(row->example);
+
+    return example ? example : row->usage;
+}
+
+/* True if the line names one servo, or ID 254: its ID is line->id. */
+static inline bool slip_has_one_servo(const struct command_line *line)
+{
+    return !line->takes_all && !(line->is_repeated && line->values > 1);
+}
 
 /* Returns the message that names the lines of the first row that has console->token; NULL: no row
  * has it. */

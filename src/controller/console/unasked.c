@@ -31,6 +31,8 @@
  */
 #define SHARED_DAMAGED 3
 
+#define FACTORY_ID 1 // what `factory` leaves
+
 #define REMEDY_TICKS 8 // 2 s: until then the remedy is not repeated
 
 #define FAULTS_OF_LINE (FAULT_LINE_LOW | FAULT_NOISE)
@@ -49,7 +51,7 @@ static const CDS_FLASH char message_ids_left[] = "; other IDs are not checked";
 static const CDS_FLASH char message_stop_sent[] =
     "stop: sent; no servo is known, so none was read back: 'scan' finds servos; %s";
 static const CDS_FLASH char message_may_drive[] = "it may be driven";
-/* What to do with a servo without torque, by enum unasked_mode. */
+/* What to do with a servo without torque, by enum servo_mode. */
 static const CDS_FLASH char *const CDS_FLASH steps_of_torque[] = {
     [UNASKED_UNKNOWN] = FLASH_TEXT("its mode is not known: 'info %i' reads it"),
     [UNASKED_POSITION] = FLASH_TEXT("'teach off %i' switches it on where the servo is"),
@@ -58,7 +60,7 @@ static const CDS_FLASH char *const CDS_FLASH steps_of_torque[] = {
 static const CDS_FLASH char message_autostart_failed[] =
     "the sequence of the autostart does not play: 'settings autostart' tells why";
 #define LOST_ITS_STATE "it lost its state: "
-/* What to do with a servo that has lost its state, by enum unasked_mode. */
+/* What to do with a servo that has lost its state, by enum servo_mode. */
 static const CDS_FLASH char *const CDS_FLASH steps_of_loss[] = {
     [UNASKED_UNKNOWN] = FLASH_TEXT(
         LOST_ITS_STATE "'release %i'; its mode is not known: 'info %i' reads it; unless both angle "
@@ -79,7 +81,7 @@ static const CDS_FLASH char message_id_shared[] =
     "; check power, wiring; replies came damaged: a loose plug, two servos may have its ID, or it "
     "has another rate: 'diagnose %i'";
 #define UNLOAD "; 'torque %i off', unload it; when cool, 'clear', 'release %i'"
-/* What to do with a servo that reports load or heat, by enum unasked_mode. */
+/* What to do with a servo that reports load or heat, by enum servo_mode. */
 static const CDS_FLASH char *const CDS_FLASH steps_of_load[] = {
     [UNASKED_UNKNOWN] = FLASH_TEXT(UNLOAD),
     [UNASKED_POSITION] =
@@ -166,10 +168,23 @@ static bool is_in_error(const struct console *console, uint8_t condition)
                                         servo && servo->alarms == CDS_ERROR_VOLTAGE);
 }
 
+/* The servo whose reply has the warning: `id` and `factory` have given it another ID. */
+static uint8_t servo_of_warning(const struct console *console)
+{
+    static const CDS_FLASH char id[] = "id", factory[] = "factory";
+    const struct command_line *line = &console->line;
+
+    if (console->error == 0 && parse_is_command(line, id))
+        return line->new_id;
+    if (console->error == 0 && parse_is_command(line, factory))
+        return FACTORY_ID;
+    return line->id;
+}
+
 const CDS_FLASH char *unasked_warning_remedy(struct unasked *unasked, struct console *console,
                                              uint8_t condition)
 {
-    printer_set_id(&console->printer, console->line.id);
+    printer_set_id(&console->printer, servo_of_warning(console));
     return is_in_error(console, condition) ? message_nothing
                                            : remedy_once(unasked, console, condition);
 }
@@ -368,8 +383,8 @@ void unasked_clear(struct unasked *unasked)
     }
 }
 
-uint8_t unasked_past(const struct unasked *unasked, const struct console *console, uint8_t index,
-                     uint8_t condition)
+uint8_t unasked_next_ended(const struct unasked *unasked, const struct console *console,
+                           uint8_t index, uint8_t condition)
 {
     const struct unasked_alarms *alarms = &unasked->alarms[index];
     const struct cds_servo_state *servo = &console->robot->states[index];
@@ -383,12 +398,12 @@ uint8_t unasked_past(const struct unasked *unasked, const struct console *consol
     return REPLY_CONDITIONS;
 }
 
-enum unasked_mode unasked_mode(const struct unasked *unasked, uint8_t index)
+enum servo_mode unasked_mode(const struct unasked *unasked, uint8_t index)
 {
-    return (enum unasked_mode)unasked->alarms[index].mode;
+    return (enum servo_mode)unasked->alarms[index].mode;
 }
 
-const CDS_FLASH char *unasked_alarm_age(const struct unasked *unasked, uint8_t index, uint8_t bit)
+const CDS_FLASH char *unasked_alarm_state(const struct unasked *unasked, uint8_t index, uint8_t bit)
 {
     const struct unasked_alarms *alarms = &unasked->alarms[index];
 
@@ -433,12 +448,28 @@ static void end_window(struct unasked_alarms *alarms, uint8_t latched, bool is_l
     alarms->seen = 0;
 }
 
+/* Notes the mode of one servo in each call: in each mode of the console, as a person may read it
+ * later. */
+static void note_mode(struct unasked *unasked, const struct cds_servos *servos)
+{
+    uint8_t index = unasked->next_mode;
+
+    unasked->next_mode = (uint8_t)(index + 1u) < servos->count ? (uint8_t)(index + 1u) : 0;
+    if (index >= servos->count)
+        return;
+    if (cds_servo_is_endless(&servos->states[index]))
+        unasked->alarms[index].mode = UNASKED_TURN;
+    else if (servos->states[index].held & (CDS_HELD_CW_SET | CDS_HELD_CCW_SET))
+        unasked->alarms[index].mode = UNASKED_POSITION;
+}
+
 void unasked_check_alarms(struct unasked *unasked, const struct console *console)
 {
     const struct robot *robot = console->robot;
     uint32_t elapsed_us = cds_port_now_us() - unasked->window_us;
     bool is_checking = robot->health.request.result == CDS_PENDING;
 
+    note_mode(unasked, &robot->servos);
     if (unasked->is_checking && !is_checking)
         take_reply(unasked, console);
     unasked->is_checking = is_checking;
@@ -456,14 +487,6 @@ static bool is_online(const struct cds_servo_state *servo)
     return servo->presence == CDS_PRESENCE_ONLINE && servo->misses == 0;
 }
 
-static void note_mode(struct unasked_alarms *alarms, const struct cds_servo_state *servo)
-{
-    if (cds_servo_is_endless(servo))
-        alarms->mode = UNASKED_TURN;
-    else if (servo->held & (CDS_HELD_CW_SET | CDS_HELD_CCW_SET))
-        alarms->mode = UNASKED_POSITION;
-}
-
 static void tick(struct unasked *unasked, struct console *console)
 {
     const struct cds_servos *servos = &console->robot->servos;
@@ -471,12 +494,10 @@ static void tick(struct unasked *unasked, struct console *console)
     for (uint8_t i = 0; i < ROBOT_SERVOS; i++) {
         if (i < servos->count && is_online(&servos->states[i]))
             unasked->alarms[i].damaged = (uint8_t)servos->states[i].counters.corrupt;
-        if (i < servos->count) {
+        if (i < servos->count)
             count_tick(&unasked->away[i], is_online(&servos->states[i]));
-            note_mode(&unasked->alarms[i], &servos->states[i]);
-        } else {
+        else
             unasked->away[i] = 0;
-        }
     }
     count_tick(&unasked->line_ticks, !(console_faults(console) & FAULTS_OF_LINE));
     look_at_stop(unasked, console->robot);

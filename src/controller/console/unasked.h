@@ -30,12 +30,12 @@ struct unasked_alarms {
                            // may have its ID
     bool was_offline : 1;  // it was told as offline since the last `clear`
     bool was_lost : 1;     // its lost torque was told since the last `clear`
-    uint8_t mode : 2;      // enum unasked_mode
+    uint8_t mode : 2;      // enum servo_mode, as it was last known
 };
 
-/* The mode of a servo, as it was last known: a loss of power forgets it, but the servo keeps its
- * angle limits. */
-enum unasked_mode { UNASKED_UNKNOWN, UNASKED_POSITION, UNASKED_TURN } __attribute__((packed));
+/* The mode of a servo. A loss of power clears the state of the servo in the list, but the servo
+ * keeps its angle limits. */
+enum servo_mode { UNASKED_UNKNOWN, UNASKED_POSITION, UNASKED_TURN } __attribute__((packed));
 
 /* Zero it (static storage is). The fields are internal. */
 struct unasked {
@@ -47,6 +47,7 @@ struct unasked {
                                 // for each tick at which it is online again
     struct unasked_alarms alarms[ROBOT_SERVOS];
     uint32_t window_us;  // time of the begin of the window of `alarms`
+    uint8_t next_mode;   // index of the servo whose mode is noted next
     bool is_checking;    // the state check waits for a reply
     uint8_t line_ticks;  // 0: nothing to tell; 1: a fault of the line was told; 2 and more:
                          // ticks without it, plus 1
@@ -86,11 +87,12 @@ void unasked_note_offline(struct unasked *unasked, uint8_t index);
 void unasked_note_alarm(struct unasked *unasked, uint8_t index, uint8_t condition);
 
 /* Call it in each turn while the console waits for input, and in the pauses of `monitor`: takes the
- * replies to the state check. An alarm whose end was told is told again when it comes again. */
+ * replies to the state check, and notes the mode of one servo. An alarm whose end was told is told
+ * again when it comes again. */
 void unasked_check_alarms(struct unasked *unasked, const struct console *console);
 
-/* Entry `index` of the robot's list has refused packets (CDS_ERROR_* bits in `bits`), which is not
- * told: a told fault of the line lasts. */
+/* Notes that entry `index` of the robot's list has refused packets (`bits`: CDS_ERROR_*) while a
+ * fault of the line, already told, lasted: no alarm is printed. */
 void unasked_note_silenced(struct unasked *unasked, uint8_t index, uint8_t bits);
 
 /* `clear`: what was told as offline or lost is no longer listed. */
@@ -98,11 +100,11 @@ void unasked_clear(struct unasked *unasked);
 
 /* Returns the next condition from `condition` on, REPLY_TORQUE_LOST or REPLY_OFFLINE, that was told
  * of entry `index` since the last `clear` and is over; REPLY_CONDITIONS: none. */
-uint8_t unasked_past(const struct unasked *unasked, const struct console *console, uint8_t index,
-                     uint8_t condition);
+uint8_t unasked_next_ended(const struct unasked *unasked, const struct console *console,
+                           uint8_t index, uint8_t condition);
 
 /* The mode of entry `index` of the robot's list. */
-enum unasked_mode unasked_mode(const struct unasked *unasked, uint8_t index);
+enum servo_mode unasked_mode(const struct unasked *unasked, uint8_t index);
 
 /* " (over)" */
 extern const CDS_FLASH char unasked_is_over[];
@@ -110,7 +112,8 @@ extern const CDS_FLASH char unasked_is_over[];
 /* Returns " (now)" if the latched alarm `bit` of entry `index` lasts, " (over)" if it does not, ""
  * if the servo has not answered the state check for a while. Of a refusal: where it was not told,
  * that the line was disturbed. */
-const CDS_FLASH char *unasked_alarm_age(const struct unasked *unasked, uint8_t index, uint8_t bit);
+const CDS_FLASH char *unasked_alarm_state(const struct unasked *unasked, uint8_t index,
+                                          uint8_t bit);
 
 /* Entry `from` of the robot's list, the last one, has moved to entry `to`. */
 void unasked_move_servo(struct unasked *unasked, uint8_t from, uint8_t to);

@@ -63,13 +63,17 @@ void test_id_twice_where_a_word_is_due_shows_the_usage(void)
     ASSERT_REPLIES(lines);
 }
 
-void test_word_for_a_number_of_a_setting_names_its_range(void)
+void test_word_in_place_of_a_setting_value_names_the_value(void)
 {
     static const char *const lines[][2] = {
         {"settings alarm_report on",
-         "error 32: VALUE 'on': 1 is on: 'settings alarm_report 1'\r\n"},
+         "error 32: VALUE 'on': write 1 (in each mode): 'settings alarm_report 1'\r\n"},
         {"settings link_loss_ms off",
-         "error 32: VALUE 'off': 0 is off: 'settings link_loss_ms 0'\r\n"},
+         "error 32: VALUE 'off': write 0 (not watched): 'settings link_loss_ms 0'\r\n"},
+        {"settings device_id off",
+         "error 32: VALUE 'off': write 254 (off): 'settings device_id 254'\r\n"},
+        {"settings alarm_report once",
+         "error 32: VALUE 'once': not a number; write 1 for on, 0 for off\r\n"},
         {"settings link_loss_ms x", "error 32: VALUE 'x': not a number; write a time: "},
     };
 
@@ -81,7 +85,7 @@ void test_setting_in_place_of_an_id_points_to_settings(void)
     static const char *const lines[][2] = {
         {"set repeats 1", "error 32: ID 'repeats': a setting of the controller, not a servo; "
                           "'settings SETTING VALUE' sets it\r\n"},
-        {"set repeat 1", "error 32: ID 'repeat': the ID comes first: "},
+        {"set repeat 1", "error 32: ID 'repeat': not a number; write IDs: "},
     };
 
     ASSERT_REPLIES(lines);

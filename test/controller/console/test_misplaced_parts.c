@@ -21,6 +21,7 @@ void test_separator_in_a_word_names_spaces(void)
          "error 32: ID|254 '1=90': a space between words, as in 'move 1 90deg 30rpm'\r\n"},
         {"move(1,90)", "error 30: 'move(1,90)': a space between words, as in 'move 1 90deg "},
         {"move,1,90", "error 30: 'move,1,90': a space between words, as in 'move 1 90deg 30rpm'"},
+        {"status=", "error 30: 'status=': unknown command; "},
         {"walk(1)", "error 30: 'walk(1)': unknown command; "},
         {"move 1, 90", "error 32: ID|254 '1,': no space after a comma: 1,2,3; for one servo no "
                        "comma, as in 'move 1 90deg 30rpm'\r\n"},
@@ -29,12 +30,13 @@ void test_separator_in_a_word_names_spaces(void)
     ASSERT_REPLIES(lines);
 }
 
-void test_name_of_a_register_names_get(void)
+void test_register_or_setting_in_front_names_the_line(void)
 {
     static const char *const lines[][2] = {
         {"present_load 1", "error 30: 'present_load': a register: 'get 1 40' prints it\r\n"},
         {"get position 1",
          "error 32: ID 'position': the ID comes first: 'get 1 PRESENT_VOLTAGE'\r\n"},
+        {"get foo 1", "error 32: ID 'foo': not a number; write IDs: "},
         {"get id 1", "error 32: ID 'id': the ID comes first: "},
         {"set GOAL_POSITION 1 9",
          "error 32: ID 'GOAL_POSITION': the ID comes first: 'set 1 MIN_VOLTAGE 6.5V'\r\n"},

@@ -107,7 +107,7 @@ void test_release_of_one_servo_after_a_stop_says_without_id(void)
 
 void test_group_with_a_silent_servo_says_so_after_a_scan(void)
 {
-    static const char note[] = "group 1 9 8 sync\r\nno answer yet from servo 9 8: 'ping 9'; if not "
+    static const char note[] = "group 1 9 8 sync\r\nno answer now from servo 9 8: 'ping 9'; if not "
                                "there: 'servos forget 9', then 'group' without it\r\nok\r\n";
 
     settings.echo = SETTINGS_ECHO_PERSON;

@@ -15,8 +15,9 @@ static const CDS_FLASH char message_return_delay[] =
     "servo %u answers too early: 'write %u RETURN_DELAY %u', then 'scan'";
 
 static const CDS_FLASH char message_powered[] =
-    "torque is on at %u of the servos that joined, as servo %u; such a servo may be moving or "
-    "turning: 'stop' switches torque off";
+    "servos that joined with torque on: %u, for example servo %u; it may be moving: 'stop' "
+    "switches "
+    "torque off";
 
 static const CDS_FLASH char message_noisy[] =
     "replies were damaged, so an ID above may be no servo: %s; then 'scan' again";

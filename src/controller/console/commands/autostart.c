@@ -72,6 +72,7 @@ static void print_state(struct console *console)
     if (command_set.motion_words && command_set.motion_words->autostart(console))
         return;
     printer->values[2].number = step; // %u in the text of values[1]
+    printer_set_id(printer, autostart->outcome.id);
     if (autostart->outcome.id == CDS_NO_ID) {
         printer->values[0].number = step;
         printer_line(printer, text);

@@ -357,6 +357,14 @@ static bool must_tell_change(const struct console *console)
            console->bus->baud_reg != console->part && console_is_for_person(console);
 }
 
+/* Noise that was found at another rate tells nothing of this one: it is found and told again. */
+static void forget_noise(struct console *console)
+{
+    command_set.noise->is_there = false;
+    command_set.noise->polls = 0;
+    console->faults_told &= (uint8_t)~FAULT_NOISE;
+}
+
 /* While a request of the state check is under way, the rate cannot change yet. */
 static bool bus_poll(struct console *console)
 {
@@ -366,6 +374,8 @@ static bool bus_poll(struct console *console)
     }
     if (console->line.numbers && cds_bus_set_baud(console->bus, (uint8_t)console->raw) == CDS_BUSY)
         return true;
+    if (command_set.noise && console->line.numbers && console->raw != console->part)
+        forget_noise(console);
     bus_print_line(console);
     console->index = must_tell_change(console);
     return console->index;

@@ -268,6 +268,7 @@ static bool save_poll(struct console *console)
 
 /* ---- alarms ---- */
 
+static const CDS_FLASH char message_was_released[] = " (released)";
 static const CDS_FLASH char message_unread[] = "its replies were lost, its state is unknown";
 static const CDS_FLASH char message_unread_due[] = "; look for noise, 'release %u'";
 
@@ -278,13 +279,14 @@ enum alarm_kind {
     ALARM_OFFLINE = FAILSAFE_OFFLINE // this bit of the alarm is not FAILSAFE_TORQUE_LOST
 } __attribute__((packed));
 
-/* For a person, " (now)" or " (over)" behind a latched alarm of the servo console->index. */
-static const CDS_FLASH char *text_of_age(const struct console *console, uint8_t condition)
+/* For a person, " (now)", " (over)", or " (while the line was disturbed)" behind a latched alarm of
+ * the servo console->index; "" if that is not known. */
+static const CDS_FLASH char *text_of_alarm_state(const struct console *console, uint8_t condition)
 {
     if (!command_set.unasked || !console_is_for_person(console) ||
         console->index >= console->robot->servos.count || condition >= REPLY_TORQUE_LOST)
         return message_nothing;
-    return unasked_alarm_age(command_set.unasked, console->index, (uint8_t)(1u << condition));
+    return unasked_alarm_state(command_set.unasked, console->index, (uint8_t)(1u << condition));
 }
 
 /* What to do about an alarm, with "; " in front, or "". `kind`: enum alarm_kind bits. */
@@ -293,7 +295,7 @@ static const CDS_FLASH char *remedy_of(struct console *console, uint8_t conditio
     const CDS_FLASH char *text = message_nothing;
 
     if (!(kind & ALARM_NEW))
-        return text_of_age(console, condition);
+        return text_of_alarm_state(console, condition);
     if (command_set.unasked)
         text = unasked_alarm_remedy(command_set.unasked, console, condition);
     else if (command_set.advise)
@@ -370,21 +372,26 @@ static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
 }
 
 /* For a person: prints what was told of servo `index` and is over, "alarm of servo 2: offline
- * (over)". False: there is nothing left to print of this servo. `phase`: the next condition. */
-static bool print_past(struct console *console)
+ * (over)" or "torque went off by itself (released)". False: there is nothing left to print of this
+ * servo. `phase`: the next condition. */
+static bool print_ended(struct console *console)
 {
     union printer_value *values = console->printer.values;
     uint8_t condition = REPLY_CONDITIONS;
 
     if (console_is_for_person(console) && console->index < console->robot->servos.count)
-        condition = unasked_past(command_set.unasked, console, console->index, console->phase);
+        condition =
+            unasked_next_ended(command_set.unasked, console, console->index, console->phase);
     console->phase = (uint8_t)(condition + 1);
     if (condition == REPLY_CONDITIONS)
         return false;
     values[0].text = message_of_servo;
     values[1].number = console->robot->states[console->index].id;
     values[2].text = reply_conditions[condition];
-    values[3].text = unasked_is_over;
+    values[3].text =
+        condition == REPLY_TORQUE_LOST && !console->robot->states[console->index].torque
+            ? message_was_released
+            : unasked_is_over;
     printer_line(&console->printer, message_alarm);
     return true;
 }
@@ -397,7 +404,7 @@ static bool alarms_poll(struct console *console)
 
     while (*index <= servos->count &&
            (left = (uint8_t)(alarms_of(servos, *index) & ~console->part)) == 0) {
-        if (command_set.unasked && print_past(console))
+        if (command_set.unasked && print_ended(console))
             return true;
         (*index)++;
         console->part = 0;
@@ -731,8 +738,8 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("alarms"),
         .what = FLASH_TEXT("alarms since clear"),
-        .details = COMMAND_DETAILS("Of replies, also to the bridge; offline servos. At once "
-                                   "in mode person, or if alarm_report is 1"),
+        .details = COMMAND_DETAILS("Lists alarms of all replies and offline servos. Mode "
+                                   "person or alarm_report 1 prints each at once"),
         .poll = alarms_poll,
     },
     {

@@ -15,7 +15,7 @@ static const CDS_FLASH char message_by_action[] = " action";
 static const CDS_FLASH char message_by_sync[] = " sync";
 static const CDS_FLASH char message_one_more[] = " %u";
 static const CDS_FLASH char message_group[] = "group %u";
-static const CDS_FLASH char message_silent[] = "no answer yet from servo %u";
+static const CDS_FLASH char message_silent[] = "no answer now from servo %u";
 static const CDS_FLASH char message_silent_remedy[] =
     ": 'ping %u'; if not there: 'servos forget %u', then 'group' without it";
 static const CDS_FLASH char message_registered[] = ", may still be registered";
@@ -40,7 +40,7 @@ static uint8_t group_begin(struct console *console)
     return error;
 }
 
-/* True if the robot knows no answer of this servo of the group. */
+/* True if the servo is in the list and does not answer. */
 static bool is_silent(struct console *console, uint8_t id)
 {
     const struct cds_servo_state *servo = cds_servos_find(&console->robot->servos, id);
@@ -49,7 +49,7 @@ static bool is_silent(struct console *console, uint8_t id)
            servo->presence != CDS_PRESENCE_RETURNED;
 }
 
-/* Prints "no answer yet from servo 4 5 6: ...", one ID in each call; nothing if all have answered.
+/* Prints "no answer now from servo 4 5 6: ...", one ID in each call; nothing if all answer.
  * console->part counts the servos looked at, console->raw is the first silent ID and 1. */
 static bool print_silent(struct console *console)
 {
@@ -281,8 +281,9 @@ static bool lacks_torque(const struct robot *robot)
 static bool pose_poll(struct console *console)
 {
     if (command_set.explain && console->part == 0) {
-        console->part = 1;                                                // the first poll
-        if (!(command_set.has_room && console->line.choice == POSE_IN) && // it is refused
+        console->part = 1; // the first poll
+        if (!(command_set.has_room &&
+              console->line.choice == POSE_IN) && // without torque it is refused: no hint
             lacks_torque(console->robot))
             printer_line(&console->printer, message_torque_is_off);
         return true;

@@ -23,7 +23,7 @@ static const CDS_FLASH char message_example_is[] = "Example: %s";
 #define BETWEEN 2  // characters between two usages in a line
 #define WIDTH   79 // of a line of usages
 
-/* Of the list for a person. */
+/* State of `help` in mode person. */
 struct help_job {
     uint8_t width;              // characters of the line that has begun
     const CDS_FLASH char *last; // usage of the row before; NULL: none
@@ -167,7 +167,7 @@ static const CDS_FLASH char *text_of_list(const CDS_FLASH struct command *row,
 static bool topic_line(struct console *console, const CDS_FLASH struct command *row)
 {
     struct printer *printer = &console->printer;
-    // a line begins with the first row of its command: `limits 1 2 off` is read as angles
+    // Whether the ID may be a list follows from the first row: it parses the line.
     const CDS_FLASH struct command *read = command_set.has_room ? console->line.topic : row;
     uint8_t line = console->phase++;
     bool more = true;

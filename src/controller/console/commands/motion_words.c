@@ -358,7 +358,7 @@ static bool is_wait(const struct command_line *line)
     return parse_has_name(line->command->usage, motion) && line->choice == 1 && !line->numbers;
 }
 
-/* The servo whose torque is off keeps a motion from its begin. */
+/* The servo without torque that keeps the motion from beginning. */
 static const CDS_FLASH char *advise_torque(struct console *console)
 {
     const struct motion_outcome *outcome = motion_outcome(console->robot);
@@ -371,7 +371,7 @@ static const CDS_FLASH char *advise_torque(struct console *console)
     return message_no_torque;
 }
 
-/* A servo would have to move too fast: the line above names its time. */
+/* A servo would have to move too fast; the line above tells the time that it needs. */
 static const CDS_FLASH char *advise_time(struct console *console)
 {
     const struct motion_outcome *outcome = motion_outcome(console->robot);

@@ -88,7 +88,7 @@ static void print_alarm(struct console *console, const struct cds_servo_state *s
         return;
     }
     printer->values[1].text =
-        unasked_alarm_age(command_set.unasked, (uint8_t)(servo - console->robot->states), bit);
+        unasked_alarm_state(command_set.unasked, (uint8_t)(servo - console->robot->states), bit);
     printer_text(printer, is_first ? message_alarms_age : message_alarms_more_age);
 }
 

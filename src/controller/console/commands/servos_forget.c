@@ -29,16 +29,13 @@ static uint8_t ask(struct console *console)
     return (uint8_t)cds_servo_ping(console->bus, console->line.request, console->line.id);
 }
 
-/* The servo has not answered. True: asks once more, since only CDS_SERVOS_MISSES in a row make a
- * servo offline. */
-static bool asks_again(struct console *console)
+/* True if the servo, which has not answered, must be asked once more: only CDS_SERVOS_MISSES in a
+ * row make a servo offline. Counts the call. */
+static bool must_ask_again(struct console *console)
 {
     const struct cds_servo_state *servo = console_servo(console);
 
-    if (servo && servo->presence != CDS_PRESENCE_OFFLINE && ++console->part < CDS_SERVOS_MISSES)
-        return true;
-    console->phase = REMOVE;
-    return false;
+    return servo && servo->presence != CDS_PRESENCE_OFFLINE && ++console->part < CDS_SERVOS_MISSES;
 }
 
 static uint8_t servos_forget_begin(struct console *console)
@@ -87,7 +84,11 @@ static bool servos_forget_poll(struct console *console)
         console->error = ERROR_NOT_NEW;
     if (console->error != CDS_TIMEOUT)
         return false;
-    console->error = asks_again(console) ? ask(console) : 0;
+    console->error = 0;
+    if (must_ask_again(console))
+        console->error = ask(console);
+    else
+        console->phase = REMOVE;
     return console->error == 0;
 }
 

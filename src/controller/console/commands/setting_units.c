@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Values of settings with a unit. */
+/* Values of settings: with a unit, and what a value means. */
 #include <stddef.h> // NULL
 
 #include "console/commands/shared.h"

@@ -19,9 +19,9 @@ static const CDS_FLASH char message_stop_failed[] =
 static const CDS_FLASH char message_stop_unread[] =
     "torque off was sent to all IDs; no servo is known, none was read back: 'scan', or 'scan "
     "all' for other rates; driving inhibited until '%s'";
-static const CDS_FLASH char message_unasked_ids[] =
-    "IDs not checked: %u, as no 'scan' has ended since the last reset, change of the rate or "
-    "'servos forget'; torque off was sent to them, too";
+static const CDS_FLASH char message_unscanned_ids[] =
+    "IDs not checked: %u, as no 'scan' (without 'all') has ended since the last reset, change of "
+    "the rate or 'servos forget'; torque off was sent to them, too";
 
 /* ---- stop ---- */
 
@@ -105,7 +105,7 @@ static bool stop_poll(struct console *console)
         printer_line(&console->printer, command_set.has_room &&
                                                 robot->unlisted == ROBOT_NOT_SCANNED &&
                                                 console_is_for_person(console)
-                                            ? message_unasked_ids
+                                            ? message_unscanned_ids
                                             : message_unlisted + 2); // behind "; "
     return command_set.explain && (console->error || console_is_for_person(console));
 }
