@@ -450,7 +450,7 @@ class Alarms(unittest.TestCase):
 
     def test_stop_that_no_servo_could_hear_is_confirmed_later(self):
         """Torque was off before, so the state check finds no reason to send the stop again."""
-        run = controller("scan\ntorque all off\nbus 500000\n! stop\nbus 1000000\n@wait 2000\nstatus\n", "arduino-mega", "1-3")
+        run = controller("scan\ntorque all off\nbus 500000\n! stop\nbus 1000000\n@wait 2000\nstatus\n", "arduino-mega", "1-3", "--echo")
         self.assertEqual(run.status, 0, run.output)
         self.assertIn("last stop: 3 of 3 servos read back as off", run.output)
 
