@@ -375,6 +375,8 @@ static void poll_services(void)
         failsafe_heard(failsafe);
     }
     failsafe_poll(failsafe);
+    if (command_set.has_room && console_idle(&controller.console))
+        failsafe_confirm_stop(failsafe);
     settings_save_poll(&controller.store);
     if (failsafe->counts_stack && memory_poll(&controller.memory)) {
         failsafe->spare_bytes = controller.memory.spare_bytes;

@@ -165,7 +165,7 @@ SCRIPT = {
             + servo("2 PRESENT_SPEED 1345..1364") + "turn 2 0\n" + servo("2 MOVING_SPEED 0")
             + error(47, "move 2 90") + error(33, "turn 2 63") + "torque 2 off\n",
     "get": "get 1 CCW_ANGLE_LIMIT\n" + wire(1, READ, [8, 2]) + text("CCW_ANGLE_LIMIT = 300deg (1023)")
-           + "get 1 0x09\n" + text("CCW_ANGLE_LIMIT = 300deg (1023)") + "get 1 ID\n" + text("ID = 1")
+           + "get 1 0x08\n" + text("CCW_ANGLE_LIMIT = 300deg (1023)") + "get 1 ID\n" + text("ID = 1")
            + "get 2 present-voltage\n" + text("PRESENT_VOLTAGE = 12V (120)") + error(34, "get 1 EYE"),
     "set": "set 2 CCW_ANGLE_LIMIT 300\n" + text("written") + servo("2 CCW_ANGLE_LIMIT 1023")
            + "set 2 CCW_ANGLE_LIMIT 300deg\n" + text("unchanged")
@@ -936,6 +936,7 @@ class Typed(unittest.TestCase):
                 if terminal.profile == "console":
                     self.assertEqual(said, f"error {number}: {errors[number]}\r\n")
                 self.assertTrue(said.startswith(error_line(number, line, terminal.profile)), said)
+                said = said.replace(f"'help {line.split()[0]}'", "'help COMMAND'")  # boards with room name it
                 if number not in (31, 33) and not (terminal.has_advice and number in (2, 32, 39, 42)):
                     self.assertTrue(said.endswith(f"{errors[number]}\r\n".removeprefix("servo: ")), said)
             if terminal.profile == "full":

@@ -448,6 +448,12 @@ class Alarms(unittest.TestCase):
         self.assertIn("last stop: 1 of 3 servos read back as off", run.output)
         self.assertIn("servos that have not confirmed 'stop': 2, the first: 1; see 'servos'\nok\n", run.output)
 
+    def test_stop_that_no_servo_could_hear_is_confirmed_later(self):
+        """Torque was off before, so the state check finds no reason to send the stop again."""
+        run = controller("scan\ntorque all off\nbus 500000\n! stop\nbus 1000000\n@wait 2000\nstatus\n", "arduino-mega", "1-3", "--echo")
+        self.assertEqual(run.status, 0, run.output)
+        self.assertIn("last stop: 3 of 3 servos read back as off", run.output)
+
     def test_status_names_the_fault_of_the_bus(self):
         for board in boards.CONSOLES:
             run = controller("scan\nstatus\n@expect text bus ok at 1000000bps\n@fault stuck low 500\n@wait 100\nstatus\n"

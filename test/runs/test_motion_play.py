@@ -350,7 +350,7 @@ class Play(Motion):
             with self.subTest(mode=mode, line=line):
                 run = self.run_on(SWEEP + f"@echo on\nmode {mode}\nplay sweep loop\n@wait 500\n@block 2 on\n{line}\n"
                                   "@wait 200\nservos\n@wait 200\nmode program\n", MOVING[0])
-                self.assertEqual(len(re.findall(r"motion: in step \d, pose \w+: servo 2: error 83: a servo does not follow",
+                self.assertEqual(len(re.findall(r"motion: in step \d, pose \w+: servo 2: error 83: \w+ servo does not follow",
                                                 run.output)), count,
                                  run.output[-3000:])
 
@@ -410,7 +410,7 @@ class Play(Motion):
                 self.assertRegex(self.told("@power 3 off\n@block 2 on\n@wait 1000\n", board)[-1], "servo (3: error 2|2: error 83): ")
 
     def test_end_of_a_motion_without_power_names_no_servo(self):
-        self.assertRegex(self.told("@power off\n")[-1], "^motion: error 2: no reply")
+        self.assertRegex(self.told("@power off\n")[-1], "^motion: error 2: no servo of the robot answers")
 
     def test_end_of_a_motion_by_a_lost_link_names_the_link(self):
         for board in MOVING:

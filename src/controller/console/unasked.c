@@ -324,16 +324,18 @@ static void count_tick(uint8_t *ticks, bool is_over)
         ++*ticks;
 }
 
-static void look_at_stop(struct unasked *unasked, const struct robot *robot)
+static void look_at_stop(struct unasked *unasked, const struct robot *robot,
+                         struct failsafe *failsafe)
 {
     if (robot_is_stopping(robot))
         return;
     if (!robot->stop_begun) {
         unasked_note_stop(unasked);
+        failsafe->stop_is_repeated = false;
     } else if (robot->stop.steps.result != CDS_OK) {
         unasked->stop_failed = true;
-    } else if (unasked->stop_failed) {
-        unasked->stop_failed = false;
+    } else if (unasked->stop_failed || failsafe->stop_is_repeated) {
+        unasked->stop_failed = failsafe->stop_is_repeated = false;
         unasked->stop_is_late = true;
     }
 }
@@ -487,7 +489,7 @@ static bool is_online(const struct cds_servo_state *servo)
     return servo->presence == CDS_PRESENCE_ONLINE && servo->misses == 0;
 }
 
-static void tick(struct unasked *unasked, struct console *console)
+static void tick(struct unasked *unasked, const struct console *console)
 {
     const struct cds_servos *servos = &console->robot->servos;
 
@@ -500,9 +502,7 @@ static void tick(struct unasked *unasked, struct console *console)
             unasked->away[i] = 0;
     }
     count_tick(&unasked->line_ticks, !(console_faults(console) & FAULTS_OF_LINE));
-    look_at_stop(unasked, console->robot);
-    if (console_idle(console))
-        failsafe_confirm_stop(console->failsafe);
+    look_at_stop(unasked, console->robot, console->failsafe);
     if (unasked->remedied_ticks++ >= REMEDY_TICKS)
         unasked->remedied = 0;
     unasked->is_looking = true;

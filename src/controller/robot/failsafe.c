@@ -125,6 +125,7 @@ void failsafe_confirm_stop(struct failsafe *failsafe)
     for (uint8_t i = 0; i < robot->servos.count; i++) {
         if (has_missed_stop(robot, &robot->states[i])) {
             robot_stop(robot);
+            failsafe->stop_is_repeated = true;
             return;
         }
     }

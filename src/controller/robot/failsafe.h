@@ -59,6 +59,7 @@ struct failsafe {
     bool host_types : 1;   // the latest input of the host was a command, which the console has set,
                            // and not a packet, which main has set
     bool counts_stack : 1; // `status` asks for a count of `spare_bytes`; main clears it when done
+    bool stop_is_repeated : 1; // failsafe_confirm_stop() has begun the stop; the console clears it
     uint8_t reported[ROBOT_SERVOS]; // what was reported in `alarm`, of each servo
 };
 
@@ -75,9 +76,9 @@ void failsafe_heard(struct failsafe *failsafe);
  * Call it often, after failsafe_heard(). */
 void failsafe_poll(struct failsafe *failsafe);
 
-/* Begins a stop again that a servo has not answered, if the servo answers now: so the stop is
- * confirmed, or torque is switched off. Does nothing while the robot is not idle. Chips with room
- * link it: it costs 60 bytes. */
+/* Begins the stop again if a servo that did not answer it answers now. The stop then reads its
+ * torque as off, or switches it off. Does nothing while the robot is not idle. Chips with room call
+ * it when the console is idle: it costs 100 bytes. */
 void failsafe_confirm_stop(struct failsafe *failsafe);
 
 /* Applies the settings of the bus: rate, return delay and retries. Call it when they have changed.
