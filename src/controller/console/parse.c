@@ -12,7 +12,7 @@
 #include "robot/letter.h"
 #include "robot/settings.h" // settings_named()
 
-static const CDS_FLASH struct {
+static const CDS_FLASH struct argument_name {
     const CDS_FLASH char *name;
     uint8_t argument;
 } arguments[] = {
@@ -99,9 +99,9 @@ uint8_t parse_argument_at(const CDS_FLASH char *usage)
         usage++;
     if (!is_capital(*usage))
         return ARGUMENT_NONE;
-    for (uint8_t i = 0; i < ARGUMENTS; i++)
-        if (parse_has_name(usage, arguments[i].name))
-            return arguments[i].argument;
+    for (const CDS_FLASH struct argument_name *row = arguments; row < arguments + ARGUMENTS; row++)
+        if (parse_has_name(usage, row->name))
+            return row->argument;
     return ARGUMENT_NUMBER;
 }
 

@@ -738,8 +738,8 @@ static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("alarms"),
         .what = FLASH_TEXT("alarms since clear"),
-        .details = COMMAND_DETAILS("Lists alarms of all replies and offline servos. Mode "
-                                   "person or alarm_report 1 prints each at once"),
+        .details = COMMAND_DETAILS("Alarms in replies; offline servos. Mode person or "
+                                   "alarm_report 1 prints each at once"),
         .poll = alarms_poll,
     },
     {

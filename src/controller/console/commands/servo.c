@@ -17,10 +17,19 @@ static const CDS_FLASH char message_way_back[] =
 static const CDS_FLASH char message_stands_still[] = "endless turn: speed set to 0";
 static const CDS_FLASH char message_turn_again[] =
     "torque is off: 'torque " SERVO_ID " on', then 'turn' again";
+static const CDS_FLASH char message_slow[] =
+    "it moves at %r, the last speed it was given, as by a motion; 'move %u %a 30rpm' gives another";
 
 /* Registers that move, and torque on, read first. */
 #define LOOK_FROM CDS_REG_CW_ANGLE_LIMIT
 #define LOOK_SIZE (CDS_REG_TORQUE_ENABLE - CDS_REG_CW_ANGLE_LIMIT + 1)
+
+/* The READ of a move without SPEED, for a person, goes on to MOVING_SPEED. */
+#define LOOK_SPEED_AT   (CDS_REG_MOVING_SPEED - LOOK_FROM)
+#define LOOK_SPEED_SIZE (LOOK_SPEED_AT + 2)
+
+/* A move without SPEED that is slower is told: 10 rpm. A motion leaves the speed of its end. */
+#define SLOW_SPEED 165
 
 /* Of torque and led; a move has none. */
 #define CHOICE_ON 1
@@ -79,12 +88,19 @@ void servo_failed(struct console *console, uint8_t error)
     printer_line(&console->printer, message_servo);
 }
 
-/* Submits the READ of mode and torque. CDS_NO_REPLY_DUE: they cannot be known. */
-static uint8_t look(struct console *console)
+/* Submits the READ of mode and torque, and what follows up to `size`. CDS_NO_REPLY_DUE: they cannot
+ * be known. */
+static uint8_t look(struct console *console, uint8_t size)
 {
     if (console->line.id == CDS_BROADCAST_ID)
         return CDS_NO_REPLY_DUE;
-    return servo_read(console, LOOK_FROM, LOOK_SIZE);
+    return servo_read(console, LOOK_FROM, size);
+}
+
+/* True for a move without SPEED in mode person: a slow speed is told. */
+static bool tells_speed(const struct console *console)
+{
+    return console->line.numbers == 1 && console_is_for_person(console);
 }
 
 static uint8_t move_begin(struct console *console)
@@ -98,7 +114,8 @@ static uint8_t move_begin(struct console *console)
         result = servo_cycled(console);
     if (result)
         return result;
-    result = look(console);
+    result =
+        look(console, command_set.has_room && tells_speed(console) ? LOOK_SPEED_SIZE : LOOK_SIZE);
     if (result == CDS_NO_REPLY_DUE) {
         console->part = 1; // its torque is not known
         result = servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * line->numbers));
@@ -200,7 +217,8 @@ NOINLINE static uint8_t write_switch(struct console *console, uint8_t address)
 static uint8_t torque_begin(struct console *console)
 {
     if (console->line.choice == CHOICE_ON && console->line.id != CDS_BROADCAST_ID)
-        return look(console); // refused if the servo does not reply: it may be in endless turn
+        return look(console,
+                    LOOK_SIZE); // refused if the servo does not reply: it may be in endless turn
     return write_switch(console, CDS_REG_TORQUE_ENABLE);
 }
 
@@ -234,6 +252,20 @@ static bool looks_endless(const uint8_t *bytes)
     return (bytes[0] | bytes[1] | bytes[2] | bytes[3]) == 0;
 }
 
+/* Tells the speed that the servo keeps, if it is a slow one. */
+static void tell_slow(struct console *console)
+{
+    union printer_value *values = console->printer.values;
+    const struct set_job *job = set_job(console);
+
+    if (job->kept_speed == 0 || job->kept_speed >= SLOW_SPEED)
+        return;
+    values[0].number = job->kept_speed;
+    values[1].number = console->line.id;
+    values[2].number = register_raw_at(job->data, 2);
+    printer_line(&console->printer, message_slow);
+}
+
 /* A servo in endless turn, or with torque off, accepts a goal without moving. */
 static bool move_poll(struct console *console)
 {
@@ -246,11 +278,15 @@ static bool move_poll(struct console *console)
     if (console->phase == SERVO_WRITE_SENT) {
         if (!console->part)
             printer_line(&console->printer, message_torque_is_off);
+        else if (command_set.has_room && tells_speed(console))
+            tell_slow(console);
         return command_set.explain && tell_endless(console);
     }
     console->part = bytes[LOOK_SIZE - 1]; // torque
     if (command_set.has_room)
         memcpy(set_job(console)->limits, bytes, sizeof set_job(console)->limits);
+    if (command_set.has_room && tells_speed(console))
+        set_job(console)->kept_speed = register_raw_at(&bytes[LOOK_SPEED_AT], 2);
     console->error = looks_endless(bytes) ? ERROR_ENDLESS
                                           : servo_write(console, CDS_REG_GOAL_POSITION,
                                                         (uint8_t)(2 * console->line.numbers));

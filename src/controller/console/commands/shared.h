@@ -146,10 +146,11 @@ uint8_t torque_on_error(uint8_t reason);
 /* The job of a command that writes registers. */
 struct set_job {
     struct cds_setup setup;
-    uint8_t data[4];   // what servo_write() writes
-    uint8_t limits[4]; // of `turn` and `move`: the angle limits that the servo has
-    uint8_t bound_at;  // of `set`: address of the register that the value contradicts, or 0
-    uint16_t bound;    // its value
+    uint8_t data[4];     // what servo_write() writes
+    uint8_t limits[4];   // of `turn` and `move`: the angle limits that the servo has
+    uint8_t bound_at;    // of `set`: address of the register that the value contradicts, or 0
+    uint16_t bound;      // its value
+    uint16_t kept_speed; // of `move` without SPEED: MOVING_SPEED of the servo
 };
 
 _Static_assert(sizeof(struct set_job) <= CONSOLE_JOB_SIZE, "the job must fit");
