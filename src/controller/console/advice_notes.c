@@ -29,9 +29,11 @@ static const CDS_FLASH char message_some_inhibited[] =
     ", but not for servos that lost their state: 'servos' shows them";
 static const CDS_FLASH char message_max_torque[] =
     "MAX_TORQUE acts from the servo's next power-up on: switch its power off and on";
+static const CDS_FLASH char message_other_rate[] =
+    "a servo at another rate does not join the robot: 'bus %b', then 'scan'";
 static const CDS_FLASH char message_restarted[] =
-    "servos may be moving or turning, and none is watched: Ctrl-X stops them, 'scan' finds "
-    "them\r\n";
+    "servos may be moving, and none is watched: Ctrl-X stops those at the rate of the bus, 'scan' "
+    "finds them\r\n";
 static const CDS_FLASH char message_still_inhibited[] =
     "driving is inhibited: 'release' allows it\r\n";
 static const CDS_FLASH char message_rate_changed[] =
@@ -78,14 +80,19 @@ static const CDS_FLASH char *note_missing(struct console *console)
     return values[0].number ? message_missing : NULL;
 }
 
-/* What a scan means if it found no servo, or not all of the robot. */
+/* What a scan means if it found no servo, not all of the robot, or a servo at another rate. */
 static const CDS_FLASH char *note_scan(struct console *console)
 {
     if (!console_is_for_person(console))
         return NULL;
     if (after_scan_job(console)->count == 0 && console->index == 0)
         return note_none(console);
-    return console->line.choice ? NULL : note_missing(console);
+    if (console->line.choice == 0)
+        return note_missing(console);
+    if (!command_set.has_room || after_scan_job(console)->other_rate == 0)
+        return NULL;
+    console->printer.values[0].number = (uint16_t)(after_scan_job(console)->other_rate - 1u);
+    return message_other_rate;
 }
 
 /* A person has set a link_loss_ms: what it does to one who types. */

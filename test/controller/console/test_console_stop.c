@@ -30,8 +30,8 @@ static const char *stop_reply(const char *keys)
 void test_stop_without_servos_tells_that_none_was_read(void)
 {
     static const char line[] =
-        "torque off was sent to all IDs; no servo is known, none was read back: 'scan', or "
-        "'scan all' for other rates; driving inhibited until 'release'\r\nok\r\n";
+        "torque off was sent to all IDs at this rate; no servo is known, torque may be on: 'scan', "
+        "or 'scan all', then 'bus RATE'; driving inhibited until 'release'\r\nok\r\n";
 
     settings.echo = SETTINGS_ECHO_PERSON;
     TEST_ASSERT_NOT_NULL(strstr(stop_reply("stop\r"), line));

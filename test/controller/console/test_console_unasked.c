@@ -106,8 +106,8 @@ void test_banner_tells_what_an_unwanted_reset_means(void)
 {
     TEST_ASSERT_NOT_NULL(
         strstr(whole_banner_after(FAILSAFE_RESET_WATCHDOG),
-               "watchdog\r\nservos may be moving or turning, and none is watched: Ctrl-X stops "
-               "them, 'scan' finds them\r\nhelp"));
+               "watchdog\r\nservos may be moving, and none is watched: Ctrl-X stops those at the "
+               "rate of the bus, 'scan' finds them\r\nhelp"));
     TEST_ASSERT_NOT_NULL(
         strstr(whole_banner_after(FAILSAFE_RESET_BROWN_OUT), "out\r\nservos may be"));
     TEST_ASSERT_NOT_NULL(strstr(whole_banner_after(FAILSAFE_RESET_EXTERNAL), "servos may be"));

@@ -57,6 +57,8 @@ static void copy_found(struct console *console, struct after_scan *job)
     for (uint8_t i = 0; i < count && i < ROBOT_SERVOS; i++) {
         const struct cds_scan_found *found = &robot->work.scan.found[i];
 
+        if (command_set.has_room && found->baud_reg != robot->baud_reg)
+            job->other_rate = (uint16_t)(found->baud_reg + 1u);
         if (found->baud_reg == robot->baud_reg)
             add(job, found->id, found->result == CDS_OK ? AFTER_SCAN_GOOD : AFTER_SCAN_DAMAGED);
     }

@@ -225,6 +225,7 @@ struct after_scan {
     uint8_t known;                                     // servos of the list before the search
     uint8_t powered;                                   // servos that have joined with torque on
     uint8_t powered_id;                                // ID of the last of them
+    uint16_t other_rate; // rate of a servo found at another rate, as register value plus 1; or 0
 };
 
 enum after_scan_phase {

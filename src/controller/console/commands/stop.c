@@ -17,8 +17,8 @@ static const CDS_FLASH char message_stop_done[] =
 static const CDS_FLASH char message_stop_failed[] =
     "torque may still be on: switch off the supply; inhibited until '%s'";
 static const CDS_FLASH char message_stop_unread[] =
-    "torque off was sent to all IDs; no servo is known, none was read back: 'scan', or 'scan "
-    "all' for other rates; driving inhibited until '%s'";
+    "torque off was sent to all IDs at this rate; no servo is known, torque may be on: 'scan', or "
+    "'scan all', then 'bus RATE'; driving inhibited until '%s'";
 static const CDS_FLASH char message_unscanned_ids[] =
     "IDs not checked: %u, as no 'scan' (without 'all') has ended since the last reset, change of "
     "the rate or 'servos forget'; torque off was sent to them, too";
