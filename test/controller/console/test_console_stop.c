@@ -77,7 +77,7 @@ void test_stop_while_the_link_is_lost_names_clear(void)
     console.faults_told = FAULT_LINK_LOST;
     robot_inhibit(&robot);
     TEST_ASSERT_NOT_NULL(
-        strstr(stop_reply("stop\r"), "other rates; driving inhibited until 'clear'\r\nok\r\n"));
+        strstr(stop_reply("stop\r"), "'bus RATE'; driving inhibited until 'clear'\r\nok\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(reply_to("release"), "\r\nerror 65: "));
     TEST_ASSERT_NOT_NULL(strstr(reply_to("clear"), "\r\nok\r\n"));
     TEST_ASSERT_FALSE(robot_is_inhibited(&robot));
