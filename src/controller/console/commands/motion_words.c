@@ -55,7 +55,7 @@ static const CDS_FLASH char message_end_by_link[] =
     "ended on its way, as the host link was lost; 'clear' when it is back";
 static const CDS_FLASH char message_limited[] = ", at %u%: a servo can go no faster, so not at %u%";
 static const CDS_FLASH char message_comes_to_rest[] = ", comes to rest";
-static const CDS_FLASH char message_none_answers[] =
+static const CDS_FLASH char message_robot_silent[] =
     "no servo of the robot answers; check the supply and the cable: 'diagnose'";
 static const CDS_FLASH char message_no_torque[] =
     "torque of servo %u is off; 'teach off %u' switches it on where the servo is, 'torque %u on' "
@@ -250,7 +250,7 @@ static const CDS_FLASH char *text_of_error(const struct console *console, uint8_
         unasked_bus_noise(console) != command_set.ended_motion->noise_bytes)
         return message_reply_in_noise;
     if (error == CDS_TIMEOUT && command_set.ended_motion->concerns_all)
-        return message_none_answers;
+        return message_robot_silent;
     return error == CDS_LINE_BUSY && servos_line_is_low(&console->robot->servos)
                ? diagnose_findings[CDS_FINDING_LINE_LOW]
                : error_text(error);
@@ -396,7 +396,7 @@ static const CDS_FLASH char *advise_timeout(const struct console *console)
 
     return (parse_is_command(line, play) || parse_is_command(line, motion)) &&
                    outcome->result == CDS_TIMEOUT && motion_concerns_all(console, outcome)
-               ? message_none_answers
+               ? message_robot_silent
                : NULL;
 }
 

@@ -17,7 +17,7 @@ static const CDS_FLASH char message_way_back[] =
 static const CDS_FLASH char message_stands_still[] = "endless turn: speed set to 0";
 static const CDS_FLASH char message_turn_again[] =
     "torque is off: 'torque " SERVO_ID " on', then 'turn' again";
-static const CDS_FLASH char message_slow[] =
+static const CDS_FLASH char message_kept_speed[] =
     "it moves at %r, the last speed it was given, as by a motion; 'move %u %a 30rpm' gives another";
 
 /* Registers that move, and torque on, read first. */
@@ -263,7 +263,7 @@ static void tell_slow(struct console *console)
     values[0].number = job->kept_speed;
     values[1].number = console->line.id;
     values[2].number = register_raw_at(job->data, 2);
-    printer_line(&console->printer, message_slow);
+    printer_line(&console->printer, message_kept_speed);
 }
 
 /* A servo in endless turn, or with torque off, accepts a goal without moving. */
