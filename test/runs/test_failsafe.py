@@ -387,8 +387,7 @@ class Alarms(unittest.TestCase):
                                 "'teach off ID' holds it where it is", ""]
                 if boards.BOARDS[board].mcu in boards.LARGE: # it names the cause
                     remedies = [f"; without an alarm, so it lost its power or was reset: check its plug and supply, then "
-                                f"'release {servo}'" + (f"; 'teach off {servo}' holds it where it is" if mode == "mode person" else "")
-                                for servo in (2, 3)]
+                                f"'release {servo}'; 'teach off {servo}' holds it where it is" for servo in (2, 3)]
                 if boards.BOARDS[board].profile == "full":
                     lines = [lines[0] + remedies[0], lines[1] + "; check power, wiring, ID and baud rate of the servo",
                              lines[2] + remedies[1]]
