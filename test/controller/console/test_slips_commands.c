@@ -61,10 +61,11 @@ void test_word_of_another_command_names_the_line(void)
          "error 32: SPEED 'at': try 'move 1-3 90 30rpm'; in a time: 'help pose'\r\n"},
         {"move all 100 in 2s", "error 32: SPEED 'in': try 'move 1-3 90 30rpm'; in a time: "},
         {"settings alarm_report on",
-         "error 32: VALUE 'on': 1 is on: 'settings alarm_report 1'\r\n"},
+         "error 32: VALUE 'on': write 1 (in each mode): 'settings alarm_report 1'\r\n"},
         {"settings alarm_report yes",
          "error 32: VALUE 'yes': not a number; write 1 for on, 0 for off\r\n"},
-        {"settings echo off", "error 32: VALUE 'off': 0 is off: 'settings echo 0'\r\n"},
+        {"settings echo off",
+         "error 32: VALUE 'off': write 0 (mode program): 'settings echo 0'\r\n"},
         {"settings echo on", "error 32: VALUE 'on': not a number; write a number from 0 to 2"},
         {"settings device_id off", "error 32: VALUE 'off': not a number; "},
     };
