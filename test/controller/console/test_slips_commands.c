@@ -67,7 +67,7 @@ void test_word_of_another_command_names_the_line(void)
         {"settings echo off",
          "error 32: VALUE 'off': write 0 (mode program): 'settings echo 0'\r\n"},
         {"settings echo on", "error 32: VALUE 'on': not a number; write a number from 0 to 2"},
-        {"settings device_id off", "error 32: VALUE 'off': not a number; "},
+        {"settings device_id off", "error 32: VALUE 'off': write 254 (off)"},
     };
 
     ASSERT_REPLIES(lines);
