@@ -350,7 +350,7 @@ class Play(Motion):
             with self.subTest(mode=mode, line=line):
                 run = self.run_on(SWEEP + f"@echo on\nmode {mode}\nplay sweep loop\n@wait 500\n@block 2 on\n{line}\n"
                                   "@wait 200\nservos\n@wait 200\nmode program\n", MOVING[0])
-                self.assertEqual(len(re.findall(r"motion: in step \d, pose \w+: servo 2: error 83: \w+ servo does not follow",
+                self.assertEqual(len(re.findall(r"motion: in step \d, pose \w+: servo 2: error 83: the servo does not follow",
                                                 run.output)), count,
                                  run.output[-3000:])
 
