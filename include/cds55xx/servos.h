@@ -98,10 +98,9 @@ struct cds_servo_state {
                           // first that of the bus
     uint8_t return_delay; // register 0x05 in 2 us, or CDS_SERVOS_UNKNOWN
     uint8_t alarms;       // CDS_ERROR_* bits of all its packets, until acknowledged
-    /* A value for a field of 2 bits is masked with 3u, so that -Wconversion accepts it. */
-    uint8_t presence : 2;            // enum cds_presence
-    uint8_t inhibits : 2;            // CDS_INHIBIT_* bits of this servo: cds_servos_inhibits()
-    uint8_t misses : 2;              // transactions in a row without its reply, up to 3
+    uint8_t presence : 2; // enum cds_presence
+    uint8_t inhibits : 2; // CDS_INHIBIT_* bits of this servo: cds_servos_inhibits()
+    uint8_t misses : 2;   // transactions in a row without its reply, up to 3
     uint8_t status_return_level : 2; // register 0x10, or CDS_LEVEL_UNKNOWN; at first 2
     uint8_t held;                    // mode, goal and speed in its registers: CDS_HELD_* bits
     bool has_limits : 1;             // a soft limit of its goal or of its speed is set

@@ -375,7 +375,7 @@ static void poll_services(void)
         failsafe_heard(failsafe);
     }
     failsafe_poll(failsafe);
-    if (command_set.has_room && console_idle(&controller.console))
+    if (command_set.has_room && robot_idle(&controller.robot) && console_idle(&controller.console))
         failsafe_confirm_stop(failsafe);
     settings_save_poll(&controller.store);
     if (failsafe->counts_stack && memory_poll(&controller.memory)) {

@@ -155,11 +155,6 @@ static const CDS_FLASH char *note_clear(struct console *console)
     return console->part && console_is_for_person(console) ? message_driving_allowed : NULL;
 }
 
-static bool answers(const struct cds_servo_state *servo)
-{
-    return servo->presence == CDS_PRESENCE_ONLINE || servo->presence == CDS_PRESENCE_RETURNED;
-}
-
 const CDS_FLASH char *advice_note(struct console *console)
 {
     static const CDS_FLASH char id[] = "id", factory[] = "factory", set[] = "set", scan[] = "scan",
@@ -195,8 +190,8 @@ static uint8_t count_at_rate(const struct console *console, uint8_t baud_reg)
     uint8_t count = 0;
 
     for (uint8_t i = 0; i < servos->count; i++)
-        count = (uint8_t)(count +
-                          (servos->states[i].baud_reg == baud_reg && answers(&servos->states[i])));
+        count = (uint8_t)(count + (servos->states[i].baud_reg == baud_reg &&
+                                   servo_answers(&servos->states[i])));
     return count;
 }
 

@@ -38,15 +38,6 @@ static const CDS_FLASH char name_of_get[] = "get";
 
 /* ---- rows ---- */
 
-/* True if both usage strings begin with the same word. */
-static bool have_same_name(const CDS_FLASH char *one, const CDS_FLASH char *other)
-{
-    for (; *one && *one != ' '; one++)
-        if (*one != *other++)
-            return false;
-    return *other == '\0' || *other == ' ';
-}
-
 /* The first form of the line's command that has the word and shows it in its example; NULL: none
  * has it. */
 static const CDS_FLASH struct command *form_with(const struct command_line *line,
@@ -58,7 +49,7 @@ static const CDS_FLASH struct command *form_with(const struct command_line *line
         const CDS_FLASH struct command *row = (*group)->rows;
 
         for (uint8_t left = (*group)->count; left; left--, row++)
-            if (have_same_name(line->command->usage, row->usage) &&
+            if (parse_have_same_name(line->command->usage, row->usage) &&
                 parse_is_keyword(row->usage, word) &&
                 parse_is_keyword(slip_line_to_type(row), word))
                 return row;

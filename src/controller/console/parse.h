@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "cds55xx/bus.h"          // struct cds_request
+#include "compiler.h"             // ALWAYS_INLINE
 #include "console/command.h"      // struct command
 #include "console/token.h"        // struct token
 #include "console/number_parse.h" // struct number
@@ -114,6 +115,17 @@ uint8_t parse_choice(const CDS_FLASH char *usage, const struct token *token);
 
 /* True if the argument at `usage` has the name `name`. */
 bool parse_has_name(const CDS_FLASH char *usage, const CDS_FLASH char *name);
+
+/* True if both usages begin with the same command. No command has one form without arguments and
+ * another one with them. ALWAYS_INLINE: saves 36 bytes in the profile `console`, which has one
+ * call. */
+ALWAYS_INLINE bool parse_have_same_name(const CDS_FLASH char *a, const CDS_FLASH char *b)
+{
+    for (; *a == *b; a++, b++)
+        if (*a == ' ' || *a == '\0')
+            return true;
+    return false;
+}
 
 /* True if the line has a command, and its name is `name`. */
 static inline bool parse_is_command(const struct command_line *line, const CDS_FLASH char *name)

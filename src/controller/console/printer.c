@@ -49,7 +49,7 @@ void printer_line(struct printer *printer, const CDS_FLASH char *message)
     printer->ends = true;
 }
 
-#if PRINTER_HAS_ID
+#if PRINTER_HAS_ROOM
 void printer_set_id(struct printer *printer, uint8_t id)
 {
     printer->id_for_remedy = id <= CDS_ID_MAX ? (uint16_t)(id + 1) : 0;
@@ -136,7 +136,7 @@ static bool print_value(struct printer *printer, char letter)
         printer_decimal(printer, take_value(printer).number);
     else if (letter == 'l')
         print_long(printer);
-#if PRINTER_HAS_ID
+#if PRINTER_HAS_ROOM
     else if (letter == 'i')
         print_id(printer);
     else if (letter == 'm')

@@ -23,11 +23,11 @@
  * "ID"; and the name of its command for the conversion %m, else the word "COMMAND". */
 #ifdef __AVR__
 #include <avr/io.h> // FLASHEND
-#define PRINTER_HAS_ID (FLASHEND > 0x1FFFF)
+#define PRINTER_HAS_ROOM (FLASHEND > 0x1FFFF)
 #else
-#define PRINTER_HAS_ID 1
+#define PRINTER_HAS_ROOM 1
 #endif
-#if PRINTER_HAS_ID
+#if PRINTER_HAS_ROOM
 #define SERVO_ID     "%i"
 #define COMMAND_NAME "%m"
 #else
@@ -52,7 +52,7 @@ struct printer {
     bool ends;                   // the message is the end of its line
     bool within;                 // a line has begun
     uint8_t next;                // index of the next value
-#if PRINTER_HAS_ID
+#if PRINTER_HAS_ROOM
     uint16_t id_for_remedy;                   // what %i prints, plus 1; 0: the word "ID"
     const CDS_FLASH char *command_for_remedy; // %m prints its first word; NULL: the word "COMMAND"
 #endif
@@ -64,10 +64,10 @@ bool printer_ready(struct printer *printer);
 
 /* `id`, 0 to 253, is what %i prints until the end of the message, so that a remedy can be typed as
  * it stands. A larger number: %i prints the word "ID". Without %i it does nothing. */
-#if PRINTER_HAS_ID
+#if PRINTER_HAS_ROOM
 void printer_set_id(struct printer *printer, uint8_t id);
 
-/* The first word of `usage`, NULL: "COMMAND", is what %m prints until the end of the message. */
+/* Until the end of the message %m prints the first word of `usage`; NULL: the word "COMMAND". */
 void printer_set_command(struct printer *printer, const CDS_FLASH char *usage);
 #else
 static inline void printer_set_id(struct printer *printer, uint8_t id)

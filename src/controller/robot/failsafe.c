@@ -119,8 +119,7 @@ void failsafe_confirm_stop(struct failsafe *failsafe)
 {
     struct robot *robot = failsafe->robot;
 
-    if (!robot->stop_begun || robot->operation || robot_is_stopping(robot) ||
-        cds_bus_line(robot->bus) != CDS_BUS_LINE_QUIET)
+    if (!robot->stop_begun || cds_bus_line(robot->bus) != CDS_BUS_LINE_QUIET)
         return;
     for (uint8_t i = 0; i < robot->servos.count; i++) {
         if (has_missed_stop(robot, &robot->states[i])) {

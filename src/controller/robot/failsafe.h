@@ -77,8 +77,8 @@ void failsafe_heard(struct failsafe *failsafe);
 void failsafe_poll(struct failsafe *failsafe);
 
 /* Begins the stop again if a servo that did not answer it answers now. The stop then reads its
- * torque as off, or switches it off. Does nothing while the robot is not idle. Chips with room call
- * it when the console is idle: it costs 100 bytes. */
+ * torque as off, or switches it off. Call it only while robot and console are idle: the stop would
+ * abort an operation, and `stop` prints what the last stop has read. Chips with room call it. */
 void failsafe_confirm_stop(struct failsafe *failsafe);
 
 /* Applies the settings of the bus: rate, return delay and retries. Call it when they have changed.

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What servos.c, id_in_doubt.c, permit.c and learn.c need of each other; not installed. Main
- * context. */
+ * context. They mask a value for a field of 2 bits with 3u, so that -Wconversion accepts it. */
 #ifndef CDS_SERVOS_INTERNAL_H
 #define CDS_SERVOS_INTERNAL_H
 

@@ -16,8 +16,7 @@ static const CDS_FLASH char message_return_delay[] =
 
 static const CDS_FLASH char message_powered[] =
     "servos that joined with torque on: %u, for example servo %u; it may be moving: 'stop' "
-    "switches "
-    "torque off";
+    "switches torque off";
 
 static const CDS_FLASH char message_noisy[] =
     "replies were damaged, so an ID above may be no servo: %s; then 'scan' again";

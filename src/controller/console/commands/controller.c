@@ -663,20 +663,21 @@ static void print_servos(struct console *console, const struct cds_servos *servo
         if (command_set.has_room && servo->alarms & CDS_ERRORS_OF_CONDITION)
             alarmed++;
     }
-    if (command_set.has_room && elsewhere && !servos_line_is_low(servos))
-        message = message_servos_elsewhere;
     printer->values[0].number = servos->count;
     printer->values[1].text = servos->is_full ? message_and_more : message_nothing;
     if (servos_line_is_low(servos))
         offline = servos->count;
     printer->values[2].number = offline;
-    if (command_set.has_room)
-        printer->values[3].number = message == message_servos ? alarmed : elsewhere;
-    if (command_set.has_room && message == message_servos && alarmed &&
-        console_is_for_person(console))
+    if (command_set.advise && is_suspect(console)) {
+        message = message_servos_not_asked;
+    } else if (command_set.has_room && elsewhere && !servos_line_is_low(servos)) {
+        printer->values[3].number = elsewhere;
+        message = message_servos_elsewhere;
+    } else if (command_set.has_room && alarmed && console_is_for_person(console)) {
+        printer->values[3].number = alarmed;
         message = message_servos_with_alarms;
-    printer_line(printer,
-                 command_set.advise && is_suspect(console) ? message_servos_not_asked : message);
+    }
+    printer_line(printer, message);
 }
 
 static void print_stack(struct printer *printer, const struct failsafe *failsafe)

@@ -45,8 +45,7 @@ static bool is_silent(struct console *console, uint8_t id)
 {
     const struct cds_servo_state *servo = cds_servos_find(&console->robot->servos, id);
 
-    return servo && servo->presence != CDS_PRESENCE_ONLINE &&
-           servo->presence != CDS_PRESENCE_RETURNED;
+    return servo && !servo_answers(servo);
 }
 
 /* Prints "no answer now from servo 4 5 6: ...", one ID in each call; nothing if all answer.
@@ -282,8 +281,8 @@ static bool pose_poll(struct console *console)
 {
     if (command_set.explain && console->part == 0) {
         console->part = 1; // the first poll
-        if (!(command_set.has_room &&
-              console->line.choice == POSE_IN) && // without torque it is refused: no hint
+        /* 'pose in' without torque is refused: no hint. */
+        if (!(command_set.has_room && console->line.choice == POSE_IN) &&
             lacks_torque(console->robot))
             printer_line(&console->printer, message_torque_is_off);
         return true;

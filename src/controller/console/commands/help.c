@@ -63,16 +63,6 @@ ALWAYS_INLINE bool is_of_names(const struct console *console)
     return command_set.has_room && console->line.choice != TOPIC_ALL && is_brief(console);
 }
 
-/* True if both usage strings begin with the same command. ALWAYS_INLINE: saves 36 bytes in the
- * profile `console`, which has one call. */
-ALWAYS_INLINE bool are_alike(const CDS_FLASH char *a, const CDS_FLASH char *b)
-{
-    for (; *a == *b; a++, b++)
-        if (*a == ' ' || *a == '\0')
-            return true;
-    return false;
-}
-
 /* Prints the usage of the row, in the line that has begun if it fits. True: a line was ended, the
  * row is next. */
 static bool usage_in_line(struct console *console, const CDS_FLASH struct command *row)
@@ -98,7 +88,7 @@ static void name_in_line(struct console *console, const CDS_FLASH struct command
     struct help_job *job = help_job(console);
     const CDS_FLASH char *name = row->usage;
 
-    if (job->last == NULL || !are_alike(job->last, name)) {
+    if (job->last == NULL || !parse_have_same_name(job->last, name)) {
         printer_char(&console->printer, ' ');
         while (*name && *name != ' ')
             printer_char(&console->printer, *name++);
@@ -205,7 +195,7 @@ static uint8_t count_commands(const CDS_FLASH struct command_group *group)
     uint8_t count = 1;
 
     for (uint8_t left = group->count; --left; row++)
-        if (!are_alike(row->usage, row[1].usage))
+        if (!parse_have_same_name(row->usage, row[1].usage))
             count++;
     return count;
 }
@@ -354,7 +344,7 @@ static bool help_poll(struct console *console)
     }
     row = &group->rows[console->index];
     if (topic == NULL ? list_line(console, group, row)
-                      : are_alike(topic->usage, row->usage) && topic_line(console, row))
+                      : parse_have_same_name(topic->usage, row->usage) && topic_line(console, row))
         return true;
     console->phase = 0;
     if (++console->index == group->count) {

@@ -11,8 +11,7 @@
 
 static const CDS_FLASH char message_stuck_alarm[] =
     "the servo does not follow its goals, and has reported since 'clear': %s; 'torque %i off', "
-    "free "
-    "or unload it: 'diagnose %i'";
+    "free or unload it: 'diagnose %i'";
 static const CDS_FLASH char message_cause[] = "servo %u is the cause";
 static const CDS_FLASH char message_in_step[] = "%s in step %u";
 
@@ -40,7 +39,6 @@ bool motion_concerns_all(const struct console *console, const struct motion_outc
 static void name_alarm(const struct console *console, uint8_t id, union printer_value *values)
 {
     const struct cds_servo_state *servo = cds_servos_find(&console->robot->servos, id);
-
     uint8_t alarms = servo ? servo->alarms & CDS_ERRORS_OF_CONDITION : 0;
 
     if (alarms == 0)

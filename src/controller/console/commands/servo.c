@@ -216,9 +216,9 @@ NOINLINE static uint8_t write_switch(struct console *console, uint8_t address)
 
 static uint8_t torque_begin(struct console *console)
 {
+    /* Torque on is refused if the servo does not reply: it may be in endless turn. */
     if (console->line.choice == CHOICE_ON && console->line.id != CDS_BROADCAST_ID)
-        return look(console,
-                    LOOK_SIZE); // refused if the servo does not reply: it may be in endless turn
+        return look(console, LOOK_SIZE);
     return write_switch(console, CDS_REG_TORQUE_ENABLE);
 }
 

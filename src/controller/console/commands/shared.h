@@ -261,6 +261,12 @@ uint8_t stop_begin(struct console *console);
 uint8_t servos_begin(struct console *console);
 bool servos_poll(struct console *console);
 
+/* True if the servo answered its last state check, or has just come back. */
+static inline bool servo_answers(const struct cds_servo_state *servo)
+{
+    return servo->presence == CDS_PRESENCE_ONLINE || servo->presence == CDS_PRESENCE_RETURNED;
+}
+
 /* In bus.c: the state of the line. It is not quiet while there is noise (console_is_noisy()). */
 enum cds_bus_line bus_line_state(const struct console *console);
 
