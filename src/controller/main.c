@@ -25,11 +25,11 @@
 #include "host/device.h"
 #include "host/host_demux.h"
 #include "host/host_rescue.h"
-#include "robot/inhibit_copy.h"
 #include "avr/idle.h"
 #include "robot/failsafe.h"
 #include "avr/memory.h"
 #include "robot/robot.h"
+#include "robot/reset_copy.h"
 #include "avr/serial.h"
 #include "host/device_registers.h"
 #include "avr/watchdog.h"
@@ -56,8 +56,8 @@ static const CDS_FLASH char host_rescued[] = "host link at the board's rate: sav
 
 const CDS_FLASH char message_own_rate[] = ", " TEXT_OF(BOARD_HOST_BAUD) "bps, the board's own";
 
-/* Start-up does not clear this copy, so the drive inhibit survives a reset. */
-static struct inhibit_copy inhibit_copy __attribute__((section(".noinit")));
+/* Start-up does not clear this copy: drive inhibit and rate of the bus survive a reset. */
+static struct reset_copy reset_copy __attribute__((section(".noinit")));
 
 static struct {
     struct cds_bus bus;
@@ -190,10 +190,13 @@ static void begin_failsafe(void)
     failsafe_apply_settings(failsafe);
 }
 
-/* Finds what the EEPROM stores. */
+/* Finds what the EEPROM stores. The bus has the rate of before the reset: servos that move have it.
+ */
 static void load(void)
 {
     settings_load(&controller.store, &controller.settings);
+    if (!(avr_reset_cause & FAILSAFE_RESET_POWER) && reset_copy_has_rate(&reset_copy))
+        controller.settings.bus_baud = reset_copy.baud_reg.value;
     if (command_set.store)
         command_set.store->load(command_set.store->motions, &controller.store);
 }
@@ -211,7 +214,7 @@ static void open(void)
     cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
     controller.robot.moves = command_set.moves;
     robot_begin(&controller.robot, &controller.bus, CDS_AVR_SHORTEST_DELAY(0));
-    robot_resume(&controller.robot, &inhibit_copy, avr_reset_cause & FAILSAFE_RESET_POWER);
+    robot_resume(&controller.robot, &reset_copy, avr_reset_cause & FAILSAFE_RESET_POWER);
     begin_failsafe();
     host_demux_open(&controller.host, &controller.serial.rx, &controller.text,
                     controller.packets[0] + STATUS_PACKET_HEAD);
@@ -375,6 +378,7 @@ static void poll_services(void)
         failsafe_heard(failsafe);
     }
     failsafe_poll(failsafe);
+    kept_store(&reset_copy.baud_reg, controller.settings.bus_baud);
     if (command_set.has_room && robot_idle(&controller.robot) && console_idle(&controller.console))
         failsafe_confirm_stop(failsafe);
     settings_save_poll(&controller.store);

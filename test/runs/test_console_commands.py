@@ -687,7 +687,7 @@ class Scripts(unittest.TestCase):
 
     def test_rate_of_a_list_names_save(self):
         run = self.run_on("arduino-mega", "mode person\nscan\nbaud all 500000\n")
-        self.assertIn("bus at 500000bps: 'save' keeps it over a reset", run.output)
+        self.assertIn("bus at 500000bps: 'save' keeps it over power-off", run.output)
 
     def test_resume_without_a_pause_is_refused(self):
         self.run_on("arduino-mega", "scan\ntorque 1,2 on\nmove 1,2 90 0\n@wait 1000\ngroup 1 2\npose set rest 150 150\n@wait 300\n"

@@ -128,7 +128,7 @@ class Person(unittest.TestCase):
     def test_baud_tells_a_person_that_other_servos_are_cut_off(self):
         """On boards with room, how many servos are known at each rate."""
         told = "the bus changed: any servo at the old rate answers after 'bus 1000000bps'\r\n"
-        counted = "the bus changed to this rate, 'save' keeps it over a reset; servos of the list here: 1; 'scan' looks for others\r\n"
+        counted = "the bus changed to this rate, 'save' keeps it over power-off; servos of the list here: 1; 'scan' looks for others\r\n"
         lines = (START + text("baud 2 500000").replace("60000", "1000000") + text("mode program")
                  + text("baud 2 250000").replace("60000", "1000000"))
         for board, profile, heard in self.each(lines):

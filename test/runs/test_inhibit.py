@@ -102,6 +102,18 @@ class Resets(unittest.TestCase):
                            f"release\n@reset {cause}\nstatus\n@expect text driving: allowed\n"
                            "torque 1 on\n@expect servo 1 torque on\n", board)
 
+    def test_rate_of_the_bus_survives_every_reset_but_power_on(self):
+        for board in boards.CONSOLES:
+            for cause in ("watchdog", "brown-out", "external"):
+                run_script(self, "write 1 CCW_ANGLE_LIMIT 0\ntorque 1 on\nwrite 1 MOVING_SPEED 100\nwrite 254 BAUD_RATE 3\n"
+                           f"settings bus_baud 3\n@reset {cause}\nstop\n@expect servo 1 torque off\nping 1\n"
+                           "@reset power\n! ping 1\n", board)
+
+    def test_rate_of_a_scan_is_not_the_rate_after_a_reset(self):
+        for board in boards.CONSOLES:
+            run_script(self, "settings bus_baud 3\n@reset watchdog in 20\n! scan all\nbus\n@expect text bus ok at 500000bps\n"
+                       "@reset power\nping 1\n", board)
+
     def test_power_on_starts_free_and_drives_nothing(self):
         for board in boards.CONSOLES:
             run = run_script(self, "stop\n@reset power\nstatus\n@expect text driving: allowed\n" + STILL.format("1-3") +

@@ -263,7 +263,7 @@ class Advised(unittest.TestCase):
     def test_bus_counts_a_servo_found_at_another_rate_once(self):
         for board in ("atmega128", "arduino-mega"):
             told = self.told("@fault baud 2 34\nscan all\nbus 57143\nmode program\n", board)
-            self.assertEqual(told, ["the bus changed to this rate, 'save' keeps it over a reset; servos of the list here: 1; at the old rate: 2, until "
+            self.assertEqual(told, ["the bus changed to this rate, 'save' keeps it over power-off; servos of the list here: 1; at the old rate: 2, until "
                                     "'bus 1000000bps'; one that moves goes on, and 'stop' does not reach it"])
 
     def test_diagnose_without_power_tells_what_it_sent(self):

@@ -32,12 +32,11 @@ static const CDS_FLASH char message_max_torque[] =
 static const CDS_FLASH char message_other_rate[] =
     "a servo at another rate does not join the robot: 'bus %b', then 'scan'";
 static const CDS_FLASH char message_restarted[] =
-    "servos may be moving, and none is watched: Ctrl-X stops those at the rate of the bus, 'scan' "
-    "finds them\r\n";
+    "servos may be moving, and none is watched: Ctrl-X stops those at %b, 'scan' finds them\r\n%s";
 static const CDS_FLASH char message_still_inhibited[] =
     "driving is inhibited: 'release' allows it\r\n";
 static const CDS_FLASH char message_rate_changed[] =
-    "the bus changed to this rate, 'save' keeps it over a reset; servos of the list here: %u; %s";
+    "the bus changed to this rate, 'save' keeps it over power-off; servos of the list here: %u; %s";
 static const CDS_FLASH char message_servos_left[] = "at the old rate: %u, until 'bus %b'%s";
 static const CDS_FLASH char message_goes_on[] =
     "; one that moves goes on, and 'stop' does not reach it";
@@ -226,5 +225,6 @@ void advice_after_reset(struct console *console)
 
     values[2].text =
         console->failsafe->reset_cause & FAILSAFE_RESET_POWER ? message_nothing : message_restarted;
-    values[3].text = robot_is_inhibited(console->robot) ? message_still_inhibited : message_nothing;
+    values[3].number = console->bus->baud_reg;
+    values[4].text = robot_is_inhibited(console->robot) ? message_still_inhibited : message_nothing;
 }

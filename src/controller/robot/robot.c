@@ -21,15 +21,15 @@ void robot_begin(struct robot *robot, struct cds_bus *bus, uint8_t shortest_dela
                                                  .shortest_delay = shortest_delay});
 }
 
-static void store(const struct robot *robot, uint16_t state)
+static void store(const struct robot *robot, uint8_t state)
 {
-    if (robot->inhibit_copy)
-        inhibit_store(robot->inhibit_copy, state);
+    if (robot->reset_copy)
+        kept_store(&robot->reset_copy->state, state);
 }
 
 void robot_inhibit(struct robot *robot)
 {
-    if (robot->inhibit_copy && inhibit_stored(robot->inhibit_copy) != INHIBIT_STOPPING)
+    if (robot->reset_copy && reset_copy_state(robot->reset_copy) != INHIBIT_STOPPING)
         store(robot, INHIBIT_ON); // else a stop is not finished: the copy keeps INHIBIT_STOPPING
     cds_servos_inhibit_all(&robot->servos);
 }
@@ -52,15 +52,15 @@ bool robot_release(struct robot *robot)
     return true;
 }
 
-void robot_resume(struct robot *robot, struct inhibit_copy *copy, bool powered_on)
+void robot_resume(struct robot *robot, struct reset_copy *copy, bool powered_on)
 {
-    uint16_t state = powered_on ? INHIBIT_FREE : inhibit_stored(copy);
+    uint8_t state = powered_on ? INHIBIT_FREE : reset_copy_state(copy);
 
-    robot->inhibit_copy = copy;
+    robot->reset_copy = copy;
     store(robot, state);
     if (state == INHIBIT_STOPPING)
         robot_stop(robot);
-    else if (state == INHIBIT_ON)
+    else if (state != INHIBIT_FREE)
         robot_inhibit(robot);
 }
 

@@ -24,7 +24,7 @@
 #include "flash.h"                   // CDS_FLASH
 #include "robot/baud_change.h"       // struct baud_change
 #include "robot/new_servo.h"         // struct new_servo
-#include "robot/inhibit_copy.h"      // struct inhibit_copy
+#include "robot/reset_copy.h"        // struct reset_copy
 
 /* Servos that the controller knows, 1 to 50. Each costs 50 bytes of RAM. */
 #ifndef ROBOT_SERVOS
@@ -93,7 +93,7 @@ union robot_work {
  * failsafe.c and unasked.c write CDS_HELD_LOSS_TOLD. */
 struct robot {
     struct cds_bus *bus;
-    struct inhibit_copy *inhibit_copy;                 // survives a reset; NULL: there is no copy
+    struct reset_copy *reset_copy;                     // survives a reset; NULL: there is no copy
     const CDS_FLASH struct robot_operation *operation; // under way, or NULL
     struct cds_cycle
         *cycle;          // cycle of an operation that shares the bus with other requests, or NULL
@@ -130,7 +130,7 @@ void robot_poll(struct robot *robot);
 /* Restores the drive inhibit after a reset. Driving is inhibited if `copy` says so or is damaged,
  * and a stop that was not finished begins again. `copy` must stay in place. `powered_on`: `copy` is
  * random, and driving is allowed. Call it once, after robot_begin(). */
-void robot_resume(struct robot *robot, struct inhibit_copy *copy, bool powered_on);
+void robot_resume(struct robot *robot, struct reset_copy *copy, bool powered_on);
 
 /* Inhibits driving, also after a reset: no packet that can drive a servo is sent to any ID. */
 void robot_inhibit(struct robot *robot);

@@ -56,7 +56,7 @@ void test_change_of_host_rate_warns_a_person_only(void)
 
 void test_change_of_bus_rate_tells_a_person_of_servos(void)
 {
-    static const char lines[] = "the bus changed to this rate, 'save' keeps it over a reset; "
+    static const char lines[] = "the bus changed to this rate, 'save' keeps it over power-off; "
                                 "servos of the list here: 0; at the "
                                 "old rate: 2, until 'bus 1000000bps'\r\nok\r\n";
     static const char none_left[] = "servos of the list here: 0; 'scan' looks for others\r\nok\r\n";

@@ -282,7 +282,7 @@ void test_stop_waits_until_scan_restores_rate(void)
 
 void test_inhibit_survives_a_reset(void)
 {
-    struct inhibit_copy kept;
+    struct reset_copy kept;
 
     memset(&kept, 0xA5, sizeof kept);
     robot_resume(&robot, &kept, true);
@@ -305,7 +305,7 @@ void test_inhibit_survives_a_reset(void)
 
 void test_stop_that_a_reset_interrupts_begins_anew(void)
 {
-    struct inhibit_copy kept;
+    struct reset_copy kept;
 
     robot_resume(&robot, &kept, true);
     robot_stop(&robot);
@@ -326,7 +326,7 @@ void test_stop_that_a_reset_interrupts_begins_anew(void)
  */
 void test_stop_that_gave_up_is_kept_for_a_reset(void)
 {
-    struct inhibit_copy kept;
+    struct reset_copy kept;
 
     robot_resume(&robot, &kept, true);
     port_fake.low = true;
@@ -338,28 +338,46 @@ void test_stop_that_gave_up_is_kept_for_a_reset(void)
     }
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, robot.stop.steps.result);
     robot_inhibit(&robot);
-    TEST_ASSERT_EQUAL_HEX16(INHIBIT_STOPPING, inhibit_stored(&kept));
+    TEST_ASSERT_EQUAL_HEX8(INHIBIT_STOPPING, reset_copy_state(&kept));
     TEST_ASSERT_TRUE(robot_allow(&robot));
-    TEST_ASSERT_EQUAL_HEX16(INHIBIT_FREE, inhibit_stored(&kept));
+    TEST_ASSERT_EQUAL_HEX8(INHIBIT_FREE, reset_copy_state(&kept));
 }
 
 void test_inhibit_of_a_damaged_copy_holds(void)
 {
-    struct inhibit_copy kept;
+    struct reset_copy kept;
 
-    for (uint8_t bit = 0; bit < 32; bit++) {
-        inhibit_store(&kept, INHIBIT_FREE);
-        TEST_ASSERT_EQUAL_HEX16(INHIBIT_FREE, inhibit_stored(&kept));
-        if (bit < 16)
-            kept.state ^= (uint16_t)(1u << bit);
+    for (uint8_t bit = 0; bit < 16; bit++) {
+        kept_store(&kept.state, INHIBIT_FREE);
+        kept_store(&kept.baud_reg, 3);
+        TEST_ASSERT_EQUAL_HEX8(INHIBIT_FREE, reset_copy_state(&kept));
+        TEST_ASSERT_TRUE(reset_copy_has_rate(&kept));
+        if (bit < 8)
+            kept.state.value = (uint8_t)(INHIBIT_FREE ^ 1u << bit);
         else
-            kept.check ^= (uint16_t)(1u << (bit - 16));
-        TEST_ASSERT_EQUAL_HEX16(INHIBIT_ON, inhibit_stored(&kept));
+            kept.state.check = (uint8_t)(~INHIBIT_FREE ^ 1u << (bit - 8));
+        TEST_ASSERT_EQUAL_HEX8(INHIBIT_ON, reset_copy_state(&kept));
+        TEST_ASSERT_FALSE(reset_copy_has_rate(&kept));
     }
     memset(&kept, 0, sizeof kept);
-    TEST_ASSERT_EQUAL_HEX16(INHIBIT_ON, inhibit_stored(&kept));
+    TEST_ASSERT_EQUAL_HEX8(INHIBIT_ON, reset_copy_state(&kept));
     memset(&kept, 0xFF, sizeof kept);
-    TEST_ASSERT_EQUAL_HEX16(INHIBIT_ON, inhibit_stored(&kept));
+    TEST_ASSERT_EQUAL_HEX8(INHIBIT_ON, reset_copy_state(&kept));
+}
+
+void test_rate_of_a_damaged_copy_is_refused(void)
+{
+    struct reset_copy kept;
+
+    for (uint8_t bit = 0; bit < 16; bit++) {
+        kept_store(&kept.state, INHIBIT_FREE);
+        kept_store(&kept.baud_reg, 3);
+        if (bit < 8)
+            kept.baud_reg.value = (uint8_t)(3u ^ 1u << bit);
+        else
+            kept.baud_reg.check = (uint8_t)(~3u ^ 1u << (bit - 8));
+        TEST_ASSERT_FALSE(reset_copy_has_rate(&kept));
+    }
 }
 
 void test_inhibit_holds_while_a_scan_runs(void)

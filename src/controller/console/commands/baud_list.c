@@ -8,7 +8,7 @@
 static const CDS_FLASH char message_followed[] = "servo %u: at %b%s";
 static const CDS_FLASH char message_stays[] = "servo %u: stays at %b: %s";
 static const CDS_FLASH char message_bus[] = "bus at %b";
-static const CDS_FLASH char message_bus_unsaved[] = "bus at %b: 'save' keeps it over a reset";
+static const CDS_FLASH char message_bus_unsaved[] = "bus at %b: 'save' keeps it over power-off";
 
 static enum cds_result begin_change(struct robot *robot, const void *config)
 {
