@@ -129,6 +129,12 @@ class Remedy(unittest.TestCase):
         told = found_with_torque(self, "alarm of .*", "@power 2 off\n@wait 200\n@power 2 on\n@wait 4000\nrelease 2\nalarms\n")
         self.assertEqual(told[1:], ["alarm of servo 2: torque went off by itself (released)"])
 
+    def test_alarm_of_a_servo_that_left_does_not_pass_to_another(self):
+        run = controller("mode person\ngroup 1 2\npose set up 90 90\nsequence wave new up 500ms\n@power 1,2 off\n@wait 3000\n"
+                         "servos forget\n! play wave\n@wait 3000\nscan\nalarms\n", "arduino-mega", "1-3", "--echo")
+        self.assertEqual(run.status, 0, run.output)
+        self.assertEqual(re.findall("alarm of .*", run.output)[2:], ["alarm of servo 1: offline"])
+
     def test_alarm_knows_a_turn_that_a_program_has_begun(self):
         told = found_with_torque(self, "torque went off by itself.*", "mode program\nturn 2 20rpm\n@wait 300\n@power 2 off\n@wait 100\n"
                                  "@power 2 on\nmode person\n@wait 4000\nmode program\n")

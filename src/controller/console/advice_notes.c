@@ -32,7 +32,7 @@ static const CDS_FLASH char message_max_torque[] =
 static const CDS_FLASH char message_other_rate[] =
     "a servo at another rate does not join the robot: 'bus %b', then 'scan'";
 static const CDS_FLASH char message_restarted[] =
-    "servos may be moving, and none is watched: Ctrl-X stops those at %b, 'scan' finds them\r\n%s";
+    "servos may be moving, and none is watched: Ctrl-X stops those at %b, 'scan' finds them\r\n";
 static const CDS_FLASH char message_still_inhibited[] =
     "driving is inhibited: 'release' allows it\r\n";
 static const CDS_FLASH char message_rate_changed[] =
@@ -223,8 +223,8 @@ void advice_after_reset(struct console *console)
 {
     union printer_value *values = console->printer.values;
 
-    values[2].text =
+    values[2].text = robot_is_inhibited(console->robot) ? message_still_inhibited : message_nothing;
+    values[3].text =
         console->failsafe->reset_cause & FAILSAFE_RESET_POWER ? message_nothing : message_restarted;
-    values[3].number = console->bus->baud_reg;
-    values[4].text = robot_is_inhibited(console->robot) ? message_still_inhibited : message_nothing;
+    values[4].number = console->bus->baud_reg;
 }

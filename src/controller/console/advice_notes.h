@@ -19,7 +19,7 @@ const CDS_FLASH char *advice_note(struct console *console);
  * command_set. */
 const CDS_FLASH char *advice_bus_changed(struct console *console, uint8_t old);
 
-/* Puts two lines of the banner into values 2 and 3 of the printer, each empty or with its end of
+/* Puts two lines of the banner into values 2 to 4 of the printer, each empty or with its end of
  * line: what a reset that was not power-on means for the robot, and that driving is inhibited.
  * `after_reset` of struct command_set. */
 void advice_after_reset(struct console *console);

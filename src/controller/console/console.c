@@ -27,7 +27,7 @@
 static const CDS_FLASH char banner[] = "%s%s\r\nhelp lists the commands; Ctrl-X stops all servos";
 #define HELP_AND_TAB "help lists the commands, Tab completes them; Ctrl-X stops all servos"
 static const CDS_FLASH char banner_typing[] = "%s%s\r\n" HELP_AND_TAB;
-static const CDS_FLASH char banner_noting[] = "%s%s\r\n%s" HELP_AND_TAB;
+static const CDS_FLASH char banner_noting[] = "%s%s\r\n%s%s" HELP_AND_TAB;
 
 static void begin_line(struct console *console)
 {

@@ -494,12 +494,14 @@ static void tick(struct unasked *unasked, const struct console *console)
     const struct cds_servos *servos = &console->robot->servos;
 
     for (uint8_t i = 0; i < ROBOT_SERVOS; i++) {
-        if (i < servos->count && is_online(&servos->states[i]))
-            unasked->alarms[i].damaged = (uint8_t)servos->states[i].counters.corrupt;
-        if (i < servos->count)
-            count_tick(&unasked->away[i], is_online(&servos->states[i]));
-        else
+        if (i >= servos->count) { // also of servos that left the list
             unasked->away[i] = 0;
+            unasked->alarms[i] = (struct unasked_alarms){0};
+            continue;
+        }
+        if (is_online(&servos->states[i]))
+            unasked->alarms[i].damaged = (uint8_t)servos->states[i].counters.corrupt;
+        count_tick(&unasked->away[i], is_online(&servos->states[i]));
     }
     count_tick(&unasked->line_ticks, !(console_faults(console) & FAULTS_OF_LINE));
     look_at_stop(unasked, console->robot, console->failsafe);

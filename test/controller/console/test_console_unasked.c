@@ -106,8 +106,8 @@ void test_banner_tells_what_an_unwanted_reset_means(void)
 {
     TEST_ASSERT_NOT_NULL(
         strstr(whole_banner_after(FAILSAFE_RESET_WATCHDOG),
-               "watchdog\r\nservos may be moving, and none is watched: Ctrl-X stops those at the "
-               "rate of the bus, 'scan' finds them\r\nhelp"));
+               "watchdog\r\nservos may be moving, and none is watched: Ctrl-X stops those at "
+               "1000000bps, 'scan' finds them\r\nhelp"));
     TEST_ASSERT_NOT_NULL(
         strstr(whole_banner_after(FAILSAFE_RESET_BROWN_OUT), "out\r\nservos may be"));
     TEST_ASSERT_NOT_NULL(strstr(whole_banner_after(FAILSAFE_RESET_EXTERNAL), "servos may be"));
@@ -119,7 +119,7 @@ void test_banner_tells_that_driving_is_inhibited(void)
 {
     robot_inhibit(&robot);
     TEST_ASSERT_NOT_NULL(strstr(whole_banner_after(FAILSAFE_RESET_EXTERNAL),
-                                "\r\ndriving is inhibited: 'release' allows it\r\nhelp"));
+                                "\r\ndriving is inhibited: 'release' allows it\r\nservos may be"));
     robot_allow(&robot);
     TEST_ASSERT_NULL(strstr(whole_banner_after(FAILSAFE_RESET_EXTERNAL), "inhibited"));
 }
