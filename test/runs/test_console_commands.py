@@ -484,7 +484,7 @@ class Scripts(unittest.TestCase):
     def test_servo_that_babbles_is_not_taken_for_noise(self):
         self.run_on("arduino-mega", "@fault babble random\n@wait 1000\n! ping 1\n"
                     + text("error 9: servo 1: the line is never quiet; unplug servos one by one until it is quiet") + "status\n"
-                    + text("servos: 3, offline 0 before the line was disturbed"))
+                    + text("servos: 3, offline 0, as last known"))
 
     def test_cycle_tells_a_servo_that_was_inhibited(self):
         for board in ("arduino-mega", "atmega128"):

@@ -149,7 +149,7 @@ class Remedy(unittest.TestCase):
 
     def test_status_on_a_noisy_line_is_not_ok(self):
         told = found_with_torque(self, "bus busy.*|bus ok.*|servos: .*", "@fault noise 300\n@wait 3000\nstatus\n")
-        self.assertEqual(told, ["bus busy: noise or others, at 1000000bps", "servos: 3, offline 0 before the line was disturbed"])
+        self.assertEqual(told, ["bus busy: noise or others, at 1000000bps", "servos: 3, offline 0, as last known"])
 
     def test_status_counts_servos_at_another_rate(self):
         told = found_with_torque(self, "servos: .*", "baud 2 57600bps\nstatus\n")

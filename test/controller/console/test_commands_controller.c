@@ -91,8 +91,8 @@ void test_status_tells_all_there_is(void)
                              "settings at start: defaults: nothing saved\r\n"
                              "host link: not watched\r\ndriving: allowed\r\n"
                              "last stop: none\r\nCtrl-X in damaged packets: 0\r\n"
-                             "bus busy: noise or others, at 1000000bps\r\nservos: 1, offline 0 "
-                             "before the line was disturbed\r\n"
+                             "bus busy: noise or others, at 1000000bps\r\nservos: 1, offline 0, "
+                             "as last known\r\n"
                              "RETURN_DELAY refused: 0; lowest 0 (0us)\r\n"
                              "poses: 0, room for 20; sequences: 0, room for 8\r\n"
                              "EEPROM: 0 saves of motion data, 0 records are damaged\r\n"
@@ -139,7 +139,7 @@ void test_status_prints_link_inhibit_and_last_stop(void)
     TEST_ASSERT_NOT_NULL(strstr(said, "driving: inhibited until 'clear'\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "Ctrl-X in damaged packets: 7\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "host link: lost\r\n"));
-    TEST_ASSERT_NOT_NULL(strstr(said, "servos: 18 and more, offline 0 "));
+    TEST_ASSERT_NOT_NULL(strstr(said, "servos: 18 and more, offline 0"));
     robot.stop.servos = &robot.servos;
     robot.stop.steps.result = CDS_TIMEOUT;
     for (uint8_t i = 0; i < 17; i++)

@@ -317,12 +317,13 @@ ALWAYS_INLINE enum cds_bus_line line_state(const struct console *console)
 }
 
 /* True if a person asks for the state of a quiet line on which no servo of the list answers: a line
- * that is held high looks as one at rest. */
+ * that is held high looks as one at rest. At a new rate no servo has been asked. */
 static bool is_line_in_doubt(const struct console *console)
 {
     const struct cds_servos *servos = &console->robot->servos;
 
-    if (!console_is_for_person(console) || line_state(console) != CDS_BUS_LINE_QUIET)
+    if (!console_is_for_person(console) || console->line.numbers ||
+        line_state(console) != CDS_BUS_LINE_QUIET)
         return false;
     for (uint8_t i = 0; i < servos->count; i++)
         if (servos->states[i].presence != CDS_PRESENCE_OFFLINE)

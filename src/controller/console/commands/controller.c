@@ -46,8 +46,7 @@ static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, offline %u";
 static const CDS_FLASH char message_servos_elsewhere[] =
     "servos: %u%s, offline %u, at another rate %u: state unknown";
-static const CDS_FLASH char message_servos_not_asked[] =
-    "servos: %u%s, offline %u before the line was disturbed";
+static const CDS_FLASH char message_servos_not_asked[] = "servos: %u%s, offline %u, as last known";
 static const CDS_FLASH char message_servos_with_alarms[] =
     "servos: %u%s, offline %u, with alarms since 'clear' %u";
 static const CDS_FLASH char message_host_rate[] =
