@@ -119,7 +119,7 @@ class Resets(unittest.TestCase):
             run = run_script(self, "stop\n@reset power\nstatus\n@expect text driving: allowed\n" + STILL.format("1-3") +
                              "torque 1 on\n@expect servo 1 torque on\n", board)
             sent = [packet for _, way, packet in run.packets if way == "->in"]
-            self.assertEqual(sent[6:], ["FF FF 01 04 02 06 13 DF", "FF FF 01 04 03 18 01 DE"], run.transcript)  # behind the stop's
+            self.assertEqual(sent[6:], ["FF FF 01 04 02 06 1C D6", "FF FF 01 04 03 18 01 DE"], run.transcript)  # behind the stop's
 
 
 class HostBytes(unittest.TestCase):

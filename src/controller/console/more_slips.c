@@ -31,6 +31,14 @@ static const CDS_FLASH char message_counts[] =
 static const CDS_FLASH char message_point[] = "digits around the point: 90.0, 0.5";
 static const CDS_FLASH char message_angle_each[] =
     "an angle for each: 'group 1-3', 'pose 90 120 150'";
+static const CDS_FLASH char message_stands_beyond[] =
+    "it stands at %a, its limits are %a to %a: turn it into them by hand; or 'move %i ANGLE "
+    "SPEED', "
+    "then 'torque %i on' drives it there";
+static const CDS_FLASH char message_torque_beyond[] =
+    "its goal is beyond its limits, %a to %a: 'move %i ANGLE SPEED' gives it another, 'teach off "
+    "%i' "
+    "makes its position the goal";
 static const CDS_FLASH char message_goal_beyond[] = "%u is %a, its limits are %a to %a";
 static const CDS_FLASH char message_pose_angle[] =
     "servo %u: the angle, %a, is not within its limits, %a to %a";
@@ -275,26 +283,48 @@ static const CDS_FLASH char *text_of_sizes(struct console *console)
     return message_counts;
 }
 
-/* `write 1 GOAL_POSITION 100`: a value of the register, not an angle. */
+/* `write 1 GOAL_POSITION 100`: a value of the register, not an angle. `teach off 1`: the goal is
+ * the position of the servo. */
 static const CDS_FLASH char *text_of_goal(struct console *console)
 {
+    static const CDS_FLASH char teach[] = "teach";
     const struct command_line *line = &console->line;
     const struct cds_servo_state *servo = console_servo(console);
     const uint8_t *bytes = line->request->packet.bytes;
     union printer_value *values = console->printer.values;
+    bool is_position = parse_is_command(line, teach);
     uint16_t goal;
 
-    if (!servo || line->command->instruction != CDS_WRITE ||
+    if (!servo || (line->command->instruction != CDS_WRITE && !is_position) ||
         bytes[CDS_AT_PARAMETERS] != CDS_REG_GOAL_POSITION ||
         bytes[CDS_AT_LENGTH] < CDS_LENGTH_MIN + 3) // address, and both bytes
         return NULL;
     goal = register_raw_at(bytes + CDS_AT_PARAMETERS + 1, 2);
     if (goal > CDS_VALUE_MAX || (goal >= servo->lowest && goal <= servo->highest))
         return NULL;
-    values[0].number = values[1].number = goal;
-    values[2].number = servo->lowest;
-    values[3].number = servo->highest;
-    return message_goal_beyond;
+    if (!is_position)
+        (values++)->number = goal;
+    values[0].number = goal;
+    values[1].number = servo->lowest;
+    values[2].number = servo->highest;
+    printer_set_id(&console->printer, servo->id);
+    return is_position ? message_stands_beyond : message_goal_beyond;
+}
+
+/* `torque 1 on` has read goal and speed: the goal is beyond the limits. */
+static const CDS_FLASH char *text_of_torque_goal(struct console *console)
+{
+    static const CDS_FLASH char torque[] = "torque";
+    const struct cds_servo_state *servo = console_servo(console);
+    union printer_value *values = console->printer.values;
+
+    if (!servo || !parse_is_command(&console->line, torque) || servo->held & CDS_HELD_GOAL ||
+        cds_servo_is_endless(servo))
+        return NULL;
+    values[0].number = servo->lowest;
+    values[1].number = servo->highest;
+    printer_set_id(&console->printer, servo->id);
+    return message_torque_beyond;
 }
 
 /* The goal of servo `index` of the group, as `pose` has taken it. A cycle takes it from the line;
@@ -407,6 +437,7 @@ static const CDS_FLASH struct slip more[] = {
     {ERROR_COUNT, text_of_angle_each},
     {ERROR_COUNT, text_of_other_word},
     {CDS_LIMIT, text_of_goal},
+    {CDS_LIMIT, text_of_torque_goal},
     {CDS_LIMIT, text_of_pose_goal},
     {ERROR_UNKNOWN_REGISTER, text_of_second_byte},
     {ERROR_SERVO_ANGLE, text_of_own_limits},

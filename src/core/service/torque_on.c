@@ -102,10 +102,14 @@ static uint8_t check(const struct cds_torque_on *on)
                : CDS_REASON_MODE;
 }
 
-/* The position that was read becomes the goal. */
+/* The position that was read becomes the goal. The speed that was read stands in the same packet:
+ * the permit refuses a goal without it if the speed is limited. */
 static void set_goal(struct cds_torque_on *on)
 {
     on->goal = position_of(on);
+    if (on->speed == 0)
+        on->speed =
+            cds_word_at(on->steps.request->reply + AT(CDS_REG_MOVING_SPEED)) & CDS_VALUE_MAX;
     on->phase = SET_GOAL;
     if (++on->goals > CDS_TORQUE_ON_GOALS) // the servo is being turned
         fail(on, CDS_REASON_REFUSED, CDS_REFUSED);

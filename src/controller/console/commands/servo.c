@@ -24,7 +24,8 @@ static const CDS_FLASH char message_kept_speed[] =
 #define LOOK_FROM CDS_REG_CW_ANGLE_LIMIT
 #define LOOK_SIZE (CDS_REG_TORQUE_ENABLE - CDS_REG_CW_ANGLE_LIMIT + 1)
 
-/* The READ of a move without SPEED, for a person, goes on to MOVING_SPEED. */
+/* The READ goes on to MOVING_SPEED for torque on, since the permit must know goal and speed of a
+ * servo with limits, and for a move without SPEED of a person. */
 #define LOOK_SPEED_AT   (CDS_REG_MOVING_SPEED - LOOK_FROM)
 #define LOOK_SPEED_SIZE (LOOK_SPEED_AT + 2)
 
@@ -218,7 +219,7 @@ static uint8_t torque_begin(struct console *console)
 {
     /* Torque on is refused if the servo does not reply: it may be in endless turn. */
     if (console->line.choice == CHOICE_ON && console->line.id != CDS_BROADCAST_ID)
-        return look(console, LOOK_SIZE);
+        return look(console, LOOK_SPEED_SIZE);
     return write_switch(console, CDS_REG_TORQUE_ENABLE);
 }
 

@@ -57,10 +57,21 @@ uint8_t teach_choose(struct console *console)
     return line->values ? 0 : ERROR_NO_GROUP;
 }
 
+/* The speed that goes with the goal; 0: the servo keeps its own. A servo whose speed is limited
+ * gets the limit, unless its own speed is known to be within. */
+static uint16_t speed_of_goal(const struct cds_servo_state *servo)
+{
+    const uint8_t speeds = CDS_HELD_SPEED | CDS_HELD_SPEED_0;
+    bool is_limited = servo && servo->has_limits && servo->fastest < CDS_VALUE_MAX;
+
+    return is_limited && (servo->held & speeds) != CDS_HELD_SPEED ? servo->fastest : 0;
+}
+
 uint8_t teach_begin(struct console *console)
 {
     const struct command_line *line = &console->line;
     struct teach_job *job = console_job(console);
+    uint16_t speed = command_set.has_room ? speed_of_goal(console_servo(console)) : 0;
 
     if (line->choice == HAND_MOVES)
         return cds_servo_write_byte(console->bus, line->request, line->id, CDS_REG_TORQUE_ENABLE,
@@ -70,7 +81,8 @@ uint8_t teach_begin(struct console *console)
                                                               .request = line->request,
                                                               .id = line->id,
                                                               .last = CDS_TORQUE_ON_SWITCH,
-                                                              .checks_condition = true});
+                                                              .checks_condition = true,
+                                                              .speed = speed});
 }
 
 /* Returns CDS_PENDING while torque of servo line.id is switched on; else an error or 0. */
