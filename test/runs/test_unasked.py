@@ -205,6 +205,12 @@ class SharedId(unittest.TestCase):
         told = found_with_torque(self, "offline; .*", "@fault turnaround 2 700\n@wait 9000\nmode program\n")
         self.assertEqual(told, ["offline; check power, wiring; most of its replies came late: 'diagnose 2'"])
 
+    def test_slow_servo_that_is_well_again_is_not_called_slow_without_power(self):
+        told = found_with_torque(self, "offline; .*", "@fault turnaround 2 900\n@wait 9000\n@fault turnaround 2 0\n@wait 5000\nclear\n"
+                                 "@power 2 off\n@wait 5000\nmode program\n")
+        self.assertEqual(told, ["offline; check power, wiring; most of its replies came late: 'diagnose 2'",
+                                "offline; check power, wiring, ID and baud rate of the servo"])
+
     def test_servo_that_shares_its_id_is_not_told_as_well(self):
         """After a stop both answer alike."""
         run = controller("mode person\nscan\ntorque all on\n@power 3 off\n@wait 2500\nservos forget 3\nid 2 3\ntorque 3 on\n@power 3 on\n"

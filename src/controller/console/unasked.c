@@ -234,12 +234,14 @@ static bool is_damaged_alone(const struct unasked *unasked, const struct console
 static const CDS_FLASH char *remedy_of_offline(const struct unasked *unasked,
                                                const struct console *console)
 {
-    const struct cds_servo_counters *counters =
-        &console->robot->states[console->failsafe->next].counters;
+    uint8_t index = console->failsafe->next;
+    const struct cds_servo_counters *counters = &console->robot->states[index].counters;
+    uint8_t stale = (uint8_t)(counters->stale_replies - unasked->alarms[index].stale);
+    uint8_t timeouts = (uint8_t)(counters->timeouts - unasked->alarms[index].timeouts);
 
     if (is_damaged_alone(unasked, console))
         return message_id_shared;
-    return 2u * counters->stale_replies > counters->timeouts ? message_slow : NULL;
+    return 2u * stale > timeouts ? message_slow : NULL;
 }
 
 /* The remedy of an alarm whose cause is known; NULL: it is not known. */
@@ -489,6 +491,13 @@ static bool is_online(const struct cds_servo_state *servo)
     return servo->presence == CDS_PRESENCE_ONLINE && servo->misses == 0;
 }
 
+static void note_counters(struct unasked_alarms *alarms, const struct cds_servo_counters *counters)
+{
+    alarms->damaged = (uint8_t)counters->corrupt;
+    alarms->stale = counters->stale_replies;
+    alarms->timeouts = (uint8_t)counters->timeouts;
+}
+
 static void tick(struct unasked *unasked, const struct console *console)
 {
     const struct cds_servos *servos = &console->robot->servos;
@@ -500,7 +509,7 @@ static void tick(struct unasked *unasked, const struct console *console)
             continue;
         }
         if (is_online(&servos->states[i]))
-            unasked->alarms[i].damaged = (uint8_t)servos->states[i].counters.corrupt;
+            note_counters(&unasked->alarms[i], &servos->states[i].counters);
         count_tick(&unasked->away[i], is_online(&servos->states[i]));
     }
     count_tick(&unasked->line_ticks, !(console_faults(console) & FAULTS_OF_LINE));

@@ -24,7 +24,8 @@ struct unasked_alarms {
     uint8_t ended;         // told alarms that have ended; their end is to be told
     uint8_t seen;          // conditions in replies to the state check since the window began
     uint8_t lasts;         // `seen` at the end of the last window
-    uint8_t damaged;       // damaged replies, modulo 256, when the servo last answered well
+    uint8_t damaged, stale, timeouts; // counters, modulo 256, when the servo last answered well:
+                                      // damaged replies, late ones, and transactions without one
     uint8_t silenced;      // refusals that were not told, as a told fault of the line lasted
     bool may_share_id : 1; // its replies came damaged before it was told as offline, so two servos
                            // may have its ID
