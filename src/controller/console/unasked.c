@@ -307,11 +307,15 @@ void unasked_silence(const struct unasked *unasked, const struct console *consol
     struct failsafe *failsafe = console->failsafe;
     uint8_t index = failsafe->next;
 
+    bool is_loss = !(failsafe->reported[index] & FAILSAFE_OFFLINE);
+    bool is_stopped = is_loss && console->robot->stop_begun; // the stop has switched torque off
+
     if (!(failsafe->alarm & FAILSAFE_OFFLINE) || // or FAILSAFE_TORQUE_LOST: one bit
-        !failsafe->host_types || !console_is_for_person(console) || unasked->away[index] == 0)
+        !failsafe->host_types || !console_is_for_person(console) ||
+        (unasked->away[index] == 0 && !is_stopped))
         return;
     failsafe->alarm &= (uint8_t)~FAILSAFE_OFFLINE;
-    if (!(failsafe->reported[index] & FAILSAFE_OFFLINE)) // the bit was FAILSAFE_TORQUE_LOST
+    if (is_loss && !is_stopped)
         console->robot->states[index].held &= (uint8_t)~CDS_HELD_LOSS_TOLD;
 }
 

@@ -20,10 +20,10 @@ struct console;
 /* Of one servo: sets of conditions, CDS_ERRORS_OF_CONDITION. `seen` and `lasts` have a bit more:
  * the servo has replied. */
 struct unasked_alarms {
-    uint8_t told;          // alarms that were told and have not ended
-    uint8_t ended;         // told alarms that have ended; their end is to be told
-    uint8_t seen;          // conditions in replies to the state check since the window began
-    uint8_t lasts;         // `seen` at the end of the last window
+    uint8_t told;  // alarms that were told and have not ended
+    uint8_t ended; // told alarms that have ended; their end is to be told
+    uint8_t seen;  // conditions in replies to the state check since the window began
+    uint8_t lasts; // `seen` at the end of the last window
     uint8_t damaged, stale, timeouts; // counters, modulo 256, when the servo last answered well:
                                       // damaged replies, late ones, and transactions without one
     uint8_t silenced;      // refusals that were not told, as a told fault of the line lasted
@@ -130,7 +130,8 @@ void unasked_note_stop(struct unasked *unasked);
 
 /* Drops the alarm that the line about the return of a servo will replace: the servo has lost its
  * state, or was offline again before that line. A lost state stays untold until that line is
- * printed: if a program takes over before, the alarm comes again. */
+ * printed: if a program takes over before, the alarm comes again. Drops a lost state behind a stop,
+ * too, which switches torque off itself. */
 void unasked_silence(const struct unasked *unasked, const struct console *console);
 
 /* Prints a fault that is over. False: there is nothing to print. */

@@ -168,6 +168,17 @@ void test_lost_state_behind_an_inhibit_is_told_by_its_alarm(void)
     TEST_ASSERT_EQUAL_STRING("", said_after_watch());
 }
 
+/* Noise has eaten the replies to the stop: the torque that is off is not lost. */
+void test_lost_state_behind_a_stop_is_not_told(void)
+{
+    struct cds_servo_state *servo = begin_person();
+
+    servo->inhibits = CDS_INHIBIT_STATE_LOST;
+    robot.stop_begun = true;
+    TEST_ASSERT_EQUAL_STRING("", said_after_watch());
+    TEST_ASSERT_EQUAL_STRING("", said_after_watch());
+}
+
 void test_lost_state_is_told_to_a_host_of_packets(void)
 {
     lose_state();
