@@ -20,8 +20,7 @@ static const CDS_FLASH char message_stop_unread[] =
     "torque off was sent to all IDs at this rate; no servo is known, torque may be on: 'scan', or "
     "'scan all', then 'bus RATE'; driving inhibited until '%s'";
 static const CDS_FLASH char message_unscanned_ids[] =
-    "IDs not checked: %u, as no 'scan' (without 'all') has ended since the last reset, change of "
-    "the rate or 'servos forget'; torque off was sent to them, too";
+    "IDs not checked: %u; torque off was sent to them, too; 'scan' looks for servos there";
 
 /* ---- stop ---- */
 
