@@ -64,9 +64,11 @@ ifeq ($(V),1)
 say = @printf '  %-8s %s\n' $(1) $(2)
 else
 Q := @
-say = $(eval STEPS += x)@if [ -t 1 ]; then $(call step,$(1),$(2),\033[K\033[?7l,\033[?7h\r); \
-  else $(if $(filter %0,$(words $(STEPS))),$(call step,$(1),$(2),,\n),:); fi
+say = $(eval STEPS += x)$(if $(MAKE_TERMOUT),@$(call step,$(1),$(2),\033[K\033[?7l,\033[?7h\r),$(if \
+	$(filter %0,$(words $(STEPS))),$(info $(shell $(call step,$(1),$(2))))))
 endif
+# $(call folder,NAME) in a recipe: makes the folder, once. A process for each of 2000 objects takes 10 s.
+folder = $(if $(MADE_$(1)),,$(shell mkdir -p $(1))$(eval MADE_$(1) := yes))
 clear = @[ ! -t 1 ] || printf '\033[K'
 # $(call built,FILES): the end of a target that builds files for the user.
 built = @[ ! -t 1 ] || printf '\033[K'; printf '%s\n' $(1)
@@ -113,7 +115,7 @@ tools:
 # Writes $(1) to the target, but only if the content changes. Objects depend on such a file that holds their
 # flags, so they are compiled again when the flags change.
 define stamp
-	@mkdir -p $(@D)
+	$(call folder,$(@D))
 	@printf '%s\n' '$(1)' | cmp -s - $@ || printf '%s\n' '$(1)' > $@
 endef
 .PHONY: force

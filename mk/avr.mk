@@ -62,7 +62,7 @@ profile_objects = $(foreach s,$(3),$(if $(filter console/src/controller/%,$(2)/$
 define program_rule
 build/$(1)/$(2)/%.elf: build/$(1)/obj/$(3).o $(call library_of,$(MCU))
 	$$(call say,LD,$$@)
-	@mkdir -p $$(@D)
+	$$(call folder,$$(@D))
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 endef
 
@@ -79,18 +79,18 @@ build/$(1)/flags: force
 
 # The first step for a board: a mistake in its board.h is reported once, before anything else is compiled.
 build/$(1)/board-checked: $(2)/board.h $(wildcard include/cds55xx/avr/board_check*.h) include/cds55xx/avr/usart_pins.h build/$(1)/flags | tools
-	@mkdir -p $$(@D)
+	$$(call folder,$$(@D))
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) -fsyntax-only -include cds55xx/avr/board_check.h -x c /dev/null
 	@touch $$@
 
 build/$(1)/obj/%.o: %.c build/$(1)/flags | tools build/$(1)/board-checked
 	$$(call say,CC,$$@)
-	@mkdir -p $$(@D)
+	$$(call folder,$$(@D))
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(if $$(filter src/controller/%,$$<),$$(CONTROLLER_CFLAGS))$$(if $$(filter examples/%,$$<), -iquote examples) $$(DEPFILES) -c $$< -o $$@
 
 build/$(1)/console/%.o: %.c build/$(1)/flags | tools build/$(1)/board-checked
 	$$(call say,CC,$$@)
-	@mkdir -p $$(@D)
+	$$(call folder,$$(@D))
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(CONTROLLER_CFLAGS) $$(console_CFLAGS) $$(DEPFILES) -c $$< -o $$@
 
 $(foreach p,$(ALL_PROFILES),
@@ -100,7 +100,7 @@ build/$(1)/$(p).elf: $(call profile_objects,$(1),$(p),$($(p)_SRC) $(CONTROLLER_A
 
 # For make size-map: a profile may be larger than the flash.
 build/$(1)/map/$(p).elf: $(call profile_objects,$(1),$(p),$($(p)_SRC) $(CONTROLLER_AVR_SRC)) $(call library_of,$(MCU))
-	@mkdir -p $$(@D)
+	$$(call folder,$$(@D))
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) -Wl,--defsym=__TEXT_REGION_LENGTH__=0x100000 $$(CONTROLLER_LDFLAGS) $$^ -o $$@
 )
 build/$(1)/firmware.elf: $(FIRMWARE:%.c=build/$(1)/obj/%.o) $(call library_of,$(MCU)) build/$(1)/profile
@@ -126,7 +126,7 @@ $(call program_rule,$(1),benchmark,test/benchmark/%)
 build/$(1)/firmware/flood.elf: build/$(1)/console/test/firmware/library/flood.o \
 		$(call profile_objects,$(1),console,$(filter-out %/main.c,$(console_SRC)) $(CONTROLLER_AVR_SRC)) $(call library_of,$(MCU))
 	$$(call say,LD,$$@)
-	@mkdir -p $$(@D)
+	$$(call folder,$$(@D))
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LDFLAGS) $$^ -o $$@
 
 build/$(1)/%.hex: build/$(1)/%.elf
@@ -246,7 +246,7 @@ ifeq ($(wildcard $(ELF)),)
 $(error ELF=$(ELF) does not exist: name the program that make flash shall write)
 endif
 build/$(BOARD)/flash.hex: $(ELF) force | tools
-	@mkdir -p $(@D)
+	$(call folder,$(@D))
 	$(Q)avr-objcopy -O ihex -R .eeprom $< $@
 endif
 FLASH_HEX := build/$(BOARD)/$(if $(ELF),flash,controller).hex

@@ -40,7 +40,7 @@ build/lib/sources: force
 define core_rules
 build/lib/$(1)/%.o: %.c build/lib/flags | tools
 	$$(call say,CC,$$@)
-	@mkdir -p $$(@D)
+	$$(call folder,$$(@D))
 	$$(Q)$$(AVR_CC) -mmcu=$(lastword $($(1)_MCUS)) $$(LIBRARY_CFLAGS) $$(DEPFILES) -c $$< -o $$@
 
 $(foreach m,$($(1)_MCUS),$(call library_rules,$(m),$(1),$(filter-out $(m),$(LIBRARY_MCUS))))
@@ -50,7 +50,7 @@ endef
 # ends the link of a program for that chip with a message: src/avr/library.S.
 define library_rules
 build/lib/$(1)/library.o: src/avr/library.S build/lib/sources | tools
-	@mkdir -p $$(@D)
+	$$(call folder,$$(@D))
 	$$(Q)$$(AVR_CC) -mmcu=$(1) -c $$< -o $$@
 	$$(Q)for m in $(3); do $$(AVR_CC) -mmcu=$(1) -DPROGRAM_MCU=$$$$m -c $$< -o $$(@D)/for_$$$$m.o || exit 1; done
 

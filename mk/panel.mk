@@ -21,7 +21,7 @@ $(PANEL_MODULES): panel/package.json panel/package-lock.json
 
 $(PANEL_TABLES): $(PANEL_TABLE_SOURCES) | tools
 	$(call say,TABLES,$@)
-	@mkdir -p $(@D)
+	$(call folder,$(@D))
 	$(Q)scripts/panel-tables.py > $@
 
 build/panel/app.js: $(PANEL_SRC) $(PANEL_TABLES) $(PANEL_MODULES)

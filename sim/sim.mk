@@ -18,7 +18,7 @@ build/host/flags: force
 define sim_rules
 build/host/$(1)/%.o: sim/%.c build/host/flags | tools
 	$$(call say,CC,$$@)
-	@mkdir -p $$(@D)
+	$$(call folder,$$(@D))
 	$$(Q)$$(CC) $$(SIM_FLAGS) $(2) $$(DEPFILES) -c $$< -o $$@
 endef
 $(eval $(call sim_rules,sim,$(SIM_FAST)))
@@ -71,7 +71,7 @@ EXAMPLE_NAME := $(basename $(notdir $(EXAMPLE)))
 # Compiled each time: two files of the user may have one name. Warnings do not fail it.
 build/$(BOARD)/own/%.elf: $(OWN_PROGRAM) build/$(BOARD)/flags build/$(BOARD)/board-checked $(call library_of,$(MCU)) force | tools
 	$(call say,LD,$@)
-	@mkdir -p $(@D)
+	$(call folder,$(@D))
 	$(Q)$(AVR_CC) $(filter-out -Wconversion -Wvla -Werror,$($(BOARD)_FLAGS)) -iquote examples $(AVR_LINK) $(filter %.c %.a,$^) -o $@
 
 run-example: build/$(BOARD)/$(if $(OWN_PROGRAM),own,examples)/$(EXAMPLE_NAME).elf build/host/cds55xx-sim

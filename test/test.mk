@@ -9,7 +9,7 @@ FAULTS_NEEDS := build/host/faults $(FAULTS_BOARDS:%=build/%/firmware/transaction
 # Without sanitizers: a whole run has some hundred thousand transactions.
 build/host/faults-obj/%.o: test/faults/%.c build/host/flags | tools
 	$(call say,CC,$@)
-	@mkdir -p $(@D)
+	$(call folder,$(@D))
 	$(Q)$(CC) $(SIM_FLAGS) $(INCLUDES) $(SIM_FAST) $(DEPFILES) -c $< -o $@
 
 build/host/faults: $(FAULTS_SRC:test/faults/%.c=build/host/faults-obj/%.o) \
@@ -64,7 +64,7 @@ RANDOM_SRC := $(CORE_RANDOM_SRC) $(CONTROLLER_RANDOM_SRC)
 host_program = $(patsubst %,build/host/test/%,$(basename $(notdir $(1))))
 
 build/runner/test/%_runner.c: test/%.c $(UNITY)/auto/generate_test_runner.rb
-	@mkdir -p $(@D)
+	$(call folder,$(@D))
 	$(Q)ruby $(UNITY)/auto/generate_test_runner.rb $< $@
 
 # On the host, under AddressSanitizer and UBSan.
@@ -75,15 +75,15 @@ build/host/test/flags: force
 
 build/host/test/obj/%.o: %.c build/host/test/flags | deps
 	$(call say,CC,$@)
-	@mkdir -p $(@D)
+	$(call folder,$(@D))
 	$(Q)$(CC) $(HOST_TEST_FLAGS) $(DEPFILES) -c $< -o $@
 
 build/host/test/obj/%_runner.o: build/runner/%_runner.c build/host/test/flags
-	@mkdir -p $(@D)
+	$(call folder,$(@D))
 	$(Q)$(CC) $(HOST_TEST_FLAGS) -I$(patsubst build/runner/%/,%,$(dir $<)) -Wno-error $(DEPFILES) -c $< -o $@
 
 build/host/test/obj/unity.o: $(UNITY)/src/unity.c build/host/test/flags
-	@mkdir -p $(@D)
+	$(call folder,$(@D))
 	$(Q)$(CC) $(HOST_TEST_FLAGS) -w $(DEPFILES) -c $< -o $@
 
 # Archives for the suites: a suite of the core links the core, a suite of the controller links both.
@@ -108,7 +108,7 @@ build/host/test/libsim.a: $(patsubst sim/%.c,build/host/sim-checked/%.o,$(filter
 define host_test_rule
 $(2): build/host/test/obj/$(1:%.c=%.o) $(if $(filter test_%,$(notdir $(1))),build/host/test/obj/$(1:%.c=%_runner.o)) $(3)
 	$$(call say,LD,$$@)
-	@mkdir -p $$(@D)
+	$$(call folder,$$(@D))
 	$$(Q)$$(CC) $$(SANITIZE) $$(filter %.o %.a,$$^) $(4) -o $$@
 endef
 $(foreach s,$(UNIT_TEST_SRC) $(RANDOM_SRC),$(eval $(call host_test_rule,$(s),$(call \
@@ -126,15 +126,15 @@ $(AVR_TEST)/flags: force
 
 $(AVR_TEST)/obj/%.o: %.c $(AVR_TEST)/flags | deps
 	$(call say,CC,$@)
-	@mkdir -p $(@D)
+	$(call folder,$(@D))
 	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) $(DEPFILES) -c $< -o $@
 
 $(AVR_TEST)/obj/%_runner.o: build/runner/%_runner.c $(AVR_TEST)/flags
-	@mkdir -p $(@D)
+	$(call folder,$(@D))
 	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) -I$(patsubst build/runner/%/,%,$(dir $<)) -Wno-error $(DEPFILES) -c $< -o $@
 
 $(AVR_TEST)/obj/unity.o: $(UNITY)/src/unity.c $(AVR_TEST)/flags
-	@mkdir -p $(@D)
+	$(call folder,$(@D))
 	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) -w $(DEPFILES) -c $< -o $@
 
 $(AVR_TEST)/libcore.a: $(CORE_TESTED:%.c=$(AVR_TEST)/obj/%.o) $(AVR_TEST)/obj/test/support/unity_avr.o $(AVR_TEST)/obj/unity.o
@@ -155,7 +155,7 @@ FIRMWARE_MCU := atmega128
 build/firmware/three_buses.elf: FIRMWARE_MCU := atmega2560
 build/firmware/%.elf: test/firmware/registers/%.c build/atmega128/flags | tools
 	$(call say,CC,$@)
-	@mkdir -p $(@D)
+	$(call folder,$(@D))
 	$(Q)$(AVR_CC) -mmcu=$(FIRMWARE_MCU) -DF_CPU=16000000UL -std=gnu99 -Os $(WARNINGS) $(DEPFILES) $< -o $@
 
 RANDOM_TESTS := $(call host_program,$(RANDOM_SRC))
