@@ -146,7 +146,7 @@ SCRIPT = {
             + error(6, "sync 0x1E 4 " + " ".join(f"{n}:1,0,1,0" for n in range(51))),
     "led": "led 1 off\n" + wire(1, WRITE, [0x19, 0]) + servo("1 LED 0") + "led 254 on\n"
            + servo("1-3 LED 1") + error(38, "led 1 maybe") + error(31, "led 1"),
-    "torque": "torque 1 on\n" + wire(1, READ, [6, 19]) + wire(1, WRITE, [0x18, 1]) + servo("1 torque on") + "torque 254 off\n"
+    "torque": "torque 1 on\n" + wire(1, READ, [6, 28]) + wire(1, WRITE, [0x18, 1]) + servo("1 torque on") + "torque 254 off\n"
               + wire(BROADCAST, WRITE, [0x18, 0]) + servo("1-3 torque off")
               + error(38, "torque 1 maybe"),
     "move": "torque 1 on\nmove 1 90.5deg 30rpm\n" + wire(1, READ, [6, 19])
@@ -257,7 +257,7 @@ SCRIPT = {
             + text("servo 3: no answer") + "@power 3 on\n@wait 1500\n",
     "release": error(54, "release 1") + error(54, "torque 2 on") + "release\ntorque 1 on\ntorque 2 on\n"
                + servo("1,2 torque on") + error(48, "release 77"),
-    "factory": error(53, "factory 254") + "! factory 3\n" + text("error 50: ") + error(50, "reset 3") + "set 1 MIN_VOLTAGE 7V\n"
+    "factory": error(53, "factory 254") + "! factory 3\n" + text("error 50: ") + "! reset 3\n" + text("error 50: ") + "set 1 MIN_VOLTAGE 7V\n"
                + "factory 1\n" + text("ID 1 at 1000000bps") + servo("1 MIN_VOLTAGE 60")
                + "servos forget\nservos\n" + text("the list is empty") + "@servos 7\nfactory 254 force\n"
                + servo("7 ID 1"),
@@ -416,7 +416,7 @@ class Scripts(unittest.TestCase):
                          set())
 
     def test_what_the_wire_cannot_show_is_told(self):
-        self.run_on("arduino-mega", "mode person\nid 1 5\n" + text("a second servo of ID 1 would have ID 5 now, too")
+        self.run_on("arduino-mega", "mode person\nid 1 5\n" + text("if two servos had ID 1, both have ID 5 now: 'diagnose 5' looks for that")
                     + "factory 254 force\n" + text("none answers to this: each servo that heard it has ID 1 now")
                     + "@expect rule collision\n")
 
@@ -519,9 +519,10 @@ class Scripts(unittest.TestCase):
                     + text("servo 1: not at the rate of the bus but at 57143bps, torque unknown") + "@power 3 off\n@wait 3000\nservos\n"
                     + text("servo 2: online, torque off") + text("servo 3: offline, torque unknown"))
 
-    def test_torque_on_within_limits_needs_goal_and_speed_read(self):
-        self.run_on("atmega128", "scan\nlimits 2 60 240\n" + error(11, "torque 2 on")
-                    + text("servo 2: its goal was not read yet, or is beyond its limits, 60.117deg to 239.883deg: 'info 2' reads it; ") + "info 2\ntorque 2 on\n" + servo("2 torque on"))
+    def test_torque_on_within_limits_reads_goal_and_speed(self):
+        self.run_on("atmega128", "scan\nlimits 2 160 240\n" + error(11, "torque 2 on")
+                    + text("servo 2: its goal was not read yet, or is beyond its limits, 160.117deg to 239.883deg: 'info 2' reads it; ")
+                    + "limits 2 60 240\ntorque 2 on\n" + servo("2 torque on"))
 
     def test_torque_on_at_speed_0_under_a_limit_names_the_way(self):
         self.run_on("atmega128", "scan\nlimits 2 0 300 20rpm\ninfo 2\n" + error(11, "torque 2 on")

@@ -591,7 +591,7 @@ static bool writes_zeros(const uint8_t *bytes)
  * leave the limits. A new ID has no place in a full list. NULL for other registers. */
 static const CDS_FLASH char *text_of_limits(struct console *console)
 {
-    const struct cds_servo_state *servo = console_servo(console);
+    const struct cds_servo_state *servo = explain_limited(console);
     union printer_value *values = console->printer.values;
     const uint8_t *bytes = console->line.request->packet.bytes;
     uint8_t written = bytes[CDS_AT_PARAMETERS];
@@ -601,8 +601,9 @@ static const CDS_FLASH char *text_of_limits(struct console *console)
 
     if (console->line.new_id <= CDS_ID_MAX && console->robot->servos.count == ROBOT_SERVOS)
         return message_list_full; // the new ID needs an entry, too (cds_servos_may_become())
-    if (!(is_torque || is_mode) || !servo)
-        return NULL;
+    if (!(is_torque || is_mode) || !servo ||
+        (command_set.has_room && console->line.command->instruction == CDS_SYNC_WRITE))
+        return NULL; // of a SYNC WRITE the values of the servo are not looked for
     is_turn = (servo->lowest || servo->highest < CDS_VALUE_MAX) &&
               (is_mode ? writes_zeros(bytes) : cds_servo_is_endless(servo));
     values[0].number = values[2].number = servo->fastest;

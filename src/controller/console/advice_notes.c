@@ -16,10 +16,9 @@ static const CDS_FLASH char message_none_found[] =
     "check power, plugs, wiring; then %s'new 1' with one servo, or 'diagnose'";
 static const CDS_FLASH char message_scan_all[] = "'scan all', ";
 static const CDS_FLASH char message_missing[] =
-    "of the list %u did not answer, as servo %u: 'diagnose %u'";
+    "servos of the list that did not answer: %u; for servo %u: 'diagnose %u'";
 static const CDS_FLASH char message_id_twice[] =
-    "a second servo of ID %u would have ID %u now, too: 'diagnose %u' finds it, unless both agree "
-    "in every bit";
+    "if two servos had ID %u, both have ID %u now: 'diagnose %u' looks for that";
 static const CDS_FLASH char message_all_told[] =
     "none answers to this: each servo that heard it has ID 1 now; connect one alone, 'id 1 NEW'";
 static const CDS_FLASH char message_stop_unconfirmed[] =
@@ -46,6 +45,9 @@ static const CDS_FLASH char message_is_new[] =
 static const CDS_FLASH char message_typing_is_silence[] =
     "this setting is for a program; if you type nothing for %ums, %s; 'settings link_loss_ms 0' "
     "ends that";
+static const CDS_FLASH char message_id_of_servo[] =
+    "servo %u of the list has this ID: packets of the host for ID %u now reach the controller, not "
+    "the servo";
 /* What happens then, by link_loss_action. */
 static const CDS_FLASH char *const CDS_FLASH loss_actions[] = {
     FLASH_TEXT("the link counts as lost"),
@@ -92,6 +94,18 @@ static const CDS_FLASH char *note_scan(struct console *console)
         return NULL;
     console->printer.values[0].number = (uint16_t)(after_scan_job(console)->other_rate - 1u);
     return message_other_rate;
+}
+
+/* A person has given the controller the ID of a servo of the list: bridge.c. */
+static const CDS_FLASH char *note_device_id(struct console *console)
+{
+    uint8_t id = console->failsafe->settings->device_id;
+
+    console->printer.values[0].number = console->printer.values[1].number = id;
+    return console->line.setting == SETTINGS_AT_device_id && console->line.numbers &&
+                   console_is_for_person(console) && cds_servos_find(&console->robot->servos, id)
+               ? message_id_of_servo
+               : NULL;
 }
 
 /* A person has set a link_loss_ms: what it does to one who types. */
@@ -161,6 +175,8 @@ const CDS_FLASH char *advice_note(struct console *console)
     const struct command_line *line = &console->line;
     union printer_value *values = console->printer.values;
 
+    if (command_set.has_room && explain_is_settings(line) && note_device_id(console))
+        return message_id_of_servo;
     if (explain_is_settings(line))
         return note_link_loss(console);
     if (parse_is_command(line, scan))

@@ -41,6 +41,7 @@ struct servo_list {
     /* Error of the last servo that failed. ERROR_SOME: it had a text of its own, so that of the
      * next servo is not shortened. 0: none has failed. */
     uint8_t error;
+    bool some_went_well; // a servo of the list did not fail
 };
 
 /* The buffer of the console's request. A command with an instruction in its row builds its packet

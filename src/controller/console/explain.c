@@ -312,12 +312,34 @@ static bool is_of_servo(const struct console *console)
     return error < ERROR_UNKNOWN_COMMAND && error != CDS_NO_ROOM; // enum cds_result
 }
 
+/* True if the line is one packet to several servos: `sync`, or `write`, `move` and so on to ID 254.
+ */
+static bool is_to_many(const struct command_line *line)
+{
+    static const CDS_FLASH char move[] = "move", torque[] = "torque";
+
+    return line->command && line->id == CDS_BROADCAST_ID &&
+           (line->command->instruction || parse_is_command(line, move) ||
+            parse_is_command(line, torque));
+}
+
+const struct cds_servo_state *explain_limited(const struct console *console)
+{
+    struct cds_servos *servos = &console->robot->servos;
+
+    return command_set.has_room && is_to_many(&console->line)
+               ? cds_servos_find(servos, servos->refused_id)
+               : console_servo(console);
+}
+
 uint8_t explain_servo(const struct console *console)
 {
     struct cds_servos *servos = &console->robot->servos;
 
     if (is_of_servo(console))
         return console->line.id;
+    if (command_set.has_room && console->error == CDS_LIMIT && is_to_many(&console->line))
+        return explain_limited(console) ? servos->refused_id : CDS_NO_ID;
     return console->error == CDS_INHIBITED && !cds_servos_may_drive(servos, servos->refused_id)
                ? servos->refused_id
                : CDS_NO_ID;

@@ -39,6 +39,10 @@ bool explain_error(struct console *console);
 /* Returns the ID of the servo that console->error is about, or a number above CDS_ID_MAX. */
 uint8_t explain_servo(const struct console *console);
 
+/* Returns the servo whose limits have caused console->error, CDS_LIMIT: that of the line or, with
+ * room for it, the one for which a packet to several servos was refused. NULL: it is not known. */
+const struct cds_servo_state *explain_limited(const struct console *console);
+
 /* Finds the unit of the argument that console->error is about, enum cds_unit or UNIT_MS and so on.
  * False: the error is about no argument with a unit. */
 bool explain_unit(const struct console *console, uint8_t *unit);

@@ -21,6 +21,7 @@ static const CDS_FLASH char message_other_form[] = "usage: %s";
 static const CDS_FLASH char message_motion_off[] =
     "'motion off' ends a motion; 'stop' switches torque off, too";
 static const CDS_FLASH char message_spaces[] = "a space between words, as in '%s'";
+static const CDS_FLASH char message_other_name[] = "unknown register; %s";
 static const CDS_FLASH char message_one_servo_only[] =
     "no space after a comma: 1,2,3; for one servo no comma, as in '%s'";
 static const CDS_FLASH char message_register_to_read[] = "a register: 'get 1 %u' prints it";
@@ -153,6 +154,72 @@ static const CDS_FLASH char *text_of_pose(struct console *console)
                : NULL;
 }
 
+/* Names of registers of an AX-12 and of newer Dynamixels. */
+static const CDS_FLASH struct {
+    const CDS_FLASH char *words;
+    const CDS_FLASH char *text;
+} other_names[] = {
+    {FLASH_TEXT("TORQUE_LIMIT|GOAL_TORQUE"),
+     FLASH_TEXT("a CDS55xx has only MAX_TORQUE, which acts from the servo's next power-up on")},
+    {FLASH_TEXT("CW_COMPLIANCE_SLOPE"),
+     FLASH_TEXT("a CDS55xx has CW_PROPORTION at its address, with values of another meaning")},
+    {FLASH_TEXT("CCW_COMPLIANCE_SLOPE"),
+     FLASH_TEXT("a CDS55xx has CCW_PROPORTION at its address, with values of another meaning")},
+    {FLASH_TEXT("RETURN_DELAY_TIME|DELAY_TIME"), FLASH_TEXT("here it is RETURN_DELAY")},
+    {FLASH_TEXT("TEMPERATURE_LIMIT|LIMIT_TEMPERATURE"), FLASH_TEXT("here it is MAX_TEMPERATURE")},
+    {FLASH_TEXT("MIN_VOLTAGE_LIMIT|LOW_LIMIT_VOLTAGE|DOWN_LIMIT_VOLTAGE"),
+     FLASH_TEXT("here it is MIN_VOLTAGE")},
+    {FLASH_TEXT("MAX_VOLTAGE_LIMIT|HIGH_LIMIT_VOLTAGE|UP_LIMIT_VOLTAGE"),
+     FLASH_TEXT("here it is MAX_VOLTAGE")},
+    {FLASH_TEXT("GOAL_SPEED|GOAL_VELOCITY|PROFILE_VELOCITY"),
+     FLASH_TEXT("here it is MOVING_SPEED")},
+    {FLASH_TEXT("PRESENT_VELOCITY"), FLASH_TEXT("here it is PRESENT_SPEED")},
+    {FLASH_TEXT("PRESENT_CURRENT"),
+     FLASH_TEXT("a CDS55xx has PRESENT_LOAD, a share of its torque")},
+    {FLASH_TEXT("ACCELERATION|GOAL_ACCELERATION|PROFILE_ACCELERATION"),
+     FLASH_TEXT("a CDS55xx has ACC to speed up, DCC to slow down")},
+};
+
+/* `one` is a capital or '_'. */
+static bool is_same(char one, char typed)
+{
+    return ((one ^ (typed == '-' ? '_' : typed)) & ~0x20) == 0;
+}
+
+/* True if one of the words, as in A|B, is the token, in any case, '-' standing for '_'. */
+static bool is_one_of(const CDS_FLASH char *words, const struct token *token)
+{
+    uint8_t same = 0; // characters of the token that the word begins with; UINT8_MAX: another word
+
+    for (;; words++) {
+        if (*words == '|' || *words == '\0') {
+            if (same == token->length)
+                return true;
+            if (*words == '\0')
+                return false;
+            same = 0;
+        } else if (same < token->length && is_same(*words, token->text[same])) {
+            same++;
+        } else {
+            same = UINT8_MAX;
+        }
+    }
+}
+
+/* `set 1 TORQUE_LIMIT 50` */
+static const CDS_FLASH char *text_of_other_name(struct console *console)
+{
+    if (!more_slips_has_word(console))
+        return NULL;
+    for (uint8_t i = 0; i < sizeof other_names / sizeof other_names[0]; i++) {
+        if (!is_one_of(other_names[i].words, &console->token))
+            continue;
+        console->printer.values[0].text = other_names[i].text;
+        return message_other_name;
+    }
+    return NULL;
+}
+
 /* True if the word is the name of a register, or ends one behind a '_'. */
 static bool ends_register_name(const struct token *word)
 {
@@ -190,7 +257,7 @@ static bool is_separator(char c)
     return c == '(' || c == '=' || c == ',';
 }
 
-/* `move(1,90)`, `move 1=90`, `move 1, 90`; not `move 1,x 90` */
+/* `move(1,90)`, `move 1=90`, `set 1 LED=1`, `move 1, 90`; not `move 1,x 90` */
 static const CDS_FLASH char *text_of_separator(struct console *console)
 {
     const struct token *word = &console->token;
@@ -208,7 +275,7 @@ static const CDS_FLASH char *text_of_separator(struct console *console)
     is_last = before.length + 1 == word->length;
     if (row == NULL)
         row = is_last ? NULL : parse_command(&before);
-    else if (is_comma && !is_last)
+    else if (is_comma && (!is_last || console->error == ERROR_UNKNOWN_REGISTER))
         return NULL;
     if (row == NULL)
         return NULL;
@@ -259,6 +326,8 @@ static const CDS_FLASH struct slip misplaced[] = {
     {ERROR_NOT_A_NUMBER, text_of_separator},
     {ERROR_NOT_A_NUMBER, text_of_period},
     {ERROR_NOT_A_NUMBER, text_of_early_register},
+    {ERROR_UNKNOWN_REGISTER, text_of_separator},
+    {ERROR_UNKNOWN_REGISTER, text_of_other_name},
     {ERROR_COUNT, text_of_other_form},
     {ERROR_COUNT, text_of_name},
     {ERROR_COUNT, text_of_count},

@@ -17,6 +17,8 @@
 #include "console/unasked.h"    // unasked_note_error()
 
 static const CDS_FLASH char message_one_servo[] = "one servo here, no list; send a line for each";
+static const CDS_FLASH char message_all_is_254[] =
+    "no 'all' in a packet; ID 254 is all servos on the bus: '%m 254'";
 static const CDS_FLASH char message_blank[] = "no space after a comma: 1,2,3";
 static const CDS_FLASH char message_reversed[] =
     "the range begins with the larger ID; write the smaller one first";
@@ -32,6 +34,9 @@ static const CDS_FLASH char message_limits[] =
 static const CDS_FLASH char message_beyond_angles[] =
     "the angle is not within its limits, %a to %a";
 static const CDS_FLASH char message_beyond_speed[] = "'move' needs a SPEED above 0, up to %r";
+static const CDS_FLASH char message_its_limits[] = "its limits are %a to %a and %r";
+static const CDS_FLASH char message_limit_of_one[] =
+    "%s; nothing was sent; 'limits %i LOW HIGH' changes them";
 static const CDS_FLASH char message_group_due[] = "no group chosen; 'group";
 static const CDS_FLASH char message_not_driven[] =
     "not driven, as it gives no good answer; check its power, plug and rate";
@@ -141,8 +146,11 @@ static enum mistake seen_mistake(const struct console *console, bool is_of_word)
     if (console->error == CDS_LIMIT && line->id != line->new_id &&
         cds_servos_find(&console->robot->servos, line->new_id))
         return MISTAKE_KNOWN_ID;
-    if (console->error == CDS_LIMIT && servo && servo->has_limits)
-        return MISTAKE_LIMITS;
+    if (console->error == CDS_LIMIT) {
+        servo = explain_limited(console);
+        if (servo && servo->has_limits)
+            return MISTAKE_LIMITS;
+    }
     if (console->error == ERROR_COUNT && line->command)
         return MISTAKE_COUNT;
     if (!command_set.advise && console->error == ERROR_UNIT && line->command &&
@@ -192,10 +200,11 @@ void mistake_print_with_point(struct console *console)
 /* Prints which limit a goal of `move` or `set` breaks, or all limits for another packet. */
 static void print_limits(struct console *console)
 {
-    const struct cds_servo_state *servo = console_servo(console);
+    const struct cds_servo_state *servo = explain_limited(console);
     const uint8_t *bytes = console->line.request->packet.bytes;
-    union printer_value *values = console->printer.values;
-    const CDS_FLASH char *message = message_limits;
+    bool is_to_many = command_set.has_room && servo->id != console->line.id;
+    union printer_value *values = console->printer.values + is_to_many;
+    const CDS_FLASH char *message = is_to_many ? message_its_limits : message_limits;
     uint16_t goal = register_raw_at(bytes + CDS_AT_PARAMETERS + 1, 2);
 
     values[0].number = servo->lowest;
@@ -207,6 +216,10 @@ static void print_limits(struct console *console)
             message = message_beyond_speed;
             values[0].number = servo->fastest;
         }
+    }
+    if (is_to_many) {
+        console->printer.values[0].text = message;
+        message = message_limit_of_one;
     }
     printer_set_id(&console->printer, servo->id);
     printer_line(&console->printer, message);
@@ -230,10 +243,23 @@ static void print_advice(struct console *console)
     printer_line(&console->printer, command_set.advise(console));
 }
 
+/* `write all LED 1`. The servos that answer `ping 254` disturb each other. */
+static bool means_254(const struct console *console)
+{
+    const struct command_line *line = &console->line;
+
+    return line->argument == ARGUMENT_ID_OR_ALL && line->command->instruction != CDS_PING &&
+           servo_list_is_all(&console->token);
+}
+
 void mistake_print(struct console *console, enum mistake mistake)
 {
     union printer_value *values = console->printer.values;
 
+    if (command_set.has_room && mistake == MISTAKE_LIST && means_254(console)) {
+        printer_line(&console->printer, message_all_is_254);
+        return;
+    }
     if (mistake == MISTAKE_COUNT) {
         values[0].text = console->line.command->usage;
         values[1].text = console->line.is_repeated && console->line.numbers > 1 ? message_one_word

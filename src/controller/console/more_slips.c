@@ -51,6 +51,11 @@ static const CDS_FLASH char message_error_help[] =
 static const CDS_FLASH char message_in_is_missing[] = "a time stands behind 'in': '%s'";
 static const CDS_FLASH char message_own_limits[] =
     "angle limit error; CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT are %a to %a";
+static const CDS_FLASH char message_behind_table[] =
+    "too many values: from %x to %x, the end of the registers, there is room for %u";
+static const CDS_FLASH char message_id_1_listed[] =
+    "ID 1 is in the robot's list, nothing was written; 'id 1 NEW' first, or unplug servo 1, then "
+    "'servos forget 1'";
 static const CDS_FLASH char message_locked[] =
     "range error; the value is in range: if 'get %u LOCK' prints 1, switch its power off and on";
 
@@ -61,6 +66,7 @@ static const CDS_FLASH char line_of_pose[] = "pose NAME in 2s";
 static const CDS_FLASH char line_of_new[] = "'sequence NAME new POSE 1s'";
 
 #define SETTING_NO_SWITCH UINT16_MAX
+#define FACTORY_ID        1 // what `reset` and `factory` leave
 
 bool more_slips_has_word(const struct console *console)
 {
@@ -289,7 +295,7 @@ static const CDS_FLASH char *text_of_goal(struct console *console)
 {
     static const CDS_FLASH char teach[] = "teach";
     const struct command_line *line = &console->line;
-    const struct cds_servo_state *servo = console_servo(console);
+    const struct cds_servo_state *servo = explain_limited(console);
     const uint8_t *bytes = line->request->packet.bytes;
     union printer_value *values = console->printer.values;
     bool is_position = parse_is_command(line, teach);
@@ -417,6 +423,35 @@ static const CDS_FLASH char *text_of_lock(struct console *console)
     return message_locked;
 }
 
+/* `write 1 0x30 100 1 2` */
+static const CDS_FLASH char *text_of_end_of_table(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    union printer_value *values = console->printer.values;
+
+    if (line->error != ERROR_COUNT || line->argument != ARGUMENT_VALUES ||
+        line->next < CDS_TABLE_SIZE)
+        return NULL;
+    values[0].number = line->address;
+    values[1].number = CDS_TABLE_SIZE - 1;
+    values[2].number = line->values;
+    return message_behind_table;
+}
+
+/* `reset 2`, `factory 2`: the permit lets no servo get the ID of another one of the list. */
+static const CDS_FLASH char *text_of_factory_id(struct console *console)
+{
+    static const CDS_FLASH char reset[] = "reset", factory[] = "factory";
+    const struct command_line *line = &console->line;
+    bool is_refused = parse_is_command(line, reset) ||
+                      (console->error == CDS_LIMIT && parse_is_command(line, factory));
+
+    return is_refused && line->id != FACTORY_ID &&
+                   cds_servos_find(&console->robot->servos, FACTORY_ID)
+               ? message_id_1_listed
+               : NULL;
+}
+
 static const CDS_FLASH struct slip more[] = {
     {ERROR_UNKNOWN_COMMAND, text_of_semicolon},
     {ERROR_UNKNOWN_COMMAND, text_of_error_help},
@@ -436,6 +471,9 @@ static const CDS_FLASH struct slip more[] = {
     {ERROR_OUT_OF_RANGE, text_of_angle_each},
     {ERROR_COUNT, text_of_angle_each},
     {ERROR_COUNT, text_of_other_word},
+    {ERROR_COUNT, text_of_end_of_table},
+    {ERROR_PLACE_TAKEN, text_of_factory_id},
+    {CDS_LIMIT, text_of_factory_id},
     {CDS_LIMIT, text_of_goal},
     {CDS_LIMIT, text_of_torque_goal},
     {CDS_LIMIT, text_of_pose_goal},

@@ -107,13 +107,25 @@ static bool print_result(struct console *console)
     return more;
 }
 
-/* Before the `ok`: prints what the wire cannot show (advice_note()). False: there is nothing. */
+/* True, once, if the command went well; with room also if it went well for a servo of a list. */
+static bool has_note(struct console *console)
+{
+    bool *went_well = &console->buffer.command.list.some_went_well, is_due;
+
+    if (!command_set.has_room || console->error != ERROR_SOME || !console->line.is_repeated)
+        return console->error == 0 && console_answered(console) && console->explained++ == 0;
+    is_due = *went_well;
+    *went_well = false;
+    return is_due;
+}
+
+/* Before the last line: prints what the wire cannot show (advice_note()). False: there is nothing.
+ */
 static bool print_note(struct console *console)
 {
     const CDS_FLASH char *message = NULL;
 
-    if (command_set.note && console->error == 0 && console_answered(console) &&
-        console->explained++ == 0)
+    if (command_set.note && has_note(console))
         message = command_set.note(console);
     if (message)
         printer_line(&console->printer, message);

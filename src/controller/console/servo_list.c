@@ -365,6 +365,8 @@ static void end_servo(struct console *console)
         servo_failed(console, error);
     if (error)
         list->error = is_own ? (uint8_t)ERROR_SOME : error;
+    else if (command_set.has_room)
+        list->some_went_well = true;
 }
 
 /* True if the user may have meant a list: in `move 1 2 30` all numbers are bare, the optional one

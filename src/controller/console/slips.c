@@ -41,6 +41,8 @@ static const CDS_FLASH char message_move_at[] =
     "the speed stands behind the angle: 'move %u %u%s 30rpm'";
 static const CDS_FLASH char message_write_unit[] =
     "'write' takes register values; with a unit: 'set %u %u %u%s'";
+static const CDS_FLASH char message_write_unit_named[] =
+    "'write' takes register values; with a unit: 'set %u %n %u%s'";
 static const CDS_FLASH char message_bare_time[] =
     "too fast for a servo; %u is %ums: for seconds 'in %us'";
 static const CDS_FLASH char message_measured[] = "read-only, measured; 'move %u %u%s' moves there";
@@ -349,7 +351,7 @@ static const CDS_FLASH char *text_of_write_unit(struct console *console)
     values[0].number = line->id;
     values[1].number = line->address;
     put_number(&values[2], &number);
-    return message_write_unit;
+    return command_set.has_room ? message_write_unit_named : message_write_unit;
 }
 
 /* `set 1 PRESENT_POSITION 5` */

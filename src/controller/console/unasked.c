@@ -53,7 +53,8 @@ static const CDS_FLASH char message_stop_sent[] =
 static const CDS_FLASH char message_may_drive[] = "it may be driven";
 /* What to do with a servo without torque, by enum servo_mode. */
 static const CDS_FLASH char *const CDS_FLASH steps_of_torque[] = {
-    [UNASKED_UNKNOWN] = FLASH_TEXT("its mode is not known: 'info %i' reads it"),
+    [UNASKED_UNKNOWN] = FLASH_TEXT(
+        "'teach off %i' switches it on where the servo is, unless it is in endless turn"),
     [UNASKED_POSITION] = FLASH_TEXT("'teach off %i' switches it on where the servo is"),
     [UNASKED_TURN] = FLASH_TEXT("it is in endless turn: 'torque %i on', 'turn %i SPEED'"),
 };
@@ -63,8 +64,8 @@ static const CDS_FLASH char message_autostart_failed[] =
 /* What to do with a servo that has lost its state, by enum servo_mode. */
 static const CDS_FLASH char *const CDS_FLASH steps_of_loss[] = {
     [UNASKED_UNKNOWN] = FLASH_TEXT(
-        LOST_ITS_STATE "'release %i'; its mode is not known: 'info %i' reads it; unless both angle "
-                       "limits are 0, 'teach off %i' then holds it where it is"),
+        LOST_ITS_STATE "'release %i', then 'teach off %i' holds it where it is, unless it is in "
+                       "endless turn"),
     [UNASKED_POSITION] =
         FLASH_TEXT(LOST_ITS_STATE "'release %i', then 'teach off %i' holds it where it is, 'torque "
                                   "%i on' moves it to its goal"),

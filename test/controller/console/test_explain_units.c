@@ -96,7 +96,7 @@ void test_wrong_number_of_arguments_shows_usage(void)
 
 void test_refusal_of_limits_in_a_list_names_them(void)
 {
-    const uint8_t registers[19] = {[2] = 0xFF, [3] = 3}; // limits and torque: position mode, off
+    const uint8_t registers[28] = {[2] = 0xFF, [3] = 3}; // position mode, off, goal and speed 0
 
     robot_add(&robot, 4);
     robot_add(&robot, 5);
@@ -104,8 +104,8 @@ void test_refusal_of_limits_in_a_list_names_them(void)
     reply_to("torque 4 5 on");
     answer(4, 0, registers, sizeof registers);
     TEST_ASSERT_NOT_NULL(strstr(said,
-                                "servo 4: its goal was not read yet, or is beyond its limits, "
-                                "60.117deg to 200deg: 'info 4' reads it; "));
+                                "servo 4: its goal is beyond its limits, 60.117deg to 200deg: "
+                                "'move 4 ANGLE SPEED' gives it another, "));
 }
 
 void test_refusal_of_limits_names_them(void)

@@ -58,3 +58,35 @@ void test_period_of_monitor_without_every_names_it(void)
 
     ASSERT_REPLIES(lines);
 }
+
+void test_register_of_an_ax12_has_its_name_here(void)
+{
+    static const char *const lines[][2] = {
+        {"set 1 TORQUE_LIMIT 50", "error 34: servo 1: REG 'TORQUE_LIMIT': unknown register; a "
+                                  "CDS55xx has only MAX_TORQUE, which acts from the servo's next "
+                                  "power-up on\r\n"},
+        {"get 1 ccw-compliance-slope",
+         "error 34: servo 1: REG 'ccw-compliance-slope': unknown register; a CDS55xx has "
+         "CCW_PROPORTION at its address, "},
+        {"get 1 goal_speed",
+         "error 34: servo 1: REG 'goal_speed': unknown register; here it is MOVING_SPEED\r\n"},
+        {"read 1 UP_LIMIT_VOLTAGE", "error 34: servo 1: REG 'UP_LIMIT_VOLTAGE': unknown register; "
+                                    "here it is MAX_VOLTAGE\r\n"},
+        {"get 1 LIMIT", "error 34: servo 1: REG 'LIMIT': unknown register; 'info ID' lists names "
+                        "and addresses; did you mean "},
+    };
+
+    ASSERT_REPLIES(lines);
+}
+
+void test_register_with_an_equals_sign_needs_a_space(void)
+{
+    static const char *const lines[][2] = {
+        {"set 1 GOAL_POSITION=300", "error 34: servo 1: REG 'GOAL_POSITION=300': a space between "
+                                    "words, as in 'set 1 MIN_VOLTAGE 6.5V'\r\n"},
+        {"set 1 LED= 1", "error 34: servo 1: REG 'LED=': a space between words, as in 'set "},
+        {"get 1 LED,", "error 34: servo 1: REG 'LED,': unknown register; "},
+    };
+
+    ASSERT_REPLIES(lines);
+}

@@ -49,10 +49,10 @@ void test_torque_of_three_servos_has_line_for_each(void)
     TEST_ASSERT_EQUAL_STRING("servo 1: ok\r\nservo 2: ok\r\nservo 3: ok\r\nok\r\n", said);
 }
 
-/* The next packet is the READ of mode and torque, and servo `id` answers it. */
+/* The next packet is the READ of mode, torque and speed, and servo `id` answers it. */
 static void answer_look(uint8_t id, uint16_t cw_limit, uint8_t torque)
 {
-    uint8_t registers[19] = {(uint8_t)cw_limit, (uint8_t)(cw_limit >> 8), [18] = torque};
+    uint8_t registers[28] = {(uint8_t)cw_limit, (uint8_t)(cw_limit >> 8), [18] = torque};
 
     if (bus.link.state == CDS_LINK_TALKING)
         port_fake_transmit(&bus.link, 0);

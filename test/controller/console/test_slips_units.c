@@ -52,8 +52,9 @@ void test_long_unit_of_another_kind_keeps_what_was_typed(void)
 void test_write_with_a_unit_names_set(void)
 {
     static const char *const lines[][2] = {
-        {"write 1 GOAL_POSITION 90deg", "error 32: servo 1: VALUE... '90deg': 'write' takes "
-                                        "register values; with a unit: 'set 1 30 90deg'\r\n"},
+        {"write 1 GOAL_POSITION 90deg",
+         "error 32: servo 1: VALUE... '90deg': 'write' takes "
+         "register values; with a unit: 'set 1 GOAL_POSITION 90deg'\r\n"},
         {"write 254 GOAL_POSITION 90deg", "error 32: VALUE... '90deg': not a number; "},
         {"write 1 LED 90deg", "error 32: servo 1: VALUE... '90deg': not a number; "},
         {"write 1 GOAL_POSITION 400deg", "error 32: servo 1: VALUE... '400deg': not a number; "},

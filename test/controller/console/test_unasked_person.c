@@ -123,9 +123,8 @@ void test_loss_of_a_servo_that_is_back_is_told_in_one_line(void)
     failsafe.alarm = FAILSAFE_TORQUE_LOST;
     TEST_ASSERT_EQUAL_STRING("", said_in_ticks(5));
     TEST_ASSERT_EQUAL_STRING(
-        "\rservo 7 answers again, torque off; it lost its state: 'release 7'; its mode is not "
-        "known: 'info 7' reads it; unless both angle limits are 0, 'teach off 7' then holds it "
-        "where it is\r\n\r> ",
+        "\rservo 7 answers again, torque off; it lost its state: 'release 7', then 'teach off 7' "
+        "holds it where it is, unless it is in endless turn\r\n\r> ",
         said_in_ticks(3));
 }
 

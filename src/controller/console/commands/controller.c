@@ -24,6 +24,8 @@ static const CDS_FLASH char message_save_failed[] =
 static const CDS_FLASH char message_origin_advised[] = "settings at start: %s%s";
 static const CDS_FLASH char message_present_unsaved[] = "; the present ones are not saved";
 static const CDS_FLASH char message_others[] = "others: ";
+static const CDS_FLASH char message_of_unlisted[] =
+    "a servo that was not in the list, or left it: ";
 static const CDS_FLASH char message_alarm[] = "alarm of %s%s%s";
 static const CDS_FLASH char message_reset[] = "reset by%s%s%s%s%s";
 static const CDS_FLASH char message_link[] = "host link: %s";
@@ -41,6 +43,8 @@ static const CDS_FLASH char message_inhibit_some[] = "driving: allowed; inhibite
 static const CDS_FLASH char message_inhibit_on[] = "driving: inhibited until '%s'";
 static const CDS_FLASH char message_delays[] = "RETURN_DELAY refused: %u; lowest %u";
 static const CDS_FLASH char message_delays_us[] = "RETURN_DELAY refused: %u; lowest %u (%uus)";
+static const CDS_FLASH char message_lowest_delay[] =
+    "lowest RETURN_DELAY allowed: %u (%uus); lower ones refused: %u times";
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
 static const CDS_FLASH char message_servos[] = "servos: %u%s, offline %u";
@@ -323,7 +327,9 @@ NOINLINE static uint8_t alarm_line(struct console *console, uint8_t id, uint8_t 
     union printer_value *value = printer->values;
 
     if (id == CDS_BROADCAST_ID) {
-        (value++)->text = message_others;
+        (value++)->text = command_set.has_room && console_is_for_person(console)
+                              ? message_of_unlisted
+                              : message_others;
     } else {
         (value++)->text = message_of_servo;
         (value++)->number = id;
@@ -623,8 +629,17 @@ static void print_inhibit(struct printer *printer, const struct failsafe *failsa
     printer_line(printer, message);
 }
 
-static void print_delays(struct printer *printer, const struct cds_servos *servos)
+static void print_delays(struct console *console, const struct cds_servos *servos)
 {
+    struct printer *printer = &console->printer;
+
+    if (command_set.has_room && console_is_for_person(console)) {
+        printer->values[0].number = servos->shortest_delay;
+        printer->values[1].number = (uint16_t)(2u * servos->shortest_delay);
+        printer->values[2].number = servos->too_early;
+        printer_line(printer, message_lowest_delay);
+        return;
+    }
     printer->values[0].number = servos->too_early;
     printer->values[1].number = servos->shortest_delay;
     printer->values[2].number = (uint16_t)(2u * servos->shortest_delay);
@@ -709,7 +724,7 @@ static bool status_poll(struct console *console)
         bus_print_line(console);
         return true;
     case 7: print_servos(console, &console->robot->servos); return true;
-    case 8: print_delays(printer, &console->robot->servos); return true;
+    case 8: print_delays(console, &console->robot->servos); return true;
     case 9:
         if (command_set.store)
             command_set.store->room(console);

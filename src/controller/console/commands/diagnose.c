@@ -21,6 +21,9 @@ static const CDS_FLASH char message_none_examined[] = "no servo examined; packet
 static const CDS_FLASH char message_only_one[] =
     "servo %u answers well, as far as the wire shows; 'diagnose ID' examines another; count "
     "the servos: two may agree in every bit";
+static const CDS_FLASH char message_own_delay[] =
+    "the servo answers later than its own RETURN_DELAY, for which the bus waits; 'write %u "
+    "RETURN_DELAY 254', else replace it";
 static const CDS_FLASH char message_finding_is[] = "finding %u: %s";
 
 static enum cds_result begin_diagnosis(struct robot *robot, const void *config)
@@ -124,6 +127,13 @@ static void put_one_of_several(struct printer *printer, const struct cds_diagnos
     printer->values[2].number = diagnose->found_id;
 }
 
+/* True if the servo is late by its own return delay: a longer one of the settings does not help. */
+static bool is_late_by_itself(const struct cds_diagnose *diagnose)
+{
+    return diagnose->finding == CDS_FINDING_SLOW && diagnose->value &&
+           diagnose->value <= diagnose->steps.bus->return_delay_us;
+}
+
 static bool print_line(struct printer *printer, const struct cds_diagnose *diagnose, uint8_t line,
                        bool is_of_any)
 {
@@ -133,6 +143,10 @@ static bool print_line(struct printer *printer, const struct cds_diagnose *diagn
         printer->values[1].text = diagnose_findings[diagnose->finding];
         if (command_set.has_room && diagnose->finding == CDS_FINDING_OK && is_of_any)
             put_one_of_several(printer, diagnose);
+        if (command_set.has_room && is_late_by_itself(diagnose)) {
+            printer->values[1].text = message_own_delay;
+            printer->values[2].number = diagnose->found_id;
+        }
         printer_line(printer, message_finding_is);
         return true;
     case 1:

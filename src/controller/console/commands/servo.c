@@ -20,6 +20,8 @@ static const CDS_FLASH char message_turn_again[] =
 static const CDS_FLASH char message_kept_speed[] =
     "it moves at %r, the last speed it was given, as by a motion; 'move %u %a 30rpm' gives another";
 
+static const CDS_FLASH char message_way[] = "moves to its goal: %a, from %a";
+
 /* Registers that move, and torque on, read first. */
 #define LOOK_FROM CDS_REG_CW_ANGLE_LIMIT
 #define LOOK_SIZE (CDS_REG_TORQUE_ENABLE - CDS_REG_CW_ANGLE_LIMIT + 1)
@@ -28,6 +30,14 @@ static const CDS_FLASH char message_kept_speed[] =
  * servo with limits, and for a move without SPEED of a person. */
 #define LOOK_SPEED_AT   (CDS_REG_MOVING_SPEED - LOOK_FROM)
 #define LOOK_SPEED_SIZE (LOOK_SPEED_AT + 2)
+
+/* The READ of `torque on`, for a person, goes on to GOAL_POSITION and PRESENT_POSITION. */
+#define LOOK_GOAL_AT       (CDS_REG_GOAL_POSITION - LOOK_FROM)
+#define LOOK_POSITION_AT   (CDS_REG_PRESENT_POSITION - LOOK_FROM)
+#define LOOK_POSITION_SIZE (LOOK_POSITION_AT + 2)
+
+/* `torque on` tells of a way to the goal from here on: 5 degrees. */
+#define FAR 17
 
 /* A move without SPEED that is slower is told: 10 rpm. A motion leaves the speed of its end. */
 #define SLOW_SPEED 165
@@ -219,7 +229,9 @@ static uint8_t torque_begin(struct console *console)
 {
     /* Torque on is refused if the servo does not reply: it may be in endless turn. */
     if (console->line.choice == CHOICE_ON && console->line.id != CDS_BROADCAST_ID)
-        return look(console, LOOK_SPEED_SIZE);
+        return look(console, command_set.has_room && console_is_for_person(console)
+                                 ? LOOK_POSITION_SIZE
+                                 : LOOK_SPEED_SIZE);
     return write_switch(console, CDS_REG_TORQUE_ENABLE);
 }
 
@@ -294,6 +306,29 @@ static bool move_poll(struct console *console)
     return console->error == 0;
 }
 
+/* Keeps goal and position of a servo without torque, for tell_way(). */
+static void keep_way(struct console *console)
+{
+    struct set_job *job = set_job(console);
+    const uint8_t *bytes = console->line.request->reply;
+
+    memcpy(job->limits, &bytes[LOOK_GOAL_AT], 2);
+    memcpy(job->limits + 2, &bytes[LOOK_POSITION_AT], 2);
+}
+
+/* Tells that the servo goes to its goal now. */
+static void tell_way(struct console *console)
+{
+    const struct set_job *job = set_job(console);
+    uint16_t goal = register_raw_at(job->limits, 2), from = register_raw_at(job->limits + 2, 2);
+
+    if ((goal > from ? goal - from : from - goal) < FAR)
+        return;
+    console->printer.values[0].number = goal;
+    console->printer.values[1].number = from;
+    printer_line(&console->printer, message_way);
+}
+
 /* Torque must not start an endless turn: a servo without torque gets speed 0 before it. */
 static bool torque_poll(struct console *console)
 {
@@ -302,8 +337,11 @@ static bool torque_poll(struct console *console)
 
     if (console_waits(console))
         return true;
-    if (!console_answered(console) || console->phase == SERVO_WRITE_SENT)
+    if (!console_answered(console) || console->phase == SERVO_WRITE_SENT) {
+        if (command_set.has_room && console_answered(console))
+            tell_way(console); // of other lines nothing was kept: no way
         return false;
+    }
     is_off = console->phase == LOOK && !bytes[LOOK_SIZE - 1];
     if (command_set.explain && is_off && console->servo_error & CDS_ERRORS_OF_CONDITION) {
         console->error = ERROR_ALARM; // it may have shut down: torque would not come on
@@ -313,6 +351,8 @@ static bool torque_poll(struct console *console)
     } else {
         if (console->phase == STILL)
             printer_line(&console->printer, message_stands_still);
+        else if (command_set.has_room && is_off && console_is_for_person(console))
+            keep_way(console);
         console->error = write_switch(console, CDS_REG_TORQUE_ENABLE);
     }
     return console->error == 0;

@@ -22,6 +22,11 @@ static const CDS_FLASH char message_stop_unread[] =
 static const CDS_FLASH char message_unscanned_ids[] =
     "IDs not checked: %u; torque off was sent to them, too; 'scan' looks for servos there";
 
+#if PRINTER_HAS_ROOM
+static const CDS_FLASH char message_no_speed_limit[] =
+    "its speed limit, %r, is gone: 'limits %u LOW HIGH SPEED' sets one";
+#endif
+
 /* ---- stop ---- */
 
 static const CDS_FLASH char *const CDS_FLASH stop_outcomes[] = {
@@ -151,10 +156,25 @@ static uint8_t limits_begin(struct console *console)
         raw[2] = CDS_VALUE_MAX;
     if (servo == NULL)
         return ERROR_NOT_KNOWN;
+    if (command_set.has_room)
+        console->raw = line->numbers == 2 ? servo->fastest : CDS_VALUE_MAX;
     return cds_servos_set_limits(servos, servo, raw[0], raw[1], raw[2]) == CDS_OK
                ? 0
                : ERROR_OUT_OF_RANGE;
 }
+
+#if PRINTER_HAS_ROOM
+/* Tells a person that a line without SPEED has removed the speed limit, console->raw. */
+static bool limits_poll(struct console *console)
+{
+    if (command_set.has_room && console->raw < CDS_VALUE_MAX && console_is_for_person(console)) {
+        console->printer.values[0].number = console->raw;
+        console->printer.values[1].number = console->line.id;
+        printer_line(&console->printer, message_no_speed_limit);
+    }
+    return false;
+}
+#endif
 
 const CDS_FLASH struct command stop_rows[] = {
     {
@@ -181,6 +201,9 @@ const CDS_FLASH struct command stop_rows[] = {
             "Until a reset; 'servos' shows them, 'limits ID 0 300' removes them"),
         .example = COMMAND_DETAILS("limits 1 60 240 30rpm"),
         .begin = limits_begin,
+#if PRINTER_HAS_ROOM
+        .poll = limits_poll,
+#endif
     },
 };
 
