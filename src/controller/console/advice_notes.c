@@ -20,6 +20,7 @@ static const CDS_FLASH char message_missing[] =
 static const CDS_FLASH char message_id_twice[] =
     "a second servo of ID %u would have ID %u now, too: 'diagnose %u' finds it, unless both agree "
     "in every bit";
+static const CDS_FLASH char message_of_old_id[] = "stored poses still name servo %u; %s";
 static const CDS_FLASH char message_all_told[] =
     "none answers to this: each servo that heard it has ID 1 now; connect one alone, 'id 1 NEW'";
 static const CDS_FLASH char message_stop_unconfirmed[] =
@@ -154,12 +155,35 @@ static const CDS_FLASH char *note_clear(struct console *console)
     return console->part && console_is_for_person(console) ? message_driving_allowed : NULL;
 }
 
+/* True if stored poses name the servo. */
+static bool is_in_poses(uint8_t id)
+{
+    uint8_t ids[MOTION_STORE_JOINTS];
+
+    return stored_may_read() == 0 &&
+           memchr(ids, id, motion_store_read_servos(console_store(), ids));
+}
+
+/* `id` has given a servo another ID. */
+static const CDS_FLASH char *note_id(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    union printer_value *values = console->printer.values;
+
+    if (command_set.has_room && is_in_poses(line->id)) {
+        (values++)->number = line->id;
+        (values++)->text = message_id_twice;
+    }
+    values[0].number = line->id;
+    values[1].number = values[2].number = line->new_id;
+    return values == console->printer.values ? message_id_twice : message_of_old_id;
+}
+
 const CDS_FLASH char *advice_note(struct console *console)
 {
     static const CDS_FLASH char id[] = "id", factory[] = "factory", set[] = "set", scan[] = "scan",
                                 sequence[] = "sequence";
     const struct command_line *line = &console->line;
-    union printer_value *values = console->printer.values;
 
     if (explain_is_settings(line))
         return note_link_loss(console);
@@ -177,9 +201,7 @@ const CDS_FLASH char *advice_note(struct console *console)
         return note_sequence(console);
     if (!parse_is_command(line, id) || line->id == line->new_id || !console_is_for_person(console))
         return NULL;
-    values[0].number = line->id;
-    values[1].number = values[2].number = line->new_id;
-    return message_id_twice;
+    return note_id(console);
 }
 
 /* Count of the servos that are known to answer at this rate. */
