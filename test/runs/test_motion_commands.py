@@ -297,7 +297,7 @@ class Steps(Motion):
                                   "! sequence w delete 1\n@expect text error 58:\nmotion off\n@wait 300\n")
         self.assertEqual(steps, ["new a 1s", "add b 2s dwell 0.5s", "add a 3s pass"])
         self.assertEqual(self.stored_after("sequence w delete 2\nsequence w delete 2\n! sequence w delete 1\n"
-                                           "@expect text the only step\n"), ["new a 1s"])
+                                           "@expect text error 33:\n"), ["new a 1s"])
 
     def test_set_mends_a_step_whose_pose_is_deleted(self):
         self.assertEqual(self.stored_after("pose set c 90 90 90\nsequence w set 2 c 1s\npose delete c\n! play w\n"

@@ -42,9 +42,11 @@ static const CDS_FLASH char message_of_move[] =
 static const CDS_FLASH char message_of_step[] =
     "time out of range: 10ms to 600s, dwell 0 to 65.53s; a number without unit is ms";
 static const CDS_FLASH char message_step_range[] = "N %l is out of range: 1 to %u%s";
+static const CDS_FLASH char message_only_step[] =
+    "step 1 is the only one; 'sequence delete NAME' deletes the sequence";
 static const CDS_FLASH char message_add_appends[] =
     "; 'sequence NAME add' appends a step behind the last one";
-static const CDS_FLASH char message_pose_gone[] =
+const CDS_FLASH char advice_pose_gone[] =
     "a step names a deleted pose; 'sequence NAME show' numbers the steps, 'sequence NAME set N "
     "POSE TIME' mends step N";
 static const CDS_FLASH char message_swapped[] =
@@ -470,15 +472,17 @@ static const CDS_FLASH char *text_of_one_id(struct console *console)
     return message_one;
 }
 
-/* `sequence NAME set N`: the sequence has no step N (sequence_steps.c). */
+/* `sequence NAME set N`: the sequence has no step N; `sequence NAME delete N`: or no other one
+ * (sequence_steps.c). */
 static const CDS_FLASH char *text_of_step(struct console *console)
 {
     union printer_value *values = console->printer.values;
 
     if (command_set.motion_words == NULL || console->line.error ||
-        !parse_is_command(&console->line, name_of_sequence) ||
-        (console->raw && console->raw <= console->part))
+        !parse_is_command(&console->line, name_of_sequence))
         return NULL;
+    if (console->raw && console->raw <= console->part)
+        return message_only_step;
     values[0].number = (uint16_t)console->line.number[0].digits;
     values[1].number = (uint16_t)((uint32_t)console->line.number[0].digits >> 16);
     values[2].number = console->part;
@@ -753,7 +757,7 @@ const CDS_FLASH char *advice(struct console *console)
     case ERROR_TIME: return text_of_times(console);
     case ERROR_OUT_OF_RANGE: return text_of_value(console);
     case ERROR_PLACE_TAKEN: return text_of_place(console);
-    case ERROR_POSE_GONE: return command_set.motion_words ? message_pose_gone : NULL;
+    case ERROR_POSE_GONE: return command_set.motion_words ? advice_pose_gone : NULL;
     case CDS_TIMEOUT: return text_of_late(console);
     case CDS_CORRUPT: return text_of_scan(console);
     case CDS_LIMIT: return text_of_limits(console);

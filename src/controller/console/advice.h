@@ -17,6 +17,9 @@ struct console;
  * error itself is the best. The printer must be ready. */
 const CDS_FLASH char *advice(struct console *console);
 
+/* Text and remedy of ERROR_POSE_GONE, where the steps of a sequence have commands of their own. */
+extern const CDS_FLASH char advice_pose_gone[];
+
 /* For ERROR_UNKNOWN_WORD: prints the words that all rows of the command have at the place of the
  * wrong word, "wait|off|at". `words` of struct command_set. */
 void advice_words(struct console *console);

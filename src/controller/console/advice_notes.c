@@ -19,6 +19,7 @@ static const CDS_FLASH char message_missing[] =
     "servos of the list that did not answer: %u; for servo %u: 'diagnose %u'";
 static const CDS_FLASH char message_id_twice[] =
     "if two servos had ID %u, both have ID %u now: 'diagnose %u' looks for that";
+static const CDS_FLASH char message_of_old_id[] = "stored poses still name servo %u; %s";
 static const CDS_FLASH char message_all_told[] =
     "none answers to this: each servo that heard it has ID 1 now; connect one alone, 'id 1 NEW'";
 static const CDS_FLASH char message_stop_unconfirmed[] =
@@ -168,12 +169,35 @@ static const CDS_FLASH char *note_clear(struct console *console)
     return console->part && console_is_for_person(console) ? message_driving_allowed : NULL;
 }
 
+/* True if stored poses name the servo. */
+static bool is_in_poses(uint8_t id)
+{
+    uint8_t ids[MOTION_STORE_JOINTS];
+
+    return stored_may_read() == 0 &&
+           memchr(ids, id, motion_store_read_servos(console_store(), ids));
+}
+
+/* `id` has given a servo another ID. */
+static const CDS_FLASH char *note_id(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    union printer_value *values = console->printer.values;
+
+    if (command_set.has_room && is_in_poses(line->id)) {
+        (values++)->number = line->id;
+        (values++)->text = message_id_twice;
+    }
+    values[0].number = line->id;
+    values[1].number = values[2].number = line->new_id;
+    return values == console->printer.values ? message_id_twice : message_of_old_id;
+}
+
 const CDS_FLASH char *advice_note(struct console *console)
 {
     static const CDS_FLASH char id[] = "id", factory[] = "factory", set[] = "set", scan[] = "scan",
                                 sequence[] = "sequence";
     const struct command_line *line = &console->line;
-    union printer_value *values = console->printer.values;
 
     if (command_set.has_room && explain_is_settings(line) && note_device_id(console))
         return message_id_of_servo;
@@ -193,9 +217,7 @@ const CDS_FLASH char *advice_note(struct console *console)
         return note_sequence(console);
     if (!parse_is_command(line, id) || line->id == line->new_id || !console_is_for_person(console))
         return NULL;
-    values[0].number = line->id;
-    values[1].number = values[2].number = line->new_id;
-    return message_id_twice;
+    return note_id(console);
 }
 
 /* Count of the servos that are known to answer at this rate. */

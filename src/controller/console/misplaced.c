@@ -72,7 +72,8 @@ static struct token name_of_line(const struct console *console)
 /* The text for a word that is a command; NULL: it is none, or no text is sure to help. */
 static const CDS_FLASH char *text_of_command(struct console *console, const struct token *word)
 {
-    static const CDS_FLASH char stop[] = "stop", motion[] = "motion";
+    static const CDS_FLASH char stop[] = "stop", motion[] = "motion", pose[] = "pose",
+                                line_of_pose[] = "pose NAME in 2s";
     const struct command_line *line = &console->line;
     const CDS_FLASH struct command *row = parse_command(word);
 
@@ -80,7 +81,8 @@ static const CDS_FLASH char *text_of_command(struct console *console, const stru
         return NULL;
     if (parse_has_name(row->usage, stop))
         return line->names || parse_is_command(line, motion) ? message_motion_off : NULL;
-    console->printer.values[0].text = slip_line_to_type(row);
+    console->printer.values[0].text =
+        line->names && parse_has_name(row->usage, pose) ? line_of_pose : slip_line_to_type(row);
     return message_own_command;
 }
 
@@ -141,13 +143,16 @@ static const CDS_FLASH char *text_of_register(struct console *console)
     return message_register_to_read;
 }
 
-/* `stand in 2s`: the name of a stored pose */
+/* `stand in 2s`, `move stand`: the name of a stored pose */
 static const CDS_FLASH char *text_of_pose(struct console *console)
 {
+    static const CDS_FLASH char move[] = "move";
     const struct token *word = &console->token;
+    const struct command_line *line = &console->line;
 
-    return console->line.command == NULL && word->length <= MOTION_STORE_NAME &&
-                   stored_may_read() == 0 &&
+    return (line->command == NULL ||
+            (parse_is_command(line, move) && line->argument == ARGUMENT_ID_OR_ALL)) &&
+                   word->length <= MOTION_STORE_NAME && stored_may_read() == 0 &&
                    motion_store_find(console_store(), MOTION_STORE_POSE, word->text,
                                      word->length) != MOTION_STORE_NONE
                ? message_is_pose
@@ -322,6 +327,7 @@ static const CDS_FLASH struct slip misplaced[] = {
     {ERROR_UNKNOWN_WORD, text_of_other_form},
     {ERROR_UNKNOWN_WORD, text_of_own_command},
     {ERROR_UNKNOWN_WORD, text_of_name},
+    {ERROR_NOT_A_NUMBER, text_of_pose},
     {ERROR_NOT_A_NUMBER, text_of_own_command},
     {ERROR_NOT_A_NUMBER, text_of_separator},
     {ERROR_NOT_A_NUMBER, text_of_period},

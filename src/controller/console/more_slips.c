@@ -6,8 +6,10 @@
 #include <string.h> // memchr()
 
 #include "cds55xx/control_table.h"   // CDS_REG_GOAL_POSITION
+#include "cds55xx/motion.h"          // CDS_MOTION_OVERRIDE_MIN
 #include "cds55xx/packet.h"          // CDS_AT_PARAMETERS
 #include "console/commands/shared.h" // set_job()
+#include "console/commands/stored.h" // stored_length()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/explain.h" // explain_is_settings()
@@ -48,6 +50,12 @@ static const CDS_FLASH char message_second_byte[] =
     "%x is the second byte of %n, whose address is %x; 'read' and 'write' take single bytes";
 static const CDS_FLASH char message_error_help[] =
     "no help on errors here; docs/errors.md lists their numbers";
+static const CDS_FLASH char message_times_is_missing[] =
+    "a number of runs stands behind 'times': 'play NAME times %u'";
+static const CDS_FLASH char message_at_is_missing[] =
+    "a speed stands behind 'at': 'play NAME at %u%'";
+static const CDS_FLASH char message_delete_pose[] = "'pose delete NAME' deletes a pose";
+static const CDS_FLASH char message_delete_sequence[] = "'sequence delete NAME' deletes a sequence";
 static const CDS_FLASH char message_in_is_missing[] = "a time stands behind 'in': '%s'";
 static const CDS_FLASH char message_own_limits[] =
     "angle limit error; CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT are %a to %a";
@@ -61,6 +69,7 @@ static const CDS_FLASH char message_locked[] =
 
 static const CDS_FLASH char command_move[] = "move";
 static const CDS_FLASH char command_pose[] = "pose";
+static const CDS_FLASH char command_sequence[] = "sequence";
 static const CDS_FLASH char command_set_register[] = "set";
 static const CDS_FLASH char line_of_pose[] = "pose NAME in 2s";
 static const CDS_FLASH char line_of_new[] = "'sequence NAME new POSE 1s'";
@@ -91,6 +100,7 @@ static const CDS_FLASH char *text_of_semicolon(struct console *console)
 }
 
 static const CDS_FLASH char lines_of_torque_off[] = "'torque 1 off', 'torque all off'";
+static const CDS_FLASH char command_cycle[] = "cycle";
 static const CDS_FLASH char line_of_add[] = "'sequence NAME add POSE 2s'";
 
 /* Words of other consoles. */
@@ -113,12 +123,14 @@ static const CDS_FLASH struct slip_word words_of_others[] = {
     {FLASH_TEXT("limits"), FLASH_TEXT("off"), FLASH_TEXT("'limits 1 off', 'limits all off'")},
     {FLASH_TEXT("save"), command_pose, FLASH_TEXT("'pose save NAME'")},
     {FLASH_TEXT("save"), FLASH_TEXT("sequence"), line_of_new},
+    {command_cycle, FLASH_TEXT("on|start|run"), FLASH_TEXT("'cycle every 4ms'")},
+    {command_cycle, FLASH_TEXT("stop|end"), FLASH_TEXT("'cycle off'")},
     {command_pose, FLASH_TEXT("save"), FLASH_TEXT("'pose save NAME'")},
     {command_pose, FLASH_TEXT("delete"), FLASH_TEXT("'pose delete NAME'")},
     {command_pose, FLASH_TEXT("show"), FLASH_TEXT("'pose show NAME'")},
-    {FLASH_TEXT("sequence"), FLASH_TEXT("save"), line_of_new},
+    {command_sequence, FLASH_TEXT("save"), line_of_new},
     {FLASH_TEXT("torque"), FLASH_TEXT("off|stop"), lines_of_torque_off},
-    {FLASH_TEXT("sequence"), FLASH_TEXT("in|at|for|to"), line_of_add},
+    {command_sequence, FLASH_TEXT("in|at|for|to"), line_of_add},
     {FLASH_TEXT("monitor"), FLASH_TEXT("for"),
      FLASH_TEXT("'monitor 1 every 100ms', a key ends it")},
     {FLASH_TEXT("settings"), FLASH_TEXT("once"), FLASH_TEXT("'settings autostart NAME'")},
@@ -161,6 +173,44 @@ static const CDS_FLASH char *text_of_time_without_in(struct console *console)
         return NULL;
     console->printer.values[0].text = line_of_pose;
     return message_in_is_missing;
+}
+
+/* `play wave 3`, `play wave 50%` */
+static const CDS_FLASH char *text_of_bare_play(struct console *console)
+{
+    static const CDS_FLASH char play[] = "play";
+    struct number number;
+    uint16_t *value = &console->printer.values[0].number;
+    uint8_t percent;
+
+    if (!parse_is_command(&console->line, play) || console->line.names != 1)
+        return NULL;
+    if (number_whole(&console->token, UINT16_MAX, value) == 0)
+        return *value ? message_times_is_missing : NULL;
+    if (number_parse(&console->token, &number) || number_percent(&number, &percent) ||
+        percent < CDS_MOTION_OVERRIDE_MIN || percent > CDS_MOTION_OVERRIDE_MAX)
+        return NULL;
+    *value = percent;
+    return message_at_is_missing;
+}
+
+/* `pose del low`, `sequence rm walk` */
+static const CDS_FLASH char *text_of_delete(struct console *console)
+{
+    static const CDS_FLASH char words[] = "del|remove|rm|erase|clear";
+    const struct command_line *line = &console->line;
+    bool is_pose = parse_is_command(line, command_pose);
+    struct token name = {0};
+
+    if (line->names != 1 || !(is_pose || parse_is_command(line, command_sequence)))
+        return NULL;
+    for (uint8_t i = 0; i < stored_length(console, 0); i++)
+        token_add(&name, parse_name(line, 0)[i]);
+    if (!parse_choice(words, &name) || stored_may_read() ||
+        stored_find(console, is_pose ? MOTION_STORE_POSE : MOTION_STORE_SEQUENCE, 0) !=
+            MOTION_STORE_NONE)
+        return NULL;
+    return is_pose ? message_delete_pose : message_delete_sequence;
 }
 
 /* `scan 1`, `servos 1` */
@@ -459,6 +509,8 @@ static const CDS_FLASH struct slip more[] = {
     {ERROR_UNKNOWN_WORD, text_of_semicolon},
     {ERROR_UNKNOWN_WORD, text_of_other_word},
     {ERROR_UNKNOWN_WORD, text_of_time_without_in},
+    {ERROR_UNKNOWN_WORD, text_of_bare_play},
+    {ERROR_UNKNOWN_WORD, text_of_delete},
     {ERROR_UNKNOWN_WORD, text_of_servo_number},
     {ERROR_NOT_A_NUMBER, text_of_semicolon},
     {ERROR_NOT_A_NUMBER, text_of_other_word},

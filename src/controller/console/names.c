@@ -115,6 +115,20 @@ static enum names_result next_command(struct names *names, const CDS_FLASH struc
     return parse_command(&names->name) == row ? NAMES_FOUND : NAMES_NONE;
 }
 
+/* True if another row of the group has had the present name at this place. */
+static bool is_repeated(const struct names *names, const struct command_line *line)
+{
+    const CDS_FLASH struct command *row = command_set.groups[names->group]->rows;
+
+    for (uint8_t left = names->row; left; left--, row++) {
+        const CDS_FLASH char *usage = place_in(row, line);
+
+        if (usage && parse_choice(usage, &names->name))
+            return true;
+    }
+    return false;
+}
+
 static enum names_result next_word(struct names *names, const CDS_FLASH char *usage)
 {
     const CDS_FLASH char *word = word_at(usage, names->within);
@@ -179,6 +193,7 @@ enum names_result names_next(struct names *names, const struct command_line *lin
     const CDS_FLASH struct command_group *group = command_set.groups[names->group];
     const CDS_FLASH struct command *row;
     const CDS_FLASH char *usage;
+    enum names_result result;
 
     if (group == NULL)
         return command_set.has_room && line->command && line->argument == ARGUMENT_COMMAND
@@ -197,7 +212,7 @@ enum names_result names_next(struct names *names, const struct command_line *lin
     if (command_set.has_room && names_id_is_due(line))
         return next_all(names, line);
     switch (parse_argument_at(usage)) {
-    case ARGUMENT_NONE: return next_word(names, usage);
+    case ARGUMENT_NONE: result = next_word(names, usage); break;
     case ARGUMENT_REGISTER: return next_register(names);
     case ARGUMENT_SETTING: return next_setting(names);
     case ARGUMENT_NAME:
@@ -206,6 +221,8 @@ enum names_result names_next(struct names *names, const struct command_line *lin
         return next_row(names);
     default: return next_row(names);
     }
+    return command_set.has_room && result == NAMES_FOUND && is_repeated(names, line) ? NAMES_NONE
+                                                                                     : result;
 }
 
 bool names_begin_alike(const struct token *name, const char *text, uint8_t length)

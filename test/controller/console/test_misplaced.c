@@ -26,7 +26,7 @@ void test_command_behind_a_command_is_named(void)
          "error 38: 'stop' where 'at|times|loop' is due: 'motion off' ends a motion; "},
         {"set id 1 3", "error 32: ID 'id': a command of its own: 'id 1 5'\r\n"},
         {"set Baud 1 9600", "error 32: ID 'Baud': a command of its own: 'baud 1 57600bps'\r\n"},
-        {"cycle stop", "error 38: 'stop' where 'every|off' is due: unknown word; "},
+        {"cycle stop", "error 38: 'stop' where 'every|off' is due: try 'cycle off'\r\n"},
         {"settings autostart play x", "error 32: DELAY 'x': not a number; write whole seconds"},
     };
 

@@ -23,7 +23,7 @@ void test_stored_name_with_a_word_names_the_line(void)
         {"play wave twice",
          "error 38: 'twice' where 'at|times|loop' is due: a sequence: 'play NAME', 'play NAME "
          "times 2', 'play NAME loop'\r\n"},
-        {"play wave 2", "error 38: '2' where 'at|times|loop' is due: a sequence: 'play NAME', "},
+        {"play wave 2", "error 38: '2' where 'at|times|loop' is due: a number of runs stands "},
     };
 
     ASSERT_REPLIES(lines);

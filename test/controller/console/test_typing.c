@@ -41,6 +41,13 @@ void test_tab_completes_a_unique_name_with_a_space(void)
         assert_line(cases[i][0], cases[i][1]);
 }
 
+void test_tab_lists_a_word_of_several_rows_once(void)
+{
+    static const char list[] = "sequence walk \r\nnew  add  show  set  insert  delete  \r\n";
+
+    TEST_ASSERT_EQUAL_STRING_LEN(list, typed("sequence walk \t"), sizeof list - 1);
+}
+
 void test_tab_on_a_long_line_stays_within_the_editor(void)
 {
     char keys[EDITOR_SIZE + 1];

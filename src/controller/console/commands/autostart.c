@@ -19,6 +19,8 @@ static const CDS_FLASH char message_s[] = " s; ";
 static const CDS_FLASH char message_not_begun[] = "not begun: ";
 
 static const CDS_FLASH char message_begins[] = "begins";
+static const CDS_FLASH char message_plays_not[] =
+    "it does not play: step %u names a deleted pose; 'sequence NAME set N POSE TIME' mends step N";
 
 static const CDS_FLASH char *const CDS_FLASH state_texts[] = {
     [AUTOSTART_OFF] = FLASH_TEXT("from the next power-up on"),
@@ -49,6 +51,23 @@ struct autostart_job {
 #define DELAY_DEFAULT_S 3
 
 #define WORDS_OFF 3 // of the line "settings autostart off"
+
+enum set_phase { CHECK_STEPS, SAVE } __attribute__((packed));
+enum show_phase { SHOW_SEQUENCE, SHOW_STATE, SHOW_STEPS } __attribute__((packed));
+
+/* Looks at step console->part of the sequence at `place`, one in each call. Returns true if there
+ * are more. Else console->error is ERROR_POSE_GONE if the pose of step console->part is deleted. */
+static bool check_step(struct console *console, uint8_t place)
+{
+    struct motion_store_step step;
+
+    if (!motion_store_read_step(console_store(), place, console->part, &step))
+        return false;
+    console->part++;
+    if (motion_store_pose_of(console_store(), step.pose) == MOTION_STORE_NONE)
+        console->error = ERROR_POSE_GONE;
+    return console->error == 0;
+}
 
 /* ---- settings autostart [off] ---- */
 
@@ -100,6 +119,19 @@ static uint8_t show_or_off_begin(struct console *console)
     return 0;
 }
 
+/* Behind the line: prints the first step whose pose is deleted. */
+static bool show_step(struct console *console)
+{
+    if (stored_may_read() || check_step(console, stored_autostart()))
+        return true;
+    if (console->error) {
+        console->printer.values[0].number = console->part;
+        printer_line(&console->printer, message_plays_not);
+    }
+    console->error = 0;
+    return false;
+}
+
 bool autostart_show_or_off_poll(struct console *console)
 {
     struct autostart_job *job = console_job(console);
@@ -108,9 +140,15 @@ bool autostart_show_or_off_poll(struct console *console)
 
     if (console->line.words == WORDS_OFF)
         return job->is_saving && stored_save_poll(console);
+    if (command_set.has_room && console->phase == SHOW_STEPS)
+        return show_step(console);
     if (console->phase) {
         print_state(console);
-        return false;
+        if (!command_set.has_room)
+            return false;
+        console->phase = SHOW_STEPS;
+        console->part = 0;
+        return console->robot->moves->autostart.state != AUTOSTART_POSE_GONE; // is in the line
     }
     console->error = stored_may_read();
     if (console->error)
@@ -129,7 +167,7 @@ bool autostart_show_or_off_poll(struct console *console)
     printer_flash(printer, message_s);
     if (console->robot->moves->autostart.state >= AUTOSTART_RESET)
         printer_flash(printer, message_not_begun);
-    console->phase = 1;
+    console->phase = SHOW_STATE;
     return true;
 }
 
@@ -147,11 +185,20 @@ static uint8_t take_delay(struct console *console, uint8_t *delay)
     return ms % 1000 || ms == 0 ? (uint8_t)ERROR_OUT_OF_RANGE : 0;
 }
 
+static uint8_t save(struct console *console)
+{
+    struct autostart_job *job = console_job(console);
+
+    if (stored_save(console, &job->record))
+        console->robot->moves->autostart.state = AUTOSTART_OFF; // until the next power-up
+    return console->error;
+}
+
 /* `loop`: 0 or AUTOSTART_LOOP. */
 static uint8_t set(struct console *console, uint8_t loop)
 {
     struct autostart_job *job = console_job(console);
-    uint8_t delay = DELAY_DEFAULT_S;
+    uint8_t delay = DELAY_DEFAULT_S, place;
     uint8_t error = console->line.numbers ? take_delay(console, &delay) : 0;
 
     if (console->robot->moves == NULL)
@@ -160,14 +207,25 @@ static uint8_t set(struct console *console, uint8_t loop)
         error = stored_may_write(console);
     if (error)
         return error;
-    if (stored_find(console, MOTION_STORE_SEQUENCE, 0) == MOTION_STORE_NONE)
+    place = stored_find(console, MOTION_STORE_SEQUENCE, 0);
+    if (place == MOTION_STORE_NONE)
         return ERROR_NO_SEQUENCE;
+    console->index = place;
     memcpy(job->name, parse_name(&console->line, 0), stored_length(console, 0));
     job->record = (struct motion_store_record){
         .kind = MOTION_STORE_AUTOSTART, .count = (uint8_t)(delay | loop), .sequence = job->name};
-    if (stored_save(console, &job->record))
-        console->robot->moves->autostart.state = AUTOSTART_OFF; // until the next power-up
-    return console->error;
+    return command_set.has_room ? 0 : save(console); // else set_poll() saves
+}
+
+/* Chips with room refuse a sequence that cannot play. */
+static bool set_poll(struct console *console)
+{
+    if (!command_set.has_room || console->phase == SAVE)
+        return stored_save_poll(console);
+    if (stored_may_read() || check_step(console, console->index))
+        return true;
+    console->phase = SAVE;
+    return console->error == 0 && save(console) == 0;
 }
 
 static uint8_t once_begin(struct console *console)
@@ -197,7 +255,7 @@ static const CDS_FLASH struct command autostart_rows[] = {
             "and every servo passes its check"),
         .example = COMMAND_DETAILS("settings autostart walk 5s"),
         .begin = once_begin,
-        .poll = stored_save_poll,
+        .poll = set_poll,
     },
     {
         .usage = FLASH_TEXT("settings autostart NAME loop [DELAY]"),
@@ -205,7 +263,7 @@ static const CDS_FLASH struct command autostart_rows[] = {
         .details = COMMAND_DETAILS("Until motion off or stop"),
         .example = COMMAND_DETAILS("settings autostart walk loop"),
         .begin = loop_begin,
-        .poll = stored_save_poll,
+        .poll = set_poll,
     },
 };
 

@@ -19,6 +19,10 @@ static const CDS_FLASH char message_silent[] = "no answer now from servo %u";
 static const CDS_FLASH char message_silent_remedy[] =
     ": 'ping %u'; if not there: 'servos forget %u', then 'group' without it";
 static const CDS_FLASH char message_registered[] = ", may still be registered";
+static const CDS_FLASH char message_no_torque[] =
+    "torque of servo %u is off: it moves once torque is on";
+static const CDS_FLASH char message_no_torques[] =
+    "torque of servo %u and %u more is off: they move once torque is on";
 static const CDS_FLASH char message_servo_failed[] = "servo %u%s: %s";
 
 /* 20 RPM, the default speed. */
@@ -277,13 +281,33 @@ static bool lacks_torque(const struct robot *robot)
     return false;
 }
 
-static bool pose_poll(struct console *console)
+void servos_tell_torque(struct console *console, const uint8_t *ids, uint8_t count)
 {
-    if (command_set.explain && console->part == 0) {
+    const struct cds_servos *servos = &console->robot->servos;
+    union printer_value *values = console->printer.values;
+    uint8_t without = 0;
+
+    for (uint8_t i = 0; i < servos->count; i++) {
+        const struct cds_servo_state *servo = &servos->states[i];
+
+        if (servo->torque || servo->presence != CDS_PRESENCE_ONLINE || servo->inhibits ||
+            cds_servo_is_endless(servo) || (ids && !memchr(ids, servo->id, count)))
+            continue;
+        if (without++ == 0)
+            values[0].number = servo->id;
+    }
+    if (without == 0)
+        return;
+    values[1].number = (uint16_t)(without - 1);
+    printer_line(&console->printer, without > 1 ? message_no_torques : message_no_torque);
+}
+
+/* Sends the pose. A chip without room tells before it that a servo has no torque. */
+static bool send_poll(struct console *console)
+{
+    if (command_set.explain && !command_set.has_room && console->part == 0) {
         console->part = 1; // the first poll
-        /* 'pose in' without torque is refused: no hint. */
-        if (!(command_set.has_room && console->line.choice == POSE_IN) &&
-            lacks_torque(console->robot))
+        if (lacks_torque(console->robot))
             printer_line(&console->printer, message_torque_is_off);
         return true;
     }
@@ -295,6 +319,17 @@ static bool pose_poll(struct console *console)
         return console->error == 0;
     }
     return console->phase == POSE_CYCLE ? cycle_poll_goals(console) : pose_sent_poll(console);
+}
+
+static bool pose_poll(struct console *console)
+{
+    const struct robot *robot = console->robot;
+    bool goes_on = send_poll(console);
+
+    /* 'pose in' without torque is refused: no hint. */
+    if (command_set.has_room && !goes_on && !console->error && console->line.choice != POSE_IN)
+        servos_tell_torque(console, robot->group, robot->group_count);
+    return goes_on;
 }
 
 static const CDS_FLASH struct command group_rows[] = {

@@ -6,6 +6,7 @@
 #include <string.h> // memchr()
 
 #include "cds55xx/diagnose.h" // CDS_FINDING_LINE_LOW
+#include "console/advice.h"   // advice_pose_gone
 #include "console/commands/shared.h"
 #include "console/commands/stored.h"
 #include "console/console.h"
@@ -60,6 +61,9 @@ static const CDS_FLASH char message_robot_silent[] =
 static const CDS_FLASH char message_no_torque[] =
     "torque of servo %u is off; 'teach off %u' switches it on where the servo is, 'torque %u on' "
     "moves it to its goal";
+static const CDS_FLASH char message_absent[] =
+    "servo %u of the pose is not in the group; 'pose show NAME' prints the 'group' that the pose "
+    "needs";
 static const CDS_FLASH char message_give_time[] = "too fast for a servo; give it %lms or more";
 static const CDS_FLASH char message_give_step_time[] =
     "too fast for a servo; 'sequence NAME set N POSE TIME' gives step N more time";
@@ -129,15 +133,15 @@ static uint16_t goal_of(const struct console *console, const struct step_at *at,
                : CDS_POSE_NONE;
 }
 
-/* The first servo of the pose that is not in the group, or CDS_NO_ID. */
-static uint8_t absent_servo(const struct console *console, const struct step_at *at)
+/* The first servo of the pose at this place that is not in the group, or CDS_NO_ID. */
+static uint8_t absent_servo(const struct console *console, uint8_t pose)
 {
     const struct robot *robot = console->robot;
     uint16_t positions[MOTION_STORE_JOINTS];
     uint8_t ids[MOTION_STORE_JOINTS];
     uint8_t count = motion_store_read_joints(console_store(), ids);
 
-    if (!motion_store_read_pose(console_store(), pose_of_step(at), positions))
+    if (!motion_store_read_pose(console_store(), pose, positions))
         return CDS_NO_ID;
     for (uint8_t i = 0; i < count; i++)
         if (positions[i] != CDS_POSE_NONE && !memchr(robot->group, ids[i], robot->group_count))
@@ -197,7 +201,8 @@ static void print_cause_at(struct console *console, const struct motion_outcome 
                            const struct step_at *at)
 {
     struct printer *printer = &console->printer;
-    uint8_t id = outcome->result == MOTION_ABSENT ? absent_servo(console, at) : outcome->id;
+    uint8_t id =
+        outcome->result == MOTION_ABSENT ? absent_servo(console, pose_of_step(at)) : outcome->id;
 
     if (id == CDS_NO_ID)
         print_step_at(printer, at); // the step itself
@@ -246,6 +251,8 @@ static const CDS_FLASH char *text_of_error(const struct console *console, uint8_
         return mistake_noise_text(error);
     if (error == CDS_LIMIT)
         return message_not_within;
+    if (error == ERROR_POSE_GONE)
+        return advice_pose_gone;
     if ((error == CDS_TIMEOUT || error == CDS_CORRUPT) &&
         unasked_bus_noise(console) != command_set.ended_motion->noise_bytes)
         return message_reply_in_noise;
@@ -400,6 +407,19 @@ static const CDS_FLASH char *advise_timeout(const struct console *console)
                : NULL;
 }
 
+/* `pose NAME in TIME`: the servo of the pose that is not in the group. */
+static const CDS_FLASH char *advise_group(struct console *console)
+{
+    static const CDS_FLASH char pose[] = "pose";
+    uint8_t id;
+
+    if (!parse_is_command(&console->line, pose) || stored_may_read())
+        return NULL;
+    id = absent_servo(console, stored_find(console, MOTION_STORE_POSE, 0));
+    console->printer.values[0].number = id;
+    return id == CDS_NO_ID ? NULL : message_absent;
+}
+
 static const CDS_FLASH char *advise(struct console *console)
 {
     static const CDS_FLASH char play[] = "play";
@@ -408,6 +428,7 @@ static const CDS_FLASH char *advise(struct console *console)
     case CDS_LIMIT: return parse_is_command(&console->line, play) ? message_not_within : NULL;
     case ERROR_TORQUE_OFF: return advise_torque(console);
     case ERROR_TOO_FAST: return advise_time(console);
+    case ERROR_ABSENT: return advise_group(console);
     case CDS_TIMEOUT: return advise_timeout(console);
     case ERROR_MOTION:
         return motion_is_paused(console->robot) ? message_is_paused : message_under_way;

@@ -19,6 +19,8 @@ static const CDS_FLASH char message_move[] = "a move%s";
 static const CDS_FLASH char message_plays[] = ": step %u of %u, run %u%s";
 static const CDS_FLASH char message_motion[] = "motion: ";
 static const CDS_FLASH char message_last[] = "last ";
+static const CDS_FLASH char message_old_end[] =
+    "no motion is under way; the last one has ended earlier:";
 static const CDS_FLASH char message_paused[] = ", paused";
 
 /* Known when the firmware is linked: on a chip without room for motions their code is dropped. */
@@ -204,6 +206,19 @@ static void print_motion(struct console *console)
     }
 }
 
+/* `motion wait` without a motion, and a person has been told how the last one has failed: prints a
+ * line. False: this is not so. */
+static bool tell_old_end(struct console *console)
+{
+    const struct robot *robot = console->robot;
+
+    if (console->step || !console_is_for_person(console) || robot_is_in_motion(robot) ||
+        robot->moves->end_is_unreported || !is_failure(motion_outcome(robot)->result))
+        return false;
+    printer_line(&console->printer, message_old_end);
+    return true;
+}
+
 static bool motion_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
@@ -214,6 +229,8 @@ static bool motion_poll(struct console *console)
         print_motion(console);
         return false;
     }
+    if (command_set.has_room && console->line.choice == CHOICE_WAIT && tell_old_end(console))
+        return true;
     if (console->line.choice == CHOICE_WAIT && console_key(console)) {
         console->error = ERROR_KEY;
         return false;

@@ -168,6 +168,12 @@ static uint8_t set_begin(struct console *console)
 
     if (error)
         return error;
+    /* A goal beside a motion is refused when it is sent (error 14). */
+    if (command_set.has_room && at.address >= CDS_REG_GOAL_POSITION &&
+        at.address <= CDS_REG_MOVING_SPEED && !robot_is_in_motion(console->robot))
+        error = servo_cycled(console);
+    if (error)
+        return error;
     if (is_angle_limit(at.address) && (data[0] | data[1]) && turns(console))
         return ERROR_ENDLESS;
     if (command_set.advise && pair_of(at.address)) {

@@ -9,9 +9,6 @@
 #include "console/errors.h"
 #include "console/messages.h"
 
-static const CDS_FLASH char message_only_step[] =
-    "the only step: 'sequence delete NAME' deletes it";
-
 static const CDS_FLASH char message_step_gone[] = "its pose is deleted";
 
 enum edit { EDIT_SET = 1, EDIT_INSERT };
@@ -37,7 +34,7 @@ static uint8_t steps_of(const struct console *console)
 
 /* Stores the place of the sequence in console->index, and the index of step N of the line in
  * console->part. Returns an error or 0. ERROR_OUT_OF_RANGE: N is console->raw, and the number of
- * steps console->part (advice.h prints both). */
+ * steps console->part (advice.c prints both). */
 static uint8_t find_step(struct console *console)
 {
     uint8_t error = stored_may_write(console);
@@ -76,8 +73,7 @@ static uint8_t delete_step_begin(struct console *console)
     record_of(console)->count = 0;
     if (error || steps_of(console) > 1)
         return error;
-    console->part = 1;
-    printer_line(&console->printer, message_only_step);
+    console->part = 1; // as console->raw: advice.c says that this is the only step
     return ERROR_OUT_OF_RANGE;
 }
 

@@ -293,7 +293,12 @@ static bool move_poll(struct console *console)
             printer_line(&console->printer, message_torque_is_off);
         else if (command_set.has_room && tells_speed(console))
             tell_slow(console);
-        return command_set.explain && tell_endless(console);
+        if (command_set.explain && tell_endless(console))
+            return true;
+        if (command_set.has_room &&
+            console->line.request->packet.bytes[CDS_AT_ID] == CDS_BROADCAST_ID)
+            servos_tell_torque(console, NULL, 0);
+        return false;
     }
     console->part = bytes[LOOK_SIZE - 1]; // torque
     if (command_set.has_room)

@@ -79,6 +79,10 @@ uint8_t pose_send(struct console *console);
 /* In group.c: the poll of a command that has called pose_send(). */
 bool pose_sent_poll(struct console *console);
 
+/* In group.c: prints which of the servos have got a goal and have no torque, as far as is known.
+ * `ids` NULL: all servos of the list. Only for chips with room for it. */
+void servos_tell_torque(struct console *console, const uint8_t *ids, uint8_t count);
+
 /* In pose_by_servo.c and pose_moves.c: "pose ... in TIME", pose_in of struct command_set. */
 extern const CDS_FLASH struct command_action pose_by_servo, pose_moves;
 
