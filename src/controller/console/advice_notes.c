@@ -169,22 +169,13 @@ static const CDS_FLASH char *note_clear(struct console *console)
     return console->part && console_is_for_person(console) ? message_driving_allowed : NULL;
 }
 
-/* True if stored poses name the servo. */
-static bool is_in_poses(uint8_t id)
-{
-    uint8_t ids[MOTION_STORE_JOINTS];
-
-    return stored_may_read() == 0 &&
-           memchr(ids, id, motion_store_read_servos(console_store(), ids));
-}
-
 /* `id` has given a servo another ID. */
 static const CDS_FLASH char *note_id(struct console *console)
 {
     const struct command_line *line = &console->line;
     union printer_value *values = console->printer.values;
 
-    if (command_set.has_room && is_in_poses(line->id)) {
+    if (command_set.has_room && command_set.motion_words->uses_servo(line->id)) {
         (values++)->number = line->id;
         (values++)->text = message_id_twice;
     }

@@ -164,6 +164,8 @@ struct command_motion_words {
     void (*warn)(struct console *console);
     /* True if stored poses have servos. */
     bool (*has_poses)(void);
+    /* True if a stored pose has the servo. */
+    bool (*uses_servo)(uint8_t id);
     /* For the part `index` of a line: prints ID `index` of these servos, behind the last one the
      * end of the line. False: the line has ended. */
     bool (*group)(struct console *console, uint8_t index);

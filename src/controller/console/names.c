@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "cds55xx/control_table.h"
+#include "compiler.h"                // ALWAYS_INLINE
 #include "console/commands/stored.h" // console_store()
 #include "robot/settings.h"          // settings_table
 
@@ -25,8 +26,8 @@ static void copy(struct token *token, const CDS_FLASH char *from)
 
 /* Where the arguments of the row go on behind what `line` has, or NULL if the row begins in another
  * way. */
-static const CDS_FLASH char *place_in(const CDS_FLASH struct command *row,
-                                      const struct command_line *line)
+ALWAYS_INLINE const CDS_FLASH char *place_in(const CDS_FLASH struct command *row,
+                                             const struct command_line *line)
 {
     const CDS_FLASH char *usage = row->usage;
 

@@ -19,9 +19,9 @@ static const CDS_FLASH char message_silent[] = "no answer now from servo %u";
 static const CDS_FLASH char message_silent_remedy[] =
     ": 'ping %u'; if not there: 'servos forget %u', then 'group' without it";
 static const CDS_FLASH char message_registered[] = ", may still be registered";
-static const CDS_FLASH char message_no_torque[] =
+static const CDS_FLASH char message_without_torque[] =
     "torque of servo %u is off: it moves once torque is on";
-static const CDS_FLASH char message_no_torques[] =
+static const CDS_FLASH char message_without_torques[] =
     "torque of servo %u and %u more is off: they move once torque is on";
 static const CDS_FLASH char message_servo_failed[] = "servo %u%s: %s";
 
@@ -299,7 +299,7 @@ void servos_tell_torque(struct console *console, const uint8_t *ids, uint8_t cou
     if (without == 0)
         return;
     values[1].number = (uint16_t)(without - 1);
-    printer_line(&console->printer, without > 1 ? message_no_torques : message_no_torque);
+    printer_line(&console->printer, without > 1 ? message_without_torques : message_without_torque);
 }
 
 /* Sends the pose. A chip without room tells before it that a servo has no torque. */

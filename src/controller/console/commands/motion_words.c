@@ -342,6 +342,14 @@ static bool has_poses(void)
     return stored_may_read() == 0 && motion_store_read_servos(console_store(), ids);
 }
 
+static bool uses_servo(uint8_t id)
+{
+    uint8_t ids[MOTION_STORE_JOINTS];
+
+    return stored_may_read() == 0 &&
+           memchr(ids, id, motion_store_read_servos(console_store(), ids));
+}
+
 /* Ends the line "no group chosen; 'group 1 2 3' chooses the servos of the stored poses". */
 static bool print_group(struct console *console, uint8_t index)
 {
@@ -507,6 +515,7 @@ const CDS_FLASH struct command_motion_words motion_words = {
     .tries_again = fast_steps_try_again,
     .warn = warn,
     .has_poses = has_poses,
+    .uses_servo = uses_servo,
     .group = print_group,
     .choose = choose,
 };
