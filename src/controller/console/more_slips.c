@@ -35,12 +35,10 @@ static const CDS_FLASH char message_angle_each[] =
     "an angle for each: 'group 1-3', 'pose 90 120 150'";
 static const CDS_FLASH char message_stands_beyond[] =
     "it stands at %a, its limits are %a to %a: turn it into them by hand; or 'move %i ANGLE "
-    "SPEED', "
-    "then 'torque %i on' drives it there";
+    "SPEED', then 'torque %i on' drives it there";
 static const CDS_FLASH char message_torque_beyond[] =
     "its goal is beyond its limits, %a to %a: 'move %i ANGLE SPEED' gives it another, 'teach off "
-    "%i' "
-    "makes its position the goal";
+    "%i' makes its position the goal";
 static const CDS_FLASH char message_goal_beyond[] = "%u is %a, its limits are %a to %a";
 static const CDS_FLASH char message_pose_angle[] =
     "servo %u: the angle, %a, is not within its limits, %a to %a";
