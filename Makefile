@@ -67,7 +67,8 @@ Q := @
 say = $(eval STEPS += x)$(if $(MAKE_TERMOUT),@$(call step,$(1),$(2),\033[K\033[?7l,\033[?7h\r),$(if \
 	$(filter %0,$(words $(STEPS))),$(info $(shell $(call step,$(1),$(2))))))
 endif
-# $(call folder,NAME) in a recipe: makes the folder, once. A process for each of 2000 objects takes 10 s.
+# $(call folder,NAME) in a recipe: makes the folder, once, also under `make -n`. A recipe that removes a folder must make
+# it itself.
 folder = $(if $(MADE_$(1)),,$(shell mkdir -p $(1))$(eval MADE_$(1) := yes))
 clear = @[ ! -t 1 ] || printf '\033[K'
 # $(call built,FILES): the end of a target that builds files for the user.

@@ -67,7 +67,7 @@ struct cds_torque_on_config {
     uint8_t first, last;   // enum cds_torque_on_part: `first` to `last`
     bool checks_condition; // an alarm, or a voltage outside of the servo's limits, ends it
     uint16_t speed;        // of the goal, 1 to 1023; 0: the servo keeps MOVING_SPEED, which is
-                           // written again beside the goal, since its speed may be limited
+                           // written again with the goal, unless it is 0
 };
 
 /* One servo. The caller reads the first two fields and steps.result. */

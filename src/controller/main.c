@@ -190,13 +190,18 @@ static void begin_failsafe(void)
     failsafe_apply_settings(failsafe);
 }
 
-/* Finds what the EEPROM stores. The bus has the rate of before the reset: servos that move have it.
- */
+/* After a reset other than power-on the bus keeps its rate: servos that move have it. */
+static void restore_rate(void)
+{
+    if (!(avr_reset_cause & FAILSAFE_RESET_POWER) && reset_copy_has_rate(&reset_copy))
+        controller.settings.bus_baud = reset_copy.baud_reg.value;
+}
+
+/* Finds what the EEPROM stores. */
 static void load(void)
 {
     settings_load(&controller.store, &controller.settings);
-    if (!(avr_reset_cause & FAILSAFE_RESET_POWER) && reset_copy_has_rate(&reset_copy))
-        controller.settings.bus_baud = reset_copy.baud_reg.value;
+    restore_rate();
     if (command_set.store)
         command_set.store->load(command_set.store->motions, &controller.store);
 }

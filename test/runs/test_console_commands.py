@@ -521,7 +521,7 @@ class Scripts(unittest.TestCase):
 
     def test_torque_on_within_limits_reads_goal_and_speed(self):
         self.run_on("atmega128", "scan\nlimits 2 160 240\n" + error(11, "torque 2 on")
-                    + text("servo 2: its goal was not read yet, or is beyond its limits, 160.117deg to 239.883deg: 'info 2' reads it; ")
+                    + text("servo 2: its goal is not known to be within its limits, 160.117deg to 239.883deg: 'info 2' reads it; ")
                     + "limits 2 60 240\ntorque 2 on\n" + servo("2 torque on"))
 
     def test_torque_on_at_speed_0_under_a_limit_names_the_way(self):
@@ -581,7 +581,7 @@ class Scripts(unittest.TestCase):
         for board in ("atmega128", "arduino-mega"):
             self.run_on(board, "scan\nlimits 1 60 200\n! set 1 CCW_ANGLE_LIMIT 0\n" + turn + "! turn 1 20rpm\n" + turn
                         + "set 2 MOVING_SPEED 40rpm\nlimits 2 0 300 20rpm\n! torque 2 on\n"
-                        + text("error 11: servo 2: its speed was not read yet, or is above its limit, 20rpm: 'set 2 MOVING_SPEED 20rpm', then 'info 2'")
+                        + text("error 11: servo 2: its speed is not known to be within its limit, 20rpm: 'set 2 MOVING_SPEED 20rpm', then 'info 2'")
                         + "set 2 MOVING_SPEED 20rpm\ninfo 2\ntorque 2 on\n@expect servo 2 torque on\n")
 
     def test_usage_of_one_form_names_the_others(self):

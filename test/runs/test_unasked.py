@@ -205,7 +205,7 @@ class SharedId(unittest.TestCase):
         told = found_with_torque(self, "offline; .*", "@fault turnaround 2 700\n@wait 9000\nmode program\n")
         self.assertEqual(told, ["offline; check power, wiring; most of its replies came late: 'diagnose 2'"])
 
-    def test_slow_servo_that_is_well_again_is_not_called_slow_without_power(self):
+    def test_slow_servo_that_recovered_is_not_slow_without_power(self):
         told = found_with_torque(self, "offline; .*", "@fault turnaround 2 900\n@wait 9000\n@fault turnaround 2 0\n@wait 5000\nclear\n"
                                  "@power 2 off\n@wait 5000\nmode program\n")
         self.assertEqual(told, ["offline; check power, wiring; most of its replies came late: 'diagnose 2'",

@@ -89,13 +89,13 @@ static const CDS_FLASH char message_would_turn[] =
 static const CDS_FLASH char message_speed_0[] =
     "its speed is 0, as fast as it can, and its limit is %r: 'set %u MOVING_SPEED %r' first";
 static const CDS_FLASH char message_speed_unread[] =
-    "its speed was not read yet, or is above its limit, %r: 'set %u MOVING_SPEED %r', then "
+    "its speed is not known to be within its limit, %r: 'set %u MOVING_SPEED %r', then "
     "'info %u' reads it";
 static const CDS_FLASH char message_no_turn[] =
     "its limits are %a to %a: 'limits %u 0 300' first, since an endless turn would leave them";
 static const CDS_FLASH char message_goal_unread[] =
-    "its goal was not read yet, or is beyond its limits, %a to %a: 'info %u' reads it; "
-    "'teach off %u' makes it the position of the servo";
+    "its goal is not known to be within its limits, %a to %a: 'info %u' reads it; 'teach off %u' "
+    "makes its position the goal";
 static const CDS_FLASH char message_goal_due[] =
     "it would leave the endless turn for its goal, not read yet or beyond its limits, %a to %a: "
     "'set %u GOAL_POSITION ANGLE', 'get %u GOAL_POSITION' reads it, then send this line again";
@@ -472,8 +472,8 @@ static const CDS_FLASH char *text_of_one_id(struct console *console)
     return message_one;
 }
 
-/* `sequence NAME set N`: the sequence has no step N; `sequence NAME delete N`: or no other one
- * (sequence_steps.c). */
+/* ERROR_OUT_OF_RANGE of `sequence NAME set|insert|delete N`: the sequence has console->part steps,
+ * and no step N. If it has this step, it is the only one, and `delete` was refused. */
 static const CDS_FLASH char *text_of_step(struct console *console)
 {
     union printer_value *values = console->printer.values;

@@ -19,8 +19,8 @@ const CDS_FLASH char *advice_note(struct console *console);
  * command_set. */
 const CDS_FLASH char *advice_bus_changed(struct console *console, uint8_t old);
 
-/* Puts two lines of the banner into values 2 to 4 of the printer, each empty or with its end of
- * line: what a reset that was not power-on means for the robot, and that driving is inhibited.
+/* Puts two lines of the banner into the printer, each empty or with its end of line. Value 2:
+ * driving is inhibited. Value 3: what a reset other than power-on means; value 4 is the rate in it.
  * `after_reset` of struct command_set. */
 void advice_after_reset(struct console *console);
 

@@ -312,8 +312,7 @@ static bool is_of_servo(const struct console *console)
     return error < ERROR_UNKNOWN_COMMAND && error != CDS_NO_ROOM; // enum cds_result
 }
 
-/* True if the line is one packet to several servos: `sync`, or `write`, `move` and so on to ID 254.
- */
+/* True if the line is one packet to several servos: `sync`, or a command to ID 254. */
 static bool is_to_many(const struct command_line *line)
 {
     static const CDS_FLASH char move[] = "move", torque[] = "torque";

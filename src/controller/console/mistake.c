@@ -18,7 +18,7 @@
 
 static const CDS_FLASH char message_one_servo[] = "one servo here, no list; send a line for each";
 static const CDS_FLASH char message_all_is_254[] =
-    "no 'all' in a packet; ID 254 is all servos on the bus: '%m 254'";
+    "this command has no 'all'; ID 254 means all servos on the bus: '%m 254'";
 static const CDS_FLASH char message_blank[] = "no space after a comma: 1,2,3";
 static const CDS_FLASH char message_reversed[] =
     "the range begins with the larger ID; write the smaller one first";
@@ -202,9 +202,9 @@ static void print_limits(struct console *console)
 {
     const struct cds_servo_state *servo = explain_limited(console);
     const uint8_t *bytes = console->line.request->packet.bytes;
-    bool is_to_many = command_set.has_room && servo->id != console->line.id;
-    union printer_value *values = console->printer.values + is_to_many;
-    const CDS_FLASH char *message = is_to_many ? message_its_limits : message_limits;
+    bool is_other_servo = command_set.has_room && servo->id != console->line.id;
+    union printer_value *values = console->printer.values + is_other_servo;
+    const CDS_FLASH char *message = is_other_servo ? message_its_limits : message_limits;
     uint16_t goal = register_raw_at(bytes + CDS_AT_PARAMETERS + 1, 2);
 
     values[0].number = servo->lowest;
@@ -217,7 +217,7 @@ static void print_limits(struct console *console)
             values[0].number = servo->fastest;
         }
     }
-    if (is_to_many) {
+    if (is_other_servo) {
         console->printer.values[0].text = message;
         message = message_limit_of_one;
     }

@@ -38,7 +38,7 @@ static const CDS_FLASH char message_stands_beyond[] =
     "SPEED', then 'torque %i on' drives it there";
 static const CDS_FLASH char message_torque_beyond[] =
     "its goal is beyond its limits, %a to %a: 'move %i ANGLE SPEED' gives it another, 'teach off "
-    "%i' makes its position the goal";
+    "%i' makes its position the goal, if that is within them";
 static const CDS_FLASH char message_goal_beyond[] = "%u is %a, its limits are %a to %a";
 static const CDS_FLASH char message_pose_angle[] =
     "servo %u: the angle, %a, is not within its limits, %a to %a";
@@ -58,7 +58,7 @@ static const CDS_FLASH char message_in_is_missing[] = "a time stands behind 'in'
 static const CDS_FLASH char message_own_limits[] =
     "angle limit error; CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT are %a to %a";
 static const CDS_FLASH char message_behind_table[] =
-    "too many values: from %x to %x, the end of the registers, there is room for %u";
+    "too many values: from %x to %x, the last register, there is room for %u";
 static const CDS_FLASH char message_id_1_listed[] =
     "ID 1 is in the robot's list, nothing was written; 'id 1 NEW' first, or unplug servo 1, then "
     "'servos forget 1'";

@@ -107,10 +107,12 @@ static bool print_result(struct console *console)
     return more;
 }
 
-/* True, once, if the command went well; with room also if it went well for a servo of a list. */
-static bool has_note(struct console *console)
+/* Returns true once if the command went well; with room also if it went well for a servo of a list.
+ */
+static bool take_note_due(struct console *console)
 {
-    bool *went_well = &console->buffer.command.list.some_went_well, is_due;
+    bool *went_well = &console->buffer.command.list.some_went_well;
+    bool is_due;
 
     if (!command_set.has_room || console->error != ERROR_SOME || !console->line.is_repeated)
         return console->error == 0 && console_answered(console) && console->explained++ == 0;
@@ -125,7 +127,7 @@ static bool print_note(struct console *console)
 {
     const CDS_FLASH char *message = NULL;
 
-    if (command_set.note && has_note(console))
+    if (command_set.note && take_note_due(console))
         message = command_set.note(console);
     if (message)
         printer_line(&console->printer, message);

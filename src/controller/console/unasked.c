@@ -309,7 +309,7 @@ void unasked_silence(const struct unasked *unasked, const struct console *consol
     uint8_t index = failsafe->next;
 
     bool is_loss = !(failsafe->reported[index] & FAILSAFE_OFFLINE);
-    bool is_stopped = is_loss && console->robot->stop_begun; // the stop has switched torque off
+    bool is_stopped = is_loss && console->robot->stop_begun; // torque is off by the stop
 
     if (!(failsafe->alarm & FAILSAFE_OFFLINE) || // or FAILSAFE_TORQUE_LOST: one bit
         !failsafe->host_types || !console_is_for_person(console) ||

@@ -130,8 +130,8 @@ void unasked_note_stop(struct unasked *unasked);
 
 /* Drops the alarm that the line about the return of a servo will replace: the servo has lost its
  * state, or was offline again before that line. A lost state stays untold until that line is
- * printed: if a program takes over before, the alarm comes again. Drops a lost state behind a stop,
- * too, which switches torque off itself. */
+ * printed: if a program takes over before, the alarm comes again. From a stop to its release the
+ * alarm of a lost state is dropped, too: the stop itself has switched torque off. */
 void unasked_silence(const struct unasked *unasked, const struct console *console);
 
 /* Prints a fault that is over. False: there is nothing to print. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* What survives a reset: the drive inhibit and the baud rate of the bus. A servo goes on over a
- * reset of the controller, at the rate that it has: a stop must reach it. The copy stands in RAM
- * that start-up does not clear (section .noinit). The complement beside each byte shows whether the
+/* What survives a reset: the drive inhibit and the baud rate of the bus. Servos go on through a
+ * reset of the controller, and a stop reaches them only at their rate. The copy stands in RAM that
+ * start-up does not clear (section .noinit). The complement beside each byte shows whether the
  * byte is whole; a damaged state counts as inhibited. After power-on the content is random.
  *
  * Main context. */
@@ -11,7 +11,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Values of `state`. robot_resume() inhibits driving at every other one, too. */
+/* Values of `state`. Any other value inhibits driving, as INHIBIT_ON. */
 #define INHIBIT_FREE     0xC3u // driving is allowed
 #define INHIBIT_ON       0x3Cu // driving is inhibited
 #define INHIBIT_STOPPING 0x69u // driving is inhibited, and torque off is not finished
@@ -33,10 +33,9 @@ static inline bool kept_is_whole(const struct kept_byte *byte)
     return (byte->value ^ byte->check) == UINT8_MAX;
 }
 
-/* Stores `value`, 0 to 254. A reset between the stores leaves a damaged byte. */
+/* Stores `value`. A reset between the stores leaves a damaged byte, unless it has this value. */
 static inline void kept_store(struct kept_byte *byte, uint8_t value)
 {
-    byte->check = 0; // the complement of 255 only: damaged until both bytes are written
     byte->value = value;
     byte->check = (uint8_t)~value;
 }

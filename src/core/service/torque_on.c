@@ -102,8 +102,8 @@ static uint8_t check(const struct cds_torque_on *on)
                : CDS_REASON_MODE;
 }
 
-/* The position that was read becomes the goal. The speed that was read stands in the same packet:
- * the permit refuses a goal without it if the speed is limited. */
+/* The position that was read becomes the goal. The MOVING_SPEED that was read goes in the same
+ * packet, unless it is 0: the permit refuses a goal without a speed if the speed is limited. */
 static void set_goal(struct cds_torque_on *on)
 {
     on->goal = position_of(on);

@@ -19,10 +19,11 @@ void test_list_in_place_of_one_servo_is_named(void)
     assert_reply("error 32: OLD '1-3': one servo here, no list; ", "id 1-3 5");
     assert_reply("error 32: servo 1: NEW '2-3': one servo here, no list; ", "id 1 2-3");
     assert_reply("error 32: ID|254 'all': one servo here, no list; ", "ping all");
-    assert_reply("error 32: ID|254 'all': no 'all' in a packet; ID 254 is all servos on the bus: "
-                 "'write 254'\r\n",
-                 "write all LED 1");
-    assert_reply("error 32: ID|254 'ALL': no 'all' in a packet; ", "action ALL");
+    assert_reply(
+        "error 32: ID|254 'all': this command has no 'all'; ID 254 means all servos on the "
+        "bus: 'write 254'\r\n",
+        "write all LED 1");
+    assert_reply("error 32: ID|254 'ALL': this command has no 'all'; ", "action ALL");
     assert_reply("error 32: servo 1: NEW 'ALL': one servo here, no list; ", "id 1 ALL");
     assert_reply("error 32: ID|254 'x': not a number; ", "ping x");
     assert_reply("error 33: ID|254 -1 is out of range: 0 to 254\r\n", "torque -1 on");

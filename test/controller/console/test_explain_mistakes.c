@@ -54,11 +54,11 @@ void test_speed_of_pose_has_its_range(void)
 
 void test_values_behind_last_register_are_too_many(void)
 {
-    assert_reply("error 31: too many values: from 0x30 to 0x31, the end of the registers, there is "
+    assert_reply("error 31: too many values: from 0x30 to 0x31, the last register, there is "
                  "room for 2\r\n",
                  "write 3 0x30 100 1 2");
     assert_reply("error 31: too many values: from 0x31 to 0x31, ", "write 3 0x31 1 1");
-    assert_reply("error 31: too many values: from 0x30 to 0x31, the end of the registers, there is "
+    assert_reply("error 31: too many values: from 0x30 to 0x31, the last register, there is "
                  "room for 1\r\n",
                  "regwrite 3 PUNCH 1 1");
     assert_reply("error 31: wrong number of arguments; usage: write ", "write 3 PUNCH");

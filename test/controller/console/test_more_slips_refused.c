@@ -22,8 +22,7 @@ void test_packet_to_all_beyond_limits_names_the_servo(void)
                          "was sent; 'limits 2 LOW HIGH' changes them\r\n"},
         {"write 254 GOAL_POSITION 34",
          "error 11: servo 2: 34 is 9.971deg, its limits are 60.117deg to 239.883deg\r\n"},
-        {"torque 254 on",
-         "error 11: servo 2: its goal was not read yet, or is beyond its limits, "},
+        {"torque 254 on", "error 11: servo 2: its goal is not known to be within its limits, "},
         {"sync GOAL_POSITION 2 1:0,0 2:0,0",
          "error 11: servo 2: its limits are 60.117deg to 239.883deg and 30rpm; nothing was sent; "
          "'limits 2 LOW HIGH' changes them\r\n"},

@@ -20,7 +20,8 @@ static const CDS_FLASH char message_not_begun[] = "not begun: ";
 
 static const CDS_FLASH char message_begins[] = "begins";
 static const CDS_FLASH char message_plays_not[] =
-    "it does not play: step %u names a deleted pose; 'sequence NAME set N POSE TIME' mends step N";
+    "the sequence does not play: step %u names a deleted pose; 'sequence NAME set N POSE TIME' "
+    "mends step N";
 
 static const CDS_FLASH char *const CDS_FLASH state_texts[] = {
     [AUTOSTART_OFF] = FLASH_TEXT("from the next power-up on"),
@@ -55,8 +56,9 @@ struct autostart_job {
 enum set_phase { CHECK_STEPS, SAVE } __attribute__((packed));
 enum show_phase { SHOW_SEQUENCE, SHOW_STATE, SHOW_STEPS } __attribute__((packed));
 
-/* Looks at step console->part of the sequence at `place`, one in each call. Returns true if there
- * are more. Else console->error is ERROR_POSE_GONE if the pose of step console->part is deleted. */
+/* Checks step console->part, from 0, of the sequence at `place`, and counts it up. True: more steps
+ * follow. False with ERROR_POSE_GONE: the pose of this step is deleted, and console->part is its
+ * number from 1. */
 static bool check_step(struct console *console, uint8_t place)
 {
     struct motion_store_step step;

@@ -127,7 +127,8 @@ static void put_one_of_several(struct printer *printer, const struct cds_diagnos
     printer->values[2].number = diagnose->found_id;
 }
 
-/* True if the servo is late by its own return delay: a longer one of the settings does not help. */
+/* True if the reply comes after the servo's own RETURN_DELAY, for which the bus waits: a longer one
+ * in the settings does not help. */
 static bool is_late_by_itself(const struct cds_diagnose *diagnose)
 {
     return diagnose->finding == CDS_FINDING_SLOW && diagnose->value &&

@@ -22,7 +22,7 @@ static const CDS_FLASH char message_registered[] = ", may still be registered";
 static const CDS_FLASH char message_without_torque[] =
     "torque of servo %u is off: it moves once torque is on";
 static const CDS_FLASH char message_without_torques[] =
-    "torque of servo %u and %u more is off: they move once torque is on";
+    "servos without torque: %u, the first: %u; they move once torque is on";
 static const CDS_FLASH char message_servo_failed[] = "servo %u%s: %s";
 
 /* 20 RPM, the default speed. */
@@ -294,11 +294,12 @@ void servos_tell_torque(struct console *console, const uint8_t *ids, uint8_t cou
             cds_servo_is_endless(servo) || (ids && !memchr(ids, servo->id, count)))
             continue;
         if (without++ == 0)
-            values[0].number = servo->id;
+            values[0].number = values[1].number = servo->id;
     }
     if (without == 0)
         return;
-    values[1].number = (uint16_t)(without - 1);
+    if (without > 1)
+        values[0].number = without;
     printer_line(&console->printer, without > 1 ? message_without_torques : message_without_torque);
 }
 

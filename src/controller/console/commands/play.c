@@ -206,8 +206,8 @@ static void print_motion(struct console *console)
     }
 }
 
-/* `motion wait` without a motion, and a person has been told how the last one has failed: prints a
- * line. False: this is not so. */
+/* Prints a line to a person if `motion wait` finds no motion, and the failure of the last one was
+ * taken before. False: nothing was printed. */
 static bool tell_old_end(struct console *console)
 {
     const struct robot *robot = console->robot;

@@ -168,7 +168,8 @@ static uint8_t set_begin(struct console *console)
 
     if (error)
         return error;
-    /* A goal beside a motion is refused when it is sent (error 14). */
+    /* A cycle overwrites a goal: refused as by `move`. During a motion the bus refuses it (error
+     * 14). */
     if (command_set.has_room && at.address >= CDS_REG_GOAL_POSITION &&
         at.address <= CDS_REG_MOVING_SPEED && !robot_is_in_motion(console->robot))
         error = servo_cycled(console);

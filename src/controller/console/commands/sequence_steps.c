@@ -73,7 +73,7 @@ static uint8_t delete_step_begin(struct console *console)
     record_of(console)->count = 0;
     if (error || steps_of(console) > 1)
         return error;
-    console->part = 1; // as console->raw: advice.c says that this is the only step
+    console->part = 1; // steps of the sequence: text_of_step() in advice.c
     return ERROR_OUT_OF_RANGE;
 }
 

@@ -36,8 +36,8 @@ static const CDS_FLASH char message_way[] = "moves to its goal: %a, from %a";
 #define LOOK_POSITION_AT   (CDS_REG_PRESENT_POSITION - LOOK_FROM)
 #define LOOK_POSITION_SIZE (LOOK_POSITION_AT + 2)
 
-/* `torque on` tells of a way to the goal from here on: 5 degrees. */
-#define FAR 17
+/* The smallest way to the goal that `torque on` tells, in steps: 5 degrees. */
+#define WAY_TOLD_MIN 17
 
 /* A move without SPEED that is slower is told: 10 rpm. A motion leaves the speed of its end. */
 #define SLOW_SPEED 165
@@ -327,7 +327,7 @@ static void tell_way(struct console *console)
     const struct set_job *job = set_job(console);
     uint16_t goal = register_raw_at(job->limits, 2), from = register_raw_at(job->limits + 2, 2);
 
-    if ((goal > from ? goal - from : from - goal) < FAR)
+    if ((goal > from ? goal - from : from - goal) < WAY_TOLD_MIN)
         return;
     console->printer.values[0].number = goal;
     console->printer.values[1].number = from;
@@ -344,7 +344,7 @@ static bool torque_poll(struct console *console)
         return true;
     if (!console_answered(console) || console->phase == SERVO_WRITE_SENT) {
         if (command_set.has_room && console_answered(console))
-            tell_way(console); // of other lines nothing was kept: no way
+            tell_way(console); // without keep_way() both are 0
         return false;
     }
     is_off = console->phase == LOOK && !bytes[LOOK_SIZE - 1];

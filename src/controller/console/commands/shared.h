@@ -79,7 +79,8 @@ uint8_t pose_send(struct console *console);
 /* In group.c: the poll of a command that has called pose_send(). */
 bool pose_sent_poll(struct console *console);
 
-/* In group.c: prints which of the servos have got a goal and have no torque, as far as is known.
+/* In group.c: prints the first servo of `ids` that is online without torque, and how many others
+ * are; inhibited servos and those in endless turn do not count. Prints nothing if there is none.
  * `ids` NULL: all servos of the list. Only for chips with room for it. */
 void servos_tell_torque(struct console *console, const uint8_t *ids, uint8_t count);
 

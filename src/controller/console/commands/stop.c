@@ -24,7 +24,7 @@ static const CDS_FLASH char message_unscanned_ids[] =
 
 #if PRINTER_HAS_ROOM
 static const CDS_FLASH char message_no_speed_limit[] =
-    "its speed limit, %r, is gone: 'limits %u LOW HIGH SPEED' sets one";
+    "it has no speed limit any more (it was %r): 'limits %u LOW HIGH SPEED' sets one";
 #endif
 
 /* ---- stop ---- */
