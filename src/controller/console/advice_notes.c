@@ -19,7 +19,8 @@ static const CDS_FLASH char message_missing[] =
     "servos of the list that did not answer: %u; for servo %u: 'diagnose %u'";
 static const CDS_FLASH char message_id_twice[] =
     "if two servos had ID %u, both have ID %u now: 'diagnose %u' looks for that";
-static const CDS_FLASH char message_of_old_id[] = "stored poses still name servo %u; %s";
+static const CDS_FLASH char message_of_old_id[] =
+    "stored poses still name servo %u: store them again; %s";
 static const CDS_FLASH char message_all_told[] =
     "none answers to this: each servo that heard it has ID 1 now; connect one alone, 'id 1 NEW'";
 static const CDS_FLASH char message_stop_unconfirmed[] =

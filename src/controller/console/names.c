@@ -25,7 +25,7 @@ static void copy(struct token *token, const CDS_FLASH char *from)
 }
 
 /* Where the arguments of the row go on behind what `line` has, or NULL if the row begins in another
- * way. */
+ * way. Inline: 12 bytes less on chips without room, where only one of its two callers is left. */
 ALWAYS_INLINE const CDS_FLASH char *place_in(const CDS_FLASH struct command *row,
                                              const struct command_line *line)
 {
