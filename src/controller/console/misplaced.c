@@ -34,6 +34,12 @@ static const CDS_FLASH char message_delete[] =
 static const CDS_FLASH char message_save[] =
     "'save' alone keeps the settings; for a pose 'pose save NAME'";
 
+static const CDS_FLASH char message_counters[] =
+    "no command zeroes the counters: they count since the reset of the controller, or since the "
+    "servo joined";
+static const CDS_FLASH char message_new_pose[] =
+    "'pose save NAME' stores where the servos are, 'pose set NAME ANGLE...' stores angles";
+
 static const CDS_FLASH char name_of_sequence[] = "sequence";
 static const CDS_FLASH char name_of_get[] = "get";
 
@@ -69,20 +75,49 @@ static struct token name_of_line(const struct console *console)
 
 /* ---- a command behind another command ---- */
 
+/* Commands that write to servos, or change what is stored or inhibited. None of them is named as
+ * the line to type: behind another command the word means something else. */
+static const CDS_FLASH char lasting[] = "reset|factory|new|clear|save|defaults|restore|release";
+
+/* `counters reset`, `counters 1 clear` */
+static bool is_zeroing(const struct command_line *line, const struct token *word)
+{
+    static const CDS_FLASH char counters[] = "counters", zero[] = "reset|clear";
+
+    return parse_is_command(line, counters) && parse_choice(zero, word);
+}
+
+/* `counters reset`, `teach save`, `pose new stand` */
+static const CDS_FLASH char *text_of_lasting(const struct command_line *line,
+                                             const struct token *word)
+{
+    static const CDS_FLASH char pose[] = "pose", save[] = "save", new[] = "new";
+
+    if (is_zeroing(line, word))
+        return message_counters;
+    if (parse_is_command(line, pose) && parse_choice(new, word))
+        return message_new_pose;
+    return parse_choice(save, word) ? message_save : NULL;
+}
+
 /* The text for a word that is a command; NULL: it is none, or no text is sure to help. */
 static const CDS_FLASH char *text_of_command(struct console *console, const struct token *word)
 {
     static const CDS_FLASH char stop[] = "stop", motion[] = "motion", pose[] = "pose",
-                                line_of_pose[] = "pose NAME in 2s";
+                                move[] = "move", line_of_pose[] = "pose NAME in 2s";
     const struct command_line *line = &console->line;
     const CDS_FLASH struct command *row = parse_command(word);
+    bool is_pose;
 
     if (!row || explain_is_settings(line))
         return NULL;
+    if (parse_choice(lasting, word))
+        return text_of_lasting(line, word);
     if (parse_has_name(row->usage, stop))
         return line->names || parse_is_command(line, motion) ? message_motion_off : NULL;
-    console->printer.values[0].text =
-        line->names && parse_has_name(row->usage, pose) ? line_of_pose : slip_line_to_type(row);
+    is_pose = (line->names && parse_has_name(row->usage, pose)) ||
+              (parse_is_command(line, pose) && parse_has_name(row->usage, move));
+    console->printer.values[0].text = is_pose ? line_of_pose : slip_line_to_type(row);
     return message_own_command;
 }
 
@@ -95,6 +130,17 @@ static const CDS_FLASH char *text_of_own_command(struct console *console)
                    (line->argument == ARGUMENT_NONE || line->argument == ARGUMENT_ID)
                ? text_of_command(console, &console->token)
                : NULL;
+}
+
+/* `settings save` */
+static const CDS_FLASH char *text_of_settings_command(struct console *console)
+{
+    static const CDS_FLASH char commands[] = "save|defaults";
+
+    if (!more_slips_has_word(console) || !parse_choice(commands, &console->token))
+        return NULL;
+    console->printer.values[0].text = slip_line_to_type(parse_command(&console->token));
+    return message_own_command;
 }
 
 /* `sequence play wave`, `sequence new walk`, `play loop`: a word stands in the place of a name. */
@@ -310,6 +356,8 @@ static const CDS_FLASH char *text_of_count(struct console *console)
 
     if (parse_is_command(line, save))
         return message_save;
+    if (more_slips_has_word(console) && is_zeroing(line, &console->token))
+        return message_counters;
     if (!parse_is_command(line, name_of_sequence) || line->names != 1 || line->values ||
         more_slips_has_word(console) || stored_may_read() ||
         stored_find(console, MOTION_STORE_SEQUENCE, 0) == MOTION_STORE_NONE)
@@ -334,6 +382,7 @@ static const CDS_FLASH struct slip misplaced[] = {
     {ERROR_NOT_A_NUMBER, text_of_early_register},
     {ERROR_UNKNOWN_REGISTER, text_of_separator},
     {ERROR_UNKNOWN_REGISTER, text_of_other_name},
+    {ERROR_UNKNOWN_SETTING, text_of_settings_command},
     {ERROR_COUNT, text_of_other_form},
     {ERROR_COUNT, text_of_name},
     {ERROR_COUNT, text_of_count},

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* new: guides through the set-up of a new servo. */
 #include "console/commands/command_groups.h"
+#include "console/commands/shared.h" // account_begin()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/messages.h"
@@ -52,6 +53,8 @@ static uint8_t begin(struct console *console)
         return CDS_LIMIT; // mistake.c names the ID
     if (!robot_has_room(console->robot, &console->line.new_id, 1))
         return ERROR_TOO_MANY;
+    if (command_set.has_room)
+        account_begin(console);
     return robot_start(console->robot, &new_servo,
                        &(struct new_servo_config){.bus = console->bus,
                                                   .request = console->line.request,
@@ -164,7 +167,11 @@ static bool poll(struct console *console)
         print_step(console, servo, console->index++);
         return true;
     }
-    return console_operates(console) || conclude(console, servo);
+    if (console_operates(console))
+        return true;
+    if (command_set.has_room)
+        account_end(console);
+    return conclude(console, servo);
 }
 
 static const CDS_FLASH struct command new_rows[] = {
