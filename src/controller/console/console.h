@@ -25,6 +25,8 @@
 #define CONSOLE_LINE_MAX 1400 // characters; 50 servos x 4 bytes in a SYNC WRITE, all hexadecimal
 #define CONSOLE_STOP     0x18 // Ctrl-X
 
+#define CONSOLE_FACTORY_ID 1 // what `reset` and `factory` leave (R11, R25)
+
 enum console_state {
     CONSOLE_READING, // takes keys of a line
     CONSOLE_RUNNING, // a command is under way

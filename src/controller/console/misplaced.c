@@ -3,7 +3,6 @@
 #include "console/misplaced.h"
 
 #include <stddef.h> // NULL
-#include <string.h> // memcpy()
 
 #include "cds55xx/control_table.h"   // cds_register_named()
 #include "console/commands/stored.h" // stored_find()
@@ -33,7 +32,6 @@ static const CDS_FLASH char message_delete[] =
     "'sequence delete NAME' deletes all of it, 'sequence NAME delete N' deletes step N";
 static const CDS_FLASH char message_save[] =
     "'save' alone keeps the settings; for a pose 'pose save NAME'";
-
 static const CDS_FLASH char message_counters[] =
     "no command zeroes the counters: they count since the reset of the controller, or since the "
     "servo joined";
@@ -42,6 +40,8 @@ static const CDS_FLASH char message_new_pose[] =
 
 static const CDS_FLASH char name_of_sequence[] = "sequence";
 static const CDS_FLASH char name_of_get[] = "get";
+static const CDS_FLASH char name_of_move[] = "move";
+static const CDS_FLASH char name_of_pose[] = "pose";
 
 /* ---- rows ---- */
 
@@ -64,20 +64,12 @@ static const CDS_FLASH struct command *form_with(const struct command_line *line
     return NULL;
 }
 
-/* The first name of the line, as a word. */
-static struct token name_of_line(const struct console *console)
-{
-    struct token name = {.length = stored_length(console, 0)};
-
-    memcpy(name.text, parse_name(&console->line, 0), PARSE_NAME_SIZE);
-    return name;
-}
-
 /* ---- a command behind another command ---- */
 
 /* Commands that write to servos, or change what is stored or inhibited. None of them is named as
  * the line to type: behind another command the word means something else. */
-static const CDS_FLASH char lasting[] = "reset|factory|new|clear|save|defaults|restore|release";
+static const CDS_FLASH char lasting_commands[] =
+    "reset|factory|new|clear|save|defaults|restore|release";
 
 /* `counters reset`, `counters 1 clear` */
 static bool is_zeroing(const struct command_line *line, const struct token *word)
@@ -91,11 +83,11 @@ static bool is_zeroing(const struct command_line *line, const struct token *word
 static const CDS_FLASH char *text_of_lasting(const struct command_line *line,
                                              const struct token *word)
 {
-    static const CDS_FLASH char pose[] = "pose", save[] = "save", new[] = "new";
+    static const CDS_FLASH char save[] = "save", new[] = "new";
 
     if (is_zeroing(line, word))
         return message_counters;
-    if (parse_is_command(line, pose) && parse_choice(new, word))
+    if (parse_is_command(line, name_of_pose) && parse_choice(new, word))
         return message_new_pose;
     return parse_choice(save, word) ? message_save : NULL;
 }
@@ -103,21 +95,20 @@ static const CDS_FLASH char *text_of_lasting(const struct command_line *line,
 /* The text for a word that is a command; NULL: it is none, or no text is sure to help. */
 static const CDS_FLASH char *text_of_command(struct console *console, const struct token *word)
 {
-    static const CDS_FLASH char stop[] = "stop", motion[] = "motion", pose[] = "pose",
-                                move[] = "move", line_of_pose[] = "pose NAME in 2s";
+    static const CDS_FLASH char stop[] = "stop", motion[] = "motion";
     const struct command_line *line = &console->line;
     const CDS_FLASH struct command *row = parse_command(word);
     bool is_pose;
 
     if (!row || explain_is_settings(line))
         return NULL;
-    if (parse_choice(lasting, word))
+    if (parse_choice(lasting_commands, word))
         return text_of_lasting(line, word);
     if (parse_has_name(row->usage, stop))
         return line->names || parse_is_command(line, motion) ? message_motion_off : NULL;
-    is_pose = (line->names && parse_has_name(row->usage, pose)) ||
-              (parse_is_command(line, pose) && parse_has_name(row->usage, move));
-    console->printer.values[0].text = is_pose ? line_of_pose : slip_line_to_type(row);
+    is_pose = (line->names && parse_has_name(row->usage, name_of_pose)) ||
+              (parse_is_command(line, name_of_pose) && parse_has_name(row->usage, name_of_move));
+    console->printer.values[0].text = is_pose ? more_slips_pose_line : slip_line_to_type(row);
     return message_own_command;
 }
 
@@ -152,7 +143,7 @@ static const CDS_FLASH char *text_of_name(struct console *console)
 
     if (line->names != 1 || explain_is_settings(line))
         return NULL;
-    name = name_of_line(console);
+    name = more_slips_name(console);
     form = form_with(line, &name);
     if (form == NULL)
         return text_of_command(console, &name);
@@ -192,12 +183,11 @@ static const CDS_FLASH char *text_of_register(struct console *console)
 /* `stand in 2s`, `move stand`: the name of a stored pose */
 static const CDS_FLASH char *text_of_pose(struct console *console)
 {
-    static const CDS_FLASH char move[] = "move";
     const struct token *word = &console->token;
     const struct command_line *line = &console->line;
 
     return (line->command == NULL ||
-            (parse_is_command(line, move) && line->argument == ARGUMENT_ID_OR_ALL)) &&
+            (parse_is_command(line, name_of_move) && line->argument == ARGUMENT_ID_OR_ALL)) &&
                    word->length <= MOTION_STORE_NAME && stored_may_read() == 0 &&
                    motion_store_find(console_store(), MOTION_STORE_POSE, word->text,
                                      word->length) != MOTION_STORE_NONE

@@ -3,7 +3,7 @@
 #include "console/more_slips.h"
 
 #include <stddef.h> // NULL
-#include <string.h> // memchr()
+#include <string.h> // memchr(), memcpy()
 
 #include "cds55xx/control_table.h"   // CDS_REG_GOAL_POSITION
 #include "cds55xx/motion.h"          // CDS_MOTION_OVERRIDE_MIN
@@ -67,13 +67,13 @@ static const CDS_FLASH char message_locked[] =
 
 static const CDS_FLASH char command_move[] = "move";
 static const CDS_FLASH char command_pose[] = "pose";
+static const CDS_FLASH char command_cycle[] = "cycle";
 static const CDS_FLASH char command_sequence[] = "sequence";
 static const CDS_FLASH char command_set_register[] = "set";
-static const CDS_FLASH char line_of_pose[] = "pose NAME in 2s";
+const CDS_FLASH char more_slips_pose_line[] = "pose NAME in 2s";
 static const CDS_FLASH char line_of_new[] = "'sequence NAME new POSE 1s'";
 
 #define SETTING_NO_SWITCH UINT16_MAX
-#define FACTORY_ID        1 // what `reset` and `factory` leave
 
 bool more_slips_has_word(const struct console *console)
 {
@@ -97,8 +97,15 @@ static const CDS_FLASH char *text_of_semicolon(struct console *console)
                : NULL;
 }
 
+struct token more_slips_name(const struct console *console)
+{
+    struct token name = {.length = stored_length(console, 0)};
+
+    memcpy(name.text, parse_name(&console->line, 0), PARSE_NAME_SIZE);
+    return name;
+}
+
 static const CDS_FLASH char lines_of_torque_off[] = "'torque 1 off', 'torque all off'";
-static const CDS_FLASH char command_cycle[] = "cycle";
 static const CDS_FLASH char line_of_add[] = "'sequence NAME add POSE 2s'";
 
 /* Words of other consoles. */
@@ -176,7 +183,7 @@ static const CDS_FLASH char *text_of_time_without_in(struct console *console)
     if (!parse_is_command(line, command_pose) || line->names != 1 ||
         number_parse(&console->token, &number))
         return NULL;
-    console->printer.values[0].text = line_of_pose;
+    console->printer.values[0].text = more_slips_pose_line;
     return message_in_is_missing;
 }
 
@@ -205,12 +212,11 @@ static const CDS_FLASH char *text_of_delete(struct console *console)
     static const CDS_FLASH char words[] = "del|remove|rm|erase|clear";
     const struct command_line *line = &console->line;
     bool is_pose = parse_is_command(line, command_pose);
-    struct token name = {0};
+    struct token name;
 
     if (line->names != 1 || !(is_pose || parse_is_command(line, command_sequence)))
         return NULL;
-    for (uint8_t i = 0; i < stored_length(console, 0); i++)
-        token_add(&name, parse_name(line, 0)[i]);
+    name = more_slips_name(console);
     if (!parse_choice(words, &name) || stored_may_read() ||
         stored_find(console, is_pose ? MOTION_STORE_POSE : MOTION_STORE_SEQUENCE, 0) !=
             MOTION_STORE_NONE)
@@ -353,23 +359,23 @@ static const CDS_FLASH char *text_of_goal(struct console *console)
     const struct cds_servo_state *servo = explain_limited(console);
     const uint8_t *bytes = line->request->packet.bytes;
     union printer_value *values = console->printer.values;
-    bool is_position = parse_is_command(line, teach);
+    bool is_of_teach = parse_is_command(line, teach);
     uint16_t goal;
 
-    if (!servo || (line->command->instruction != CDS_WRITE && !is_position) ||
+    if (!servo || (line->command->instruction != CDS_WRITE && !is_of_teach) ||
         bytes[CDS_AT_PARAMETERS] != CDS_REG_GOAL_POSITION ||
         bytes[CDS_AT_LENGTH] < CDS_LENGTH_MIN + 3) // address, and both bytes
         return NULL;
     goal = register_raw_at(bytes + CDS_AT_PARAMETERS + 1, 2);
     if (goal > CDS_VALUE_MAX || (goal >= servo->lowest && goal <= servo->highest))
         return NULL;
-    if (!is_position)
+    if (!is_of_teach)
         (values++)->number = goal;
     values[0].number = goal;
     values[1].number = servo->lowest;
     values[2].number = servo->highest;
     printer_set_id(&console->printer, servo->id);
-    return is_position ? message_stands_beyond : message_goal_beyond;
+    return is_of_teach ? message_stands_beyond : message_goal_beyond;
 }
 
 /* `torque 1 on` has read goal and speed: the goal is beyond the limits. */
@@ -501,8 +507,8 @@ static const CDS_FLASH char *text_of_factory_id(struct console *console)
     bool is_refused = parse_is_command(line, reset) ||
                       (console->error == CDS_LIMIT && parse_is_command(line, factory));
 
-    return is_refused && line->id != FACTORY_ID &&
-                   cds_servos_find(&console->robot->servos, FACTORY_ID)
+    return is_refused && line->id != CONSOLE_FACTORY_ID &&
+                   cds_servos_find(&console->robot->servos, CONSOLE_FACTORY_ID)
                ? message_id_1_listed
                : NULL;
 }

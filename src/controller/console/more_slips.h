@@ -9,12 +9,19 @@
 
 #include <stdbool.h>
 
-#include "flash.h" // CDS_FLASH
+#include "console/token.h" // struct token
+#include "flash.h"         // CDS_FLASH
 
 struct console;
 
 /* True if a word of the line has caused the error; it is console->token. */
 bool more_slips_has_word(const struct console *console);
+
+/* The first name of the line, as a word. */
+struct token more_slips_name(const struct console *console);
+
+/* What to type to move to a stored pose. */
+extern const CDS_FLASH char more_slips_pose_line[];
 
 /* Returns the message for console->error, with its values in the printer; NULL: the line has none
  * of these slips. The printer must be ready. */

@@ -31,8 +31,6 @@
  */
 #define SHARED_DAMAGED 3
 
-#define FACTORY_ID 1 // what `factory` leaves
-
 #define REMEDY_TICKS 8 // 2 s: until then the remedy is not repeated
 
 #define FAULTS_OF_LINE (FAULT_LINE_LOW | FAULT_NOISE)
@@ -178,7 +176,7 @@ static uint8_t servo_of_warning(const struct console *console)
     if (console->error == 0 && parse_is_command(line, id))
         return line->new_id;
     if (console->error == 0 && parse_is_command(line, factory))
-        return FACTORY_ID;
+        return CONSOLE_FACTORY_ID;
     return line->id;
 }
 

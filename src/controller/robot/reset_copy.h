@@ -33,7 +33,8 @@ static inline bool kept_is_whole(const struct kept_byte *byte)
     return (byte->value ^ byte->check) == UINT8_MAX;
 }
 
-/* Stores `value`. A reset between the stores leaves a damaged byte, unless it has this value. */
+/* Stores `value`. A reset between the stores leaves a damaged byte, unless the byte
+ * had this value before. */
 static inline void kept_store(struct kept_byte *byte, uint8_t value)
 {
     byte->value = value;

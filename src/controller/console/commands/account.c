@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* counters: since when they count, and what scan and diagnose have added. */
+/* counters: since when they count, and what scan, diagnose and new have added. */
 #include <string.h>
 
 #include "cds55xx/port.h" // cds_port_now_us()

@@ -144,13 +144,14 @@ bool autostart_show_or_off_poll(struct console *console)
         return job->is_saving && stored_save_poll(console);
     if (command_set.has_room && console->phase == SHOW_STEPS)
         return show_step(console);
-    if (console->phase) {
+    if (console->phase == SHOW_STATE) {
         print_state(console);
         if (!command_set.has_room)
             return false;
         console->phase = SHOW_STEPS;
         console->part = 0;
-        return console->robot->moves->autostart.state != AUTOSTART_POSE_GONE; // is in the line
+        return console->robot->moves->autostart.state !=
+               AUTOSTART_POSE_GONE; // else the line tells it
     }
     console->error = stored_may_read();
     if (console->error)

@@ -20,7 +20,7 @@ static const CDS_FLASH char message_found[] = "id %u%s%s%s";
 static const CDS_FLASH char message_found_in_all[] = "%u found, %u asked";
 static const CDS_FLASH char message_counter[] = "%s %u";
 static const CDS_FLASH char message_counter_searched[] = "%s %u, of these %u by scan and diagnose";
-static const CDS_FLASH char message_counter_sought[] =
+static const CDS_FLASH char message_counter_searched_or_new[] =
     "%s %u, of these %u by scan, diagnose and new";
 static const CDS_FLASH char message_asked[] = "%u of %u asked, now at %b";
 
@@ -273,7 +273,8 @@ static bool counters_poll(struct console *console)
         memcpy(value, (const uint8_t *)&counters + 2 * index, sizeof *value);
         if (command_set.account && account_searched(index)) {
             console->printer.values[2].number = account_searched(index);
-            message = command_set.has_room ? message_counter_sought : message_counter_searched;
+            message =
+                command_set.has_room ? message_counter_searched_or_new : message_counter_searched;
             if (command_set.advise && console->printer.values[2].number > *value)
                 console->printer.values[2].number = *value; // bytes that a total has missed
         }

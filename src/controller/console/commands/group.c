@@ -21,7 +21,7 @@ static const CDS_FLASH char message_silent_remedy[] =
 static const CDS_FLASH char message_registered[] = ", may still be registered";
 static const CDS_FLASH char message_without_torque[] =
     "torque of servo %u is off: it moves once torque is on";
-static const CDS_FLASH char message_without_torques[] =
+static const CDS_FLASH char message_servos_without_torque[] =
     "servos without torque: %u, the first: %u; they move once torque is on";
 static const CDS_FLASH char message_servo_failed[] = "servo %u%s: %s";
 
@@ -300,7 +300,8 @@ void servos_tell_torque(struct console *console, const uint8_t *ids, uint8_t cou
         return;
     if (without > 1)
         values[0].number = without;
-    printer_line(&console->printer, without > 1 ? message_without_torques : message_without_torque);
+    printer_line(&console->printer,
+                 without > 1 ? message_servos_without_torque : message_without_torque);
 }
 
 /* Sends the pose. A chip without room tells before it that a servo has no torque. */

@@ -317,20 +317,19 @@ static void keep_way(struct console *console)
     struct set_job *job = set_job(console);
     const uint8_t *bytes = console->line.request->reply;
 
-    memcpy(job->limits, &bytes[LOOK_GOAL_AT], 2);
-    memcpy(job->limits + 2, &bytes[LOOK_POSITION_AT], 2);
+    job->goal = register_raw_at(&bytes[LOOK_GOAL_AT], 2);
+    job->from = register_raw_at(&bytes[LOOK_POSITION_AT], 2);
 }
 
-/* Tells that the servo goes to its goal now. */
+/* Tells that the servo goes to its goal now; nothing if keep_way() has kept no goal. */
 static void tell_way(struct console *console)
 {
     const struct set_job *job = set_job(console);
-    uint16_t goal = register_raw_at(job->limits, 2), from = register_raw_at(job->limits + 2, 2);
 
-    if ((goal > from ? goal - from : from - goal) < WAY_TOLD_MIN)
+    if ((job->goal > job->from ? job->goal - job->from : job->from - job->goal) < WAY_TOLD_MIN)
         return;
-    console->printer.values[0].number = goal;
-    console->printer.values[1].number = from;
+    console->printer.values[0].number = job->goal;
+    console->printer.values[1].number = job->from;
     printer_line(&console->printer, message_way);
 }
 
@@ -344,7 +343,7 @@ static bool torque_poll(struct console *console)
         return true;
     if (!console_answered(console) || console->phase == SERVO_WRITE_SENT) {
         if (command_set.has_room && console_answered(console))
-            tell_way(console); // without keep_way() both are 0
+            tell_way(console);
         return false;
     }
     is_off = console->phase == LOOK && !bytes[LOOK_SIZE - 1];

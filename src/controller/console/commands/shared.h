@@ -156,6 +156,7 @@ struct set_job {
     uint8_t bound_at;    // of `set`: address of the register that the value contradicts, or 0
     uint16_t bound;      // its value
     uint16_t kept_speed; // of `move` without SPEED: MOVING_SPEED of the servo
+    uint16_t goal, from; // of `torque on`: goal and position of a servo without torque
 };
 
 _Static_assert(sizeof(struct set_job) <= CONSOLE_JOB_SIZE, "the job must fit");
@@ -290,7 +291,7 @@ void diagnose_print_finding(struct console *console);
 /* In diagnose.c: text and remedy of each enum cds_finding. */
 extern const CDS_FLASH char *const CDS_FLASH diagnose_findings[];
 
-/* What scan and diagnose add to the counters of the bus, and the time since the reset. */
+/* What scan, diagnose and new add to the counters of the bus, and the time since the reset. */
 struct account {
     uint32_t seconds;
     uint32_t counted_us;       // time up to which `seconds` counts

@@ -163,7 +163,7 @@ static uint8_t limits_begin(struct console *console)
                : ERROR_OUT_OF_RANGE;
 }
 
-#if PRINTER_HAS_ROOM
+#if PRINTER_HAS_ROOM // else the row has no poll: it would take flash
 /* Tells a person that a line without SPEED has removed the speed limit, console->raw. */
 static bool limits_poll(struct console *console)
 {
