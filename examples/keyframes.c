@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Three joints, servos 1 to 3, go through key frames, again and again. A key frame is a pose, the
  * time of the way to it, and the time of the rest there. The table is in flash. */
+#include <cds55xx/follow.h>
 #include <cds55xx/robot.h>
 #include <cds55xx/sequence.h>
 #include <cds55xx/avr.h>
@@ -32,6 +33,8 @@ static const struct frame frames[] PROGMEM = {
 static struct cds_motion motion;
 static struct cds_motion_joint motion_joints[JOINTS];
 static struct cds_sequence sequence;
+static struct cds_follow follow;
+static struct cds_follow_joint follow_joints[JOINTS];
 static uint16_t poses[2 * JOINTS];
 
 /* Hands a key frame to the sequence. False: there is no key frame `index`. */
@@ -51,14 +54,33 @@ static bool read_frame(void *context, uint8_t index, struct cds_sequence_step *s
     return true;
 }
 
+static void begin_follow(struct cds_robot *self)
+{
+    cds_follow_begin(&follow,
+                     &(struct cds_follow_config){.cycle = &self->cycle, .joints = follow_joints});
+}
+
+/* A joint that is blocked or pushed away stops the robot. A servo that does not answer is found by
+ * the robot itself. */
+static void poll_follow(struct cds_robot *self)
+{
+    if (cds_follow_poll(&follow) != CDS_TIMEOUT)
+        return;
+    if (follow.is_silent)
+        begin_follow(self);
+    else
+        stop_report_not_following(self, sequence.step, follow.joint);
+}
+
 static void poll_sequence(struct cds_robot *self)
 {
     uint8_t result = cds_sequence_poll(&sequence);
 
-    if (self->state != CDS_ROBOT_RUNNING || result == CDS_PENDING)
+    if (self->state != CDS_ROBOT_RUNNING)
         return;
+    poll_follow(self);
     // CDS_OK: the last repeat has ended; CDS_CANCELLED: the program has ended the sequence
-    if (result != CDS_OK && result != CDS_CANCELLED)
+    if (result != CDS_PENDING && result != CDS_OK && result != CDS_CANCELLED)
         stop_report_refused(self, result, sequence.step, &motion);
 }
 
@@ -73,6 +95,7 @@ static void on_event(struct cds_robot *self)
                                                      .poses = poses,
                                                      .read = read_frame,
                                                      .checks_all = true}); // before anything moves
+    begin_follow(self);
     self->on_poll = poll_sequence; // in place of the poll of the motion
 }
 

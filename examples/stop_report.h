@@ -20,19 +20,20 @@
 #include <string.h>
 
 #define STOP_REPORT_NO_STEP   255
+#define STOP_REPORT_NO_JOINT  255
 #define STOP_REPORT_UNSENT_US 20000 // torque off that has not left by then is told
 
 /* What is known of a stop, and the text about it. */
 static struct {
-    struct cds_robot_event event; // the first that stops the robot; CDS_ROBOT_EVENT_STARTED: none
-    uint8_t result;               // of a move that was refused or has ended early, or CDS_OK
-    uint8_t step;                 // of its sequence, or STOP_REPORT_NO_STEP
-    uint8_t joint;                // of that move
-    int32_t mdeg;                 // goal of the joint, if is_beyond
-    uint32_t shortest_ms;         // of the move, or 0
-    bool is_beyond;               // the goal is beyond the limits of the joint
-    bool is_made;                 // the text is complete
-    uint32_t ran_us;              // when the robot was running last
+    struct cds_robot_event event;   // the first that stops the robot; CDS_ROBOT_EVENT_STARTED: none
+    bool has_move;                  // a move is the cause:
+    uint8_t step;                   // of its sequence, or STOP_REPORT_NO_STEP
+    uint8_t joint;                  // of that move, or STOP_REPORT_NO_JOINT
+    int32_t mdeg;                   // goal of the joint, if is_beyond
+    bool is_beyond;                 // the goal is beyond the limits of the joint
+    char why[CDS_RESULT_TEXT_SIZE]; // else
+    bool is_made;                   // the text is complete
+    uint32_t ran_us;                // when the robot was running last
 #ifdef BOARD_HOST_USART
     uint8_t size, sent; // of the text
     char text[160];
@@ -48,17 +49,26 @@ static inline void stop_report_note(struct cds_robot *robot)
         stop_report.event = robot->event;
 }
 
+/* Notes a move as the cause. False: there is one already; the first counts. */
+static inline bool stop_report_takes(uint8_t step, uint8_t joint)
+{
+    if (stop_report.has_move)
+        return false;
+    stop_report.has_move = true;
+    stop_report.step = step;
+    stop_report.joint = joint;
+    return true;
+}
+
 /* Stops the robot: a move was refused, or has ended early, as `result`. `step`: of a sequence, or
- * STOP_REPORT_NO_STEP. The first call counts. */
+ * STOP_REPORT_NO_STEP. */
 static inline void stop_report_refused(struct cds_robot *robot, uint8_t result, uint8_t step,
                                        const struct cds_motion *motion)
 {
-    if (stop_report.result == CDS_OK) {
-        stop_report.result = result;
-        stop_report.step = step;
-        stop_report.joint = motion->joint;
-        stop_report.shortest_ms = motion->move_result == CDS_LIMIT ? motion->shortest_ms : 0;
-    }
+    bool has_joint = result != CDS_BAD_ARGUMENT; // else a time, or the like
+
+    if (stop_report_takes(step, has_joint ? motion->joint : STOP_REPORT_NO_JOINT))
+        cds_motion_text(motion, result, stop_report.why, sizeof stop_report.why);
     cds_robot_stop(robot);
 }
 
@@ -66,13 +76,18 @@ static inline void stop_report_refused(struct cds_robot *robot, uint8_t result, 
 static inline void stop_report_beyond(struct cds_robot *robot, uint8_t step, uint8_t joint,
                                       int32_t mdeg)
 {
-    if (stop_report.result == CDS_OK) {
-        stop_report.result = CDS_LIMIT;
-        stop_report.step = step;
-        stop_report.joint = joint;
+    if (stop_report_takes(step, joint)) {
         stop_report.mdeg = mdeg;
         stop_report.is_beyond = true;
     }
+    cds_robot_stop(robot);
+}
+
+/* Stops the robot: `joint` does not follow its goals (follow.h). */
+static inline void stop_report_not_following(struct cds_robot *robot, uint8_t step, uint8_t joint)
+{
+    if (stop_report_takes(step, joint))
+        strcpy_P(stop_report.why, PSTR("does not follow its goals: blocked or pushed away"));
     cds_robot_stop(robot);
 }
 
@@ -210,10 +225,8 @@ static inline void stop_report_goal(const struct cds_robot *robot)
     stop_report_degrees(row.highest_mdeg);
 }
 
-static inline void stop_report_result(const struct cds_robot *robot)
+static inline void stop_report_move(const struct cds_robot *robot)
 {
-    char text[CDS_RESULT_TEXT_SIZE];
-
     if (stop_report.step == STOP_REPORT_NO_STEP) {
         stop_report_flash(PSTR("motion: "));
     } else {
@@ -221,20 +234,11 @@ static inline void stop_report_result(const struct cds_robot *robot)
         stop_report_number(stop_report.step);
         stop_report_flash(PSTR(": "));
     }
-    if (stop_report.result != CDS_BAD_ARGUMENT) // a time or speed, not a joint
-        stop_report_joint(robot, stop_report.joint);
-    if (stop_report.is_beyond) {
+    stop_report_joint(robot, stop_report.joint); // nothing if there is none
+    if (stop_report.is_beyond)
         stop_report_goal(robot);
-        return;
-    }
-    if (stop_report.result == CDS_LIMIT && stop_report.shortest_ms) {
-        stop_report_flash(PSTR("too fast, it needs "));
-        stop_report_number((int32_t)stop_report.shortest_ms);
-        stop_report_flash(PSTR(" ms"));
-        return;
-    }
-    cds_result_text(stop_report.result, text, sizeof text);
-    stop_report_text(text);
+    else
+        stop_report_text(stop_report.why);
 }
 
 /* The robot was not opened, or not started: the arguments were refused, and there was no event. */
@@ -246,7 +250,7 @@ static inline void stop_report_arguments(const struct cds_robot *robot)
     }
     stop_report_flash(PSTR("joint "));
     stop_report_number(robot->event.joint);
-    stop_report_flash(PSTR(" of the table, or an ID: out of range"));
+    stop_report_flash(PSTR(" of the table: its ID stands twice, or a value is out of range"));
 }
 
 static inline void stop_report_make(const struct cds_robot *robot)
@@ -258,8 +262,8 @@ static inline void stop_report_make(const struct cds_robot *robot)
         stop_report_arguments(robot);
     else if (stop_report.event.kind != CDS_ROBOT_EVENT_STARTED)
         stop_report_event(robot);
-    else if (stop_report.result != CDS_OK)
-        stop_report_result(robot);
+    else if (stop_report.has_move)
+        stop_report_move(robot);
     else
         stop_report_flash(PSTR("stopped by the program"));
     if (is_asked && robot->torque_off.broadcasts == 0)

@@ -123,10 +123,31 @@ static void was_reset(void *context, uint64_t now)
     }
 }
 
+/* Beside packets on stdout (--echo) text of the firmware comes by whole lines. */
 static void print_host_byte(struct testbench *bench, uint8_t byte)
 {
-    fputc(byte, stdout);
-    bench->rules.line_is_open = byte != '\n';
+    struct testbench_line *line = &bench->host_line;
+    if (!bench->options->echo) {
+        fputc(byte, stdout);
+        bench->rules.line_is_open = byte != '\n';
+        return;
+    }
+    line->bytes[line->size++] = byte;
+    if (byte == '\n' || line->size == sizeof(line->bytes)) {
+        testbench_end_host_line(bench);
+    }
+}
+
+void testbench_end_host_line(struct testbench *bench)
+{
+    struct testbench_line *line = &bench->host_line;
+    if (line->size) {
+        fwrite(line->bytes, 1, line->size, stdout);
+        if (line->bytes[line->size - 1] != '\n') {
+            fputc('\n', stdout);
+        }
+    }
+    line->size = 0;
 }
 
 static void console_byte(void *context, uint64_t now, uint8_t byte)

@@ -129,6 +129,12 @@ struct testbench_poke {
     char wrong[800]; // why the order has failed; "": it has not
 };
 
+/* A line of the firmware that has no end yet. */
+struct testbench_line {
+    uint8_t bytes[256];
+    unsigned size;
+};
+
 struct testbench {
     const struct testbench_options *options;
     struct schedule schedule;
@@ -137,6 +143,7 @@ struct testbench {
     struct machine machine;
     struct reset_injection reset;
     struct host_link host_link;
+    struct testbench_line host_line; // with --host stdout and --echo
     struct pc_program pc_program;
     struct gdb gdb;
     struct cycle_log cycle_log;
@@ -193,6 +200,9 @@ bool testbench_put_servos(struct testbench_bus *bus, uint64_t now, const uint8_t
 const char *testbench_fault(void *context, uint64_t now, const char *text);
 void testbench_reset(void *context, uint64_t now, const struct reset_order *order);
 void testbench_echo(void *context, bool on);
+
+/* Prints what is there of a line that the firmware has not ended. */
+void testbench_end_host_line(struct testbench *bench);
 
 /* Returns false, with `file:line: what` on stderr. */
 bool testbench_start_script(struct testbench *bench);

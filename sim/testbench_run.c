@@ -79,6 +79,7 @@ bool testbench_run(struct testbench *bench)
                             options->pc, pc_program_line_number(&bench->pc_program),
                             why_unfinished(bench));
     }
+    testbench_end_host_line(bench);
     live_view_end(&bench->live_view, bench->end);
     if (!options->bus) {
         testbench_flush_client(bench);

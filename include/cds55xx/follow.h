@@ -10,6 +10,7 @@
  *     if (cds_follow_poll(&follow) == CDS_TIMEOUT)
  *         cds_motion_abort(&motion, CDS_MOTION_DECELERATION); // joint follow.joint is blocked
  *
+ * Beside a sequence: examples/keyframes.c.
  * Poll it while torque is on. Defaults, and the time until a report: docs/internals/motion.md.
  * Manual: registers 0x1E and 0x24. All functions: main context. */
 #ifndef CDS_FOLLOW_H
@@ -47,10 +48,12 @@ struct cds_follow_joint {
     uint16_t since;    // time of that feedback, in 1024 us
 };
 
-/* Zero it (static storage is), then cds_follow_begin(). The program reads `result` and `joint`. */
+/* Zero it (static storage is), then cds_follow_begin(). The program reads the first three fields.
+ */
 struct cds_follow {
     uint8_t result; // CDS_PENDING: all joints follow; CDS_TIMEOUT: `joint` does not
     uint8_t joint;  // that is compared next, or that does not follow
+    bool is_silent; // CDS_TIMEOUT because `joint` has not reported, not because it is away
     // internal:
     const struct cds_cycle *cycle;
     struct cds_follow_joint *joints;

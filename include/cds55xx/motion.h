@@ -181,6 +181,7 @@ struct cds_motion {
     bool is_trial : 1;                  // the move that is checked does not begin
     bool follows : 1;                   // the next move waited for the end of another one
     bool checks_from_rest : 1;          // the check takes the joints to be at rest
+    bool is_move : 1;                   // `next` is in range, but for what follows its pose
     uint32_t periods;                   // of the cycle, when the last goals were set
     uint32_t rate;                      // at which the time runs, in 1/65536
     uint32_t rate_goal;                 // the rate that `rate` approaches
@@ -279,10 +280,16 @@ void cds_motion_abort(struct cds_motion *motion, uint16_t deceleration);
 enum cds_result cds_motion_set_override(struct cds_motion *motion, uint8_t percent);
 
 /* Copies why a move was refused or has ended to `text`: at most capacity - 1 characters and a 0,
- * `capacity` 1 or more; CDS_RESULT_TEXT_SIZE holds every text. `result`: motion.move_result,
- * motion.result, or sequence.result of a sequence with this motion. "too fast, it needs 196 ms" if
- * the time was too short for motion.joint; else as cds_result_text(). Returns the length of what
- * was copied. */
+ * `capacity` 1 or more; CDS_RESULT_TEXT_SIZE holds every text. `result`: what cds_motion_move() or
+ * cds_motion_try() has returned, motion.move_result, motion.result, or sequence.result of a
+ * sequence with this motion. Call it while the pose of that move is in place. The texts:
+ *
+ *   "too fast, it needs 196 ms"                     the time was too short for motion.joint
+ *   "it stands beyond its limits"                   motion.joint; its goal is within them
+ *   "time 0 ms is out of range: 1 to 600000 ms"     and the like, for CDS_BAD_ARGUMENT
+ *   else                                            as cds_result_text()
+ *
+ * Returns the length of what was copied. */
 uint8_t cds_motion_text(const struct cds_motion *motion, uint8_t result, char *text,
                         uint8_t capacity);
 

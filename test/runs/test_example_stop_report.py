@@ -16,8 +16,8 @@ TROUBLE = """        if (robot.cycle.counters.periods == 300)
 
 
 class StopReport(unittest.TestCase):
-    def reported(self, example, old, new, seconds="4"):
-        """What a copy of the example with `new` in place of `old` prints."""
+    def reported(self, example, old, new, seconds="4", script=None):
+        """What a copy of the example with `new` in place of `old` prints, in the scenario `script` if there is one."""
         text = (ROOT / f"examples/{example}.c").read_text()
         self.assertEqual(text.count(old), 1)
         with tempfile.TemporaryDirectory() as folder:
@@ -27,7 +27,7 @@ class StopReport(unittest.TestCase):
                                   "-Wall", "-Wextra", "-Werror", "-Wl,--relax", "-Wl,--gc-sections", "-Iinclude",
                                   "-Iboards/atmega128", "-Iexamples", source, "build/lib/libcds55xx-atmega128.a", "-o",
                                   elf, cwd=ROOT), (0, ""))
-            return Run(elf, "--host", "stdout", "--seconds", seconds, servos="1-3").output
+            return Run(elf, "--host", "stdout", "--seconds", seconds, servos="1-3", script=script).output
 
     def check_scenario(self, example, lines, *options):
         """The example as it is passes the scenario."""
@@ -48,12 +48,27 @@ class StopReport(unittest.TestCase):
         self.assertRegex("\n" + said, rf"\nstep 2: servo [13] \(joint [02], (base|wrist)\): too fast, it needs \d+ ms\n")
 
     def test_key_frame_with_a_time_out_of_range_is_named(self):
-        said = self.reported("keyframes", "-45}, 1500,", "-45}, 0,")
-        self.assertIn("\nstep 3: argument out of range\n", "\n" + said)
+        for step, old, new in [(3, "-45}, 1500,", "-45}, 0,"), (2, "{80, 0, 45}, 1000,", "{80, 0, 45}, 0,")]:
+            with self.subTest(step): # the joints pass the pose of step 1
+                said = self.reported("keyframes", old, new)
+                self.assertIn(f"\nstep {step}: time 0 ms is out of range: 1 to 600000 ms\n", "\n" + said)
+
+    def test_joint_that_is_pushed_away_is_named(self):
+        self.check_scenario("keyframes", "@wait 2400\n@load 2 1020\n@expect text step 2: servo 2 (joint 1, elbow): does "
+                            "not follow its goals: blocked or pushed away within 2500\n@expect servo 1-3 torque off\n")
+
+    def test_joint_that_stands_beyond_its_limits_is_named(self):
+        said = self.reported("timed_move", '-90000, 90000, 31000, CDS_JOINT_CDS55XX, "left"',
+                             '-61000, 61000, 31000, CDS_JOINT_CDS55XX, "left"', script="@wait 1000\n@load 1 -1000\n@wait 3000\n")
+        self.assertIn("\nmotion: servo 1 (joint 0, left): it stands beyond its limits\n", "\n" + said)
 
     def test_row_of_the_table_out_of_range_is_named(self):
         said = self.reported("timed_move", "CDS_REVERSED, 150000,", "CDS_REVERSED, 350000,", seconds="1")
-        self.assertIn("\njoint 1 of the table, or an ID: out of range\n", "\n" + said)
+        self.assertIn("\njoint 1 of the table: its ID stands twice, or a value is out of range\n", "\n" + said)
+
+    def test_id_that_stands_twice_is_named(self):
+        said = self.reported("timed_move", "CDS_JOINT(2,", "CDS_JOINT(1,", seconds="1")
+        self.assertIn("\njoint 1 of the table: its ID stands twice, or a value is out of range\n", "\n" + said)
 
     def test_start_with_a_period_out_of_range_is_told(self):
         said = self.reported("timed_move", "    cds_robot_start(", "    robot.period_us = 100;\n    cds_robot_start(",

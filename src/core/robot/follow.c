@@ -26,7 +26,7 @@ static bool has_progressed(const struct cds_follow_joint *joint, uint16_t positi
 }
 
 /* True if the servo has not reported for too long. */
-static bool is_lost(const struct cds_follow *follow, const struct cds_feedback *feedback)
+static bool is_silent(const struct cds_follow *follow, const struct cds_feedback *feedback)
 {
     uint16_t age = (uint16_t)((cds_port_now_us() - feedback->time_us) >> 10);
 
@@ -41,7 +41,8 @@ static bool follows(struct cds_follow *follow, uint8_t index)
     uint16_t goal = cds_cycle_sent_goal(follow->cycle, index), distance;
     uint16_t time = (uint16_t)(feedback->time_us >> 10);
 
-    if (goal <= CDS_VALUE_MAX && feedback->known && is_lost(follow, feedback))
+    follow->is_silent = goal <= CDS_VALUE_MAX && feedback->known && is_silent(follow, feedback);
+    if (follow->is_silent)
         return false;
     distance = distance_of(goal, feedback->position);
     if (goal > CDS_VALUE_MAX || !feedback->known || distance <= follow->steps) {

@@ -282,25 +282,33 @@ static bool is_pose(const uint16_t *pose, uint8_t count)
     return has_joint;
 }
 
-/* True if the arguments are in range, and a joint is in the pose. */
+/* True if the arguments are in range, and a joint is in the pose. What follows a pose that is
+ * passed is not looked at. */
 static bool is_move(const struct cds_move *move, uint8_t count)
 {
-    if (move->next_pose && (!is_pose(move->next_pose, count) || move->next_ms == 0 ||
-                            move->next_ms > CDS_MOTION_TIME_MAX_MS))
-        return false;
     return move->time_ms && move->time_ms <= CDS_MOTION_TIME_MAX_MS &&
            move->curve <= CDS_MOTION_BY_SERVO &&
            (move->curve != CDS_MOTION_TRAPEZOID || move->acceleration) &&
            is_pose(move->pose, count);
 }
 
+/* Notes the move, also for cds_motion_text(). False: it, or what follows its pose, is out of range.
+ */
+static bool take_move(struct cds_motion *motion, const struct cds_move *move)
+{
+    motion->next = *move;
+    motion->is_move = is_move(move, motion->count);
+    return motion->is_move &&
+           (!move->next_pose || (is_pose(move->next_pose, motion->count) && move->next_ms &&
+                                 move->next_ms <= CDS_MOTION_TIME_MAX_MS));
+}
+
 enum cds_result cds_motion_move(struct cds_motion *motion, const struct cds_move *move)
 {
     if (cds_motion_is_busy(motion) || (move->waits && motion->is_ending))
         return CDS_BUSY;
-    if (!is_move(move, motion->count))
+    if (!take_move(motion, move))
         return CDS_BAD_ARGUMENT;
-    motion->next = *move;
     cds_motion_begin_check(motion);
     return CDS_OK;
 }
@@ -311,11 +319,10 @@ enum cds_result cds_motion_try(struct cds_motion *motion, const struct cds_move 
 {
     if (motion->result == CDS_PENDING || cds_motion_is_busy(motion))
         return CDS_BUSY;
-    if (!is_move(move, motion->count))
+    if (!take_move(motion, move))
         return CDS_BAD_ARGUMENT;
     for (uint8_t i = 0; is_first && i < motion->count; i++)
         motion->config.joints[i].is_tried = false;
-    motion->next = *move;
     motion->next.waits = true;
     motion->is_trial = true;
     cds_motion_begin_check(motion);

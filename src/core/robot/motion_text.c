@@ -3,8 +3,15 @@
 #include "cds55xx/motion.h"
 #include "cds55xx/result.h"
 #include "flash.h" // CDS_FLASH
+#include "robot/motion_internal.h"
 
 static const CDS_FLASH char text_too_fast[] = "too fast, it needs ";
+static const CDS_FLASH char text_beyond[] = "it stands beyond its limits";
+static const CDS_FLASH char text_time[] = "time ";
+static const CDS_FLASH char text_range[] = " ms is out of range: 1 to ";
+static const CDS_FLASH char text_curve[] = "there is no such curve";
+static const CDS_FLASH char text_acceleration[] = "a trapezoid has no acceleration";
+static const CDS_FLASH char text_pose[] = "a position is above 1023, or no joint is in the pose";
 static const CDS_FLASH char text_ms[] = " ms";
 
 /* A text that grows, with a zero behind it. */
@@ -36,15 +43,68 @@ static void add_number(struct text *text, uint32_t number)
         add_character(text, (char)('0' + number / power % 10));
 }
 
+/* Adds "time 0 ms is out of range: 1 to 600000 ms". */
+static void add_time_range(struct text *text, uint32_t time_ms)
+{
+    add_flash(text, text_time);
+    add_number(text, time_ms);
+    add_flash(text, text_range);
+    add_number(text, CDS_MOTION_TIME_MAX_MS);
+    add_flash(text, text_ms);
+}
+
+static bool is_time(uint32_t time_ms)
+{
+    return time_ms && time_ms <= CDS_MOTION_TIME_MAX_MS;
+}
+
+/* Adds which argument of the move is out of range. */
+static void add_argument(struct text *text, const struct cds_move *move)
+{
+    if (!is_time(move->time_ms))
+        add_time_range(text, move->time_ms);
+    else if (move->curve > CDS_MOTION_BY_SERVO)
+        add_flash(text, text_curve);
+    else if (move->curve == CDS_MOTION_TRAPEZOID && move->acceleration == 0)
+        add_flash(text, text_acceleration);
+    else if (move->next_pose && !is_time(move->next_ms))
+        add_time_range(text, move->next_ms);
+    else
+        add_flash(text, text_pose);
+}
+
+static bool is_within_limits(const struct cds_servo_state *servo, uint16_t position)
+{
+    return position >= servo->lowest && position <= servo->highest;
+}
+
+/* True if motion->joint is beyond its soft limits, and its goal is not. */
+static bool stands_beyond(const struct cds_motion *motion)
+{
+    const struct cds_cycle *cycle = motion->config.cycle;
+    const struct cds_servo_state *servo =
+        motion->config.servos ? cds_servos_find(motion->config.servos, cycle->ids[motion->joint])
+                              : NULL;
+
+    return servo && is_within_limits(servo, motion->next.pose[motion->joint]) &&
+           !is_within_limits(servo, cycle->feedback[motion->joint].position);
+}
+
 uint8_t cds_motion_text(const struct cds_motion *motion, uint8_t result, char *text,
                         uint8_t capacity)
 {
     struct text told = {.characters = text, .capacity = capacity};
 
-    if (result != CDS_LIMIT || motion->move_result != CDS_LIMIT || motion->shortest_ms == 0)
+    if (result == CDS_BAD_ARGUMENT) {
+        add_argument(&told, &motion->next);
+    } else if (result == CDS_LIMIT && motion->move_result == CDS_LIMIT && motion->shortest_ms) {
+        add_flash(&told, text_too_fast);
+        add_number(&told, motion->shortest_ms);
+        add_flash(&told, text_ms);
+    } else if (result == CDS_LIMIT && motion->move_result == CDS_LIMIT && stands_beyond(motion)) {
+        add_flash(&told, text_beyond);
+    } else {
         return cds_result_text(result, text, capacity);
-    add_flash(&told, text_too_fast);
-    add_number(&told, motion->shortest_ms);
-    add_flash(&told, text_ms);
+    }
     return told.length;
 }

@@ -93,18 +93,18 @@ static enum cds_result begin_servos(struct cds_robot *robot)
     uint8_t count = robot->count;
     enum cds_result result;
 
-    for (uint8_t i = 0; i < count; i++)
-        config->states[i].id = config->ids[i] = row_of(robot, i)->id;
     result = cds_servos_begin(&robot->servos, &(struct cds_servos_config){.bus = &robot->bus,
                                                                           .queue = &robot->queue,
                                                                           .states = config->states,
-                                                                          .count = count,
                                                                           .capacity = count});
     cds_servos_inhibit_all(&robot->servos);
     cds_queue_set_retries(&robot->queue, RETRIES);
     for (uint8_t i = 0; i < count && result == CDS_OK; i++) {
         robot->event.joint = i;
-        result = set_limits(robot, i);
+        config->ids[i] = row_of(robot, i)->id;
+        result = cds_servos_add(&robot->servos, config->ids[i]);
+        if (result == CDS_OK)
+            result = set_limits(robot, i);
     }
     return result;
 }

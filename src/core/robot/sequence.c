@@ -17,7 +17,8 @@ enum {
     ENDING, // dwelling at the last pose
 };
 
-static uint16_t *pose_of(const struct cds_sequence *sequence, uint8_t slot)
+/* noinline: saves 110 bytes. */
+static NOINLINE uint16_t *pose_of(const struct cds_sequence *sequence, uint8_t slot)
 {
     return sequence->config.poses + (slot ? sequence->config.motion->count : 0);
 }
@@ -44,8 +45,8 @@ static bool read_behind(struct cds_sequence *sequence, uint8_t slot)
     return (repeats == 0 || run < repeats) && read_to(sequence, !slot, 0, run);
 }
 
-/* Submits the move of the step in `slot`, or tries it. A step that passes needs the step behind it.
- */
+/* Submits the move of the step in `slot`, or tries it. A step that passes needs the step behind it:
+ * if that one is out of range, the slots change places, so that it is the step that is refused. */
 static enum cds_result submit(struct cds_sequence *sequence, uint8_t slot, bool waits)
 {
     const struct cds_sequence_step *step = &sequence->slots[slot].step;
@@ -57,6 +58,8 @@ static enum cds_result submit(struct cds_sequence *sequence, uint8_t slot, bool 
                             .pass_rate = sequence->pass_rate,
                             .acceleration = step->acceleration};
 
+    enum cds_result result;
+
     if (cds_motion_is_busy(sequence->config.motion))
         return CDS_BUSY;
     sequence->passes = step->passes && read_behind(sequence, slot);
@@ -64,9 +67,12 @@ static enum cds_result submit(struct cds_sequence *sequence, uint8_t slot, bool 
         move.next_pose = pose_of(sequence, !slot);
         move.next_ms = sequence->slots[!slot].step.time_ms;
     }
-    return sequence->is_checking ? cds_motion_try(sequence->config.motion, &move,
-                                                  sequence->step == 0 && sequence->run == 0)
-                                 : cds_motion_move(sequence->config.motion, &move);
+    result = sequence->is_checking ? cds_motion_try(sequence->config.motion, &move,
+                                                    sequence->step == 0 && sequence->run == 0)
+                                   : cds_motion_move(sequence->config.motion, &move);
+    if (result == CDS_BAD_ARGUMENT && sequence->config.motion->is_move)
+        sequence->slot = !sequence->slot;
+    return result;
 }
 
 static enum cds_result end(struct cds_sequence *sequence, enum cds_result result)
@@ -132,6 +138,17 @@ static enum cds_result try_next(struct cds_sequence *sequence)
     return rewind_to_first(sequence) ? CDS_PENDING : end(sequence, CDS_BAD_ARGUMENT);
 }
 
+/* The move of the step in the slot is checked: `result`. When it begins, or is refused, its step
+ * takes the place of that at whose pose the joints rest. */
+static enum cds_result take_check(struct cds_sequence *sequence, enum cds_result result)
+{
+    if (result == CDS_PENDING)
+        return result;
+    note_step(sequence);
+    sequence->state = MOVING;
+    return result == CDS_OK ? CDS_PENDING : end(sequence, result);
+}
+
 static enum cds_result poll_trial(struct cds_sequence *sequence)
 {
     enum cds_result result;
@@ -139,7 +156,7 @@ static enum cds_result poll_trial(struct cds_sequence *sequence)
     sequence->has_passed = sequence->passes; // the step before
     result = submit(sequence, sequence->slot, false);
     if (result != CDS_OK)
-        return end(sequence, result);
+        return take_check(sequence, result);
     sequence->state = TRIED;
     return CDS_PENDING;
 }
@@ -155,17 +172,6 @@ static enum cds_result poll_tried(struct cds_sequence *sequence)
         return try_next(sequence);
     }
     return result == CDS_PENDING ? result : end(sequence, result);
-}
-
-/* The move of the step in the slot is checked: `result`. When it begins, or is refused, its step
- * takes the place of that at whose pose the joints rest. */
-static enum cds_result take_check(struct cds_sequence *sequence, enum cds_result result)
-{
-    if (result == CDS_PENDING)
-        return result;
-    note_step(sequence);
-    sequence->state = MOVING;
-    return result == CDS_OK ? CDS_PENDING : end(sequence, result);
 }
 
 static enum cds_result poll_check(struct cds_sequence *sequence)

@@ -187,6 +187,7 @@ void test_follow_joint_falls_silent_reports_it(void)
     } while (follow.result == CDS_PENDING && ms < 1000);
     TEST_ASSERT_UINT16_WITHIN(20, 2 * CDS_FOLLOW_MS, ms);
     TEST_ASSERT_EQUAL_UINT8(1, follow.joint);
+    TEST_ASSERT_TRUE(follow.is_silent);
 }
 
 void test_follow_waits_time_ms_and_200_ms_for_a_report(void)

@@ -332,6 +332,47 @@ void test_too_fast_step_is_refused_before_the_first_one_begins(void)
     TEST_ASSERT_EQUAL_UINT16(500, goals[0]);
 }
 
+/* Runs three steps; step 1 passes its pose. `wrong` has no time. */
+static void run_with_wrong_step(uint8_t wrong, bool checks)
+{
+    checks_all = checks;
+    step_count = 0;
+    add_step(520, 400, 0, false);
+    add_step(540, 400, 0, true);
+    add_step(560, 400, 0, false);
+    steps[wrong].step.time_ms = 0;
+    begin(1);
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, sequence.result);
+    TEST_ASSERT_EQUAL_UINT8(wrong, sequence.step);
+    for (uint8_t i = 0; i < 100; i++) // comes to rest
+        pass_period();
+}
+
+void test_step_out_of_range_is_named_also_behind_a_passed_pose(void)
+{
+    for (uint8_t wrong = 0; wrong < 3; wrong++) {
+        run_with_wrong_step(wrong, true);
+        TEST_ASSERT_EQUAL_UINT16(500, goals[0]);
+    }
+    for (uint8_t wrong = 0; wrong < 3; wrong++)
+        run_with_wrong_step(wrong, false);
+}
+
+/* Two passed poses one after the other: the step is found out of range while the joints move. */
+void test_step_out_of_range_is_named_under_way(void)
+{
+    add_step(520, 400, 0, true);
+    add_step(540, 400, 0, true);
+    add_step(560, 0, 0, false);
+    begin(1);
+    run_to_end();
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, sequence.result);
+    TEST_ASSERT_EQUAL_UINT8(2, sequence.step);
+    for (uint8_t i = 0; i < 100; i++) // comes to rest
+        pass_period();
+}
+
 void test_way_back_to_the_first_step_is_checked_if_repeated(void)
 {
     checks_all = true;
