@@ -108,10 +108,15 @@ class Play(Motion):
                     "pose 1 2 3 in 1s", "pose low in 1s", "play walk"])
                 + "resume\n@wait 20\n! play walk\n@expect text error 58:\npause\nmotion off\n@wait 300\nplay walk\n")
 
+    def test_wait_after_a_goal_beyond_the_limits_names_no_id(self):
+        run = self.run_on(SWING + "limits 1 149 151\nsequence x new low 2s\n! play x\n! motion wait\n@expect text error 11: not within "
+                          "the servo's limits; see 'servos' and docs/safety.md\n", MOVING[0], "--echo")
+        self.assertNotIn("'id' sets an ID", run.output)
+
     def test_a_step_that_is_too_fast_lets_nothing_begin(self):
         """Also the way back to the first step of a repeated sequence."""
         steps = SWING + "sequence x new low 0.5s\nsequence x add stand 20ms\n"
-        says = "@expect text servo 1 needs 248 ms in step 2\n@expect text error 57:\n"
+        says = "@expect text servo 1 needs 250 ms in step 2\n@expect text error 57:\n"
         run = self.run_on(steps + f"! play x\n{says}! motion wait\n{says}")
         goals = {packet for _, way, packet in run.packets if way == "->in" and " 83 1E 04 " in packet}
         self.assertEqual(goals, set())
@@ -124,7 +129,7 @@ class Play(Motion):
         as any other."""
         steps = SWING + ("sequence x new low 100ms\nsequence x add stand 20ms\nsequence x add low 0.5s\n"
                          "sequence x add stand 30ms pass\nsequence x add low 0.5s\n")
-        told = ["servo 1 needs 248 ms in step 2, pose stand", "servo 1 needs 248 ms in step 4, pose stand"]
+        told = ["servo 1 needs 250 ms in step 2, pose stand", "servo 1 needs 250 ms in step 4, pose stand"]
         run = self.run_on(steps + "pose low in 1s\nmotion wait\n@wait 100\n! play x\n@expect text error 57:\n! motion wait\n"
                           "! play x loop\nsequence x set 2 stand 1s\n! play x\nsequence x set 4 stand 1s\nplay x\n"
                           "motion\n@expect text step 1 of 5\nmotion wait\n", MOVING[0], "--echo")
@@ -188,7 +193,7 @@ class Play(Motion):
             "group 1 2 3\npose set low 100 110 120\npose set high 200 190 180\npose set middle 150 150 150\n"
             "sequence z new low 1s\nsequence z add middle 1s\nsequence z add low 1s pass\nsequence z add high 0.4s pass\n"
             "sequence z add low 0.4s pass\nsequence z add middle 1s\n! play z\n"
-            "@expect text servo 1 needs 504 ms in step 4\n@expect text error 57:\n")
+            "@expect text servo 1 needs 510 ms in step 4\n@expect text error 57:\n")
         goals = {packet for _, way, packet in run.packets if way == "->in" and " 83 1E 04 " in packet}
         self.assertEqual(goals, set())
 

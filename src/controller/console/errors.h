@@ -113,7 +113,7 @@
     X(ERROR_PAUSED, 92, "a motion is paused", "'resume' goes on with it, 'motion off' ends it")    \
     X(ERROR_AUTOSTART, 93, "the sequence plays after power-up, nothing was deleted",               \
       "'settings autostart off' first")                                                            \
-    X(ERROR_NO_NEW, 94, "the 'sequence NAME new' before was refused, nothing was stored",          \
+    X(ERROR_NO_NEW, 94, "the 'sequence NAME new' before was refused or lost, nothing was stored",  \
       "send that line again; to add to a stored sequence: 'sequence list' first")                  \
     X(ERROR_NOT_NEW, 95, "this ID is in the robot's list, nothing was written",                    \
       "unplug the servo of the robot; if the new servo has this ID, 'servos forget' first")

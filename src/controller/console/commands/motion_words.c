@@ -67,6 +67,8 @@ static const CDS_FLASH char message_absent[] =
 static const CDS_FLASH char message_give_time[] = "too fast for a servo; give it %lms or more";
 static const CDS_FLASH char message_give_step_time[] =
     "too fast for a servo; 'sequence NAME set N POSE TIME' gives step N more time";
+static const CDS_FLASH char message_give_tens[] =
+    "the time is not a multiple of 10 ms, nothing was stored; give %lms";
 static const CDS_FLASH char message_reply_in_noise[] =
     "no good reply, and bytes without a packet came in this motion, as of noise or a loose plug; "
     "check plugs, power, ground: 'diagnose %i'";
@@ -197,6 +199,12 @@ static bool print_rate(struct console *console, const struct motion_outcome *out
     return true;
 }
 
+/* Returns the shortest time of at least `ms` that a step can have: a multiple of 10 ms. */
+static uint32_t time_of_step(uint32_t ms)
+{
+    return (ms + 9) / 10 * 10;
+}
+
 static void print_cause_at(struct console *console, const struct motion_outcome *outcome,
                            const struct step_at *at)
 {
@@ -210,7 +218,10 @@ static void print_cause_at(struct console *console, const struct motion_outcome 
         reply_print_servo(printer, id);
     if (outcome->result == MOTION_TOO_FAST) {
         printer_flash(printer, message_needs);
-        printer_fixed(printer, (int32_t)outcome->shortest_ms, 0);
+        printer_fixed(printer,
+                      (int32_t)(at->step == MOTION_NO_STEP ? outcome->shortest_ms
+                                                           : time_of_step(outcome->shortest_ms)),
+                      0);
         printer_flash(printer, message_needs_ms);
     } else {
         printer_flash(printer, message_is_the_cause);
@@ -428,12 +439,31 @@ static const CDS_FLASH char *advise_group(struct console *console)
     return id == CDS_NO_ID ? NULL : message_absent;
 }
 
+/* The time of a step, or of the rest behind it, has milliseconds beside its multiple of 10. */
+static const CDS_FLASH char *advise_time_step(struct console *console)
+{
+    union printer_value *values = console->printer.values;
+    uint8_t index = console->line.numbers;
+    uint32_t ms = 0;
+
+    while (index && ms % 10 == 0)
+        number_ms(&console->line.number[--index], CDS_MOTION_TIME_MAX_MS, &ms);
+    ms = time_of_step(ms);
+    values[0].number = (uint16_t)ms;
+    values[1].number = (uint16_t)(ms >> 16);
+    return message_give_tens;
+}
+
 static const CDS_FLASH char *advise(struct console *console)
 {
     static const CDS_FLASH char play[] = "play";
 
     switch (console->error) {
-    case CDS_LIMIT: return parse_is_command(&console->line, play) ? message_not_within : NULL;
+    case CDS_LIMIT:
+        return parse_is_command(&console->line, play) || is_wait(&console->line)
+                   ? message_not_within
+                   : NULL;
+    case ERROR_TIME_STEP: return advise_time_step(console);
     case ERROR_TORQUE_OFF: return advise_torque(console);
     case ERROR_TOO_FAST: return advise_time(console);
     case ERROR_ABSENT: return advise_group(console);

@@ -18,6 +18,27 @@ static uint8_t raw_begin(struct console *console)
     return (uint8_t)cds_bus_submit(console->bus, console->line.request);
 }
 
+/* True if the line writes the ID of another known servo to register ID. */
+static bool gives_known_id(const struct console *console)
+{
+    const struct cds_request *request = console->line.request;
+
+    return console->line.address == CDS_REG_ID &&
+           cds_servos_find(&console->robot->servos, request->packet.bytes[CDS_AT_PARAMETERS + 1]);
+}
+
+/* A servo that gets no packet does not join the list. */
+static uint8_t write_begin(struct console *console)
+{
+    struct cds_servos *servos = &console->robot->servos;
+    uint8_t count = servos->count, result = raw_begin(console);
+
+    if (!command_set.has_room || result != CDS_LIMIT || !gives_known_id(console))
+        return result;
+    cds_servos_forget_from(servos, count);
+    return ERROR_PLACE_TAKEN;
+}
+
 /* After RESET a servo has ID 1: the only limit that RESET can break. */
 static uint8_t reset_begin(struct console *console)
 {
@@ -119,7 +140,7 @@ static const CDS_FLASH struct command raw_rows[] = {
         .details = COMMAND_DETAILS(
             "By name: values of registers. By address: bytes, 0 to 255. ID 254: all"),
         .example = COMMAND_DETAILS("write 1 GOAL_POSITION 512 300"),
-        .begin = raw_begin,
+        .begin = write_begin,
         .poll = console_waits,
         .instruction = CDS_WRITE,
     },
@@ -128,7 +149,7 @@ static const CDS_FLASH struct command raw_rows[] = {
         .what = FLASH_TEXT("write, kept until action"),
         .details = COMMAND_DETAILS("As write"),
         .example = COMMAND_DETAILS("regwrite 2 GOAL_POSITION 700"),
-        .begin = raw_begin,
+        .begin = write_begin,
         .poll = console_waits,
         .instruction = CDS_REG_WRITE,
     },
