@@ -96,4 +96,4 @@ panel-pictures: $(PANEL_NEEDS)
 	$(call built,build/panel-pictures)
 
 # `make test` also runs the suites of the panel if Chromium is installed. PANEL=no leaves them out.
-PANEL ?= $(if $(wildcard /usr/bin/chromium),yes,no)
+PANEL ?= $(if $(wildcard /usr/bin/chromium-headless-shell),yes,no)

@@ -52,7 +52,7 @@ WANTED_BY_PANEL='
 '
 # Only make test-panel needs it.
 WANTED_BY_PANEL_TEST='
-/usr/bin/chromium                   chromium
+/usr/bin/chromium-headless-shell    chromium-headless-shell
 '
 NODE_VERSION=18
 GEM=ceedling

@@ -93,11 +93,12 @@ export function prints(panel, pattern) {
     });
 }
 
-/* Chromium. --no-sandbox only for root, who has no other way. Without --disable-gpu it emulates a GPU: a tenth of the CPU time
- * of a suite. */
+/* Chromium without windows: chromium-headless-shell uses a quarter less CPU time for a suite than chromium --headless.
+ * --no-sandbox only for root, who has no other way. Without --disable-gpu it emulates a GPU: a tenth of the CPU time. */
 export function launch() {
     return puppeteer.launch({
-        executablePath: "/usr/bin/chromium",
+        executablePath: "/usr/bin/chromium-headless-shell",
+        headless: "shell",
         args: ["--disable-gpu", ...(process.getuid() === 0 ? ["--no-sandbox"] : [])],
         protocolTimeout: PATIENCE_MS,
         networkEnabled: false, // else each message of the WebSocket is reported to Node: a tenth of the CPU time of a suite
