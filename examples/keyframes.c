@@ -17,7 +17,7 @@ CDS_ROBOT(robot, joints);
 CDS_AVR_ROBOT(robot, 0)
 
 struct frame {
-    int16_t degrees[JOINTS];
+    int16_t degrees[JOINTS]; // whole degrees
     uint16_t time_ms, dwell_ms;
     bool passes; // the joints pass this pose without a stop
 };
@@ -54,22 +54,12 @@ static bool read_frame(void *context, uint8_t index, struct cds_sequence_step *s
     return true;
 }
 
+/* The robot itself reports a silent servo. */
 static void begin_follow(struct cds_robot *self)
 {
-    cds_follow_begin(&follow,
-                     &(struct cds_follow_config){.cycle = &self->cycle, .joints = follow_joints});
-}
-
-/* A joint that is blocked or pushed away stops the robot. A servo that does not answer is found by
- * the robot itself. */
-static void poll_follow(struct cds_robot *self)
-{
-    if (cds_follow_poll(&follow) != CDS_TIMEOUT)
-        return;
-    if (follow.is_silent)
-        begin_follow(self);
-    else
-        stop_report_not_following(self, sequence.step, follow.joint);
+    cds_follow_begin(&follow, &(struct cds_follow_config){.cycle = &self->cycle,
+                                                          .joints = follow_joints,
+                                                          .skips_silent = true});
 }
 
 static void poll_sequence(struct cds_robot *self)
@@ -78,7 +68,8 @@ static void poll_sequence(struct cds_robot *self)
 
     if (self->state != CDS_ROBOT_RUNNING)
         return;
-    poll_follow(self);
+    if (cds_follow_poll(&follow) == CDS_TIMEOUT) // it is blocked or pushed away
+        stop_report_not_following(self, sequence.step, follow.joint);
     // CDS_OK: the last repeat has ended; CDS_CANCELLED: the program has ended the sequence
     if (result != CDS_PENDING && result != CDS_OK && result != CDS_CANCELLED)
         stop_report_refused(self, result, sequence.step, &motion);

@@ -19,23 +19,26 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STOP_REPORT_NO_STEP   255
-#define STOP_REPORT_NO_JOINT  255
-#define STOP_REPORT_UNSENT_US 20000 // torque off that has not left by then is told
+#define STOP_REPORT_NO_STEP  255
+#define STOP_REPORT_NO_JOINT 255
+// Torque off that has not left after this time and so many turns of the main loop cannot be sent.
+#define STOP_REPORT_UNSENT_US    20000
+#define STOP_REPORT_UNSENT_TURNS 20
 
 /* What is known of a stop, and the text about it. */
 static struct {
-    struct cds_robot_event event;   // the first that stops the robot; CDS_ROBOT_EVENT_STARTED: none
-    bool has_move;                  // a move is the cause:
-    uint8_t step;                   // of its sequence, or STOP_REPORT_NO_STEP
-    uint8_t joint;                  // of that move, or STOP_REPORT_NO_JOINT
-    int32_t mdeg;                   // goal of the joint, if is_beyond
-    bool is_beyond;                 // the goal is beyond the limits of the joint
-    char why[CDS_RESULT_TEXT_SIZE]; // else
-    bool is_made;                   // the text is complete
-    uint32_t ran_us;                // when the robot was running last
+    struct cds_robot_event event; // the first that stops the robot; CDS_ROBOT_EVENT_STARTED: none
+    bool has_cause;               // in a move: the fields down to `why` tell it
+    uint8_t step;                 // of the sequence, or STOP_REPORT_NO_STEP
+    uint8_t joint;                // or STOP_REPORT_NO_JOINT
+    bool is_beyond;               // the goal is beyond the limits of the joint
+    int32_t mdeg;                 // that goal
+    bool is_made;                 // the text is complete
+    uint32_t ran_us;              // when the robot was running last
+    uint8_t turns;                // of the main loop since then
 #ifdef BOARD_HOST_USART
-    uint8_t size, sent; // of the text
+    char why[CDS_RESULT_TEXT_SIZE]; // in words, unless is_beyond
+    uint8_t size, sent;             // of the text
     char text[160];
 #endif
 } stop_report;
@@ -49,12 +52,12 @@ static inline void stop_report_note(struct cds_robot *robot)
         stop_report.event = robot->event;
 }
 
-/* Notes a move as the cause. False: there is one already; the first counts. */
-static inline bool stop_report_takes(uint8_t step, uint8_t joint)
+/* Stores the first cause. False: there is one already. */
+static inline bool stop_report_note_cause(uint8_t step, uint8_t joint)
 {
-    if (stop_report.has_move)
+    if (stop_report.has_cause)
         return false;
-    stop_report.has_move = true;
+    stop_report.has_cause = true;
     stop_report.step = step;
     stop_report.joint = joint;
     return true;
@@ -65,10 +68,13 @@ static inline bool stop_report_takes(uint8_t step, uint8_t joint)
 static inline void stop_report_refused(struct cds_robot *robot, uint8_t result, uint8_t step,
                                        const struct cds_motion *motion)
 {
-    bool has_joint = result != CDS_BAD_ARGUMENT; // else a time, or the like
+    bool has_joint = result != CDS_BAD_ARGUMENT; // which concerns the whole move
 
-    if (stop_report_takes(step, has_joint ? motion->joint : STOP_REPORT_NO_JOINT))
+    if (stop_report_note_cause(step, has_joint ? motion->joint : STOP_REPORT_NO_JOINT)) {
+#ifdef BOARD_HOST_USART
         cds_motion_text(motion, result, stop_report.why, sizeof stop_report.why);
+#endif
+    }
     cds_robot_stop(robot);
 }
 
@@ -76,7 +82,7 @@ static inline void stop_report_refused(struct cds_robot *robot, uint8_t result, 
 static inline void stop_report_beyond(struct cds_robot *robot, uint8_t step, uint8_t joint,
                                       int32_t mdeg)
 {
-    if (stop_report_takes(step, joint)) {
+    if (stop_report_note_cause(step, joint)) {
         stop_report.mdeg = mdeg;
         stop_report.is_beyond = true;
     }
@@ -86,8 +92,11 @@ static inline void stop_report_beyond(struct cds_robot *robot, uint8_t step, uin
 /* Stops the robot: `joint` does not follow its goals (follow.h). */
 static inline void stop_report_not_following(struct cds_robot *robot, uint8_t step, uint8_t joint)
 {
-    if (stop_report_takes(step, joint))
+    if (stop_report_note_cause(step, joint)) {
+#ifdef BOARD_HOST_USART
         strcpy_P(stop_report.why, PSTR("does not follow its goals: blocked or pushed away"));
+#endif
+    }
     cds_robot_stop(robot);
 }
 
@@ -118,7 +127,7 @@ static inline void stop_report_text(const char *text)
 
 static inline void stop_report_flash(const char *text)
 {
-    char copy[64];
+    char copy[80];
 
     strncpy_P(copy, text, sizeof copy - 1);
     copy[sizeof copy - 1] = 0;
@@ -181,6 +190,15 @@ static inline void stop_report_reason(uint8_t why)
     stop_report_flash(reasons[why]);
 }
 
+/* Of a servo without a good reply: its replies are damaged, more often than missing. */
+static inline void stop_report_damage(const struct cds_robot *robot, uint8_t joint)
+{
+    const struct cds_servo_counters *counters = &robot->servos.states[joint].counters;
+
+    if (counters->corrupt > counters->timeouts)
+        stop_report_flash(PSTR(": replies damaged, as of noise or two servos with this ID"));
+}
+
 /* ": overload" */
 static inline void stop_report_alarms(uint8_t alarms)
 {
@@ -202,9 +220,16 @@ static inline void stop_report_event(const struct cds_robot *robot)
     }
     stop_report_joint(robot, event->joint);
     switch (event->kind) {
-    case CDS_ROBOT_EVENT_START_FAILED: stop_report_reason(event->why); break;
+    case CDS_ROBOT_EVENT_START_FAILED:
+        stop_report_reason(event->why);
+        if (event->why == CDS_REASON_NO_REPLY)
+            stop_report_damage(robot, event->joint);
+        break;
     case CDS_ROBOT_EVENT_ALARM: stop_report_flash(PSTR("alarm")); break;
-    case CDS_ROBOT_EVENT_OFFLINE: stop_report_flash(PSTR("offline")); break;
+    case CDS_ROBOT_EVENT_OFFLINE:
+        stop_report_flash(PSTR("offline"));
+        stop_report_damage(robot, event->joint);
+        break;
     case CDS_ROBOT_EVENT_FEEDBACK_OLD:
         stop_report_flash(PSTR("feedback too old, the main loop is too slow"));
         break;
@@ -253,6 +278,14 @@ static inline void stop_report_arguments(const struct cds_robot *robot)
     stop_report_flash(PSTR(" of the table: its ID stands twice, or a value is out of range"));
 }
 
+/* True if torque off cannot leave: the line is low or never quiet. A slow main loop alone delays
+ * it, so turns of the loop count, too. */
+static inline bool stop_report_is_stuck(const struct cds_robot *robot)
+{
+    return robot->torque_off.broadcasts == 0 && stop_report.turns >= STOP_REPORT_UNSENT_TURNS &&
+           cds_port_now_us() - stop_report.ran_us > STOP_REPORT_UNSENT_US;
+}
+
 static inline void stop_report_make(const struct cds_robot *robot)
 {
     bool is_asked = robot->state == CDS_ROBOT_STOPPING ||
@@ -262,11 +295,11 @@ static inline void stop_report_make(const struct cds_robot *robot)
         stop_report_arguments(robot);
     else if (stop_report.event.kind != CDS_ROBOT_EVENT_STARTED)
         stop_report_event(robot);
-    else if (stop_report.has_move)
+    else if (stop_report.has_cause)
         stop_report_move(robot);
     else
         stop_report_flash(PSTR("stopped by the program"));
-    if (is_asked && robot->torque_off.broadcasts == 0)
+    if (is_asked && stop_report_is_stuck(robot))
         stop_report_flash(PSTR("; torque off cannot be sent, switch the power off"));
     stop_report_flash(PSTR("\n"));
 }
@@ -275,8 +308,7 @@ static inline void stop_report_make(const struct cds_robot *robot)
 static inline bool stop_report_may_begin(const struct cds_robot *robot)
 {
     return robot->state == CDS_ROBOT_STOPPED ||
-           robot->torque_off.broadcasts >= CDS_TORQUE_OFF_BROADCASTS ||
-           cds_port_now_us() - stop_report.ran_us > STOP_REPORT_UNSENT_US;
+           robot->torque_off.broadcasts >= CDS_TORQUE_OFF_BROADCASTS || stop_report_is_stuck(robot);
 }
 
 static inline void stop_report_poll(const struct cds_robot *robot)
@@ -285,6 +317,7 @@ static inline void stop_report_poll(const struct cds_robot *robot)
         if (stop_report.is_made) // the robot was started again
             memset(&stop_report, 0, sizeof stop_report);
         stop_report.ran_us = cds_port_now_us();
+        stop_report.turns = 0;
     } else if (stop_report.is_made) {
         if (stop_report.sent < stop_report.size)
             stop_report_send();
@@ -292,6 +325,8 @@ static inline void stop_report_poll(const struct cds_robot *robot)
         stop_report_make(robot);
         stop_report_open();
         stop_report.is_made = true;
+    } else if (stop_report.turns < STOP_REPORT_UNSENT_TURNS) {
+        stop_report.turns++;
     }
 }
 #else

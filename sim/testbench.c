@@ -108,6 +108,7 @@ static void handler_changed(void *context, uint64_t now, uint8_t vector)
 static void was_reset(void *context, uint64_t now)
 {
     struct testbench *bench = context;
+    testbench_end_host_line(bench);
     for (unsigned i = 0; i < bench->bus_count; i++) {
         faults_controller_reset(&bench->bus[i].faults, now);
         bus_circuit_reset(&bench->bus[i].circuit, now);
@@ -123,11 +124,12 @@ static void was_reset(void *context, uint64_t now)
     }
 }
 
-/* Beside packets on stdout (--echo) text of the firmware comes by whole lines. */
+/* While packets are printed, prints text of the firmware when its line ends, or has filled the
+ * buffer: so no packet stands in a line. */
 static void print_host_byte(struct testbench *bench, uint8_t byte)
 {
     struct testbench_line *line = &bench->host_line;
-    if (!bench->options->echo) {
+    if (!bench->bus[0].transcript.echo) {
         fputc(byte, stdout);
         bench->rules.line_is_open = byte != '\n';
         return;

@@ -201,7 +201,7 @@ const char *testbench_fault(void *context, uint64_t now, const char *text);
 void testbench_reset(void *context, uint64_t now, const struct reset_order *order);
 void testbench_echo(void *context, bool on);
 
-/* Prints what is there of a line that the firmware has not ended. */
+/* Prints the line that the firmware has not ended, and ends it. */
 void testbench_end_host_line(struct testbench *bench);
 
 /* Returns false, with `file:line: what` on stderr. */

@@ -24,6 +24,7 @@ static bool run_controller(struct testbench *bench)
     enum machine_end end = machine_run(&bench->machine);
     bench->end = bench->machine.avr->cycle;
     bench->cpu_done = end == MACHINE_DONE;
+    testbench_end_host_line(bench);
     if (end == MACHINE_CRASHED) {
         const char *what = bench->machine.crash; // simavr: Invalid read (or write) address
         rules_record_breach(&bench->rules, strstr(what, "address") ? RULE_BAD_ADDRESS : RULE_CRASH,
@@ -79,7 +80,6 @@ bool testbench_run(struct testbench *bench)
                             options->pc, pc_program_line_number(&bench->pc_program),
                             why_unfinished(bench));
     }
-    testbench_end_host_line(bench);
     live_view_end(&bench->live_view, bench->end);
     if (!options->bus) {
         testbench_flush_client(bench);

@@ -61,6 +61,7 @@ void testbench_reset(void *context, uint64_t now, const struct reset_order *orde
 void testbench_echo(void *context, bool on)
 {
     struct testbench *bench = context;
+    testbench_end_host_line(bench);
     for (unsigned i = 0; i < bench->bus_count; i++) {
         bench->bus[i].transcript.echo = on ? stdout : 0;
     }

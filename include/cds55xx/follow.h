@@ -26,7 +26,9 @@ extern "C" {
 #endif
 
 /* Defaults: simulated servos lag up to 55 steps behind in moves at their highest speed, and up to
- * 81 steps, above 80 for at most 32 ms, if they also carry 40 % of their stall torque. */
+ * 81 steps, above 80 for at most 32 ms, if they also carry 40 % of their stall torque. In a linear
+ * move (CDS_MOTION_LINEAR) at nearly 62 RPM they lose 81 steps more while they speed up, and do not
+ * catch up: set `steps` to 160 there. */
 #define CDS_FOLLOW_STEPS 80
 #define CDS_FOLLOW_MS    200
 
@@ -37,8 +39,9 @@ extern "C" {
 struct cds_follow_config {
     const struct cds_cycle *cycle;   // begun
     struct cds_follow_joint *joints; // one for each servo of the cycle
-    uint16_t steps;   // permitted distance from the goal, 1 to 1023; 0: CDS_FOLLOW_STEPS
-    uint16_t time_ms; // permitted time beyond that distance, up to 60000; 0: CDS_FOLLOW_MS
+    uint16_t steps;    // permitted distance from the goal, 1 to 1023; 0: CDS_FOLLOW_STEPS
+    uint16_t time_ms;  // permitted time beyond that distance, up to 60000; 0: CDS_FOLLOW_MS
+    bool skips_silent; // a joint that does not report is not compared: robot.h finds it (OFFLINE)
 };
 
 /* One joint. The fields are internal. */
@@ -48,17 +51,17 @@ struct cds_follow_joint {
     uint16_t since;    // time of that feedback, in 1024 us
 };
 
-/* Zero it (static storage is), then cds_follow_begin(). The program reads the first three fields.
- */
+/* Zero it (static storage is), then cds_follow_begin(). The program reads `result` and `joint`. */
 struct cds_follow {
     uint8_t result; // CDS_PENDING: all joints follow; CDS_TIMEOUT: `joint` does not
     uint8_t joint;  // that is compared next, or that does not follow
-    bool is_silent; // CDS_TIMEOUT because `joint` has not reported, not because it is away
     // internal:
     const struct cds_cycle *cycle;
     struct cds_follow_joint *joints;
     uint16_t steps;       // as in the config, or the default
     uint16_t time_1024us; // config.time_ms or the default, rounded up to units of 1024 us
+    uint16_t gap_1024us;  // behind a longer gap in its feedback the time of a joint begins anew
+    bool skips_silent;    // as in the config
 };
 
 /* Begins; also begins again after a report. CDS_OK; CDS_BAD_ARGUMENT: the cycle was not begun, or a
@@ -69,8 +72,8 @@ enum cds_result cds_follow_begin(struct cds_follow *follow, const struct cds_fol
  *
  *   CDS_PENDING  all joints follow
  *   CDS_TIMEOUT  follow.joint is further than `steps` from its goal for `time_ms`, and did not come
- *                nearer; or it has not reported for `time_ms` + CDS_FOLLOW_MS. It stays so until
- *                cds_follow_begin()
+ *                nearer; or, unless the config skips it, it has not reported for `time_ms` +
+ *                CDS_FOLLOW_MS. It stays so until cds_follow_begin()
  *
  * The report comes at the latest `time_ms` + 2 ms + twice the age that feedback reaches
  * (counters.oldest_us of the cycle) after the goal is further away than `steps`, if the program

@@ -174,6 +174,7 @@ struct cds_motion {
     uint8_t stage;                 // of the check
     uint8_t checked;               // joint that is checked next in this stage
     uint8_t outcome;               // of a motion that is ending
+    uint8_t wrong_argument;        // of `next`: enum cds_motion_argument
     bool is_paused : 1;            // until cds_motion_resume(), or the motion has ended
     bool is_ready : 1;             // the move is checked, and begins with the next goals
     bool is_under_way : 1;
@@ -181,7 +182,6 @@ struct cds_motion {
     bool is_trial : 1;                  // the move that is checked does not begin
     bool follows : 1;                   // the next move waited for the end of another one
     bool checks_from_rest : 1;          // the check takes the joints to be at rest
-    bool is_move : 1;                   // `next` is in range, but for what follows its pose
     uint32_t periods;                   // of the cycle, when the last goals were set
     uint32_t rate;                      // at which the time runs, in 1/65536
     uint32_t rate_goal;                 // the rate that `rate` approaches
@@ -224,8 +224,8 @@ enum cds_result cds_motion_begin(struct cds_motion *motion, const struct cds_mot
  *
  * Returns CDS_OK: it is checked now. CDS_BUSY: the move before is still checked, or this move waits
  * and the motion is being aborted: try again when result is CDS_CANCELLED. CDS_BAD_ARGUMENT:
- * time, curve, acceleration or a position is out of range, or no joint is in the pose; nothing was
- * changed. */
+ * time, curve, acceleration or a position is out of range, or no joint is in the pose: a move under
+ * way goes on, and cds_motion_text() tells which. */
 enum cds_result cds_motion_move(struct cds_motion *motion, const struct cds_move *move);
 
 /* Tries a move: checks it as cds_motion_move() does, and does not begin it. So a program checks the
@@ -280,14 +280,18 @@ void cds_motion_abort(struct cds_motion *motion, uint16_t deceleration);
 enum cds_result cds_motion_set_override(struct cds_motion *motion, uint8_t percent);
 
 /* Copies why a move was refused or has ended to `text`: at most capacity - 1 characters and a 0,
- * `capacity` 1 or more; CDS_RESULT_TEXT_SIZE holds every text. `result`: what cds_motion_move() or
- * cds_motion_try() has returned, motion.move_result, motion.result, or sequence.result of a
- * sequence with this motion. Call it while the pose of that move is in place. The texts:
+ * `capacity` 1 or more; CDS_RESULT_TEXT_SIZE holds every text. `result`: what the last
+ * cds_motion_move() or cds_motion_try() has returned, motion.move_result, motion.result, or
+ * sequence.result of a sequence with this motion. Call it while the pose of that move is in place.
+ * The texts:
  *
- *   "too fast, it needs 196 ms"                     the time was too short for motion.joint
- *   "it stands beyond its limits"                   motion.joint; its goal is within them
- *   "time 0 ms is out of range: 1 to 600000 ms"     and the like, for CDS_BAD_ARGUMENT
- *   else                                            as cds_result_text()
+ *   CDS_LIMIT         "too fast, it needs 196 ms", of motion.joint;
+ *                     "it stands beyond its limits": motion.joint does, its goal does not
+ *   CDS_BAD_ARGUMENT  "time 0 ms is out of range: 1 to 600000 ms"; "there is no such curve";
+ *                     "a trapezoid has no acceleration";
+ *                     "a position is above 1023, or no joint is in the pose"
+ *   CDS_TIMEOUT       "its feedback is too old: no reply, or a slow main loop", of motion.joint
+ *   other results, and another CDS_LIMIT: cds_result_text()
  *
  * Returns the length of what was copied. */
 uint8_t cds_motion_text(const struct cds_motion *motion, uint8_t result, char *text,

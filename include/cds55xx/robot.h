@@ -208,7 +208,7 @@ struct cds_robot {
 /* Opens the bus on `port` at `baud_reg` (see cds_bus_open()) and sets the limits of all joints.
  * Sends nothing. Driving is inhibited until a start has checked all servos. `config`: name_config
  * of CDS_ROBOT(). CDS_OK; CDS_BUSY: the robot is starting, running or stopping; CDS_BAD_ARGUMENT:
- * the ID of joint event.joint stands in a row before, or a value of its row is out of range: the
+ * an earlier row has the ID of joint event.joint, or a value of its row is out of range: the
  * state is CDS_ROBOT_STOPPED, and the robot does not start until it is opened well. */
 enum cds_result cds_robot_open(struct cds_robot *robot, const struct cds_robot_config *config,
                                uint8_t port, uint8_t baud_reg);

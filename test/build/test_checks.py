@@ -460,6 +460,14 @@ class Readme(unittest.TestCase):
             """, "@wait 4000\n@expect servo 1-3 torque on within 0\n@expect servo 1-3 torque off within 6000\n@wait 100\n")
         self.assertIn("stopped by the program", output)  # once all steps are over
 
+    def test_play_once_of_library_md_stops_if_a_joint_is_pushed(self):
+        output = self.play("""
+            if (is_running && stage == 0 && play_once() == CDS_OK)
+                stage = 1;
+            (void)ms;
+            """, "@wait 1500\n@load 1 1020\n@expect servo 1-3 torque off within 5000\n@wait 100\n")
+        self.assertRegex(output, r"step \d: servo 1 \(joint 0, base\): does not follow its goals: blocked or pushed away")
+
     def test_end_of_library_md_brakes_and_torque_stays_on(self):
         """Ends in mid-motion; once has_ended() is true, the next sequence may begin."""
         output = self.play("""

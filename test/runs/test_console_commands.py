@@ -460,10 +460,14 @@ class Scripts(unittest.TestCase):
         self.assertNotIn("being checked", run.output)
 
     def test_raw_write_of_a_taken_id_is_refused_and_lists_no_servo(self):
-        for line in "write 5 3 7", "regwrite 5 ID 7":
-            run = self.run_on("arduino-mega", f"@servos 5,7\n@echo on\nservos forget\ngroup 7\n! {line}\n" + text("error 50: servo 5: the new ID or rate is taken")
-                              + "servos\n")
-            self.assertEqual(re.findall(r"^servo \d: .*torque unknown", run.output, re.M), ["servo 7: not asked yet, torque unknown"], run.output)
+        """REG WRITE of an ID is always refused."""
+        for line, says in [("write 5 3 7", "error 50: servo 5: the new ID or rate is taken"),
+                           ("regwrite 5 ID 7", "error 11: servo 5: not within"), ("regwrite 5 ID 5", "error 11: servo 5: not within"),
+                           ("write 254 ID 7", "error 11: not within")]:
+            with self.subTest(line):
+                run = self.run_on("arduino-mega", f"@servos 5,7\n@echo on\nservos forget\ngroup 7\n! {line}\n" + text(says) + "servos\n")
+                self.assertEqual(re.findall(r"^servo \d: .*torque unknown", run.output, re.M),
+                                 ["servo 7: not asked yet, torque unknown"], run.output)
 
     def test_scan_all_notes_the_rate_of_an_offline_servo(self):
         self.run_on("arduino-mega", "baud 2 117647\nbus 1Mbps\nservos forget\ngroup 1 2\n@wait 4000\nservos\n"

@@ -57,6 +57,29 @@ class StopReport(unittest.TestCase):
         self.check_scenario("keyframes", "@wait 2400\n@load 2 1020\n@expect text step 2: servo 2 (joint 1, elbow): does "
                             "not follow its goals: blocked or pushed away within 2500\n@expect servo 1-3 torque off\n")
 
+    def test_line_low_for_a_moment_is_no_joint_that_is_pushed(self):
+        for at, ms in [(3400, 300), (3050, 240), (3300, 240), (3500, 340), (3600, 380)]:
+            with self.subTest((at, ms)):
+                run = self.check_scenario("keyframes", f"@wait {at}\n@fault stuck low\n@wait {ms}\n@fault stuck off\n@wait 1500\n"
+                                          "@expect servo 1-3 torque on within 0\n", "--rules", "warn", "--host", "stdout")
+                self.assertNotIn("step", run.output)
+
+    def test_slow_main_loop_is_told_and_torque_off_can_be_sent(self):
+        for ms, says in [(15, "servo 1 (joint 0, base): feedback too old, the main loop is too slow"),
+                         (100, "step 0: servo 1 (joint 0, base): its feedback is too old: no reply, or a slow main loop")]:
+            with self.subTest(ms):
+                said = self.reported("keyframes", "        cds_robot_poll(&robot);\n", "        cds_robot_poll(&robot);\n"
+                                     f"        for (uint32_t us = cds_port_now_us(); cds_port_now_us() - us < {ms}000ul;) {{}}\n", seconds="18")
+                self.assertIn(f"\n{says}\n", "\n" + said)
+
+    def test_two_servos_with_one_id_are_a_possible_cause(self):
+        says = ("@expect text servo 2 (joint 1, elbow): no reply: replies damaged, as of noise or two servos with this ID "
+                "within 4000\n")
+        run = Run("build/atmega128/examples/keyframes.elf", "--rules", "warn", "--allow-duplicates", servos="1,2,3,2",
+                  script="@load 4th 300\n" + says)
+        self.assertEqual(run.status, 0, run.output)
+        self.check_scenario("keyframes", "@power 2 off\n@expect text servo 2 (joint 1, elbow): no reply within 4000\n")
+
     def test_joint_that_stands_beyond_its_limits_is_named(self):
         said = self.reported("timed_move", '-90000, 90000, 31000, CDS_JOINT_CDS55XX, "left"',
                              '-61000, 61000, 31000, CDS_JOINT_CDS55XX, "left"', script="@wait 1000\n@load 1 -1000\n@wait 3000\n")
@@ -78,6 +101,10 @@ class StopReport(unittest.TestCase):
     def test_move_that_is_too_fast_is_told_with_its_time(self):
         said = self.reported("timed_move", ".time_ms = 1500", ".time_ms = 150")
         self.assertRegex("\n" + said, rf"\nmotion: servo 1 \(joint 0, left\): too fast, it needs \d+ ms\n")
+
+    def test_move_with_a_time_out_of_range_is_told(self):
+        said = self.reported("timed_move", ".time_ms = 1500", ".time_ms = 0", seconds="2")
+        self.assertIn("\nmotion: time 0 ms is out of range: 1 to 600000 ms\n", "\n" + said)
 
     def test_move_that_ends_early_ends_the_program(self):
         said = self.reported("timed_move", "        if (robot.state != CDS_ROBOT_RUNNING",

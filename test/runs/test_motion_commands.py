@@ -192,10 +192,10 @@ class Stored(Motion):
               "sequence walk add stand 600s dwell 65.53s\n", MOVING[0])
 
     def test_time_of_a_step_that_is_not_stored_is_answered_with_one_that_is(self):
-        for line, time in [("new stand 856ms", "860ms"), ("new stand 1s dwell 5ms", "10ms"), ("new stand 1.001s pass", "1010ms"),
-                           ("new stand 2001ms dwell 1s", "2010ms"), ("set 1 stand 234ms", "240ms")]:
-            self.run_on(POSES + WALK + f"! sequence walk {line}\n@expect text error 91: the time is not a multiple of 10 ms, "
-                        f"nothing was stored; give {time}\n", MOVING[0])
+        for line, given, time in [("new stand 856ms", 856, 860), ("new stand 1s dwell 5ms", 5, 10), ("new stand 1.001s pass", 1001, 1010),
+                                  ("new stand 2001ms dwell 1s", 2001, 2010), ("set 1 stand 234ms", 234, 240)]:
+            self.run_on(POSES + WALK + f"! sequence walk {line}\n@expect text error 91: {given}ms is not a multiple of 10 ms, "
+                        f"nothing was stored; give {time}ms\n", MOVING[0])
 
     def test_sequence_with_a_deleted_pose_says_so(self):
         self.run_on(POSES + WALK + "pose delete low\n! sequence show walk\n@expect text sequence walk step 2: its pose is deleted\n"

@@ -25,12 +25,10 @@ static bool has_progressed(const struct cds_follow_joint *joint, uint16_t positi
            distance_of(position, joint->position) >= CDS_FOLLOW_PROGRESS_STEPS;
 }
 
-/* True if the servo has not reported for too long. */
-static bool is_silent(const struct cds_follow *follow, const struct cds_feedback *feedback)
+/* Returns the age of a feedback, in 1024 us. */
+static uint16_t age_of(const struct cds_feedback *feedback)
 {
-    uint16_t age = (uint16_t)((cds_port_now_us() - feedback->time_us) >> 10);
-
-    return age > follow->time_1024us + UNITS(CDS_FOLLOW_MS);
+    return (uint16_t)((cds_port_now_us() - feedback->time_us) >> 10);
 }
 
 /* False: the joint does not follow. */
@@ -39,15 +37,14 @@ static bool follows(struct cds_follow *follow, uint8_t index)
     struct cds_follow_joint *joint = &follow->joints[index];
     const struct cds_feedback *feedback = &follow->cycle->feedback[index];
     uint16_t goal = cds_cycle_sent_goal(follow->cycle, index), distance;
-    uint16_t time = (uint16_t)(feedback->time_us >> 10);
+    uint16_t time = (uint16_t)(feedback->time_us >> 10), age = age_of(feedback);
+    bool is_compared = goal <= CDS_VALUE_MAX && feedback->known;
 
-    follow->is_silent = goal <= CDS_VALUE_MAX && feedback->known && is_silent(follow, feedback);
-    if (follow->is_silent)
-        return false;
     distance = distance_of(goal, feedback->position);
-    if (goal > CDS_VALUE_MAX || !feedback->known || distance <= follow->steps) {
+    if (!is_compared || distance <= follow->steps || age > follow->gap_1024us) {
         joint->distance = 0;
-        return true;
+        return !is_compared || follow->skips_silent ||
+               age <= follow->time_1024us + UNITS(CDS_FOLLOW_MS);
     }
     if (joint->distance == 0 || has_progressed(joint, feedback->position, distance)) {
         *joint = (struct cds_follow_joint){
@@ -70,6 +67,9 @@ enum cds_result cds_follow_begin(struct cds_follow *follow, const struct cds_fol
         .joints = config->joints,
         .steps = config->steps ? config->steps : CDS_FOLLOW_STEPS,
         .time_1024us = UNITS(time_ms),
+        .gap_1024us = (uint16_t)(UNITS(time_ms) / 2 +
+                                 config->cycle->count * (config->cycle->period_us / 1024u + 1)),
+        .skips_silent = config->skips_silent,
     };
     for (uint8_t i = 0; i < config->cycle->count; i++)
         config->joints[i].distance = 0;

@@ -13,6 +13,18 @@
 #define CDS_MOTION_RATE_1   ((uint32_t)65536)
 #define CDS_MOTION_HALF     ((int32_t)32768) // of a share in 1/65536
 
+/* An argument of cds_motion_move() that is out of range: motion.wrong_argument. From
+ * CDS_MOTION_NEXT_TIME on it belongs to the move behind a passed pose. */
+enum cds_motion_argument {
+    CDS_MOTION_NO_ARGUMENT,
+    CDS_MOTION_TIME,
+    CDS_MOTION_CURVE,
+    CDS_MOTION_ACCELERATION,
+    CDS_MOTION_POSE,
+    CDS_MOTION_NEXT_TIME,
+    CDS_MOTION_NEXT_POSE,
+} __attribute__((packed));
+
 /* From where to where, and with which speeds, in 1/16 unit. */
 struct cds_motion_path {
     int16_t position, goal, begin_speed, end_speed;

@@ -1,11 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /* Why a move was refused or has ended, in words; see motion.h. */
 #include "cds55xx/motion.h"
+
+#include <stdlib.h> // abs()
+
 #include "cds55xx/result.h"
 #include "flash.h" // CDS_FLASH
 #include "robot/motion_internal.h"
 
 static const CDS_FLASH char text_too_fast[] = "too fast, it needs ";
+static const CDS_FLASH char text_old[] = "its feedback is too old: no reply, or a slow main loop";
 static const CDS_FLASH char text_beyond[] = "it stands beyond its limits";
 static const CDS_FLASH char text_time[] = "time ";
 static const CDS_FLASH char text_range[] = " ms is out of range: 1 to ";
@@ -53,29 +57,29 @@ static void add_time_range(struct text *text, uint32_t time_ms)
     add_flash(text, text_ms);
 }
 
-static bool is_time(uint32_t time_ms)
-{
-    return time_ms && time_ms <= CDS_MOTION_TIME_MAX_MS;
-}
-
 /* Adds which argument of the move is out of range. */
-static void add_argument(struct text *text, const struct cds_move *move)
+static void add_argument(struct text *text, const struct cds_motion *motion)
 {
-    if (!is_time(move->time_ms))
-        add_time_range(text, move->time_ms);
-    else if (move->curve > CDS_MOTION_BY_SERVO)
-        add_flash(text, text_curve);
-    else if (move->curve == CDS_MOTION_TRAPEZOID && move->acceleration == 0)
-        add_flash(text, text_acceleration);
-    else if (move->next_pose && !is_time(move->next_ms))
-        add_time_range(text, move->next_ms);
-    else
-        add_flash(text, text_pose);
+    switch (motion->wrong_argument) {
+    case CDS_MOTION_TIME: add_time_range(text, motion->next.time_ms); break;
+    case CDS_MOTION_NEXT_TIME: add_time_range(text, motion->next.next_ms); break;
+    case CDS_MOTION_CURVE: add_flash(text, text_curve); break;
+    case CDS_MOTION_ACCELERATION: add_flash(text, text_acceleration); break;
+    default: add_flash(text, text_pose); break;
+    }
 }
 
-static bool is_within_limits(const struct cds_servo_state *servo, uint16_t position)
+static bool is_permitted(const struct cds_servo_state *servo, uint16_t position)
 {
     return position >= servo->lowest && position <= servo->highest;
+}
+
+/* Where a move of the joint begins. */
+static uint16_t start_of(const struct cds_cycle *cycle, uint8_t joint)
+{
+    uint16_t goal = cds_cycle_sent_goal(cycle, joint), position = cycle->feedback[joint].position;
+
+    return abs((int16_t)(goal - position)) <= CDS_MOTION_NEAR_STEPS ? goal : position;
 }
 
 /* True if motion->joint is beyond its soft limits, and its goal is not. */
@@ -86,8 +90,14 @@ static bool stands_beyond(const struct cds_motion *motion)
         motion->config.servos ? cds_servos_find(motion->config.servos, cycle->ids[motion->joint])
                               : NULL;
 
-    return servo && is_within_limits(servo, motion->next.pose[motion->joint]) &&
-           !is_within_limits(servo, cycle->feedback[motion->joint].position);
+    return servo && is_permitted(servo, motion->next.pose[motion->joint]) &&
+           !is_permitted(servo, start_of(cycle, motion->joint));
+}
+
+static bool is_refused_by_limit(const struct cds_motion *motion, uint8_t result)
+{
+    return result == CDS_LIMIT && motion->move_result == CDS_LIMIT &&
+           motion->wrong_argument == CDS_MOTION_NO_ARGUMENT; // else another move was refused later
 }
 
 uint8_t cds_motion_text(const struct cds_motion *motion, uint8_t result, char *text,
@@ -95,13 +105,17 @@ uint8_t cds_motion_text(const struct cds_motion *motion, uint8_t result, char *t
 {
     struct text told = {.characters = text, .capacity = capacity};
 
-    if (result == CDS_BAD_ARGUMENT) {
-        add_argument(&told, &motion->next);
-    } else if (result == CDS_LIMIT && motion->move_result == CDS_LIMIT && motion->shortest_ms) {
+    if (result == CDS_BAD_ARGUMENT && motion->wrong_argument != CDS_MOTION_NO_ARGUMENT) {
+        add_argument(&told, motion);
+    } else if (result == CDS_TIMEOUT) {
+        add_flash(&told, text_old);
+    } else if (!is_refused_by_limit(motion, result)) {
+        return cds_result_text(result, text, capacity);
+    } else if (motion->shortest_ms) {
         add_flash(&told, text_too_fast);
         add_number(&told, motion->shortest_ms);
         add_flash(&told, text_ms);
-    } else if (result == CDS_LIMIT && motion->move_result == CDS_LIMIT && stands_beyond(motion)) {
+    } else if (stands_beyond(motion)) {
         add_flash(&told, text_beyond);
     } else {
         return cds_result_text(result, text, capacity);

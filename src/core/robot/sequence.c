@@ -45,8 +45,9 @@ static bool read_behind(struct cds_sequence *sequence, uint8_t slot)
     return (repeats == 0 || run < repeats) && read_to(sequence, !slot, 0, run);
 }
 
-/* Submits the move of the step in `slot`, or tries it. A step that passes needs the step behind it:
- * if that one is out of range, the slots change places, so that it is the step that is refused. */
+/* Submits the move of the step in `slot`, or tries it. A step that passes needs the step behind it.
+ * If that step is the one that is out of range, the slots change places: the caller then notes it
+ * as the step that was refused. */
 static enum cds_result submit(struct cds_sequence *sequence, uint8_t slot, bool waits)
 {
     const struct cds_sequence_step *step = &sequence->slots[slot].step;
@@ -70,7 +71,8 @@ static enum cds_result submit(struct cds_sequence *sequence, uint8_t slot, bool 
     result = sequence->is_checking ? cds_motion_try(sequence->config.motion, &move,
                                                     sequence->step == 0 && sequence->run == 0)
                                    : cds_motion_move(sequence->config.motion, &move);
-    if (result == CDS_BAD_ARGUMENT && sequence->config.motion->is_move)
+    if (result == CDS_BAD_ARGUMENT &&
+        sequence->config.motion->wrong_argument >= CDS_MOTION_NEXT_TIME)
         sequence->slot = !sequence->slot;
     return result;
 }

@@ -187,7 +187,38 @@ void test_follow_joint_falls_silent_reports_it(void)
     } while (follow.result == CDS_PENDING && ms < 1000);
     TEST_ASSERT_UINT16_WITHIN(20, 2 * CDS_FOLLOW_MS, ms);
     TEST_ASSERT_EQUAL_UINT8(1, follow.joint);
-    TEST_ASSERT_TRUE(follow.is_silent);
+}
+
+/* A line that was held low for a while: the goals have gone on, and no joint could be read. */
+void test_follow_begins_the_time_anew_behind_a_gap(void)
+{
+    uint32_t gap_us = 1000ul * (CDS_FOLLOW_MS / 2 + JOINTS * (PERIOD_US / 1000 + 2));
+
+    set_goal(1, 900);
+    port_fake.now_us += gap_us;
+    for (uint8_t i = 0; i < JOINTS; i++) // with the feedback from before the gap
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_follow_poll(&follow));
+    now_us = port_fake.now_us;
+    TEST_ASSERT_UINT16_WITHIN(10, CDS_FOLLOW_MS + 10, report_ms());
+    TEST_ASSERT_EQUAL_UINT8(1, follow.joint);
+}
+
+/* When it reports again, its time begins anew. */
+void test_follow_skips_a_silent_joint_if_asked_to(void)
+{
+    begin_with(
+        &(struct cds_follow_config){.cycle = &cycle, .joints = joints, .skips_silent = true});
+    set_goal(1, 1000);
+    TEST_ASSERT_EQUAL(CDS_PENDING, pass());
+    for (uint16_t ms = 0; ms < 1000; ms = (uint16_t)(ms + 10)) {
+        now_us += 10000;
+        port_fake.now_us = now_us;
+        feedback[0].time_us = feedback[2].time_us = now_us;
+        for (uint8_t i = 0; i < JOINTS; i++)
+            TEST_ASSERT_EQUAL(CDS_PENDING, cds_follow_poll(&follow));
+    }
+    TEST_ASSERT_UINT16_WITHIN(10, CDS_FOLLOW_MS + 10, report_ms());
+    TEST_ASSERT_EQUAL_UINT8(1, follow.joint);
 }
 
 void test_follow_waits_time_ms_and_200_ms_for_a_report(void)

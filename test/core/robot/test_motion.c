@@ -51,7 +51,7 @@ static void check_refused(const struct cds_move *move, enum cds_result expected)
     memcpy(&before, &motion, sizeof before);
     TEST_ASSERT_EQUAL(expected, cds_motion_move(&motion, move));
     memcpy(&before.next, &motion.next, sizeof before.next);
-    before.is_move = motion.is_move;
+    before.wrong_argument = motion.wrong_argument;
     TEST_ASSERT_EQUAL_MEMORY(&before, &motion, sizeof before);
 }
 

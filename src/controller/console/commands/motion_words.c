@@ -68,7 +68,7 @@ static const CDS_FLASH char message_give_time[] = "too fast for a servo; give it
 static const CDS_FLASH char message_give_step_time[] =
     "too fast for a servo; 'sequence NAME set N POSE TIME' gives step N more time";
 static const CDS_FLASH char message_give_tens[] =
-    "the time is not a multiple of 10 ms, nothing was stored; give %lms";
+    "%lms is not a multiple of 10 ms, nothing was stored; give %lms";
 static const CDS_FLASH char message_reply_in_noise[] =
     "no good reply, and bytes without a packet came in this motion, as of noise or a loose plug; "
     "check plugs, power, ground: 'diagnose %i'";
@@ -199,12 +199,6 @@ static bool print_rate(struct console *console, const struct motion_outcome *out
     return true;
 }
 
-/* Returns the shortest time of at least `ms` that a step can have: a multiple of 10 ms. */
-static uint32_t time_of_step(uint32_t ms)
-{
-    return (ms + 9) / 10 * 10;
-}
-
 static void print_cause_at(struct console *console, const struct motion_outcome *outcome,
                            const struct step_at *at)
 {
@@ -218,10 +212,7 @@ static void print_cause_at(struct console *console, const struct motion_outcome 
         reply_print_servo(printer, id);
     if (outcome->result == MOTION_TOO_FAST) {
         printer_flash(printer, message_needs);
-        printer_fixed(printer,
-                      (int32_t)(at->step == MOTION_NO_STEP ? outcome->shortest_ms
-                                                           : time_of_step(outcome->shortest_ms)),
-                      0);
+        printer_fixed(printer, (int32_t)outcome->shortest_ms, 0);
         printer_flash(printer, message_needs_ms);
     } else {
         printer_flash(printer, message_is_the_cause);
@@ -439,18 +430,22 @@ static const CDS_FLASH char *advise_group(struct console *console)
     return id == CDS_NO_ID ? NULL : message_absent;
 }
 
-/* The time of a step, or of the rest behind it, has milliseconds beside its multiple of 10. */
+/* Finds the last time of the line that is not a multiple of 10 ms, and advises the next one that
+ * is.
+ */
 static const CDS_FLASH char *advise_time_step(struct console *console)
 {
     union printer_value *values = console->printer.values;
     uint8_t index = console->line.numbers;
-    uint32_t ms = 0;
+    uint32_t ms = 0, step_ms;
 
     while (index && ms % 10 == 0)
         number_ms(&console->line.number[--index], CDS_MOTION_TIME_MAX_MS, &ms);
-    ms = time_of_step(ms);
+    step_ms = (ms + 9) / 10 * 10;
     values[0].number = (uint16_t)ms;
     values[1].number = (uint16_t)(ms >> 16);
+    values[2].number = (uint16_t)step_ms;
+    values[3].number = (uint16_t)(step_ms >> 16);
     return message_give_tens;
 }
 

@@ -18,25 +18,28 @@ static uint8_t raw_begin(struct console *console)
     return (uint8_t)cds_bus_submit(console->bus, console->line.request);
 }
 
-/* True if the line writes the ID of another known servo to register ID. */
+/* True if a WRITE gives its servo the ID of another known servo. */
 static bool gives_known_id(const struct console *console)
 {
-    const struct cds_request *request = console->line.request;
+    const struct cds_packet *packet = &console->line.request->packet;
+    uint8_t new_id = packet->bytes[CDS_AT_PARAMETERS + 1];
 
-    return console->line.address == CDS_REG_ID &&
-           cds_servos_find(&console->robot->servos, request->packet.bytes[CDS_AT_PARAMETERS + 1]);
+    return console->line.address == CDS_REG_ID && packet->bytes[CDS_AT_INSTRUCTION] == CDS_WRITE &&
+           console->line.id <= CDS_ID_MAX && new_id != console->line.id &&
+           cds_servos_find(&console->robot->servos, new_id);
 }
 
-/* A servo that gets no packet does not join the list. */
+/* If the permit refuses the packet, removes the entry that it has just added for the servo. Only
+ * where there is flash for it. */
 static uint8_t write_begin(struct console *console)
 {
     struct cds_servos *servos = &console->robot->servos;
     uint8_t count = servos->count, result = raw_begin(console);
 
-    if (!command_set.has_room || result != CDS_LIMIT || !gives_known_id(console))
+    if (!command_set.has_room || result != CDS_LIMIT)
         return result;
     cds_servos_forget_from(servos, count);
-    return ERROR_PLACE_TAKEN;
+    return gives_known_id(console) ? (uint8_t)ERROR_PLACE_TAKEN : result;
 }
 
 /* After RESET a servo has ID 1: the only limit that RESET can break. */
