@@ -13,11 +13,13 @@ TROUBLE = """        if (robot.cycle.counters.periods == 300)
         if (robot.cycle.counters.periods == 320)
             cds_servos_release_all(&robot.servos);
 """
+TURN = "        if (robot.state != CDS_ROBOT_RUNNING"  # in the main loop of timed_move.c
 
 
 class StopReport(unittest.TestCase):
-    def reported(self, example, old, new, seconds="4", script=None):
-        """What a copy of the example with `new` in place of `old` prints, in the scenario `script` if there is one."""
+    def reported(self, example, old, new, says, script=""):
+        """Runs a copy of the example with `new` in place of `old`, in the scenario `script`, until it prints `says`. Returns that
+        line, whole."""
         text = (ROOT / f"examples/{example}.c").read_text()
         self.assertEqual(text.count(old), 1)
         with tempfile.TemporaryDirectory() as folder:
@@ -27,7 +29,12 @@ class StopReport(unittest.TestCase):
                                   "-Wall", "-Wextra", "-Werror", "-Wl,--relax", "-Wl,--gc-sections", "-Iinclude",
                                   "-Iboards/atmega128", "-Iexamples", source, "build/lib/libcds55xx-atmega128.a", "-o",
                                   elf, cwd=ROOT), (0, ""))
-            return Run(elf, "--host", "stdout", "--seconds", seconds, servos="1-3", script=script).output
+            run = Run(elf, "--host", "stdout", servos="1-3", script=f"{script}@expect text {says} within 18000\n")
+            self.assertEqual(run.status, 0, run.output)
+            return next(line for line in run.output.splitlines() if says in line)
+
+    def check_reported(self, example, old, new, says, script=""):
+        self.assertEqual(self.reported(example, old, new, says, script), says)
 
     def check_scenario(self, example, lines, *options):
         """The example as it is passes the scenario."""
@@ -36,22 +43,21 @@ class StopReport(unittest.TestCase):
         return run
 
     def test_angle_of_a_key_frame_beyond_the_limits_is_named(self):
-        said = self.reported("keyframes", "{80, 0, 45}", "{80, 0, 95}")
-        self.assertIn("\nstep 2: servo 3 (joint 2, wrist): 95 degrees, its limits are -90 and 90\n", "\n" + said)
+        self.check_reported("keyframes", "{80, 0, 45}", "{80, 0, 95}",
+                            "step 2: servo 3 (joint 2, wrist): 95 degrees, its limits are -90 and 90")
 
     def test_angle_of_a_move_beyond_the_limits_is_named(self):
-        said = self.reported("timed_move", "mdeg = 60000", "mdeg = 90500", seconds="2")
-        self.assertIn("\nmotion: servo 1 (joint 0, left): 90.500 degrees, its limits are -90 and 90\n", "\n" + said)
+        self.check_reported("timed_move", "mdeg = 60000", "mdeg = 90500",
+                            "motion: servo 1 (joint 0, left): 90.500 degrees, its limits are -90 and 90")
 
     def test_key_frame_that_is_too_fast_is_named_with_its_time(self):
-        said = self.reported("keyframes", "{{80, 0, 45}, 1000,", "{{80, 0, 45}, 100,")
-        self.assertRegex("\n" + said, rf"\nstep 2: servo [13] \(joint [02], (base|wrist)\): too fast, it needs \d+ ms\n")
+        said = self.reported("keyframes", "{{80, 0, 45}, 1000,", "{{80, 0, 45}, 100,", "step 2: servo ")
+        self.assertRegex(said, r"^step 2: servo [13] \(joint [02], (base|wrist)\): too fast, it needs \d+ ms$")
 
     def test_key_frame_with_a_time_out_of_range_is_named(self):
         for step, old, new in [(3, "-45}, 1500,", "-45}, 0,"), (2, "{80, 0, 45}, 1000,", "{80, 0, 45}, 0,")]:
             with self.subTest(step): # the joints pass the pose of step 1
-                said = self.reported("keyframes", old, new)
-                self.assertIn(f"\nstep {step}: time 0 ms is out of range: 1 to 600000 ms\n", "\n" + said)
+                self.check_reported("keyframes", old, new, f"step {step}: time 0 ms is out of range: 1 to 600000 ms")
 
     def test_joint_that_is_pushed_away_is_named(self):
         self.check_scenario("keyframes", "@wait 2400\n@load 2 1020\n@expect text step 2: servo 2 (joint 1, elbow): does "
@@ -65,12 +71,12 @@ class StopReport(unittest.TestCase):
                 self.assertNotIn("step", run.output)
 
     def test_slow_main_loop_is_told_and_torque_off_can_be_sent(self):
+        poll = "        cds_robot_poll(&robot);\n"
         for ms, says in [(15, "servo 1 (joint 0, base): feedback too old, the main loop is too slow"),
                          (100, "step 0: servo 1 (joint 0, base): its feedback is too old: no reply, or a slow main loop")]:
             with self.subTest(ms):
-                said = self.reported("keyframes", "        cds_robot_poll(&robot);\n", "        cds_robot_poll(&robot);\n"
-                                     f"        for (uint32_t us = cds_port_now_us(); cds_port_now_us() - us < {ms}000ul;) {{}}\n", seconds="18")
-                self.assertIn(f"\n{says}\n", "\n" + said)
+                self.check_reported("keyframes", poll, poll + f"        for (uint32_t us = cds_port_now_us(); cds_port_now_us() - us "
+                                    f"< {ms}000ul;) {{}}\n", says)
 
     def test_two_servos_with_one_id_are_a_possible_cause(self):
         says = ("@expect text servo 2 (joint 1, elbow): no reply: replies damaged, as of noise or two servos with this ID "
@@ -81,41 +87,36 @@ class StopReport(unittest.TestCase):
         self.check_scenario("keyframes", "@power 2 off\n@expect text servo 2 (joint 1, elbow): no reply within 4000\n")
 
     def test_joint_that_stands_beyond_its_limits_is_named(self):
-        said = self.reported("timed_move", '-90000, 90000, 31000, CDS_JOINT_CDS55XX, "left"',
-                             '-61000, 61000, 31000, CDS_JOINT_CDS55XX, "left"', script="@wait 1000\n@load 1 -1000\n@wait 3000\n")
-        self.assertIn("\nmotion: servo 1 (joint 0, left): it stands beyond its limits\n", "\n" + said)
+        row = '{0}, {1}, 31000, CDS_JOINT_CDS55XX, "left"'
+        self.check_reported("timed_move", row.format(-90000, 90000), row.format(-61000, 61000),
+                            "motion: servo 1 (joint 0, left): it stands beyond its limits", "@wait 1000\n@load 1 -1000\n")
 
     def test_row_of_the_table_out_of_range_is_named(self):
-        said = self.reported("timed_move", "CDS_REVERSED, 150000,", "CDS_REVERSED, 350000,", seconds="1")
-        self.assertIn("\njoint 1 of the table: its ID stands twice, or a value is out of range\n", "\n" + said)
+        self.check_reported("timed_move", "CDS_REVERSED, 150000,", "CDS_REVERSED, 350000,",
+                            "joint 1 of the table: its ID stands twice, or a value is out of range")
 
     def test_id_that_stands_twice_is_named(self):
-        said = self.reported("timed_move", "CDS_JOINT(2,", "CDS_JOINT(1,", seconds="1")
-        self.assertIn("\njoint 1 of the table: its ID stands twice, or a value is out of range\n", "\n" + said)
+        self.check_reported("timed_move", "CDS_JOINT(2,", "CDS_JOINT(1,",
+                            "joint 1 of the table: its ID stands twice, or a value is out of range")
 
     def test_start_with_a_period_out_of_range_is_told(self):
-        said = self.reported("timed_move", "    cds_robot_start(", "    robot.period_us = 100;\n    cds_robot_start(",
-                             seconds="1")
-        self.assertIn("\nnot started: argument out of range\n", "\n" + said)
+        self.check_reported("timed_move", "    cds_robot_start(", "    robot.period_us = 100;\n    cds_robot_start(",
+                            "not started: argument out of range")
 
     def test_move_that_is_too_fast_is_told_with_its_time(self):
-        said = self.reported("timed_move", ".time_ms = 1500", ".time_ms = 150")
-        self.assertRegex("\n" + said, rf"\nmotion: servo 1 \(joint 0, left\): too fast, it needs \d+ ms\n")
+        said = self.reported("timed_move", ".time_ms = 1500", ".time_ms = 150", "motion: servo 1 (joint 0, left): ")
+        self.assertRegex(said, r"^motion: servo 1 \(joint 0, left\): too fast, it needs \d+ ms$")
 
     def test_move_with_a_time_out_of_range_is_told(self):
-        said = self.reported("timed_move", ".time_ms = 1500", ".time_ms = 0", seconds="2")
-        self.assertIn("\nmotion: time 0 ms is out of range: 1 to 600000 ms\n", "\n" + said)
+        self.check_reported("timed_move", ".time_ms = 1500", ".time_ms = 0",
+                            "motion: time 0 ms is out of range: 1 to 600000 ms")
 
     def test_move_that_ends_early_ends_the_program(self):
-        said = self.reported("timed_move", "        if (robot.state != CDS_ROBOT_RUNNING",
-                             TROUBLE + "        if (robot.state != CDS_ROBOT_RUNNING")
-        self.assertIn("\nmotion: servo 2 (joint 1, right): the servo may not be driven\n", "\n" + said)
+        self.check_reported("timed_move", TURN, TROUBLE + TURN, "motion: servo 2 (joint 1, right): the servo may not be driven")
 
     def test_stop_by_the_program_is_told(self):
-        said = self.reported("timed_move", "        if (robot.state != CDS_ROBOT_RUNNING",
-                             "        if (robot.cycle.counters.periods == 300)\n            cds_robot_stop(&robot);\n"
-                             "        if (robot.state != CDS_ROBOT_RUNNING", seconds="3")
-        self.assertIn("\nstopped by the program\n", "\n" + said)
+        self.check_reported("timed_move", TURN, "        if (robot.cycle.counters.periods == 300)\n            cds_robot_stop(&robot);\n"
+                            + TURN, "stopped by the program")
 
     def test_error_bits_are_words(self):
         for cause, word in [("@block 2 on", "overload"), ("@supply 2 5 over 10", "input voltage")]:
@@ -141,12 +142,11 @@ class StopReport(unittest.TestCase):
         self.assertLess(times[-1] - times[0], 2 * 16000)
 
     def test_robot_that_is_started_again_reports_again(self):
-        said = self.reported("timed_move", "        if (robot.state != CDS_ROBOT_RUNNING",
-                             "        if (cds_port_now_us() >> 16 == 30 || cds_port_now_us() >> 16 == 90)\n"
-                             "            cds_robot_stop(&robot);\n"
-                             "        if (cds_port_now_us() >> 16 == 60)\n            cds_robot_start(&robot);\n"
-                             "        if (robot.state != CDS_ROBOT_RUNNING", seconds="6.5")
-        self.assertEqual(said.count("stopped by the program\n"), 2)
+        stopped = "stopped by the program"
+        self.check_reported("timed_move", TURN, "        if (cds_port_now_us() >> 16 == 30 || cds_port_now_us() >> 16 == 90)\n"
+                            "            cds_robot_stop(&robot);\n"
+                            "        if (cds_port_now_us() >> 16 == 60)\n            cds_robot_start(&robot);\n" + TURN,
+                            stopped, f"@expect text {stopped} within 4000\n")
 
     def test_stopped_robot_on_a_noisy_line_breaks_no_rule(self):
         for example in "keyframes", "timed_move", "two_joints":

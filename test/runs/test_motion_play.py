@@ -320,10 +320,10 @@ class Play(Motion):
 
     def test_number_of_a_step_that_is_not_there_is_named(self):
         appends = "; 'sequence NAME add' appends a step behind the last one"
-        run = self.run_on(WALKING + "! sequence walk set 9 stand 1s\n! sequence walk set 0 stand 1s\n! sequence walk delete 9\n"
+        run = self.run_on(WALKING + "! sequence walk set 9 stand 1s\n! sequence walk set 0 stand 1s\n! sequence walk delete 5\n"
                           "! sequence walk set 70000 stand 1s\n! sequence walk insert 5 stand 1s\n", MOVING[0], "--echo")
         told = re.findall("error 33: .*", run.output)
-        self.assertEqual(told, [f"error 33: N {n} is out of range: 1 to 4" for n in (9, 0, 9, 70000)]
+        self.assertEqual(told, [f"error 33: N {n} is out of range: 1 to 4" for n in (9, 0, 5, 70000)]
                          + ["error 33: N 5 is out of range: 1 to 4" + appends])
 
     def test_remedy_of_a_deleted_pose_is_one_line(self):

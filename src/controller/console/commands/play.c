@@ -19,8 +19,7 @@ static const CDS_FLASH char message_move[] = "a move%s";
 static const CDS_FLASH char message_plays[] = ": step %u of %u, run %u%s";
 static const CDS_FLASH char message_motion[] = "motion: ";
 static const CDS_FLASH char message_last[] = "last ";
-static const CDS_FLASH char message_old_end[] =
-    "no motion is under way; the last one has ended earlier:";
+static const CDS_FLASH char message_old_end[] = "no motion is under way; the last one has failed:";
 static const CDS_FLASH char message_paused[] = ", paused";
 
 /* Known when the firmware is linked: on a chip without room for motions their code is dropped. */
