@@ -451,7 +451,7 @@ static const CDS_FLASH char *text_of_place(struct console *console)
     union printer_value *values = console->printer.values;
 
     if (console->line.command->instruction)
-        return NULL; // `reset` has looked at nothing
+        return NULL; // `reset`, `write`: refused by the permit, so no servo was asked
     if (identity->at_to != CDS_CORRUPT)
         return parse_is_command(&console->line, factory) ? message_factory_id : NULL;
     values[0].number = values[2].number = identity->to.id;

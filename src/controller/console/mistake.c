@@ -133,8 +133,10 @@ static enum mistake seen_mistake(const struct console *console, bool is_of_word)
         command_set.motion_words->has_poses())
         return MISTAKE_GROUP;
     if ((console->error == CDS_TIMEOUT ||
-         (command_set.advise && console->error == ERROR_PLACE_TAKEN)) &&
-        servo && servo_is_at_other_rate(console, servo))
+         (command_set.advise && console->error == ERROR_PLACE_TAKEN &&
+          !line->command->instruction)) && // else the permit has refused the packet
+        servo &&
+        servo_is_at_other_rate(console, servo))
         return MISTAKE_RATE;
     if (console->error == CDS_INHIBITED && concerns_offline_servo(console)) {
         if (command_set.noise && mistake_is_noise(CDS_TIMEOUT))

@@ -58,7 +58,6 @@ static enum cds_result submit(struct cds_sequence *sequence, uint8_t slot, bool 
                             .waits = waits,
                             .pass_rate = sequence->pass_rate,
                             .acceleration = step->acceleration};
-
     enum cds_result result;
 
     if (cds_motion_is_busy(sequence->config.motion))
@@ -140,8 +139,8 @@ static enum cds_result try_next(struct cds_sequence *sequence)
     return rewind_to_first(sequence) ? CDS_PENDING : end(sequence, CDS_BAD_ARGUMENT);
 }
 
-/* The move of the step in the slot is checked: `result`. When it begins, or is refused, its step
- * takes the place of that at whose pose the joints rest. */
+/* The check of the move of the step in the slot is at `result`, or the move was not submitted. When
+ * it begins, or is refused, its step takes the place of that at whose pose the joints rest. */
 static enum cds_result take_check(struct cds_sequence *sequence, enum cds_result result)
 {
     if (result == CDS_PENDING)
