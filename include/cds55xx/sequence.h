@@ -87,7 +87,8 @@ struct cds_sequence {
 };
 
 /* Begins; the first poll begins the first step. So begin it while the robot runs: a sequence that
- * is begun while the robot is stopped moves the joints after the next cds_robot_start(). CDS_OK;
+ * is begun while the robot is stopped moves the joints after the next cds_robot_start(). It
+ * replaces a sequence whose joints rest between two steps: look at sequence.result first. CDS_OK;
  * CDS_BAD_ARGUMENT: there is no step; CDS_BUSY: a move of the motion is under way. */
 enum cds_result cds_sequence_begin(struct cds_sequence *sequence,
                                    const struct cds_sequence_config *config);

@@ -460,6 +460,16 @@ class Readme(unittest.TestCase):
             """, "@wait 4000\n@expect servo 1-3 torque on within 0\n@expect servo 1-3 torque off within 6000\n@wait 100\n")
         self.assertIn("stopped by the program", output)  # once all steps are over
 
+    def test_play_once_of_library_md_is_busy_in_a_rest(self):
+        self.play("""
+            if (is_running && stage == 0 && play_once() == CDS_OK)
+                stage = 1;
+            if (stage == 1 && ms > 1750) // the joints rest at the first pose from 1.5 s to 2 s
+                stage = motion.result == CDS_OK && play_once() == CDS_BUSY ? 2 : 3;
+            if (stage == 3)
+                cds_robot_stop(&robot), stage = 4;
+            """, "@wait 3000\n@expect servo 1-3 torque on within 0\n")
+
     def test_play_once_of_library_md_stops_if_a_joint_is_pushed(self):
         output = self.play("""
             if (is_running && stage == 0 && play_once() == CDS_OK)

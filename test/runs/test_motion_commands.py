@@ -191,6 +191,14 @@ class Stored(Motion):
             + "! sequence walk add stand 1s\n@expect text error 77:\nsequence walk new stand 10ms\n"
               "sequence walk add stand 600s dwell 65.53s\n", MOVING[0])
 
+    def test_step_with_a_rest_and_a_pass_names_both_words(self):
+        for line in ("add stand 1s pass dwell 1s", "add stand 1s dwell 1s pass", "set 1 stand 1s pass dwell 1s", "set 1 stand 1s dwell 1s pass"):
+            self.run_on(POSES + WALK + f"! sequence walk {line}\n@expect text error 31: a step has 'dwell TIME' or 'pass', not both\n",
+                        MOVING[0])
+        run = self.run_on(POSES + WALK + "! sequence walk add stand 1s dwell\n! sequence walk add stand 1s dwell 1s 1s\n"
+                          "! sequence walk add stand 1s pass 1s\n", MOVING[0], "--echo")
+        self.assertNotIn("not both", run.output)
+
     def test_time_of_a_step_that_is_not_stored_is_answered_with_one_that_is(self):
         for line, given, time in [("new stand 856ms", 856, 860), ("new stand 1s dwell 5ms", 5, 10), ("new stand 1.001s pass", 1001, 1010),
                                   ("new stand 2001ms dwell 1s", 2001, 2010), ("set 1 stand 234ms", 234, 240)]:
