@@ -6,8 +6,8 @@
  *
  * Joints and steps count from 0, as in their tables. stop_report_note() is the program's on_event,
  * or is called from it. Call stop_report_poll() in the main loop, also after the robot has stopped.
- * It never waits, and begins when torque off has left, or could not be sent for 20 ms. On a board
- * without a host USART it tells nothing. */
+ * It never waits, and begins when torque off has left, or could not be sent for 20 ms and 20 turns
+ * of the main loop. On a board without a host USART it tells nothing. */
 #ifndef STOP_REPORT_H
 #define STOP_REPORT_H
 
@@ -21,14 +21,14 @@
 
 #define STOP_REPORT_NO_STEP  255
 #define STOP_REPORT_NO_JOINT 255
-// Torque off that has not left after this time and so many turns of the main loop cannot be sent.
+// Torque off counts as stuck after both: this time, and so many turns of the main loop.
 #define STOP_REPORT_UNSENT_US    20000
 #define STOP_REPORT_UNSENT_TURNS 20
 
 /* What is known of a stop, and the text about it. */
 static struct {
     struct cds_robot_event event; // the first that stops the robot; CDS_ROBOT_EVENT_STARTED: none
-    bool has_cause;               // in a move: the fields down to `why` tell it
+    bool has_cause;               // a move; step, joint, is_beyond, mdeg and why tell it
     uint8_t step;                 // of the sequence, or STOP_REPORT_NO_STEP
     uint8_t joint;                // or STOP_REPORT_NO_JOINT
     bool is_beyond;               // the goal is beyond the limits of the joint
@@ -68,7 +68,7 @@ static inline bool stop_report_note_cause(uint8_t step, uint8_t joint)
 static inline void stop_report_refused(struct cds_robot *robot, uint8_t result, uint8_t step,
                                        const struct cds_motion *motion)
 {
-    bool has_joint = result != CDS_BAD_ARGUMENT; // which concerns the whole move
+    bool has_joint = result != CDS_BAD_ARGUMENT; // CDS_BAD_ARGUMENT concerns the whole move
 
     if (stop_report_note_cause(step, has_joint ? motion->joint : STOP_REPORT_NO_JOINT)) {
 #ifdef BOARD_HOST_USART
@@ -190,13 +190,16 @@ static inline void stop_report_reason(uint8_t why)
     stop_report_flash(reasons[why]);
 }
 
-/* Of a servo without a good reply: its replies are damaged, more often than missing. */
-static inline void stop_report_damage(const struct cds_robot *robot, uint8_t joint)
+/* " (of its replies 3 were missing, 45 damaged)" */
+static inline void stop_report_replies(const struct cds_robot *robot, uint8_t joint)
 {
     const struct cds_servo_counters *counters = &robot->servos.states[joint].counters;
 
-    if (counters->corrupt > counters->timeouts)
-        stop_report_flash(PSTR(": replies damaged, as of noise or two servos with this ID"));
+    stop_report_flash(PSTR(" (of its replies "));
+    stop_report_number(counters->timeouts);
+    stop_report_flash(PSTR(" were missing, "));
+    stop_report_number(counters->corrupt);
+    stop_report_flash(PSTR(" damaged)"));
 }
 
 /* ": overload" */
@@ -222,13 +225,13 @@ static inline void stop_report_event(const struct cds_robot *robot)
     switch (event->kind) {
     case CDS_ROBOT_EVENT_START_FAILED:
         stop_report_reason(event->why);
-        if (event->why == CDS_REASON_NO_REPLY)
-            stop_report_damage(robot, event->joint);
+        if (event->result == CDS_CORRUPT)
+            stop_report_flash(PSTR(": replies damaged (noise, or two servos with this ID)"));
         break;
     case CDS_ROBOT_EVENT_ALARM: stop_report_flash(PSTR("alarm")); break;
     case CDS_ROBOT_EVENT_OFFLINE:
         stop_report_flash(PSTR("offline"));
-        stop_report_damage(robot, event->joint);
+        stop_report_replies(robot, event->joint);
         break;
     case CDS_ROBOT_EVENT_FEEDBACK_OLD:
         stop_report_flash(PSTR("feedback too old, the main loop is too slow"));

@@ -27,8 +27,8 @@ extern "C" {
 
 /* Defaults: simulated servos lag up to 55 steps behind in moves at their highest speed, and up to
  * 81 steps, above 80 for at most 32 ms, if they also carry 40 % of their stall torque. In a linear
- * move (CDS_MOTION_LINEAR) at nearly 62 RPM they lose 81 steps more while they speed up, and do not
- * catch up: set `steps` to 160 there. */
+ * move (CDS_MOTION_LINEAR) at nearly 62 RPM their lag grows by 81 steps while they speed up, and
+ * stays: use steps = 160. */
 #define CDS_FOLLOW_STEPS 80
 #define CDS_FOLLOW_MS    200
 
@@ -46,21 +46,21 @@ struct cds_follow_config {
 
 /* One joint. The fields are internal. */
 struct cds_follow_joint {
-    uint16_t distance; // from its goal, when `since` was set; 0: it follows
+    uint16_t distance; // from its goal, when it was last nearer; 0: it follows
     uint16_t position; // at that time
-    uint16_t since;    // time of that feedback, in 1024 us
+    uint16_t time;     // of the last feedback that was compared, in 1024 us
+    uint16_t away;     // how long it is away and comes no nearer, in 1024 us
 };
 
 /* Zero it (static storage is), then cds_follow_begin(). The program reads `result` and `joint`. */
 struct cds_follow {
     uint8_t result; // CDS_PENDING: all joints follow; CDS_TIMEOUT: `joint` does not
-    uint8_t joint;  // that is compared next, or that does not follow
+    uint8_t joint;  // CDS_PENDING: compared next; CDS_TIMEOUT: does not follow
     // internal:
     const struct cds_cycle *cycle;
     struct cds_follow_joint *joints;
     uint16_t steps;       // as in the config, or the default
     uint16_t time_1024us; // config.time_ms or the default, rounded up to units of 1024 us
-    uint16_t gap_1024us;  // behind a longer gap in its feedback the time of a joint begins anew
     bool skips_silent;    // as in the config
 };
 
@@ -77,9 +77,10 @@ enum cds_result cds_follow_begin(struct cds_follow *follow, const struct cds_fol
  *
  * The report comes at the latest `time_ms` + 2 ms + twice the age that feedback reaches
  * (counters.oldest_us of the cycle) after the goal is further away than `steps`, if the program
- * polls once for each servo meanwhile. A joint that never reported and one that is left out of the
- * goals is not compared: the presence of servos.h tells about these. In a move by servo
- * (CDS_MOTION_BY_SERVO) a joint must go 3 steps in `time_ms`. */
+ * polls once for each servo meanwhile. If a joint is read less often than each `time_ms` / 2, the
+ * third feedback reports. A joint that never reported
+ * and one that is left out of the goals is not compared: the presence of servos.h tells about
+ * these. In a move by servo (CDS_MOTION_BY_SERVO) a joint must go 3 steps in `time_ms`. */
 enum cds_result cds_follow_poll(struct cds_follow *follow);
 
 #ifdef __cplusplus

@@ -224,8 +224,8 @@ enum cds_result cds_motion_begin(struct cds_motion *motion, const struct cds_mot
  *
  * Returns CDS_OK: it is checked now. CDS_BUSY: the move before is still checked, or this move waits
  * and the motion is being aborted: try again when result is CDS_CANCELLED. CDS_BAD_ARGUMENT:
- * time, curve, acceleration or a position is out of range, or no joint is in the pose: a move under
- * way goes on, and cds_motion_text() tells which. */
+ * time, curve, acceleration or a position is out of range, or no joint is in the pose:
+ * cds_motion_text() names the argument. A move under way goes on. */
 enum cds_result cds_motion_move(struct cds_motion *motion, const struct cds_move *move);
 
 /* Tries a move: checks it as cds_motion_move() does, and does not begin it. So a program checks the
@@ -286,12 +286,12 @@ enum cds_result cds_motion_set_override(struct cds_motion *motion, uint8_t perce
  * The texts:
  *
  *   CDS_LIMIT         "too fast, it needs 196 ms", of motion.joint;
- *                     "it stands beyond its limits": motion.joint does, its goal does not
+ *                     "it stands beyond its limits": motion.joint does, its goal is within
  *   CDS_BAD_ARGUMENT  "time 0 ms is out of range: 1 to 600000 ms"; "there is no such curve";
  *                     "a trapezoid has no acceleration";
  *                     "a position is above 1023, or no joint is in the pose"
  *   CDS_TIMEOUT       "its feedback is too old: no reply, or a slow main loop", of motion.joint
- *   other results, and another CDS_LIMIT: cds_result_text()
+ *   other results, and CDS_LIMIT of another cause: cds_result_text()
  *
  * Returns the length of what was copied. */
 uint8_t cds_motion_text(const struct cds_motion *motion, uint8_t result, char *text,

@@ -63,7 +63,7 @@ class StopReport(unittest.TestCase):
         self.check_scenario("keyframes", "@wait 2400\n@load 2 1020\n@expect text step 2: servo 2 (joint 1, elbow): does "
                             "not follow its goals: blocked or pushed away within 2500\n@expect servo 1-3 torque off\n")
 
-    def test_line_low_for_a_moment_is_no_joint_that_is_pushed(self):
+    def test_line_low_for_a_moment_stops_nothing(self):
         for at, ms in [(3400, 300), (3050, 240), (3300, 240), (3500, 340), (3600, 380)]:
             with self.subTest((at, ms)):
                 run = self.check_scenario("keyframes", f"@wait {at}\n@fault stuck low\n@wait {ms}\n@fault stuck off\n@wait 1500\n"
@@ -79,7 +79,7 @@ class StopReport(unittest.TestCase):
                                     f"< {ms}000ul;) {{}}\n", says)
 
     def test_two_servos_with_one_id_are_a_possible_cause(self):
-        says = ("@expect text servo 2 (joint 1, elbow): no reply: replies damaged, as of noise or two servos with this ID "
+        says = ("@expect text servo 2 (joint 1, elbow): no reply: replies damaged (noise, or two servos with this ID) "
                 "within 4000\n")
         run = Run("build/atmega128/examples/keyframes.elf", "--rules", "warn", "--allow-duplicates", servos="1,2,3,2",
                   script="@load 4th 300\n" + says)

@@ -191,7 +191,7 @@ class Stored(Motion):
             + "! sequence walk add stand 1s\n@expect text error 77:\nsequence walk new stand 10ms\n"
               "sequence walk add stand 600s dwell 65.53s\n", MOVING[0])
 
-    def test_step_with_a_rest_and_a_pass_names_both_words(self):
+    def test_step_with_dwell_and_pass_names_both_words(self):
         for line in ("add stand 1s pass dwell 1s", "add stand 1s dwell 1s pass", "set 1 stand 1s pass dwell 1s", "set 1 stand 1s dwell 1s pass"):
             self.run_on(POSES + WALK + f"! sequence walk {line}\n@expect text error 31: a step has 'dwell TIME' or 'pass', not both\n",
                         MOVING[0])

@@ -486,9 +486,10 @@ static const CDS_FLASH char *text_of_step(struct console *console)
     values[0].number = (uint16_t)console->line.number[0].digits;
     values[1].number = (uint16_t)((uint32_t)console->line.number[0].digits >> 16);
     values[2].number = console->part;
-    values[3].text = console->raw == console->part + 1u && console->line.numbers > 1 // no `delete`
-                         ? message_add_appends
-                         : message_nothing;
+    values[3].text =
+        console->raw == console->part + 1u && console->line.numbers > 1 // `delete` has one number
+            ? message_add_appends
+            : message_nothing;
     return message_step_range;
 }
 

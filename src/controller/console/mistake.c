@@ -134,7 +134,7 @@ static enum mistake seen_mistake(const struct console *console, bool is_of_word)
         return MISTAKE_GROUP;
     if ((console->error == CDS_TIMEOUT ||
          (command_set.advise && console->error == ERROR_PLACE_TAKEN &&
-          !line->command->instruction)) && // else the permit has refused the packet
+          !line->command->instruction)) && // an instruction: refused by the permit
         servo &&
         servo_is_at_other_rate(console, servo))
         return MISTAKE_RATE;

@@ -19,7 +19,8 @@
 #include "console/typing.h"    // TYPING_NO_SEARCH
 #include "robot/settings.h"    // settings_table
 
-static const CDS_FLASH char message_rest_at_pass[] = "a step has 'dwell TIME' or 'pass', not both";
+static const CDS_FLASH char message_dwell_and_pass[] =
+    "a step has 'dwell TIME' or 'pass', not both";
 static const CDS_FLASH char message_one_command[] = "one command a line, no ';'";
 static const CDS_FLASH char message_of_one[] = "one servo: 'ping %u', 'info %u'";
 static const CDS_FLASH char message_digits[] = "too many digits; at most 3 decimals";
@@ -75,7 +76,7 @@ const CDS_FLASH char more_slips_pose_line[] = "pose NAME in 2s";
 static const CDS_FLASH char line_of_new[] = "'sequence NAME new POSE 1s'";
 
 #define SETTING_NO_SWITCH UINT16_MAX
-#define STEP_WORDS        6 // of a line with a step, `pass` and `dwell`, besides its numbers
+#define STEP_WORDS        6 // sequence NAME add POSE pass dwell: words that are no numbers
 
 bool more_slips_has_word(const struct console *console)
 {
@@ -515,15 +516,15 @@ static const CDS_FLASH char *text_of_factory_id(struct console *console)
                : NULL;
 }
 
-/* `sequence walk add low 1s pass dwell 1s`: the word behind a whole step with the other word. */
-static const CDS_FLASH char *text_of_rest_at_pass(struct console *console)
+/* `sequence walk add low 1s pass dwell 1s`: `dwell` after `pass`, or `pass` after `dwell TIME`. */
+static const CDS_FLASH char *text_of_dwell_and_pass(struct console *console)
 {
     static const CDS_FLASH char words[] = "dwell|pass";
     const struct command_line *line = &console->line;
 
     return more_slips_has_word(console) && parse_is_command(line, command_sequence) &&
                    parse_choice(words, &console->token) && line->words == STEP_WORDS + line->numbers
-               ? message_rest_at_pass
+               ? message_dwell_and_pass
                : NULL;
 }
 
@@ -546,7 +547,7 @@ static const CDS_FLASH struct slip more[] = {
     {ERROR_UNIT, text_of_semicolon},
     {ERROR_OUT_OF_RANGE, text_of_digits},
     {ERROR_OUT_OF_RANGE, text_of_angle_each},
-    {ERROR_COUNT, text_of_rest_at_pass},
+    {ERROR_COUNT, text_of_dwell_and_pass},
     {ERROR_COUNT, text_of_angle_each},
     {ERROR_COUNT, text_of_other_word},
     {ERROR_COUNT, text_of_end_of_table},

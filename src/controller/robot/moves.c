@@ -146,7 +146,7 @@ struct motion_outcome moves_refusal(const struct robot *robot, uint8_t result)
     if (result == CDS_LIMIT && motion->shortest_ms) {
         outcome.result = MOTION_TOO_FAST;
         outcome.shortest_ms = motion->shortest_ms;
-        if (outcome.step != MOTION_NO_STEP) // a step has a multiple of 10 ms
+        if (outcome.step != MOTION_NO_STEP) // times of steps are multiples of 10 ms
             outcome.shortest_ms = (outcome.shortest_ms + 9) / 10 * 10;
     }
     return outcome;

@@ -25,10 +25,25 @@ static bool has_progressed(const struct cds_follow_joint *joint, uint16_t positi
            distance_of(position, joint->position) >= CDS_FOLLOW_PROGRESS_STEPS;
 }
 
-/* Returns the age of a feedback, in 1024 us. */
-static uint16_t age_of(const struct cds_feedback *feedback)
+/* True if the servo has not reported for too long. */
+static bool is_silent(const struct cds_follow *follow, const struct cds_feedback *feedback)
 {
-    return (uint16_t)((cds_port_now_us() - feedback->time_us) >> 10);
+    uint16_t age = (uint16_t)((cds_port_now_us() - feedback->time_us) >> 10);
+
+    return age > follow->time_1024us + UNITS(CDS_FOLLOW_MS);
+}
+
+/* Adds the time since the feedback before to the time for which the joint is away, and returns
+ * that. A long gap counts as about half of the permitted time: behind it the goals may be far
+ * ahead. */
+static uint16_t add_time(const struct cds_follow *follow, struct cds_follow_joint *joint,
+                         uint16_t time)
+{
+    uint16_t passed = (uint16_t)(time - joint->time), most = follow->time_1024us / 2 + UNITS(3);
+
+    joint->time = time;
+    joint->away = (uint16_t)(joint->away + (passed < most ? passed : most));
+    return joint->away;
 }
 
 /* False: the joint does not follow. */
@@ -37,22 +52,22 @@ static bool follows(struct cds_follow *follow, uint8_t index)
     struct cds_follow_joint *joint = &follow->joints[index];
     const struct cds_feedback *feedback = &follow->cycle->feedback[index];
     uint16_t goal = cds_cycle_sent_goal(follow->cycle, index), distance;
-    uint16_t time = (uint16_t)(feedback->time_us >> 10), age = age_of(feedback);
-    bool is_compared = goal <= CDS_VALUE_MAX && feedback->known;
+    uint16_t time = (uint16_t)(feedback->time_us >> 10);
+    bool is_known = goal <= CDS_VALUE_MAX && feedback->known;
+    bool is_lost = is_known && is_silent(follow, feedback);
 
     distance = distance_of(goal, feedback->position);
-    if (!is_compared || distance <= follow->steps || age > follow->gap_1024us) {
+    if (!is_known || is_lost || distance <= follow->steps) {
         joint->distance = 0;
-        return !is_compared || follow->skips_silent ||
-               age <= follow->time_1024us + UNITS(CDS_FOLLOW_MS);
+        return !is_lost || follow->skips_silent;
     }
     if (joint->distance == 0 || has_progressed(joint, feedback->position, distance)) {
         *joint = (struct cds_follow_joint){
-            .distance = distance, .position = feedback->position, .since = time};
+            .distance = distance, .position = feedback->position, .time = time};
         return true;
     }
     // Both times are cut to whole units: a difference of 1 may be any time above 0.
-    return (uint16_t)(time - joint->since) <= follow->time_1024us;
+    return add_time(follow, joint, time) <= follow->time_1024us;
 }
 
 enum cds_result cds_follow_begin(struct cds_follow *follow, const struct cds_follow_config *config)
@@ -67,8 +82,6 @@ enum cds_result cds_follow_begin(struct cds_follow *follow, const struct cds_fol
         .joints = config->joints,
         .steps = config->steps ? config->steps : CDS_FOLLOW_STEPS,
         .time_1024us = UNITS(time_ms),
-        .gap_1024us = (uint16_t)(UNITS(time_ms) / 2 +
-                                 config->cycle->count * (config->cycle->period_us / 1024u + 1)),
         .skips_silent = config->skips_silent,
     };
     for (uint8_t i = 0; i < config->cycle->count; i++)

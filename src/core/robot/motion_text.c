@@ -2,11 +2,10 @@
 /* Why a move was refused or has ended, in words; see motion.h. */
 #include "cds55xx/motion.h"
 
-#include <stdlib.h> // abs()
-
 #include "cds55xx/result.h"
 #include "flash.h" // CDS_FLASH
 #include "robot/motion_internal.h"
+#include "robot/rest_internal.h" // cds_rest_find()
 
 static const CDS_FLASH char text_too_fast[] = "too fast, it needs ";
 static const CDS_FLASH char text_old[] = "its feedback is too old: no reply, or a slow main loop";
@@ -74,30 +73,25 @@ static bool is_permitted(const struct cds_servo_state *servo, uint16_t position)
     return position >= servo->lowest && position <= servo->highest;
 }
 
-/* Where a move of the joint begins. */
-static uint16_t start_of(const struct cds_cycle *cycle, uint8_t joint)
-{
-    uint16_t goal = cds_cycle_sent_goal(cycle, joint), position = cycle->feedback[joint].position;
-
-    return abs((int16_t)(goal - position)) <= CDS_MOTION_NEAR_STEPS ? goal : position;
-}
-
-/* True if motion->joint is beyond its soft limits, and its goal is not. */
+/* True if motion->joint rests beyond its soft limits, and its goal is within them. */
 static bool stands_beyond(const struct cds_motion *motion)
 {
     const struct cds_cycle *cycle = motion->config.cycle;
     const struct cds_servo_state *servo =
         motion->config.servos ? cds_servos_find(motion->config.servos, cycle->ids[motion->joint])
                               : NULL;
+    uint16_t start;
 
     return servo && is_permitted(servo, motion->next.pose[motion->joint]) &&
-           !is_permitted(servo, start_of(cycle, motion->joint));
+           cds_rest_find(cycle, motion->joint, cds_cycle_sent_goal(cycle, motion->joint), &start) &&
+           !is_permitted(servo, start);
 }
 
-static bool is_refused_by_limit(const struct cds_motion *motion, uint8_t result)
+/* True if `result` is why motion->next was refused: its joint is beyond a limit, or too fast. */
+static bool is_limit_of_next(const struct cds_motion *motion, uint8_t result)
 {
     return result == CDS_LIMIT && motion->move_result == CDS_LIMIT &&
-           motion->wrong_argument == CDS_MOTION_NO_ARGUMENT; // else another move was refused later
+           motion->wrong_argument == CDS_MOTION_NO_ARGUMENT;
 }
 
 uint8_t cds_motion_text(const struct cds_motion *motion, uint8_t result, char *text,
@@ -109,7 +103,7 @@ uint8_t cds_motion_text(const struct cds_motion *motion, uint8_t result, char *t
         add_argument(&told, motion);
     } else if (result == CDS_TIMEOUT) {
         add_flash(&told, text_old);
-    } else if (!is_refused_by_limit(motion, result)) {
+    } else if (!is_limit_of_next(motion, result)) {
         return cds_result_text(result, text, capacity);
     } else if (motion->shortest_ms) {
         add_flash(&told, text_too_fast);

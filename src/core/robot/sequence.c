@@ -46,8 +46,8 @@ static bool read_behind(struct cds_sequence *sequence, uint8_t slot)
 }
 
 /* Submits the move of the step in `slot`, or tries it. A step that passes needs the step behind it.
- * If that step is the one that is out of range, the slots change places: the caller then notes it
- * as the step that was refused. */
+ * If that step is the one that is out of range, sequence->slot is switched to it, so that the
+ * caller reports it. */
 static enum cds_result submit(struct cds_sequence *sequence, uint8_t slot, bool waits)
 {
     const struct cds_sequence_step *step = &sequence->slots[slot].step;
@@ -139,8 +139,8 @@ static enum cds_result try_next(struct cds_sequence *sequence)
     return rewind_to_first(sequence) ? CDS_PENDING : end(sequence, CDS_BAD_ARGUMENT);
 }
 
-/* The check of the move of the step in the slot is at `result`, or the move was not submitted. When
- * it begins, or is refused, its step takes the place of that at whose pose the joints rest. */
+/* `result`: of the check, or of a submit that was refused. Unless it is CDS_PENDING, the step in
+ * the slot becomes the current step. */
 static enum cds_result take_check(struct cds_sequence *sequence, enum cds_result result)
 {
     if (result == CDS_PENDING)
