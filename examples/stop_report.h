@@ -190,11 +190,13 @@ static inline void stop_report_reason(uint8_t why)
     stop_report_flash(reasons[why]);
 }
 
-/* " (of its replies 3 were missing, 45 damaged)" */
+/* " (of its replies 3 were missing, 45 damaged)", if one was damaged */
 static inline void stop_report_replies(const struct cds_robot *robot, uint8_t joint)
 {
     const struct cds_servo_counters *counters = &robot->servos.states[joint].counters;
 
+    if (counters->corrupt == 0)
+        return;
     stop_report_flash(PSTR(" (of its replies "));
     stop_report_number(counters->timeouts);
     stop_report_flash(PSTR(" were missing, "));
