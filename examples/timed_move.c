@@ -26,14 +26,15 @@ static void on_event(struct cds_robot *self)
 
 static void move_to(int32_t left_mdeg, int32_t right_mdeg)
 {
-    struct cds_move move = {.pose = pose, .time_ms = 1500};
-    uint8_t result;
+    uint8_t result = CDS_OK;
 
     if (cds_robot_to_position(&robot, 0, left_mdeg, &pose[0]) != CDS_OK)
         stop_report_beyond(&robot, STOP_REPORT_NO_STEP, 0, left_mdeg);
     else if (cds_robot_to_position(&robot, 1, right_mdeg, &pose[1]) != CDS_OK)
         stop_report_beyond(&robot, STOP_REPORT_NO_STEP, 1, right_mdeg);
-    else if ((result = cds_motion_move(&motion, &move)) != CDS_OK)
+    else
+        result = cds_motion_move(&motion, &(struct cds_move){.pose = pose, .time_ms = 1500});
+    if (result != CDS_OK)
         stop_report_refused(&robot, result, STOP_REPORT_NO_STEP, &motion);
 }
 

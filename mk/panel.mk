@@ -95,5 +95,5 @@ panel-pictures: $(PANEL_NEEDS)
 	@node panel/test/pictures.js build/panel-pictures
 	$(call built,build/panel-pictures)
 
-# `make test` also runs the suites of the panel if Chromium is installed. PANEL=no leaves them out.
+# `make test` also runs the suites of the panel if chromium-headless-shell is installed. PANEL=no leaves them out.
 PANEL ?= $(if $(wildcard /usr/bin/chromium-headless-shell),yes,no)

@@ -46,7 +46,7 @@ struct cds_follow_config {
 
 /* One joint. The fields are internal. */
 struct cds_follow_joint {
-    uint16_t distance; // from its goal, when it was last nearer; 0: it follows
+    uint16_t distance; // from its goal, when `away` began at 0; 0: it follows
     uint16_t position; // at that time
     uint16_t time;     // of the last feedback that was compared, in 1024 us
     uint16_t away;     // how long it is away and comes no nearer, in 1024 us
@@ -78,9 +78,9 @@ enum cds_result cds_follow_begin(struct cds_follow *follow, const struct cds_fol
  * The report comes at the latest `time_ms` + 2 ms + twice the age that feedback reaches
  * (counters.oldest_us of the cycle) after the goal is further away than `steps`, if the program
  * polls once for each servo meanwhile. If a joint is read less often than each `time_ms` / 2, the
- * third feedback reports. A joint that never reported
- * and one that is left out of the goals is not compared: the presence of servos.h tells about
- * these. In a move by servo (CDS_MOTION_BY_SERVO) a joint must go 3 steps in `time_ms`. */
+ * third feedback reports. A joint that never reported and one that is left out of the goals is not
+ * compared: the presence of servos.h tells about these. In a move by servo (CDS_MOTION_BY_SERVO) a
+ * joint must go 3 steps in `time_ms`. */
 enum cds_result cds_follow_poll(struct cds_follow *follow);
 
 #ifdef __cplusplus

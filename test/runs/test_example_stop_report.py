@@ -84,7 +84,14 @@ class StopReport(unittest.TestCase):
         run = Run("build/atmega128/examples/keyframes.elf", "--rules", "warn", "--allow-duplicates", servos="1,2,3,2",
                   script="@load 4th 300\n" + says)
         self.assertEqual(run.status, 0, run.output)
-        self.check_scenario("keyframes", "@power 2 off\n@expect text servo 2 (joint 1, elbow): no reply within 4000\n")
+        run = self.check_scenario("keyframes", "@power 2 off\n@expect text servo 2 (joint 1, elbow): no reply within 4000\n",
+                                  "--host", "stdout")
+        self.assertRegex(run.output, r"(?m)^servo 2 \(joint 1, elbow\): no reply$")
+
+    def test_damaged_replies_of_an_offline_servo_are_counted(self):
+        run = self.check_scenario("keyframes", "@wait 2000\n@fault noise 3000\n@expect text servo 2 (joint 1, elbow): offline "
+                                  "within 3000\n", "--host", "stdout", "--rules", "warn", "--seed", "3")
+        self.assertRegex(run.output, r"(?m)^servo 2 \(joint 1, elbow\): offline \(of its replies \d+ were missing, [1-9]\d* damaged\)$")
 
     def test_joint_that_stands_beyond_its_limits_is_named(self):
         row = '{0}, {1}, 31000, CDS_JOINT_CDS55XX, "left"'

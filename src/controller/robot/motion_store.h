@@ -47,6 +47,12 @@ struct motion_store_step {
     uint16_t dwell_10ms; // 0 to MOTION_STORE_DWELL_MAX
 };
 
+/* Returns the shortest time of a step that is at least `ms`: a multiple of 10 ms. */
+static inline uint32_t motion_store_round_up(uint32_t ms)
+{
+    return (ms + 9) / 10 * 10;
+}
+
 /* What is saved or deleted. The store copies neither the record nor what the pointers point to:
  * they stay in place until the save has ended. */
 struct motion_store_record {

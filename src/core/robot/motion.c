@@ -155,7 +155,7 @@ static void drop_next(struct cds_motion *motion, enum cds_result why)
 }
 
 /* The joints come to rest on their way; the motion ends as `outcome`, and no other move begins.
- * noinline: saves 42 bytes. */
+ * noinline: saves 42 bytes of atmega1284p/full.elf. */
 static NOINLINE void end_soon(struct cds_motion *motion, enum cds_result outcome)
 {
     drop_next(motion, outcome);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What motion.c, motion_plan.c and motion_path.c need of each other; not installed. Positions and
- * speeds as in struct cds_motion_joint. Main context. */
+/* What the files of motions and sequences need of each other; not installed. Positions and speeds
+ * as in struct cds_motion_joint. Main context. */
 #ifndef CDS_MOTION_INTERNAL_H
 #define CDS_MOTION_INTERNAL_H
 
@@ -29,6 +29,9 @@ enum cds_motion_argument {
 struct cds_motion_path {
     int16_t position, goal, begin_speed, end_speed;
 };
+
+/* Returns the servo of joint `index`; NULL: it has no soft limits. */
+const struct cds_servo_state *cds_motion_servo(const struct cds_motion *motion, uint8_t index);
 
 /* Begins to check and plan motion->next. */
 void cds_motion_begin_check(struct cds_motion *motion);

@@ -77,9 +77,7 @@ static bool is_permitted(const struct cds_servo_state *servo, uint16_t position)
 static bool stands_beyond(const struct cds_motion *motion)
 {
     const struct cds_cycle *cycle = motion->config.cycle;
-    const struct cds_servo_state *servo =
-        motion->config.servos ? cds_servos_find(motion->config.servos, cycle->ids[motion->joint])
-                              : NULL;
+    const struct cds_servo_state *servo = cds_motion_servo(motion, motion->joint);
     uint16_t start;
 
     return servo && is_permitted(servo, motion->next.pose[motion->joint]) &&

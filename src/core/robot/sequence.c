@@ -17,7 +17,7 @@ enum {
     ENDING, // dwelling at the last pose
 };
 
-/* noinline: saves 110 bytes. */
+/* noinline: saves 110 bytes of atmega1284p/full.elf. */
 static NOINLINE uint16_t *pose_of(const struct cds_sequence *sequence, uint8_t slot)
 {
     return sequence->config.poses + (slot ? sequence->config.motion->count : 0);

@@ -319,6 +319,12 @@ void test_begin_without_steps_or_during_a_move_is_refused(void)
 
 /* ---- all steps are checked first ---- */
 
+static void come_to_rest(void)
+{
+    for (uint8_t i = 0; i < 100; i++)
+        pass_period();
+}
+
 void test_too_fast_step_is_refused_before_the_first_one_begins(void)
 {
     checks_all = true;
@@ -345,8 +351,7 @@ static void run_with_wrong_step(uint8_t wrong, bool checks)
     run_to_end();
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, sequence.result);
     TEST_ASSERT_EQUAL_UINT8(wrong, sequence.step);
-    for (uint8_t i = 0; i < 100; i++) // comes to rest
-        pass_period();
+    come_to_rest();
 }
 
 void test_step_out_of_range_is_named_also_behind_a_passed_pose(void)
@@ -369,8 +374,7 @@ void test_step_out_of_range_is_named_under_way(void)
     run_to_end();
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, sequence.result);
     TEST_ASSERT_EQUAL_UINT8(2, sequence.step);
-    for (uint8_t i = 0; i < 100; i++) // comes to rest
-        pass_period();
+    come_to_rest();
 }
 
 void test_way_back_to_the_first_step_is_checked_if_repeated(void)
@@ -432,8 +436,7 @@ static enum cds_result run_all(bool checks, uint16_t repeats)
     checks_all = checks;
     begin(repeats);
     run_to_end();
-    for (uint8_t i = 0; i < 100; i++) // comes to rest
-        pass_period();
+    come_to_rest();
     return (enum cds_result)sequence.result;
 }
 

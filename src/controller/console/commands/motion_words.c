@@ -430,9 +430,7 @@ static const CDS_FLASH char *advise_group(struct console *console)
     return id == CDS_NO_ID ? NULL : message_absent;
 }
 
-/* Finds the last time of the line that is not a multiple of 10 ms, and advises the next one that
- * is.
- */
+/* Finds the last time of the line that is no multiple of 10 ms, and advises the next multiple. */
 static const CDS_FLASH char *advise_time_step(struct console *console)
 {
     union printer_value *values = console->printer.values;
@@ -441,7 +439,7 @@ static const CDS_FLASH char *advise_time_step(struct console *console)
 
     while (index && ms % 10 == 0)
         number_ms(&console->line.number[--index], CDS_MOTION_TIME_MAX_MS, &ms);
-    step_ms = (ms + 9) / 10 * 10;
+    step_ms = motion_store_round_up(ms);
     values[0].number = (uint16_t)ms;
     values[1].number = (uint16_t)(ms >> 16);
     values[2].number = (uint16_t)step_ms;
